@@ -1,0 +1,41 @@
+# One function declares a module of the engine: a static library plica::NAME built from
+# cpp/plica/NAME/*.cpp that sees the headers of the modules it names, and of no others.
+#
+#   plica_module(NAME DEPENDS core mesh PRIVATE CGAL::CGAL)
+#
+# DEPENDS lists modules (public), PRIVATE third parties (never in a header).
+# Each module's headers are staged into an include root of its own, so that including a header
+# of a module that is not among the dependencies does not build.
+include_guard(GLOBAL)
+include(GNUInstallDirs)
+
+function(plica_module name)
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
+  set(target plica_${name})
+  set(source_dir ${PROJECT_SOURCE_DIR}/cpp/plica/${name})
+  file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
+
+  set(include_root ${PROJECT_BINARY_DIR}/include/${name})
+  file(MAKE_DIRECTORY ${include_root}/plica)
+  file(CREATE_LINK ${source_dir} ${include_root}/plica/${name} SYMBOLIC)
+
+  add_library(${target} STATIC ${sources})
+  add_library(plica::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES
+    EXPORT_NAME ${name}
+    OUTPUT_NAME plica_${name}
+    POSITION_INDEPENDENT_CODE ON)
+  target_compile_features(${target} PUBLIC cxx_std_17)
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${include_root}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  foreach(dependency IN LISTS ARG_DEPENDS)
+    target_link_libraries(${target} PUBLIC plica_${dependency})
+  endforeach()
+  target_link_libraries(${target} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:plica_warnings>)
+
+  install(TARGETS ${target} EXPORT plicaTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+  install(DIRECTORY ${source_dir} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/plica
+    COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+endfunction()

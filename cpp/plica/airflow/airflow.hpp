@@ -1,0 +1,57 @@
+#pragma once
+#include <optional>
+#include <variant>
+
+#include "plica/airflow/sections.hpp"
+
+namespace plica {
+
+/// What the flow does at one instant.
+struct FlowState {
+  Vector area;       // (s) m^2, of each section
+  Vector pressure;   // (s) Pa, at each section
+  int separation = 0;   // section of least area, where the jet leaves the wall
+  bool stopped = false; // no flow: contact inside the middle of the glottis, or no area left
+  double flow = 0.0;    // m^3/s
+};
+
+/// One-dimensional Bernoulli flow (Paper A, Sec. 2.1) on the deforming airway interface.
+class Airflow {
+ public:
+  /// Sections as half-ellipses with their own minor half-axes, Paper A, Eq. (3).
+  struct Elliptic {};
+  /// Area cut from the deforming interface mesh at each section.
+  struct Cut {};
+  struct Options {
+    double subglottal_pressure = 800.0;  // Pa, > 0
+    double air_density = 1.23;           // kg/m^3, > 0
+    double zero_flow_fraction = 0.5;     // tau of Paper A, Sec. 2.4: contact within |y| <= tau * y_i stops the flow
+    std::variant<Elliptic, Cut> area = Elliptic{};
+    void validate() const;               // throws InvalidInput
+  };
+
+  /// surface: the whole airway interface of the mesh, outward (into the air). The mesh is copied as far as needed.
+  Airflow(const TetMesh& mesh, const Faces& surface, Options options);
+
+  const Options& options() const { return options_; }
+  const Sections& sections() const { return sections_; }
+  /// (s) m^2 at positions x (n, 3); may be negative where the folds overlap.
+  Vector areas(const Points& x) const;
+  /// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2);
+  /// stopped, or a_min <= 0: p_i = p_s upstream, 0 from there on, no flow.
+  /// `separation`: the section to use instead of that of least area.
+  FlowState evaluate(const Vector& areas, bool stopped, std::optional<int> separation = std::nullopt) const;
+  /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
+  /// curved six-node faces are integrated as they are. `pressure` (s) Pa.
+  void add_load(const Points& x, const Vector& pressure, Vector& force) const;
+  /// (surface nodes) Pa, interpolated between sections along the reference height; p_s below the first section, 0 above the last.
+  Vector nodal_pressure(const Vector& pressure) const;
+  /// Whether contact at height z_bc, anteroposterior y_bc lies in the middle of the glottis: |y_bc| <= tau * y_i.
+  bool blocks(double y_bc, double z_bc) const;
+
+ private:
+  Options options_;
+  Sections sections_;
+};
+
+}  // namespace plica

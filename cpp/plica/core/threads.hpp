@@ -1,0 +1,16 @@
+#pragma once
+#include <functional>
+
+namespace plica {
+
+/// Number of threads that later calls may use (1 until set); results do not depend on it.
+void set_threads(int count);
+int threads();
+
+/// Calls work(begin, end, chunk) for the chunks [0, size), [size, 2 size), ... of [0, n), in parallel.
+/// The chunks depend on n and size alone: a sum over chunk results taken in chunk order is the same
+/// for any number of threads. Work must not throw.
+void for_chunks(std::ptrdiff_t n, std::ptrdiff_t size,
+                const std::function<void(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t chunk)>& work);
+
+}  // namespace plica

@@ -1,0 +1,56 @@
+#pragma once
+#include <map>
+#include <string>
+
+#include "plica/core/types.hpp"
+
+namespace plica {
+
+/// Side of the patient: left is x < 0, right is x > 0 (Paper A, Sec. 3); y is anteroposterior, z points up.
+enum class Side : std::int8_t { none = 0, left = 1, right = 2 };
+
+/// Linear (4 nodes) or quadratic (10 nodes, VTK order) tetrahedra with their labels.
+/// Mid-side nodes of order 2: edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3); faces: (0,1) (1,2) (2,0).
+struct TetMesh {
+  Points points;                         // (n, 3) m
+  Cells cells;                           // (m, 4) or (m, 10)
+  Indices cell_layer;                    // (m) position in layer_names
+  Indices cell_side;                     // (m) a Side
+  std::vector<std::string> layer_names;  // e.g. body, ligament, cover
+  std::map<std::string, Faces> surfaces;      // named boundary faces, outward, e.g. airway_left, airway_right
+  std::map<std::string, Indices> node_sets;   // named nodes, e.g. wall
+
+  int order() const { return cells.cols() == 10 ? 2 : 1; }
+  std::ptrdiff_t node_count() const { return points.rows(); }
+  std::ptrdiff_t cell_count() const { return cells.rows(); }
+  /// The surface of that name; throws InvalidInput that lists the names there are.
+  const Faces& surface(const std::string& name) const;
+  const Indices& node_set(const std::string& name) const;
+};
+
+/// Signed volume of each tetrahedron, V = det[x1-x0, x2-x0, x3-x0] / 6 (m^3), negative where inverted.
+/// Corners only. O(m).
+Vector signed_volumes(const Points& x, const Cells& cells);
+
+/// Faces (f, 3 or 6) that belong to one cell only, outward; the cell of each in `cell_of_face`. O(m log m).
+struct Boundary {
+  Faces faces;
+  Indices cell_of_face;
+};
+Boundary boundary(const Cells& cells);
+
+/// Each six-node face as four flat triangles, three-node faces as they are: (4 f, 3) or (f, 3).
+/// Order within a face: corner 0, corner 1, corner 2, middle.
+Triangles flat_triangles(const Faces& faces);
+
+/// The same mesh with a node in the middle of every edge (straight sides); labels, surfaces and node
+/// sets follow (a mid-side node is in a set if both its ends are). Throws if already quadratic.
+TetMesh to_quadratic(const TetMesh& linear);
+
+/// Throws InvalidInput naming the first offender and its place: index out of range, inverted or flat
+/// cell, duplicate cell, node without cell, layer index out of range, surface face that is not a
+/// boundary face of a cell, non-manifold surface (an edge of a surface with more than two faces), a node
+/// set index out of range.
+void check(const TetMesh& mesh);
+
+}  // namespace plica

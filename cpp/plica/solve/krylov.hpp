@@ -1,0 +1,41 @@
+#pragma once
+#include <functional>
+
+#include "plica/core/block_matrix.hpp"
+
+namespace plica {
+
+/// How an iteration ended; a caller may look at it, so it is data.
+struct Convergence {
+  int iterations = 0;
+  double residual = 0.0;  // |b - A x| / |b|, of the recursion
+  bool converged = false;
+};
+
+struct KrylovOptions {
+  double tolerance = 1e-8;   // on |b - A x| / |b|, in (0, 1)
+  int max_iterations = 2000; // >= 1
+  void validate() const;
+};
+
+/// Conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started from x. A symmetric positive
+/// definite, constrained by Supports. Threaded, the same result for any number of threads.
+/// Per iteration one product with A and five passes over vectors.
+class ConjugateGradient {
+ public:
+  ConjugateGradient(const BlockMatrix& A, KrylovOptions options);  // A must outlive it
+  Convergence solve(const Vector& b, Vector& x) const;
+  /// Solves for k right-hand sides (3 n, k) together: each product reads A once for all of them; each
+  /// column takes the same arithmetic whatever its company. X starts from zero.
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const;
+  const KrylovOptions& options() const { return options_; }
+  /// y = (3x3 diagonal blocks)^-1 r
+  void precondition(const Vector& r, Vector& z) const;
+};
+
+/// Restarted GMRES with modified Gram-Schmidt for y = operator(x), left and right preconditioned by the
+/// square root of a positive diagonal: the thesis's Eq. (29) applied "at both sides". Warm-started from x.
+Convergence gmres(const std::function<void(const Vector&, Vector&)>& apply, const Vector& diagonal,
+                  const Vector& b, Vector& x, const KrylovOptions& options, int restart = 50);
+
+}  // namespace plica

@@ -1,0 +1,61 @@
+#pragma once
+#include "plica/core/block_matrix.hpp"
+#include "plica/mesh/tet_mesh.hpp"
+#include "plica/tissue/material.hpp"
+
+namespace plica {
+
+/// One material a (layer, side), or as the caller groups cells.
+struct Tissue {
+  std::vector<Material> materials;
+  std::vector<std::string> names;  // one a material, for messages: "cover.left"
+  Indices cell_material;           // (m) position in materials
+  void validate(const TetMesh& mesh) const;
+};
+
+/// Assembles M, C and K of one mesh straight into their final pattern. O(cells); the mesh must outlive it.
+class Assembler {
+ public:
+  explicit Assembler(const TetMesh& mesh);
+
+  const Pattern& pattern() const { return pattern_; }
+  NodalMatrix mass(const Tissue& tissue) const;        // consistent, kg
+  /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
+  Vector lumped_mass(const Tissue& tissue) const;
+  BlockMatrix stiffness(const Tissue& tissue) const;   // N/m
+  BlockMatrix viscosity(const Tissue& tissue) const;   // N s/m
+  /// (3 n) N: consistent load of a force per mass (m/s^2), e.g. gravity.
+  Vector body_force(const Tissue& tissue, const Vector3& acceleration) const;
+  /// (3 n) N: consistent load of a constant traction (Pa) on faces of the reference surface.
+  Vector traction(const Faces& faces, const Vector3& traction) const;
+  /// Strain (m, 6) (engineering Voigt) at the centroid of each cell under displacement u (3 n).
+  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> centroid_strain(const Vector& u) const;
+
+ private:
+  friend class AffineStiffness;
+  // scatter map: for each cell, its node pairs' positions in the pattern
+  const TetMesh& mesh_;
+  Pattern pattern_;
+  std::vector<std::int32_t> scatter_;  // (m * npe * npe)
+};
+
+/// K and C as sums over material coefficients: a new material costs one pass over the values, no assembly.
+class AffineStiffness {
+ public:
+  /// Cells are grouped as in `tissue`; only its fibre directions and grouping are used. 6 K_c and one C a group.
+  AffineStiffness(const Assembler& assembler, const Tissue& tissue);
+  /// coefficients (groups, 6) Pa; equal to Assembler::stiffness to round-off.
+  BlockMatrix stiffness(const Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>& coefficients) const;
+  BlockMatrix viscosity(const Vector& viscosities) const;  // (groups) Pa s
+
+ private:
+  struct Group {
+    std::vector<std::int32_t> entries;              // positions in the pattern that the group touches
+    std::array<std::vector<double>, 6> stiffness;   // (9 * entries) each
+    std::vector<double> viscosity;                  // (9 * entries)
+  };
+  Pattern pattern_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace plica
