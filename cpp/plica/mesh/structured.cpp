@@ -1,0 +1,44 @@
+#include "plica/mesh/structured.hpp"
+
+#include <algorithm>
+
+namespace plica {
+
+void split_prism(const std::array<PrismCorner, 6>& prism, std::vector<std::array<std::int32_t, 4>>& cells) {
+  const auto smaller = [](const PrismCorner& a, const PrismCorner& b) { return a.key < b.key; };
+  const auto first = std::min_element(prism.begin(), prism.end(), smaller) - prism.begin();
+  // Turned so that the corner of smallest key is a[0]; b lies across from a.
+  std::array<PrismCorner, 3> a, b;
+  for (int k = 0; k < 3; ++k) {
+    const auto along = (first + k) % 3;
+    a[k] = prism[first < 3 ? along : along + 3];
+    b[k] = prism[first < 3 ? along + 3 : along];
+  }
+  cells.push_back({a[0].node, b[0].node, b[1].node, b[2].node});
+  if (std::min(a[1].key, b[2].key) < std::min(a[2].key, b[1].key)) {  // the far quad is cut from a1 to b2
+    cells.push_back({a[0].node, a[1].node, a[2].node, b[2].node});
+    cells.push_back({a[0].node, a[1].node, b[2].node, b[1].node});
+  } else {
+    cells.push_back({a[0].node, a[1].node, a[2].node, b[1].node});
+    cells.push_back({a[0].node, a[2].node, b[2].node, b[1].node});
+  }
+}
+
+Cells positive_cells(const Points& points, const std::vector<std::array<std::int32_t, 4>>& cells) {
+  Cells array(static_cast<Eigen::Index>(cells.size()), 4);
+  for (std::size_t e = 0; e < cells.size(); ++e) array.row(e) << cells[e][0], cells[e][1], cells[e][2], cells[e][3];
+  const Vector volumes = signed_volumes(points, array);
+  for (Eigen::Index e = 0; e < array.rows(); ++e)
+    if (volumes[e] < 0) std::swap(array(e, 2), array(e, 3));
+  return array;
+}
+
+Faces marked_faces(const Boundary& boundary, const std::vector<char>& marked) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index f = 0; f < boundary.faces.rows(); ++f)
+    if (marked[boundary.faces(f, 0)] && marked[boundary.faces(f, 1)] && marked[boundary.faces(f, 2)])
+      rows.push_back(f);
+  return boundary.faces(rows, Eigen::all);
+}
+
+}  // namespace plica
