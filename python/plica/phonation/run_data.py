@@ -1,0 +1,99 @@
+"""What measures and report need of a run: a protocol, so that both also serve runs that were not made here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+
+
+class MeshData(Protocol):
+    """The mesh of a run."""
+
+    @property
+    def points(self) -> Array:
+        """(n, 3) m, reference positions."""
+
+    @property
+    def cells(self) -> Array:
+        """(m, 4) or (m, 10) node numbers."""
+
+    @property
+    def surfaces(self) -> Mapping[str, Array]:
+        """Named boundary faces, (f, 3) or (f, 6) node numbers."""
+
+
+class RunData(Protocol):
+    """A run, finished or not, with its results in SI units.
+
+    Arrays may be as long as the run was meant to become; what was not reached is NaN (integers: -1).
+    A part that the scene does not have (airflow, contact) has no entries.
+    """
+
+    @property
+    def time(self) -> Array:
+        """(k) s, NaN where the run did not come to."""
+
+    @property
+    def waveforms(self) -> Mapping[str, Array]:
+        """What the simulation returned for every step, leading axis k."""
+
+    @property
+    def fields(self) -> Mapping[str, Array]:
+        """Frames: time (f) s, displacement (f, n, 3) m, and with contact contact_pressure (f, n) Pa."""
+
+    @property
+    def mesh(self) -> MeshData:
+        """The mesh in its reference position."""
+
+    @property
+    def section_height(self) -> Array:
+        """(s) m, reference height of the airflow's sections; empty without airflow."""
+
+    @property
+    def section_major(self) -> Array:
+        """(s) m, half the anteroposterior extent of the airway there; empty without airflow."""
+
+    @property
+    def scene_text(self) -> str:
+        """The scene that made the run, as resolved TOML."""
+
+    @property
+    def steps_asked(self) -> int:
+        """How many steps the scene asks for."""
+
+    @property
+    def failure(self) -> str:
+        """Why the run ended before its time, as text; empty if it did not fail."""
+
+    @property
+    def versions(self) -> Mapping[str, str]:
+        """Names and versions of what computed the run."""
+
+
+def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:
+    """Time and waveforms of the steps that were computed.
+
+    Parameters
+    ----------
+    run : RunData
+
+    Returns
+    -------
+    time : (k) s
+    waveforms : each with leading axis k
+        Cut before the first step whose time is not finite, and to the shortest waveform.
+    """
+    time = np.asarray(run.time, dtype=float)
+    count = time.size if np.isfinite(time).all() else int(np.argmin(np.isfinite(time)))
+    waveforms = {name: np.asarray(values) for name, values in run.waveforms.items() if name != "time"}
+    count = min([count, *(len(values) for values in waveforms.values())])
+    for values in waveforms.values():  # a kill may fall between two data sets of one step
+        while count and not np.isfinite(values[count - 1]).all():
+            count -= 1
+    return time[:count], {name: values[:count] for name, values in waveforms.items()}
