@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+
 #include "plica/core/block_matrix.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 #include "plica/tissue/material.hpp"

@@ -44,8 +44,11 @@ struct Material {
 /// The six numbers in which S is linear: S = sum_c coefficients[c] * basis_c(fibre);
 /// order: S11, S13 (both across), S12 (across-along), S22 (along), mu' , mu. Pa.
 Vector6 stiffness_coefficients(const Material& material);
-/// (6, 6) Voigt order xx yy zz xy yz zx on engineering strain, in the global frame.
+/// (6, 6) Voigt order xx yy zz xy yz zx on engineering strain, in the global frame. The axes of Eq. (6)
+/// (fibre along y) are turned by the smallest rotation that brings y onto the line of the fibre; this
+/// choice matters only when mu differs from E / (2 (1 + nu)).
 Matrix6 stiffness_basis(int coefficient, const Vector3& fibre);
+/// The y axis for isotropic tissue, which has none of its own.
 Vector3 fibre_of(const Material& material);
 /// S, (6, 6) Pa.
 Matrix6 elasticity_matrix(const Material& material);
