@@ -32,9 +32,16 @@ class BlockMatrix {
   std::vector<double>& values() { return values_; }
   const std::vector<double>& values() const { return values_; }
 
-  /// y = A x; x, y (3 n). Threaded over rows. Floor: 76 bytes an entry.
+  /// y = A x; x, y (3 n), not the same vector. Threaded over rows. Floor: 76 bytes an entry.
   void multiply(const Vector& x, Vector& y) const;
   Vector operator*(const Vector& x) const;
+  /// The node rows [begin, end) of y = A x alone, unchecked, for loops that do more to those rows.
+  void multiply_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x, double* y) const;
+  /// The same for `pack` vectors at once, x[pack * unknown + vector]; every vector takes the same arithmetic.
+  void multiply_rows_packed(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x, double* y) const;
+  static constexpr int pack = 8;
+  /// Node rows that one chunk of a threaded loop takes.
+  static constexpr std::ptrdiff_t chunk_rows = 256;
   /// The same matrix in compressed scalar rows (3 n, 3 n), for readers and factorisations.
   SparseMatrix to_sparse() const;
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <functional>
 
 namespace plica {
@@ -9,7 +10,8 @@ int threads();
 
 /// Calls work(begin, end, chunk) for the chunks [0, size), [size, 2 size), ... of [0, n), in parallel.
 /// The chunks depend on n and size alone: a sum over chunk results taken in chunk order is the same
-/// for any number of threads. Work must not throw.
+/// for any number of threads. Work must not throw. A nested call, or one made while another thread's is
+/// under way, runs on its own thread alone.
 void for_chunks(std::ptrdiff_t n, std::ptrdiff_t size,
                 const std::function<void(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t chunk)>& work);
 

@@ -1,5 +1,6 @@
 #pragma once
 #include "plica/solve/krylov.hpp"
+#include "plica/solve/supports.hpp"
 
 namespace plica {
 
@@ -9,16 +10,30 @@ namespace plica {
 class Compliance {
  public:
   /// nodes: the nodes that results are wanted at and that columns may be asked for. Fixed unknowns have
-  /// zero columns. Column tolerance is that of `solver`'s options given here.
-  Compliance(const BlockMatrix& A, const class Supports& supports, Indices nodes, KrylovOptions options);
+  /// zero columns. A is constrained by the supports and must outlive this; options holds for every column.
+  Compliance(const BlockMatrix& A, const Supports& supports, Indices nodes, KrylovOptions options);
 
   const Indices& nodes() const { return nodes_; }
-  /// Makes sure that the three columns of each of these nodes (positions in nodes()) exist.
+  /// Makes sure that the three columns of each of these nodes (positions in nodes()) exist. Throws SolveFailed,
+  /// with the node and component, where a column does not reach the tolerance.
   void require(const std::vector<std::int32_t>& local_nodes);
   bool has(std::int32_t local_node) const;
   /// (3 nodes) displacement of all nodes under a unit force on component c of a node; must exist.
   const double* column(std::int32_t local_node, int component) const;
+  /// Columns that exist; each takes 24 bytes a node of nodes().
   std::ptrdiff_t column_count() const;
+
+ private:
+  static constexpr std::size_t batch = BlockMatrix::pack;  // columns solved together: bounds the memory
+
+  void check_local(std::int32_t local_node) const;
+  void solve(const std::vector<std::int32_t>& columns);  // local unknowns, at most `batch`
+
+  Supports supports_;
+  Indices nodes_;
+  ConjugateGradient solver_;
+  std::ptrdiff_t unknowns_;
+  std::vector<std::vector<double>> columns_;  // (3 nodes) each empty or (3 nodes)
 };
 
 }  // namespace plica

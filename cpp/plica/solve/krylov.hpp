@@ -13,8 +13,8 @@ struct Convergence {
 };
 
 struct KrylovOptions {
-  double tolerance = 1e-8;   // on |b - A x| / |b|, in (0, 1)
-  int max_iterations = 2000; // >= 1
+  double tolerance = 1e-8;    // on |b - A x| / |b|, in (0, 1)
+  int max_iterations = 2000;  // >= 1
   void validate() const;
 };
 
@@ -23,7 +23,11 @@ struct KrylovOptions {
 /// Per iteration one product with A and five passes over vectors.
 class ConjugateGradient {
  public:
-  ConjugateGradient(const BlockMatrix& A, KrylovOptions options);  // A must outlive it
+  /// A must outlive it; its diagonal blocks are read here, so it must not change afterwards. Throws SolveFailed
+  /// where a diagonal block is not positive definite.
+  ConjugateGradient(const BlockMatrix& A, KrylovOptions options);
+  /// Starts from x (3 n), or from zero where x is empty. b = 0 gives x = 0. Throws SolveFailed where A shows
+  /// itself not positive definite (p^T A p <= 0) or a number is not finite.
   Convergence solve(const Vector& b, Vector& x) const;
   /// Solves for k right-hand sides (3 n, k) together: each product reads A once for all of them; each
   /// column takes the same arithmetic whatever its company. X starts from zero.
@@ -31,10 +35,19 @@ class ConjugateGradient {
   const KrylovOptions& options() const { return options_; }
   /// y = (3x3 diagonal blocks)^-1 r
   void precondition(const Vector& r, Vector& z) const;
+
+ private:
+  const BlockMatrix* A_;
+  KrylovOptions options_;
+  std::vector<double> inverse_;  // (6 n) entries 00, 01, 02, 11, 12, 22 of the inverse diagonal blocks
 };
 
 /// Restarted GMRES with modified Gram-Schmidt for y = operator(x), left and right preconditioned by the
-/// square root of a positive diagonal: the thesis's Eq. (29) applied "at both sides". Warm-started from x.
+/// square root of a positive diagonal: the thesis's Eq. (29) applied "at both sides". Warm-started from x
+/// (or from zero where x is empty). With S = diagonal^(-1/2) it solves (S Op S) y = S b, x = S y; tolerance and
+/// Convergence::residual are |S (b - Op x)| / |S b|, the latter recomputed from x at the end of every cycle.
+/// Iterations count products in the Krylov space. A cycle that does not lower the residual ends it unconverged.
+/// Throws SolveFailed where a number is not finite.
 Convergence gmres(const std::function<void(const Vector&, Vector&)>& apply, const Vector& diagonal,
                   const Vector& b, Vector& x, const KrylovOptions& options, int restart = 50);
 

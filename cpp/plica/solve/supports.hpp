@@ -7,10 +7,10 @@ namespace plica {
 class Supports {
  public:
   explicit Supports(std::ptrdiff_t nodes);
-  void fix(std::int32_t node);                     // all three components
-  void fix(std::int32_t node, int component);      // 0 x, 1 y, 2 z
+  void fix(std::int32_t node);                 // all three components
+  void fix(std::int32_t node, int component);  // 0 x, 1 y, 2 z
   bool fixed(std::ptrdiff_t unknown) const { return fixed_[static_cast<std::size_t>(unknown)] != 0; }
-  bool node_fixed(std::int32_t node) const;        // all three
+  bool node_fixed(std::int32_t node) const;  // all three
   std::ptrdiff_t fixed_count() const;
   std::ptrdiff_t size() const { return static_cast<std::ptrdiff_t>(fixed_.size()); }
   /// Sets the held entries of v (3 n) to zero.

@@ -1,0 +1,21 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace plica {
+
+/// The rows [begin, end) of a product of a matrix in compressed rows with x, into y.
+using RowProduct = void (*)(const std::int32_t* row_start, const std::int32_t* column, const double* values,
+                            const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end);
+
+/// The sparse products, each in the version for the processor at hand (fused multiply-add where it has it:
+/// results may differ in the last digit between processors, not between runs).
+struct RowProducts {
+  RowProduct blocks;         // 3x3 blocks, one vector
+  RowProduct blocks_packed;  // 3x3 blocks, BlockMatrix::pack interleaved vectors
+  RowProduct nodal;          // numbers times I3, one vector
+};
+
+const RowProducts& row_products();
+
+}  // namespace plica

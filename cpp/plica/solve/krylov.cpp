@@ -1,0 +1,181 @@
+#include "plica/solve/krylov.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
+
+namespace plica {
+namespace {
+
+constexpr std::ptrdiff_t chunk_rows = BlockMatrix::chunk_rows;
+
+/// Sums of one chunk of rows.
+struct Sums {
+  double first = 0.0, second = 0.0;
+};
+
+/// sum a_i b_i in eight running sums.
+double dot(const double* a, const double* b, std::ptrdiff_t n) {
+  double s[8] = {};
+  std::ptrdiff_t i = 0;
+  for (; i + 8 <= n; i += 8) {
+    for (int k = 0; k < 8; ++k) s[k] += a[i + k] * b[i + k];
+  }
+  for (int k = 0; i < n; ++i, ++k) s[k] += a[i] * b[i];
+  return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
+}
+
+/// z = (diagonal blocks)^-1 r in the node rows [begin, end).
+void precondition_rows(const double* inverse, const double* r, double* z, std::ptrdiff_t begin,
+                       std::ptrdiff_t end) {
+  for (std::ptrdiff_t i = begin; i < end; ++i) {
+    const double* m = inverse + 6 * i;
+    const double r0 = r[3 * i], r1 = r[3 * i + 1], r2 = r[3 * i + 2];
+    z[3 * i] = m[0] * r0 + m[1] * r1 + m[2] * r2;
+    z[3 * i + 1] = m[1] * r0 + m[3] * r1 + m[4] * r2;
+    z[3 * i + 2] = m[2] * r0 + m[4] * r1 + m[5] * r2;
+  }
+}
+
+/// Runs work(begin, end) -> Sums over all chunks of rows; the total is taken in chunk order.
+template <typename Work>
+Sums sum_over_rows(std::ptrdiff_t rows, std::vector<Sums>& partial, const Work& work) {
+  for_chunks(rows, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t chunk) {
+    partial[static_cast<std::size_t>(chunk)] = work(begin, end);
+  });
+  Sums total;
+  for (const Sums& part : partial) {
+    total.first += part.first;
+    total.second += part.second;
+  }
+  return total;
+}
+
+void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
+  if (size != rows) {
+    throw InvalidInput("ConjugateGradient", name, static_cast<double>(size), "",
+                       "the number of rows, " + number(static_cast<double>(rows)));
+  }
+}
+
+}  // namespace
+
+void KrylovOptions::validate() const {
+  if (!(tolerance > 0.0 && tolerance < 1.0)) {
+    throw InvalidInput("KrylovOptions", "tolerance", tolerance, "", "in (0, 1)");
+  }
+  if (max_iterations < 1) throw InvalidInput("KrylovOptions", "max_iterations", max_iterations, "", ">= 1");
+}
+
+ConjugateGradient::ConjugateGradient(const BlockMatrix& A, KrylovOptions options) : A_(&A), options_(options) {
+  options_.validate();
+  const NodePattern& p = *A.pattern();
+  inverse_.resize(static_cast<std::size_t>(6 * p.rows()));
+  for (std::int32_t i = 0; i < p.rows(); ++i) {
+    const double* a = A.block(p.find(i, i));
+    const double c00 = a[4] * a[8] - a[5] * a[5], c01 = a[2] * a[5] - a[1] * a[8], c02 = a[1] * a[5] - a[2] * a[4];
+    const double det = a[0] * c00 + a[1] * c01 + a[2] * c02;
+    if (!(a[0] > 0.0 && a[0] * a[4] - a[1] * a[1] > 0.0 && det > 0.0 && std::isfinite(det))) {
+      throw SolveFailed("ConjugateGradient: matrix is not positive definite: diagonal block of node " + number(i) +
+                        " has determinant " + number(det) +
+                        ". Is a node without element, or an element inverted?");
+    }
+    double* m = inverse_.data() + 6 * static_cast<std::ptrdiff_t>(i);
+    m[0] = c00 / det;
+    m[1] = c01 / det;
+    m[2] = c02 / det;
+    m[3] = (a[0] * a[8] - a[2] * a[2]) / det;
+    m[4] = (a[1] * a[2] - a[0] * a[5]) / det;
+    m[5] = (a[0] * a[4] - a[1] * a[1]) / det;
+  }
+}
+
+void ConjugateGradient::precondition(const Vector& r, Vector& z) const {
+  check_size("r.size()", r.size(), A_->rows());
+  z.resize(r.size());
+  for_chunks(r.size() / 3, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
+  });
+}
+
+Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
+  const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
+  check_size("b.size()", b.size(), unknowns);
+  if (x.size() == 0) x = Vector::Zero(unknowns);
+  check_size("x.size()", x.size(), unknowns);
+  Vector r = b, z(unknowns), p(unknowns), q(unknowns);
+  std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
+  const double* inverse = inverse_.data();
+
+  Convergence state;
+  const double b_norm =
+      std::sqrt(sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+                  return {dot(b.data() + 3 * begin, b.data() + 3 * begin, 3 * (end - begin)), 0.0};
+                }).first);
+  if (b_norm == 0.0) {
+    x.setZero();
+    state.converged = true;
+    return state;
+  }
+  const auto check_finite = [&](double value, const char* name) {
+    if (!std::isfinite(value)) {
+      throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number(value) + " in iteration " +
+                        number(state.iterations) +
+                        "; must be finite. Are the matrix, the right-hand side and the start finite?");
+    }
+  };
+  check_finite(b_norm, "|b|");
+
+  const bool warm = !(x.array() == 0.0).all();
+  const Sums start = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+    if (warm) {
+      A_->multiply_rows(begin, end, x.data(), q.data());
+      for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) r[i] -= q[i];
+    }
+    precondition_rows(inverse, r.data(), z.data(), begin, end);
+    const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
+    for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i];
+    return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
+  });
+  double rz = start.first;
+  state.residual = std::sqrt(start.second) / b_norm;
+  check_finite(state.residual, "|b - A x| / |b|");
+
+  while (!(state.converged = state.residual <= options_.tolerance) && state.iterations < options_.max_iterations) {
+    ++state.iterations;
+    const double pq = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+                        A_->multiply_rows(begin, end, p.data(), q.data());
+                        return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
+                      }).first;
+    check_finite(pq, "p^T A p");
+    if (pq <= 0.0) {
+      throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " + number(pq) +
+                        " in iteration " + number(state.iterations) +
+                        ". Is the body held, and is every element the right way round?");
+    }
+    const double alpha = rz / pq;
+    const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+      const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
+      double *xi = x.data() + at, *ri = r.data() + at;
+      const double *pi = p.data() + at, *qi = q.data() + at;
+      for (std::ptrdiff_t i = 0; i < count; ++i) xi[i] += alpha * pi[i];
+      for (std::ptrdiff_t i = 0; i < count; ++i) ri[i] -= alpha * qi[i];
+      precondition_rows(inverse, r.data(), z.data(), begin, end);
+      return {dot(ri, z.data() + at, count), dot(ri, ri, count)};
+    });
+    const double beta = sums.first / rz;
+    rz = sums.first;
+    state.residual = std::sqrt(sums.second) / b_norm;
+    check_finite(state.residual, "|b - A x| / |b|");
+    for_chunks(nodes, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+      double* pi = p.data();
+      const double* zi = z.data();
+      for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) pi[i] = zi[i] + beta * pi[i];
+    });
+  }
+  return state;
+}
+
+}  // namespace plica
