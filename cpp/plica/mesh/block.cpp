@@ -47,7 +47,7 @@ TetMesh block_mesh(const Block& block) {
         prism({at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1)});
         prism({at(0, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 1, 1), at(0, 1, 1)});
       }
-  mesh.cells = positive_cells(mesh.points, cells);
+  mesh.cells = as_cells(cells);
   mesh.cell_layer = Indices::Zero(mesh.cell_count());
   mesh.cell_side = Indices::Zero(mesh.cell_count());
 

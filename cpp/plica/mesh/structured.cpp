@@ -14,22 +14,25 @@ void split_prism(const std::array<PrismCorner, 6>& prism, std::vector<std::array
     a[k] = prism[first < 3 ? along : along + 3];
     b[k] = prism[first < 3 ? along + 3 : along];
   }
-  cells.push_back({a[0].node, b[0].node, b[1].node, b[2].node});
+  const auto append = [&](const PrismCorner& p, const PrismCorner& q, const PrismCorner& r, const PrismCorner& s) {
+    if (first < 3)
+      cells.push_back({p.node, q.node, r.node, s.node});
+    else  // seen from the other end, the base is clockwise
+      cells.push_back({p.node, q.node, s.node, r.node});
+  };
+  append(a[0], b[0], b[1], b[2]);
   if (std::min(a[1].key, b[2].key) < std::min(a[2].key, b[1].key)) {  // the far quad is cut from a1 to b2
-    cells.push_back({a[0].node, a[1].node, a[2].node, b[2].node});
-    cells.push_back({a[0].node, a[1].node, b[2].node, b[1].node});
+    append(a[0], a[1], a[2], b[2]);
+    append(a[0], a[1], b[2], b[1]);
   } else {
-    cells.push_back({a[0].node, a[1].node, a[2].node, b[1].node});
-    cells.push_back({a[0].node, a[2].node, b[2].node, b[1].node});
+    append(a[0], a[1], a[2], b[1]);
+    append(a[0], a[2], b[2], b[1]);
   }
 }
 
-Cells positive_cells(const Points& points, const std::vector<std::array<std::int32_t, 4>>& cells) {
+Cells as_cells(const std::vector<std::array<std::int32_t, 4>>& cells) {
   Cells array(static_cast<Eigen::Index>(cells.size()), 4);
   for (std::size_t e = 0; e < cells.size(); ++e) array.row(e) << cells[e][0], cells[e][1], cells[e][2], cells[e][3];
-  const Vector volumes = signed_volumes(points, array);
-  for (Eigen::Index e = 0; e < array.rows(); ++e)
-    if (volumes[e] < 0) std::swap(array(e, 2), array(e, 3));
   return array;
 }
 
