@@ -20,7 +20,8 @@ class Airflow {
  public:
   /// Sections as half-ellipses with their own minor half-axes, Paper A, Eq. (3).
   struct Elliptic {};
-  /// Area cut from the deforming interface mesh at each section.
+  /// Area cut from the deforming interface mesh in the plane of each section; the plane of a section beyond the
+  /// current rim of the interface is moved to the rim.
   struct Cut {};
   struct Options {
     double subglottal_pressure = 800.0;  // Pa, > 0
@@ -35,11 +36,14 @@ class Airflow {
 
   const Options& options() const { return options_; }
   const Sections& sections() const { return sections_; }
+  /// Surface node numbers, ascending: the rows of nodal_pressure.
+  const Indices& nodes() const { return nodes_; }
   /// (s) m^2 at positions x (n, 3); may be negative where the folds overlap.
   Vector areas(const Points& x) const;
   /// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2);
   /// stopped, or a_min <= 0: p_i = p_s upstream, 0 from there on, no flow.
-  /// `separation`: the section to use instead of that of least area.
+  /// `separation`: the section to use instead of that of least area; a_min is then the least area up to it,
+  /// so that pressures stay within [0, p_s].
   FlowState evaluate(const Vector& areas, bool stopped, std::optional<int> separation = std::nullopt) const;
   /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
   /// curved six-node faces are integrated as they are. `pressure` (s) Pa.
@@ -50,8 +54,22 @@ class Airflow {
   bool blocks(double y_bc, double z_bc) const;
 
  private:
+  enum class Region : std::int8_t { below, within, above };  // the sections
+  struct Place {
+    Region region;
+    std::int32_t section;  // the one at or below
+    double weight;         // of the next one
+  };
+  double pressure_at(const Place& place, const Vector& pressure) const;
+
   Options options_;
   Sections sections_;
+  Faces faces_;
+  Faces face_rows_;            // rows of nodes_
+  Indices nodes_;              // of the surface, ascending
+  std::vector<Place> places_;  // of nodes_, by reference height
+  Triangles triangles_;                              // only for Cut
+  std::vector<std::int32_t> lower_rim_, upper_rim_;  // only for Cut: lowest and highest nodes at rest
 };
 
 }  // namespace plica

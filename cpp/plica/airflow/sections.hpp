@@ -25,11 +25,12 @@ struct Sections {
 };
 
 /// Sections at every height where the right or left mid-coronal line of `surface` has a vertex (heights closer
-/// than 1e-6 of the extent are one). Throws InvalidInput where the surface does not cross y = 0 on both sides.
+/// than 1e-6 of the extent are one) and both lines exist. Throws InvalidInput where the surface does not cross
+/// y = 0 on both sides, or has several x at one height there.
 Sections coronal_sections(const TetMesh& mesh, const Faces& surface);
 
 /// Area enclosed by the interface at positions x in the plane z = height (m^2), from its cut polygon;
-/// counts overlap of the folds as negative. O(faces).
+/// counts overlap of the folds as negative; nodes in the plane are allowed. O(faces).
 double cut_area(const Points& x, const Triangles& surface, double height);
 
 }  // namespace plica

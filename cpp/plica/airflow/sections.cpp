@@ -1,0 +1,220 @@
+#include "plica/airflow/sections.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+namespace {
+
+/// Where the plane y = 0 meets the interface: a node (a = b), or the edge a b at a + t (b - a).
+struct CutVertex {
+  std::int32_t a, b;
+  double t;
+  double x, z;
+};
+
+struct Segment {
+  CutVertex low, high;
+};
+
+/// The mid-coronal line of one fold, bottom to top.
+using Line = std::vector<CutVertex>;
+
+double extent_of(const Points& points, const Triangles& triangles) {
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (const auto node : triangles.reshaped()) {
+    low = low.cwiseMin(points.row(node).transpose());
+    high = high.cwiseMax(points.row(node).transpose());
+  }
+  return (high - low).norm();
+}
+
+/// Segments of y = 0 on the right and the left fold: outward means toward -x on the right fold, which tells the
+/// folds apart also where they touch. A segment along an edge comes once.
+std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Triangles& triangles, double tolerance) {
+  std::array<std::map<std::array<std::int32_t, 4>, Segment>, 2> found;
+  for (const auto& triangle : triangles.rowwise()) {
+    std::array<int, 3> sign;
+    for (int c = 0; c < 3; ++c) {
+      const double y = points(triangle[c], 1);
+      sign[c] = std::abs(y) <= tolerance ? 0 : y > 0 ? 1 : -1;
+    }
+    std::array<CutVertex, 3> ends;
+    int count = 0;
+    for (int c = 0; c < 3; ++c) {
+      const int d = (c + 1) % 3;
+      if (sign[c] == 0)
+        ends[count++] = {triangle[c], triangle[c], 0, points(triangle[c], 0), points(triangle[c], 2)};
+      else if (sign[c] * sign[d] < 0) {
+        const auto a = std::min(triangle[c], triangle[d]), b = std::max(triangle[c], triangle[d]);
+        const double t = points(a, 1) / (points(a, 1) - points(b, 1));
+        ends[count++] = {a, b, t, points(a, 0) + t * (points(b, 0) - points(a, 0)),
+                         points(a, 2) + t * (points(b, 2) - points(a, 2))};
+      }
+    }
+    if (count < 2) continue;
+    auto [low, high, rest] = ends;
+    if (low.z > high.z) std::swap(low, high);
+    if (count == 3 || high.z - low.z <= tolerance)
+      throw InvalidInput("coronal_sections: interface at y = 0, (x, z) = (" + number(low.x) + ", " + number(low.z) +
+                         ") m; must have one x at each height on each fold, but runs level there. "
+                         "Does the surface hold more than the walls of the airway?");
+    const Vector3 u = points.row(triangle[1]) - points.row(triangle[0]),
+                  v = points.row(triangle[2]) - points.row(triangle[0]);
+    const double normal_x = u[1] * v[2] - u[2] * v[1];
+    found[normal_x < 0 ? 0 : 1].insert({{low.a, low.b, high.a, high.b}, {low, high}});
+  }
+  std::array<std::vector<Segment>, 2> sides;
+  for (int side = 0; side < 2; ++side)
+    for (const auto& entry : found[side]) sides[side].push_back(entry.second);
+  return sides;
+}
+
+Line join(std::vector<Segment> segments, const std::string& side, double tolerance) {
+  if (segments.empty())
+    throw InvalidInput("coronal_sections: " + side +
+                       " interface; must cross the plane y = 0. Are the anteroposterior axis y and the outward "
+                       "direction of the surface right?");
+  std::sort(segments.begin(), segments.end(), [](const auto& p, const auto& q) { return p.low.z < q.low.z; });
+  Line line{segments[0].low};
+  for (const auto& segment : segments) {
+    const auto& end = line.back();
+    if (std::abs(segment.low.z - end.z) > tolerance || std::abs(segment.low.x - end.x) > tolerance)
+      throw InvalidInput("coronal_sections: " + side + " interface at y = 0, (x, z) = (" + number(segment.low.x) +
+                         ", " + number(segment.low.z) + ") m; must have one x at each height, " +
+                         (segment.low.z < end.z + tolerance ? "has several" : "has none just below") +
+                         ". The flow needs folds without overhang.");
+    line.push_back(segment.high);
+  }
+  return line;
+}
+
+void add(MaterialPoint& point, const CutVertex& vertex, double weight) {
+  const std::array<std::pair<std::int32_t, double>, 2> parts{
+      {{vertex.a, weight * (1 - vertex.t)}, {vertex.b, weight * vertex.t}}};
+  for (const auto& [node, part] : parts) {
+    if (part == 0) continue;
+    const auto at = std::find(point.nodes.begin(), point.nodes.end(), node);
+    if (at != point.nodes.end())
+      point.weights[at - point.nodes.begin()] += part;
+    else {
+      point.nodes.push_back(node);
+      point.weights.push_back(part);
+    }
+  }
+}
+
+/// The point of the line at a height within its range; its vertex where one is that near.
+MaterialPoint point_at(const Line& line, double height, double tolerance) {
+  MaterialPoint point;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (std::abs(line[i].z - height) <= tolerance) {
+      add(point, line[i], 1);
+      break;
+    }
+    if (line[i].z > height) {
+      const double t = (height - line[i - 1].z) / (line[i].z - line[i - 1].z);
+      add(point, line[i - 1], 1 - t);
+      add(point, line[i], t);
+      break;
+    }
+  }
+  return point;
+}
+
+double half_depth(const Points& points, const Triangles& triangles, double height, double tolerance) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const auto include = [&](double y) { low = std::min(low, y), high = std::max(high, y); };
+  for (const auto& triangle : triangles.rowwise())
+    for (int c = 0; c < 3; ++c) {
+      const auto a = triangle[c], b = triangle[(c + 1) % 3];
+      const double below = points(a, 2) - height, above = points(b, 2) - height;
+      if (std::abs(below) <= tolerance)
+        include(points(a, 1));
+      else if (below * above < 0)
+        include(points(a, 1) + below / (below - above) * (points(b, 1) - points(a, 1)));
+    }
+  return (high - low) / 2;
+}
+
+}  // namespace
+
+Vector3 MaterialPoint::at(const Points& x) const {
+  Vector3 sum = Vector3::Zero();
+  for (std::size_t i = 0; i < nodes.size(); ++i) sum += weights[i] * x.row(nodes[i]).transpose();
+  return sum;
+}
+
+Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> Sections::half_widths(const Points& x) const {
+  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> widths(count(), 2);
+  for (std::ptrdiff_t i = 0; i < count(); ++i) widths.row(i) << right[i].at(x)[0], -left[i].at(x)[0];
+  return widths;
+}
+
+Sections coronal_sections(const TetMesh& mesh, const Faces& surface) {
+  const Triangles triangles = flat_triangles(surface);
+  const double extent = extent_of(mesh.points, triangles), same_height = 1e-6 * extent, on_plane = 1e-9 * extent;
+  auto sides = cut_coronal(mesh.points, triangles, on_plane);
+  const Line right = join(std::move(sides[0]), "right", same_height);
+  const Line left = join(std::move(sides[1]), "left", same_height);
+
+  const double lowest = std::max(right.front().z, left.front().z) - same_height;
+  const double highest = std::min(right.back().z, left.back().z) + same_height;
+  std::vector<double> candidates, heights;
+  for (const auto* line : {&right, &left})
+    for (const auto& vertex : *line)
+      if (vertex.z >= lowest && vertex.z <= highest) candidates.push_back(vertex.z);
+  std::sort(candidates.begin(), candidates.end());
+  for (const double z : candidates)
+    if (heights.empty() || z - heights.back() > same_height) heights.push_back(z);
+  if (heights.empty())
+    throw InvalidInput("coronal_sections", "lowest height of one fold", lowest, "m",
+                       "<= " + number(highest) + ", the highest of the other", "The folds share no height.");
+
+  Sections sections;
+  sections.height = Eigen::Map<const Vector>(heights.data(), static_cast<std::ptrdiff_t>(heights.size()));
+  sections.major.resize(sections.count());
+  for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
+    sections.major[i] = half_depth(mesh.points, triangles, heights[i], on_plane);
+    sections.right.push_back(point_at(right, heights[i], same_height));
+    sections.left.push_back(point_at(left, heights[i], same_height));
+  }
+  const double inside_out = sections.half_widths(mesh.points).rowwise().sum().minCoeff();
+  if (inside_out < -same_height)
+    throw InvalidInput("coronal_sections", "least width of the airway at rest", inside_out, "m", ">= 0",
+                       "Is the surface outward, into the air?");
+  return sections;
+}
+
+double cut_area(const Points& x, const Triangles& surface, double height) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto node : surface.reshaped()) low = std::min(low, x(node, 2)), high = std::max(high, x(node, 2));
+  // A node in the plane counts as below it in the lower half of the interface and as above it in the upper half,
+  // so that the plane also meets the triangles where it passes through the lowest or the highest nodes.
+  const bool lower_half = height <= (low + high) / 2;
+  const auto above = [&](std::int32_t node) { return lower_half ? x(node, 2) > height : x(node, 2) >= height; };
+  double area = 0;
+  for (const auto& triangle : surface.rowwise()) {
+    double from[2] = {0, 0}, to[2] = {0, 0};
+    bool cut = false;
+    for (int c = 0; c < 3; ++c) {
+      const auto a = triangle[c], b = triangle[(c + 1) % 3];
+      if (above(a) == above(b)) continue;
+      cut = true;
+      const double t = (height - x(a, 2)) / (x(b, 2) - x(a, 2));
+      double* end = above(b) ? from : to;  // counter-clockwise around the air, seen from above
+      for (int k = 0; k < 2; ++k) end[k] = (1 - t) * x(a, k) + t * x(b, k);
+    }
+    if (cut) area += (from[0] + to[0]) / 2 * (to[1] - from[1]);
+  }
+  return area;
+}
+
+}  // namespace plica

@@ -1,0 +1,233 @@
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <string>
+
+#include "plica/airflow/airflow.hpp"
+#include "plica/core/error.hpp"
+#include "plica/mesh/larynx.hpp"
+#include "tube.hpp"
+
+using namespace plica;
+
+namespace {
+
+const std::vector<double> levels{-2e-2, -1e-2, -0.25e-2, 0.5e-2, 1e-2};
+double narrowing(double z) { return 0.2e-2 - 0.1 * z; }  // m, half-axis
+TetMesh duct() { return tube(16, levels, narrowing, 0.7e-2); }
+
+std::string message_of(const Airflow::Options& options) {
+  try {
+    options.validate();
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "";
+}
+
+/// Force of the flow on the interface, summed over nodes in a window of z.
+Vector3 total(const Vector& force) { return as_points(force).colwise().sum().transpose(); }
+
+}  // namespace
+
+TEST_CASE("the larynx at rest lets the published volume flow through its prephonatory gap") {
+  const TetMesh mesh = larynx_mesh(Larynx{});
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  const FlowState state = airflow.evaluate(airflow.areas(mesh.points), false);
+  CHECK(state.area[state.separation] == doctest::Approx(0.0549779e-4).epsilon(2e-6));  // printed to six digits
+  CHECK(state.flow == doctest::Approx(198.3e-6).epsilon(3e-4));                        // printed to four digits
+  CHECK(!state.stopped);
+}
+
+TEST_CASE("the larynx has one section at each level, one node on each side") {
+  const Larynx larynx;
+  const TetMesh mesh = larynx_mesh(larynx);
+  for (const bool quadratic : {false, true}) {
+    const TetMesh used = quadratic ? to_quadratic(mesh) : mesh;
+    const Airflow airflow(used, used.surface("airway"), {});
+    int levels_of_larynx = 1;
+    for (const int n : larynx.levels) levels_of_larynx += quadratic ? 2 * n : n;
+    CHECK(airflow.sections().count() == levels_of_larynx);
+    for (const auto* side : {&airflow.sections().right, &airflow.sections().left})
+      for (const auto& point : *side) CHECK(point.nodes.size() == 1);
+    CHECK(airflow.sections().major.minCoeff() == doctest::Approx(larynx.major).epsilon(1e-12));
+    CHECK(airflow.sections().major.maxCoeff() == doctest::Approx(larynx.major).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("areas of half-ellipses and of cut polygons differ by the inscribed polygon") {
+  const TetMesh mesh = duct();
+  Airflow::Options options;
+  const Airflow elliptic(mesh, mesh.surface("airway"), options);
+  options.area = Airflow::Cut{};
+  const Airflow cut(mesh, mesh.surface("airway"), options);
+  const Vector a = elliptic.areas(mesh.points), b = cut.areas(mesh.points);
+  const double pi = std::acos(-1.0);
+  for (int i = 0; i < a.size(); ++i) {
+    CHECK(a[i] == doctest::Approx(pi * 0.7e-2 * narrowing(levels[i])).epsilon(1e-13));
+    CHECK(b[i] == doctest::Approx(inscribed(16, narrowing(levels[i]), 0.7e-2)).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("each half-ellipse has its own minor half-axis and becomes negative by overlap") {
+  const TetMesh mesh = duct();
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  Points x = mesh.points;
+  for (auto point : x.rowwise())
+    if (point[0] > 1e-9) point[0] -= 0.5e-2;
+  const Vector change = airflow.areas(x) - airflow.areas(mesh.points);
+  CHECK(change.isConstant(-std::acos(-1.0) / 2 * 0.7e-2 * 0.5e-2, 1e-12));
+  CHECK(airflow.areas(x)[4] < 0);
+}
+
+TEST_CASE("cut areas stay whole when the rims of the interface become wavy") {
+  const TetMesh mesh = duct();
+  Airflow::Options options;
+  options.area = Airflow::Cut{};
+  const Airflow airflow(mesh, mesh.surface("airway"), options);
+  Points x = mesh.points;
+  for (int i = 0; i < x.rows(); ++i) x(i, 2) += 1e-7 * std::sin(3.0 * i);
+  const Vector rest = airflow.areas(mesh.points), wavy = airflow.areas(x);
+  // Planes move by 1e-7 m at most, through walls of slope 0.1: area changes by 2 * 1.4e-2 * 1e-8 m^2 at most.
+  CHECK((wavy - rest).cwiseAbs().maxCoeff() < 3e-10);
+  CHECK((wavy - rest).cwiseAbs().maxCoeff() > 0);
+}
+
+TEST_CASE("the flow through a unit area is the Bernoulli velocity") {
+  const TetMesh mesh = duct();
+  Airflow::Options options;
+  options.air_density = 1.14;
+  const Airflow airflow(mesh, mesh.surface("airway"), options);
+  Vector area(5);
+  area << 4, 3, 2, 1, 5;
+  CHECK(airflow.evaluate(area, false).flow == doctest::Approx(37.463).epsilon(2e-5));  // printed to five digits
+}
+
+TEST_CASE("pressure falls by the square of the area ratio and is zero from the separation on") {
+  const TetMesh mesh = duct();
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  Vector area(5);
+  area << 4, 3, 1, 2, 1;
+  const FlowState state = airflow.evaluate(area, false);
+  CHECK(state.separation == 2);  // the first of equal ones
+  for (int i = 0; i < 5; ++i)
+    CHECK(state.pressure[i] == doctest::Approx(i < 2 ? 800 * (1 - 1 / (area[i] * area[i])) : 0.0));
+}
+
+TEST_CASE("a stopped or closed glottis holds the subglottal pressure up to the section of least area") {
+  const TetMesh mesh = duct();
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  Vector area(5), overlapping(5), held(5);
+  area << 4, 3, 2, 1, 5;
+  overlapping << 4, 3, 0.5, -0.1, 5;
+  held << 800, 800, 800, 0, 0;
+  for (const FlowState& state : {airflow.evaluate(area, true), airflow.evaluate(overlapping, false)}) {
+    CHECK(state.stopped);
+    CHECK(state.flow == 0);
+    CHECK(state.pressure == held);
+  }
+}
+
+TEST_CASE("with a given separation the pressure is continuous in the areas and stays within its bounds") {
+  const TetMesh mesh = duct();
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  Vector area(5);
+  area << 4, 3, 1.0, 1.0, 5;
+  const double e = 1e-9;
+  Vector first = area, second = area;
+  first[2] -= e;
+  second[3] -= e;
+  const FlowState a = airflow.evaluate(first, false, 3), b = airflow.evaluate(second, false, 3);
+  CHECK(a.separation == 3);
+  CHECK((a.pressure - b.pressure).cwiseAbs().maxCoeff() < 800 * 4 * e);  // derivative of (a_min / a)^2 is at most 2
+  CHECK(airflow.evaluate(first, false).separation != airflow.evaluate(second, false).separation);
+  first[2] = 1e-6;
+  CHECK(airflow.evaluate(first, false, 3).pressure.minCoeff() >= 0);
+  CHECK(airflow.evaluate(first, false, 3).pressure.maxCoeff() <= 800);
+  CHECK_THROWS_AS(airflow.evaluate(area, false, 5), InvalidInput);
+  CHECK_THROWS_AS(airflow.evaluate(area.head(4), false), InvalidInput);
+  area[1] = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_AS(airflow.evaluate(area, false), InvalidInput);
+}
+
+TEST_CASE("nodes take the pressure of their reference height") {
+  // Right fold from level 1 to 4, left fold from level 0 to 3: sections between 1 and 3.
+  TetMesh mesh = duct();
+  std::vector<std::int32_t> faces;
+  for (const auto& t : mesh.surface("airway").rowwise()) {
+    const Vector3 middle = (mesh.points.row(t[0]) + mesh.points.row(t[1]) + mesh.points.row(t[2])).transpose() / 3;
+    if (middle[0] > 0 ? middle[2] > levels[1] : middle[2] < levels[3]) faces.insert(faces.end(), t.begin(), t.end());
+  }
+  const Faces part = Eigen::Map<const Faces>(faces.data(), static_cast<std::ptrdiff_t>(faces.size()) / 3, 3);
+  mesh.points.middleRows(33, 7).col(2).array() -= 0.25e-2;  // part of a ring between levels 1 and 2, off y = 0
+  const Airflow airflow(mesh, part, {});
+  REQUIRE(airflow.sections().count() == 3);
+  Vector pressure(3);
+  pressure << 600, 500, 100;
+  const Vector nodal = airflow.nodal_pressure(pressure);
+  REQUIRE(nodal.size() == airflow.nodes().size());
+  bool lowest = false, highest = false, between = false;
+  for (int i = 0; i < nodal.size(); ++i) {
+    const double z = mesh.points(airflow.nodes()[i], 2);
+    if (z < levels[1]) CHECK(nodal[i] == 800), lowest = true;
+    else if (z > levels[3]) CHECK(nodal[i] == 0), highest = true;
+    else if (z == levels[1]) CHECK(nodal[i] == 600);
+    else if (z == levels[2]) CHECK(nodal[i] == 500);
+    else if (z == levels[3]) CHECK(nodal[i] == 100);
+    else CHECK(nodal[i] == doctest::Approx(500 + 100.0 / 3)), between = true;  // a third of 0.75e-2 below level 2
+  }
+  CHECK((lowest && highest && between));
+}
+
+TEST_CASE("the load is the sum of the face loads at the current positions and is added to what is there") {
+  const TetMesh linear = larynx_mesh(Larynx{});
+  for (const bool quadratic : {false, true}) {
+    const TetMesh mesh = quadratic ? to_quadratic(linear) : linear;
+    const Airflow airflow(mesh, mesh.surface("airway"), {});
+    const Vector pressure = Vector::Constant(airflow.sections().count(), 800);
+    Vector force = Vector::Zero(mesh.points.size());
+    airflow.add_load(mesh.points, pressure, force);
+    // The sides balance; the ends are open: F_z = p times the area of the lower end less that of the upper end,
+    // by the closed surface under constant pressure.
+    const double lower = inscribed(12, Larynx{}.sections.front().minor, 0.7e-2);
+    const double upper = inscribed(12, Larynx{}.sections.back().minor, 0.7e-2);
+    const double size = 800 * 4e-2 * 4e-2;  // N, pressure times some wall area
+    CHECK((total(force) - Vector3(0, 0, 800 * (upper - lower))).norm() < 1e-13 * size);
+    CHECK(force.norm() > 1e-3);
+    Vector twice = force;
+    airflow.add_load(mesh.points, pressure, twice);
+    CHECK((twice - 2 * force).norm() < 1e-15 * force.norm() * 10);
+    Points moved = 2 * mesh.points;
+    Vector larger = Vector::Zero(force.size());
+    airflow.add_load(moved, pressure, larger);
+    CHECK((larger - 4 * force).norm() < 1e-13 * force.norm());  // the current area
+  }
+}
+
+TEST_CASE("contact blocks the flow in the middle part of the glottis only") {
+  const TetMesh mesh = duct();
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  CHECK(airflow.blocks(0.349e-2, 0.2e-2));
+  CHECK(airflow.blocks(-0.349e-2, -9));  // beyond the last section its depth holds
+  CHECK(!airflow.blocks(0.351e-2, 0.2e-2));
+  CHECK(!airflow.blocks(-0.351e-2, 9));
+}
+
+TEST_CASE("options out of range say what they must be") {
+  Airflow::Options options;
+  CHECK(message_of(options) == "");
+  options.subglottal_pressure = -800;
+  CHECK(message_of(options) == "Airflow: subglottal_pressure = -800 Pa; must be > 0. Is the unit right?");
+  options = {};
+  options.air_density = 0;
+  CHECK(message_of(options).find("air_density = 0 kg/m^3") != std::string::npos);
+  options = {};
+  options.zero_flow_fraction = 1.5;
+  CHECK(message_of(options) == "Airflow: zero_flow_fraction = 1.5; must be in [0, 1].");
+  const TetMesh mesh = duct();
+  CHECK_THROWS_AS(Airflow(mesh, Faces(0, 3), {}), InvalidInput);
+  Faces outside = mesh.surface("airway");
+  outside(3, 1) = 80;
+  CHECK_THROWS_AS(Airflow(mesh, outside, {}), InvalidInput);
+}

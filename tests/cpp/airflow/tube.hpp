@@ -1,0 +1,34 @@
+#pragma once
+#include <cmath>
+
+#include "plica/mesh/tet_mesh.hpp"
+
+/// The wall of an airway alone: rings of `around` nodes at the given heights, half-axes minor(z) in x and `major`
+/// in y, the first node turned by `turn` steps from (minor, 0). Outward, towards the axis.
+template <class Minor>
+plica::TetMesh tube(int around, const std::vector<double>& heights, Minor minor, double major, double turn = 0) {
+  const double step = 2 * std::acos(-1.0) / around;
+  const int levels = static_cast<int>(heights.size());
+  plica::TetMesh mesh;
+  mesh.points.resize(around * levels, 3);
+  for (int k = 0; k < levels; ++k)
+    for (int i = 0; i < around; ++i) {
+      const double angle = (i + turn) * step;
+      mesh.points.row(k * around + i) << minor(heights[k]) * std::cos(angle), major * std::sin(angle), heights[k];
+    }
+  plica::Faces wall(2 * around * (levels - 1), 3);
+  int f = 0;
+  for (int k = 0; k + 1 < levels; ++k)
+    for (int i = 0; i < around; ++i) {
+      const int a = k * around + i, b = k * around + (i + 1) % around, c = b + around, d = a + around;
+      wall.row(f++) << a, c, b;
+      wall.row(f++) << a, d, c;
+    }
+  mesh.surfaces["airway"] = wall;
+  return mesh;
+}
+
+/// Area of the polygon inscribed in an ellipse at equal steps of its parameter.
+inline double inscribed(int around, double minor, double major) {
+  return around / 2.0 * std::sin(2 * std::acos(-1.0) / around) * minor * major;
+}
