@@ -1,16 +1,19 @@
 # One function declares a module of the engine: a static library plica::NAME built from
 # cpp/plica/NAME/*.cpp that sees the headers of the modules it names, and of no others.
 #
-#   plica_module(NAME DEPENDS core mesh PRIVATE CGAL::CGAL)
+#   plica_module(NAME DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL)
 #
-# DEPENDS lists modules (public), PRIVATE third parties (never in a header).
-# Each module's headers are staged into an include root of its own, so that including a header
-# of a module that is not among the dependencies does not build.
+# DEPENDS  modules whose headers its own headers may include
+# LINK     third parties that appear in its headers
+# PRIVATE  third parties of its sources only: header-only ones, so an installed module does not need them
+#
+# Each module's headers are staged into an include root of its own, so that including a header of a
+# module that is not among the dependencies does not build. PLICA_MODULES lists what was declared.
 include_guard(GLOBAL)
 include(GNUInstallDirs)
 
 function(plica_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;LINK;PRIVATE" ${ARGN})
   set(target plica_${name})
   set(source_dir ${PROJECT_SOURCE_DIR}/cpp/plica/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
@@ -27,8 +30,9 @@ function(plica_module name)
   add_library(plica::${name} ALIAS ${target})
   set_target_properties(${target} PROPERTIES
     EXPORT_NAME ${name}
-    OUTPUT_NAME plica_${name}
-    POSITION_INDEPENDENT_CODE ON)
+    POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden
+    VISIBILITY_INLINES_HIDDEN ON)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${include_root}>
@@ -36,10 +40,14 @@ function(plica_module name)
   foreach(dependency IN LISTS ARG_DEPENDS)
     target_link_libraries(${target} PUBLIC plica_${dependency})
   endforeach()
-  target_link_libraries(${target} PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:plica_warnings>)
+  target_link_libraries(${target} PUBLIC ${ARG_LINK})
+  foreach(library IN LISTS ARG_PRIVATE ITEMS plica_warnings)
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
+  endforeach()
 
   install(TARGETS ${target} EXPORT plicaTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   install(DIRECTORY ${source_dir} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/plica
     COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+  set(PLICA_MODULES ${PLICA_MODULES} ${name} PARENT_SCOPE)
 endfunction()

@@ -1,0 +1,77 @@
+# make demo   a vocal-fold collision from one command, with its report
+# make test   all tests
+# Each sets up what is missing (Debian packages, a virtual environment, the build) and is quick when
+# repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS.
+PYTHON ?= python3
+DEMO_SCENE ?= examples/normal_phonation.toml
+DEMO_DIR ?= runs/demo
+PYTEST_ARGS ?=
+
+BUILD := build/release
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+LAUNCHER := $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAUNCHER=ccache)
+
+ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*) \
+  $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
+
+.PHONY: help build demo test test-cpp test-python stub format clean FORCE
+.DELETE_ON_ERROR:
+
+help:
+	@sed -n '1,/^PYTHON/{s/^# //p}' Makefile
+
+# ---- Set-up ----------------------------------------------------------------------------------
+$(VENV)/packages.stamp: .ci/packages
+	@PYTHON=$(PYTHON) .ci/packages
+	@mkdir -p $(VENV) && touch $@
+
+$(VENV)/environment.stamp: pyproject.toml .ci/requirements | $(VENV)/packages.stamp
+	@echo "plica: setting up $(VENV)"
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python .ci/requirements > $(VENV)/requirements.txt
+	@$(PIP) install -r $(VENV)/requirements.txt
+	@touch $@
+
+# The list of Python files: a new or removed one renews the installation, an edited one does not need to.
+$(VENV)/modules.txt: FORCE | $(VENV)/packages.stamp
+	@find python/plica -name '*.py' -o -name '*.typed' -o -name '*.pyi' -o -name '*.j2' | sort > $@.new
+	@cmp -s $@.new $@ || cp $@.new $@; rm -f $@.new
+
+$(VENV)/engine.stamp: $(ENGINE_SOURCES) $(VENV)/environment.stamp $(VENV)/modules.txt
+	@echo "plica: building the engine"
+	@$(PIP) install --no-build-isolation --no-deps --editable . \
+	  -Cbuild-dir=$(BUILD) -Ccmake.define.PLICA_TESTS=ON $(LAUNCHER)
+	@touch $@
+
+build: $(VENV)/engine.stamp
+
+# ---- What people type ------------------------------------------------------------------------
+# A fresh run each time; the one before is kept as $(DEMO_DIR).previous.
+demo: build
+	@if [ -e $(DEMO_DIR) ]; then rm -rf $(DEMO_DIR).previous && mv $(DEMO_DIR) $(DEMO_DIR).previous; fi
+	@mkdir -p $(dir $(DEMO_DIR))
+	$(BIN)/plica run $(DEMO_SCENE) -o $(DEMO_DIR)
+	@test -e $(DEMO_DIR)/report.html || $(BIN)/plica report $(DEMO_DIR)
+	@echo "report: $(CURDIR)/$(DEMO_DIR)/report.html"
+
+test: test-cpp test-python
+
+test-cpp: build
+	@cmake --build $(BUILD) --target plica_tests
+	@ctest --test-dir $(BUILD) --output-on-failure
+
+test-python: build
+	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+# ---- What developers type --------------------------------------------------------------------
+stub: build
+	@.ci/stub python/plica/_engine.pyi
+
+format: build
+	@find cpp python/bindings tests examples -name '*.[ch]pp' | xargs $(BIN)/clang-format -i
+	@$(BIN)/ruff format --quiet python tests && $(BIN)/ruff check --quiet --fix python tests
+
+clean:
+	rm -rf build build-sanitize $(VENV)

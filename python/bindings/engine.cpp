@@ -1,0 +1,75 @@
+#include "engine.hpp"
+
+#include <pybind11/stl.h>
+
+#include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
+#include "plica/solve/factorization.hpp"
+
+namespace py = pybind11;
+
+namespace {
+
+std::string compiler() {
+#if defined(__clang__)
+  return "Clang " __clang_version__;
+#elif defined(__GNUC__)
+  return "GCC " __VERSION__;
+#else
+  return "unknown";
+#endif
+}
+
+/// What this build contains; parts that are not in it are listed as absent.
+py::dict build_info() {
+  py::list present, absent;
+  for (const char* name : {"core", "mesh", "solve", "tissue", "airflow"}) {
+    present.append(name);
+  }
+#ifdef PLICA_WITH_CONTACT
+  present.append("contact");
+#else
+  absent.append("contact");
+#endif
+#ifdef PLICA_WITH_DYNAMICS
+  present.append("dynamics");
+#else
+  absent.append("dynamics");
+#endif
+  for (const char* name : {"meshing", "imaging", "estimation"}) {
+    absent.append(name);
+  }
+  py::dict info;
+  info["version"] = PLICA_VERSION;
+  info["compiler"] = compiler();
+  info["backend"] = plica::Factorization::backend();
+#ifdef PLICA_IS_GPL
+  info["gpl"] = true;
+#else
+  info["gpl"] = false;
+#endif
+  info["modules"] = present;
+  info["absent"] = absent;
+  return info;
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_engine, engine) {
+  engine.doc() = "The compiled engine of plica; private, see the package plica.";
+  py::register_exception<plica::InvalidInput>(engine, "InvalidInput", PyExc_ValueError);
+  py::register_exception<plica::SolveFailed>(engine, "SolveFailed", PyExc_RuntimeError);
+
+  engine.def("build_info", &build_info);
+  engine.def("set_threads", &plica::set_threads, py::arg("count"));
+  engine.def("threads", &plica::threads);
+
+  bind_mesh(engine);
+  bind_tissue(engine);
+#ifdef PLICA_WITH_CONTACT
+  bind_contact(engine);
+#endif
+#ifdef PLICA_WITH_DYNAMICS
+  bind_dynamics(engine);
+#endif
+}

@@ -1,0 +1,181 @@
+#include "arrays.hpp"
+#include "engine.hpp"
+#include "plica/mesh/block.hpp"
+#include "plica/mesh/larynx.hpp"
+#include "plica/mesh/tet_mesh.hpp"
+
+using namespace plica;
+using namespace plica::python;
+
+namespace {
+
+using Released = py::gil_scoped_release;
+
+std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cells, const py::array& cell_layer,
+                                   const py::array& cell_side, std::vector<std::string> layer_names,
+                                   const std::map<std::string, py::array>& surfaces,
+                                   const std::map<std::string, py::array>& node_sets) {
+  const std::string where = "TetMesh";
+  auto mesh = std::make_unique<TetMesh>();
+  mesh->points = to_points(points, where, "points");
+  mesh->cells = to_rows(cells, {4, 10}, where, "cells");
+  mesh->cell_layer = to_indices(cell_layer, where, "cell_layer");
+  mesh->cell_side = to_indices(cell_side, where, "cell_side");
+  mesh->layer_names = std::move(layer_names);
+  const auto m = mesh->cell_count();
+  if (mesh->cell_layer.size() != m || mesh->cell_side.size() != m) {
+    wrong_shape(where, mesh->cell_layer.size() != m ? "cell_layer" : "cell_side",
+                mesh->cell_layer.size() != m ? cell_layer : cell_side, "(" + std::to_string(m) + ",)");
+  }
+  check_nodes(mesh->cells, mesh->node_count(), where, "cell");
+  for (const auto& [name, faces] : surfaces) {
+    const std::string label = "surfaces[\"" + name + "\"]";
+    mesh->surfaces[name] = to_rows(faces, {mesh->order() == 2 ? 6 : 3}, where, label);
+    check_nodes(mesh->surfaces[name], mesh->node_count(), where, label + " face");
+  }
+  for (const auto& [name, nodes] : node_sets) {
+    const std::string label = "node_sets[\"" + name + "\"]";
+    mesh->node_sets[name] = to_indices(nodes, where, label);
+    check_nodes(mesh->node_sets[name], mesh->node_count(), where, label + " entry");
+  }
+  return mesh;
+}
+
+template <typename Map>
+py::dict views(const Map& map, const py::handle& owner) {
+  py::dict out;
+  for (const auto& [name, matrix] : map) {
+    out[py::str(name)] = view(matrix, owner);
+  }
+  return out;
+}
+
+void bind_tet_mesh(py::module_& engine) {
+  py::class_<TetMesh, std::shared_ptr<TetMesh>>(engine, "TetMesh")
+      .def(py::init(&make_mesh), py::arg("points"), py::arg("cells"), py::arg("cell_layer"), py::arg("cell_side"),
+           py::arg("layer_names"), py::arg("surfaces"), py::arg("node_sets"))
+      .def_property_readonly("points", [](py::object self) { return view(self.cast<TetMesh&>().points, self); })
+      .def_property_readonly("cells", [](py::object self) { return view(self.cast<TetMesh&>().cells, self); })
+      .def_property_readonly("cell_layer",
+                             [](py::object self) { return view(self.cast<TetMesh&>().cell_layer, self); })
+      .def_property_readonly("cell_side",
+                             [](py::object self) { return view(self.cast<TetMesh&>().cell_side, self); })
+      .def_property_readonly("layer_names", [](const TetMesh& mesh) { return mesh.layer_names; })
+      .def_property_readonly("surfaces",
+                             [](py::object self) { return views(self.cast<TetMesh&>().surfaces, self); })
+      .def_property_readonly("node_sets",
+                             [](py::object self) { return views(self.cast<TetMesh&>().node_sets, self); })
+      .def_property_readonly("order", &TetMesh::order);
+
+  engine.def("to_quadratic", &to_quadratic, py::arg("mesh"), py::call_guard<Released>());
+  engine.def("check_mesh", &check, py::arg("mesh"), py::call_guard<Released>());
+  engine.def("boundary", [](const py::array& cells) {
+    Boundary found;
+    const Cells rows = to_rows(cells, {4, 10}, "boundary", "cells");
+    {
+      const Released released;
+      found = boundary(rows);
+    }
+    return py::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
+  }, py::arg("cells"));
+  engine.def("flat_triangles", [](const py::array& faces) {
+    return give(flat_triangles(to_rows(faces, {3, 6}, "flat_triangles", "faces")));
+  }, py::arg("faces"));
+  engine.def("signed_volumes", [](const RealArray& points, const py::array& cells) {
+    const Points x = to_points(points, "signed_volumes", "points");
+    const Cells rows = to_rows(cells, {4, 10}, "signed_volumes", "cells");
+    check_nodes(rows, x.rows(), "signed_volumes", "cell");
+    return give(signed_volumes(x, rows));
+  }, py::arg("points"), py::arg("cells"));
+}
+
+using SectionRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+SectionRows section_rows(const std::vector<Larynx::Section>& sections) {
+  SectionRows rows(static_cast<Eigen::Index>(sections.size()), 2);
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    const auto& section = sections[static_cast<std::size_t>(k)];
+    rows.row(k) << section.z, section.minor;
+  }
+  return rows;
+}
+
+std::vector<Larynx::Section> to_sections(const RealArray& rows) {
+  if (rows.ndim() != 2 || rows.shape(1) != 2) {
+    wrong_shape("Larynx", "sections", rows, "(k, 2): z, minor");
+  }
+  std::vector<Larynx::Section> sections;
+  for (py::ssize_t k = 0; k < rows.shape(0); ++k) {
+    sections.push_back({rows.at(k, 0), rows.at(k, 1)});
+  }
+  return sections;
+}
+
+py::dict larynx_fields(const Larynx& larynx) {
+  py::dict fields;
+  fields["sections"] = give(section_rows(larynx.sections));
+  fields["major"] = larynx.major;
+  fields["radius"] = larynx.radius;
+  fields["layer_thickness"] = larynx.layer_thickness;
+  fields["layers_from_section"] = larynx.layers_from_section;
+  fields["layers_to_section"] = larynx.layers_to_section;
+  fields["levels"] = larynx.levels;
+  fields["around"] = larynx.around;
+  fields["cover_rings"] = larynx.cover_rings;
+  fields["ligament_rings"] = larynx.ligament_rings;
+  fields["body_rings"] = larynx.body_rings;
+  return fields;
+}
+
+void bind_larynx(py::module_& engine) {
+  const Larynx defaults;
+  engine.def(
+      "larynx_mesh",
+      [](const std::optional<RealArray>& sections, double major, double radius, double layer_thickness,
+         int layers_from_section, int layers_to_section, std::vector<int> levels, int around, int cover_rings,
+         int ligament_rings, int body_rings) {
+        Larynx larynx;
+        if (sections) {
+          larynx.sections = to_sections(*sections);
+        }
+        larynx.major = major;
+        larynx.radius = radius;
+        larynx.layer_thickness = layer_thickness;
+        larynx.layers_from_section = layers_from_section;
+        larynx.layers_to_section = layers_to_section;
+        larynx.levels = std::move(levels);
+        larynx.around = around;
+        larynx.cover_rings = cover_rings;
+        larynx.ligament_rings = ligament_rings;
+        larynx.body_rings = body_rings;
+        const Released released;
+        return larynx_mesh(larynx);
+      },
+      py::kw_only(), py::arg("sections") = py::none(), py::arg("major") = defaults.major,
+      py::arg("radius") = defaults.radius, py::arg("layer_thickness") = defaults.layer_thickness,
+      py::arg("layers_from_section") = defaults.layers_from_section,
+      py::arg("layers_to_section") = defaults.layers_to_section, py::arg("levels") = defaults.levels,
+      py::arg("around") = defaults.around, py::arg("cover_rings") = defaults.cover_rings,
+      py::arg("ligament_rings") = defaults.ligament_rings, py::arg("body_rings") = defaults.body_rings);
+  engine.def("larynx_defaults", [] { return larynx_fields(Larynx{}); });
+}
+
+void bind_block(py::module_& engine) {
+  const Block defaults;
+  engine.def(
+      "block_mesh",
+      [](const std::array<double, 3>& corner, const std::array<double, 3>& size,
+         const std::array<int, 3>& divisions) { return block_mesh(Block{corner, size, divisions}); },
+      py::arg("corner") = defaults.corner, py::arg("size") = defaults.size,
+      py::arg("divisions") = defaults.divisions, py::call_guard<Released>());
+  engine.def("combine", &combine, py::arg("first"), py::arg("second"), py::arg("first_prefix") = "a.",
+             py::arg("second_prefix") = "b.", py::call_guard<Released>());
+}
+
+}  // namespace
+
+void bind_mesh(py::module_& engine) {
+  bind_tet_mesh(engine);
+  bind_larynx(engine);
+  bind_block(engine);
+}
