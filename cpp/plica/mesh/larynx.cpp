@@ -265,7 +265,7 @@ TetMesh larynx_mesh(const Larynx& larynx) {
     throw InvalidInput("larynx_mesh", "least volume of a tetrahedron", least, "m^3",
                        "> 0 (cell " + std::to_string(worst) + " at z = " +
                            number(mesh.points(mesh.cells(worst, 0), 2)) + " m)",
-                       "Take more levels around that height, or more lines around.");
+                       "Take more levels around that height, or fewer lines around.");
   name_parts(grid, mesh);
   return mesh;
 }

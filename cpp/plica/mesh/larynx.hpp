@@ -27,7 +27,9 @@ struct Larynx {
   /// Even, but graded in the first and last interval of three or more: from the glottis outward the heights
   /// are h, h q, h q^2, ..., q in [1, 3] such that h comes nearest to the neighbouring interval's height.
   std::vector<int> levels = {2, 1, 1, 1, 1, 4, 1, 1, 1, 1};
-  int around = 12;                // mesh lines around the airway, a multiple of 4, >= 8
+  /// Mesh lines around the airway, a multiple of 4, >= 8. Between the plane y = 0 (s = 0) and the tip (s = 1)
+  /// they leave the ellipse at y = major (s + sin(pi s / 2)) / 2 and reach the cylinder at the angle pi s / 2.
+  int around = 12;
   int cover_rings = 1;            // >= 1
   int ligament_rings = 1;         // >= 1
   /// >= 1; thicknesses h, h q, h q^2, ... outward, q in [1, 3] such that h comes nearest to the ligament rings'.

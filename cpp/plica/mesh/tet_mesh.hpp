@@ -47,10 +47,12 @@ Triangles flat_triangles(const Faces& faces);
 /// sets follow (a mid-side node is in a set if both its ends are). Throws if already quadratic.
 TetMesh to_quadratic(const TetMesh& linear);
 
-/// Throws InvalidInput naming the first offender and its place: index out of range, inverted or flat
-/// cell, duplicate cell, node without cell, layer index out of range, surface face that is not a
-/// boundary face of a cell, non-manifold surface (an edge of a surface with more than two faces), a node
-/// set index out of range.
+/// Throws InvalidInput naming the first offender, its place, and what to do: wrong shapes, a coordinate that
+/// is not finite, an index out of range (node, layer, side), node without cell, inverted or flat cell (also
+/// one with curved sides that folds over at a node), duplicate or overlapping cell, an edge with two mid-side
+/// nodes, an empty surface or node set, a surface face that is not a boundary face of a cell or points
+/// inward, non-manifold surface (an edge of it with more than two faces). Coincident nodes are allowed: bodies
+/// may touch. O(m log m).
 void check(const TetMesh& mesh);
 
 }  // namespace plica
