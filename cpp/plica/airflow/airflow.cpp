@@ -94,10 +94,7 @@ Vector Airflow::areas(const Points& x) const {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const auto node : lower_rim_) low = std::max(low, x(node, 2));
   for (const auto node : upper_rim_) high = std::min(high, x(node, 2));
-  Vector area(sections_.count());
-  for (std::ptrdiff_t i = 0; i < area.size(); ++i)
-    area[i] = cut_area(x, triangles_, std::min(std::max(sections_.height[i], low), high));
-  return area;
+  return cut_areas(x, triangles_, sections_.height.cwiseMax(low).cwiseMin(high));
 }
 
 FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int> separation) const {

@@ -193,28 +193,35 @@ Sections coronal_sections(const TetMesh& mesh, const Faces& surface) {
   return sections;
 }
 
-double cut_area(const Points& x, const Triangles& surface, double height) {
+Vector cut_areas(const Points& x, const Triangles& surface, const Vector& heights) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const auto node : surface.reshaped()) low = std::min(low, x(node, 2)), high = std::max(high, x(node, 2));
-  // A node in the plane counts as below it in the lower half of the interface and as above it in the upper half,
-  // so that the plane also meets the triangles where it passes through the lowest or the highest nodes.
-  const bool lower_half = height <= (low + high) / 2;
-  const auto above = [&](std::int32_t node) { return lower_half ? x(node, 2) > height : x(node, 2) >= height; };
-  double area = 0;
+  Vector areas = Vector::Zero(heights.size());
+  const double *first = heights.data(), *last = first + heights.size();
   for (const auto& triangle : surface.rowwise()) {
-    double from[2] = {0, 0}, to[2] = {0, 0};
-    bool cut = false;
-    for (int c = 0; c < 3; ++c) {
-      const auto a = triangle[c], b = triangle[(c + 1) % 3];
-      if (above(a) == above(b)) continue;
-      cut = true;
-      const double t = (height - x(a, 2)) / (x(b, 2) - x(a, 2));
-      double* end = above(b) ? from : to;  // counter-clockwise around the air, seen from above
-      for (int k = 0; k < 2; ++k) end[k] = (1 - t) * x(a, k) + t * x(b, k);
+    const auto [bottom, top] = std::minmax({x(triangle[0], 2), x(triangle[1], 2), x(triangle[2], 2)});
+    for (const double* plane = std::lower_bound(first, last, bottom); plane != last && *plane <= top; ++plane) {
+      const double height = *plane;
+      // A node in the plane counts as below it in the lower half of the interface and as above it in the upper
+      // half, so that the plane also meets triangles where it passes through the lowest or the highest nodes.
+      const bool lower_half = height <= (low + high) / 2;
+      const auto above = [&](std::int32_t node) { return lower_half ? x(node, 2) > height : x(node, 2) >= height; };
+      double from[2] = {0, 0}, to[2] = {0, 0};  // counter-clockwise around the air, seen from above
+      for (int c = 0; c < 3; ++c) {
+        const auto a = triangle[c], b = triangle[(c + 1) % 3];
+        if (above(a) == above(b)) continue;
+        const double t = (height - x(a, 2)) / (x(b, 2) - x(a, 2));
+        double* end = above(b) ? from : to;
+        for (int k = 0; k < 2; ++k) end[k] = (1 - t) * x(a, k) + t * x(b, k);
+      }
+      areas[plane - first] += (from[0] + to[0]) / 2 * (to[1] - from[1]);
     }
-    if (cut) area += (from[0] + to[0]) / 2 * (to[1] - from[1]);
   }
-  return area;
+  return areas;
+}
+
+double cut_area(const Points& x, const Triangles& surface, double height) {
+  return cut_areas(x, surface, Vector::Constant(1, height))[0];
 }
 
 }  // namespace plica

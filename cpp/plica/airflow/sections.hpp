@@ -33,4 +33,7 @@ Sections coronal_sections(const TetMesh& mesh, const Faces& surface);
 /// counts overlap of the folds as negative; nodes in the plane are allowed. O(faces).
 double cut_area(const Points& x, const Triangles& surface, double height);
 
+/// The same for many planes at ascending heights (s), in one pass: O(faces + cuts).
+Vector cut_areas(const Points& x, const Triangles& surface, const Vector& heights);
+
 }  // namespace plica

@@ -130,6 +130,16 @@ TEST_CASE("the cut area is that of the polygon, also in a plane through nodes") 
   CHECK(cut_area(mesh.points, wall, -2.5) == 0);
 }
 
+TEST_CASE("planes cut together give the areas of planes cut one by one") {
+  const TetMesh mesh = tube(12, levels, cone, 0.7, 0.2);
+  const Triangles wall = mesh.surface("airway");
+  Vector heights(7);
+  heights << -3, -2, -1.1, -0.25, -0.25, 0.7, 1;
+  const Vector areas = cut_areas(mesh.points, wall, heights);
+  for (int i = 0; i < 7; ++i) CHECK(areas[i] == cut_area(mesh.points, wall, heights[i]));
+  CHECK(areas.tail(6).minCoeff() > 0.1);
+}
+
 TEST_CASE("a plane near a ring of nodes cuts almost the area of the ring") {
   const TetMesh mesh = tube(12, levels, cone, 0.7);
   const Triangles wall = mesh.surface("airway");

@@ -12,6 +12,7 @@
 
 #include "plica/contact/airway.hpp"
 #include "plica/core/error.hpp"
+#include "plica/mesh/larynx.hpp"
 
 using namespace plica;
 
@@ -211,6 +212,20 @@ TEST_CASE("orientation is exact where floating point loses the sign") {
       disagreements += (product < 0) != (exact < 0);
     }
   CHECK(disagreements > 0);  // so the exact predicate was needed
+}
+
+TEST_CASE("the airway of the larynx is filled with air, for linear and quadratic meshes") {
+  const TetMesh linear = larynx_mesh(Larynx{});
+  for (const bool quadratic : {false, true}) {
+    const TetMesh mesh = quadratic ? to_quadratic(linear) : linear;
+    const Gap gap{mesh.points, flat_triangles(mesh.surface("airway_left")),
+                  flat_triangles(mesh.surface("airway_right"))};
+    const Airway airway = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0});
+    const Vector volumes = signed_volumes(mesh.points, airway.tets);
+    CHECK(volumes.minCoeff() > 0);
+    CHECK(inverted(mesh.points, airway.tets).empty());
+    CHECK(volumes.sum() == doctest::Approx(gap_volume(gap)).epsilon(1e-12));  // round-off of some 1000 terms
+  }
 }
 
 TEST_CASE("a node without partner is named with its place") {
