@@ -1,4 +1,4 @@
-"""What measures and report need of a run: a protocol, so that both also serve runs that were not made here."""
+"""What measures and report need of a run: a protocol, so that both also serve runs made elsewhere."""
 
 from __future__ import annotations
 
@@ -18,10 +18,6 @@ class MeshData(Protocol):
     @property
     def points(self) -> Array:
         """(n, 3) m, reference positions."""
-
-    @property
-    def cells(self) -> Array:
-        """(m, 4) or (m, 10) node numbers."""
 
     @property
     def surfaces(self) -> Mapping[str, Array]:
@@ -94,6 +90,8 @@ def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:
     waveforms = {name: np.asarray(values) for name, values in run.waveforms.items() if name != "time"}
     count = min([count, *(len(values) for values in waveforms.values())])
     for values in waveforms.values():  # a kill may fall between two data sets of one step
+        if not len(values) or not np.isfinite(values[0]).all():
+            continue  # not a number by definition, e.g. the residual of a lagged coupling
         while count and not np.isfinite(values[count - 1]).all():
             count -= 1
     return time[:count], {name: values[:count] for name, values in waveforms.items()}

@@ -1,0 +1,56 @@
+"""Energies at the end of a run and how hard its steps were."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plica.phonation.measure import Measure, absent, whole
+from plica.phonation.run_data import Array, Floats
+
+
+def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+    """Energies and works at the end, and the largest ledger error over the largest energy of the run."""
+    terms = (
+        "kinetic_energy",
+        "elastic_energy",
+        "load_work",
+        "viscous_loss",
+        "numerical_loss",
+        "contact_work",
+    )
+    found = {}
+    for name in terms:
+        if name in waveforms:
+            values = np.asarray(waveforms[name], dtype=float)
+            found[name] = whole(float(values[-1]), "J", "at the end of the run")
+    if {"kinetic_energy", "elastic_energy", "ledger_error"} <= waveforms.keys():
+        energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
+        error = float(np.abs(waveforms["ledger_error"]).max())
+        largest = float(energy.max())
+        note = "largest ledger error over the largest energy"
+        found["ledger_error"] = whole(error / largest, "1", note) if largest > 0 else absent("1", "no energy")
+    return found
+
+
+def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+    """Steps, time step and duration; iterations, coupling sweeps and steps with a frozen coupling."""
+    step = float(np.mean(np.diff(time))) if time.size > 1 else float("nan")
+    found = {
+        "steps": whole(time.size, "1"),
+        "time_step": whole(step, "s"),
+        "duration": whole(float(time[-1]), "s", "simulated"),
+    }
+    table = (
+        ("mean_iterations", "iterations", np.mean),
+        ("largest_iterations", "iterations", np.max),
+        ("mean_coupling_sweeps", "coupling_sweeps", np.mean),
+        ("coupling_frozen_fraction", "coupling_frozen", np.mean),
+        ("inverted_tissue_max", "inverted_tissue", np.max),
+    )
+    for name, key, function in table:
+        if key in waveforms:
+            value = function(np.asarray(waveforms[key], dtype=float))
+            found[name] = whole(float(value), "1", "over all steps")
+    return found

@@ -1,0 +1,322 @@
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plica.phonation.cycles import autocorrelation_frequency, find_cycles
+from plica.phonation.measures import measure, write_measures
+from plica.verify.analytic_run import AnalyticRun, Phonation, free_vibration
+
+# A frequency that no multiple of the step fits, so that nothing is exact by luck.
+base = Phonation(frequency=213.7)
+
+
+def value(run: AnalyticRun, name: str) -> float:
+    found = measure(run)[name]
+    assert found.value is not None, found.note
+    return found.value
+
+
+def test_frequency_and_period_are_those_of_the_motion() -> None:
+    found = measure(base.run())
+    # Crossings are interpolated linearly: error h^2 / 8 of the curvature, 1e-5 of the period here.
+    assert found["fundamental_frequency"].value == pytest.approx(213.7, rel=1e-5)
+    assert found["period"].value == pytest.approx(1 / 213.7, rel=1e-5)
+    assert found["fundamental_frequency"].spread == pytest.approx(0.0, abs=0.1)
+    assert found["fundamental_frequency"].cycles == 12  # of 12.8 periods, less the ends
+    # A parabola through three samples of a correlation whose kinks are within a step.
+    assert found["fundamental_frequency_autocorrelation"].value == pytest.approx(213.7, rel=2e-3)
+
+
+def test_open_quotient_is_the_time_above_one_per_cent_of_the_largest_area() -> None:
+    for gap in (0.1e-3, 0.25e-3, 0.4e-3):
+        level = 0.01 * (gap + 0.5e-3)
+        exact = np.arccos((level - gap) / 0.5e-3) / np.pi
+        run = dataclasses.replace(base, gap=gap, impulse=0.0).run()
+        # The jump to zero is placed in the middle of its step: at most half a step (0.011) at either end,
+        # and as a rule a fifth of that in the mean.
+        assert value(run, "open_quotient") == pytest.approx(exact, abs=0.004)
+
+
+def test_without_closure_the_glottis_is_always_open() -> None:
+    run = dataclasses.replace(base, gap=0.8e-3, impulse=0.0).run()
+    assert value(run, "open_quotient") == pytest.approx(1.0, abs=1e-12)
+    # Least and largest area are half a period apart; the least is placed to half a step.
+    assert value(run, "speed_quotient") == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_stopped_flow_counts_as_closed() -> None:
+    run = dataclasses.replace(base, gap=0.8e-3, impulse=0.0).run()
+    phase = (213.7 * run.time) % 1.0
+    stopped = {**run.waveforms, "flow_stopped": (np.abs(phase - 0.5) < 0.15).astype(int)}
+    # 0.3 of the period, each end placed to half a step of 0.0107 periods.
+    assert value(dataclasses.replace(run, waveforms=stopped), "open_quotient") == pytest.approx(
+        0.7, abs=0.003
+    )
+
+
+def test_speed_quotient_of_a_skewed_pulse_is_the_ratio_of_its_flanks() -> None:
+    run = base.run()
+    phase = (213.7 * run.time) % 1.0
+    # Up over 0.4, down over 0.2, closed over 0.4 of the period.
+    area = 1e-5 * np.clip(np.minimum(phase / 0.4, (0.6 - phase) / 0.2), 0.0, None)
+    waveforms = {**run.waveforms, "minimum_area": area, "flow_stopped": (area <= 0).astype(int)}
+    run = dataclasses.replace(run, waveforms=waveforms)
+    # Flanks to half a step: 0.005 of 0.4 and 0.2.
+    assert value(run, "speed_quotient") == pytest.approx(2.0, rel=0.06)
+    assert value(run, "closing_quotient") == pytest.approx(0.2, abs=0.006)
+
+
+def test_flow_and_area_are_bernoullis_at_the_widest_instant() -> None:
+    run = base.run()
+    area = np.pi * 7e-3 * 0.75e-3
+    # The sample nearest to the maximum is at most half a step away: 1 - cos(pi f h) = 6e-4 of the amplitude.
+    assert value(run, "glottal_area_max") == pytest.approx(area, rel=5e-4)
+    assert value(run, "peak_flow") == pytest.approx(np.sqrt(2 * 800 / 1.23) * area, rel=5e-4)
+    assert value(run, "minimum_flow") == 0.0
+    assert value(run, "subglottal_pressure") == pytest.approx(800.0)
+    # Mean of max(g + a cos, 0): (g theta + a sin theta) / pi with theta = arccos(-g / a). Trapezoid-like sum.
+    theta = np.arccos(-0.5)
+    mean = np.pi * 7e-3 * (0.25e-3 * theta + 0.5e-3 * np.sin(theta)) / np.pi
+    assert value(run, "glottal_area_mean") == pytest.approx(mean, rel=5e-3)
+
+
+open_run = dataclasses.replace(
+    base,
+    gap=0.6e-3,
+    amplitude_left=0.2e-3,
+    amplitude_right=0.1e-3,
+    right_phase=0.4,
+    vertical_lag=0.7,
+    impulse=0.0,
+)
+
+
+def test_amplitudes_phase_and_vertical_lag_are_those_of_the_motion() -> None:
+    run = open_run.run()
+    # The extremes are sampled: 1 - cos(pi f h) = 6e-4.
+    assert value(run, "amplitude_left") == pytest.approx(0.2e-3, rel=1e-3)
+    assert value(run, "amplitude_right") == pytest.approx(0.1e-3, rel=1e-3)
+    assert value(run, "amplitude_ratio") == pytest.approx(0.5, rel=2e-3)
+    assert value(run, "amplitude_asymmetry") == pytest.approx(-1 / 3, rel=2e-3)
+    # A cycle's ends are interpolated to 1e-3 of a step; interpolating in between changes no phase.
+    assert value(run, "left_right_phase") == pytest.approx(0.4, abs=1e-3)
+    assert value(run, "vertical_phase_difference") == pytest.approx(0.7, abs=1e-3)
+
+
+def test_the_phase_changes_its_sign_with_the_fold_that_leads() -> None:
+    run = dataclasses.replace(open_run, right_phase=-0.4).run()
+    assert value(run, "left_right_phase") == pytest.approx(-0.4, abs=1e-3)
+
+
+def test_a_lag_of_the_upper_edge_converges_while_opening_and_the_reverse_diverges() -> None:
+    symmetric = dataclasses.replace(open_run, amplitude_right=0.2e-3, right_phase=0.0)
+    # Near the turning points of the area the edges swap: 0.05 of either phase.
+    assert value(symmetric.run(), "converging_while_opening") > 0.9
+    assert value(symmetric.run(), "diverging_while_closing") > 0.9
+    reverse = dataclasses.replace(symmetric, vertical_lag=-0.7).run()
+    assert value(reverse, "converging_while_opening") < 0.1
+    assert value(reverse, "diverging_while_closing") < 0.1
+
+
+def test_each_collision_has_its_impulse_duration_and_forces() -> None:
+    found = measure(base.run())
+    assert found["contact_impulse"].cycles == found["fundamental_frequency"].cycles
+    # A half-sine over 16 steps summed: 1 - pi^2 / (12 * 16^2) = 0.997; samples below 1 % are left out.
+    assert found["contact_impulse"].value == pytest.approx(2e-6, rel=6e-3)
+    # A whole number of steps: one step of sixteen.
+    assert found["contact_duration"].value == pytest.approx(0.8e-3, abs=50e-6)
+    peak = np.pi / 2 * 2e-6 / 0.8e-3
+    for side in ("left", "right"):
+        # The nearest sample to the top of the half-sine: 1 - cos(pi / 32) = 5e-3.
+        assert found[f"contact_force_{side}_peak"].value == pytest.approx(peak, rel=5e-3)
+        assert found[f"contact_force_{side}_mean"].value == pytest.approx(2e-6 / 0.8e-3, rel=0.07)
+    assert found["contact_force_balance"].value == 0.0
+    assert found["collisions"].value == 13
+
+
+def test_a_chattering_contact_is_one_collision() -> None:
+    run = base.run()
+    force = run.waveforms["contact_force_first"].copy()
+    force[::3] = 0.0  # lost at every third step; the period has 94 steps
+    found = measure(dataclasses.replace(run, waveforms={**run.waveforms, "contact_force_first": force}))
+    assert found["collisions"].value == 13
+    assert found["contact_impulse"].value == pytest.approx(2e-6 * 2 / 3, rel=0.05)
+
+
+def test_an_unbalanced_force_is_reported() -> None:
+    run = base.run()
+    force = 0.9 * run.waveforms["contact_force_second"]
+    run = dataclasses.replace(run, waveforms={**run.waveforms, "contact_force_second": force})
+    assert value(run, "contact_force_balance") == pytest.approx(0.1, rel=1e-12)
+
+
+def test_contact_pressure_is_averaged_over_its_stated_time() -> None:
+    run = base.run()
+    pressure = np.zeros(run.time.size)
+    pressure[40::94] = 1000.0  # single steps of 50 us: a fourth of it in 0.2 ms
+    run = dataclasses.replace(run, waveforms={**run.waveforms, "peak_contact_pressure": pressure})
+    assert value(run, "peak_contact_pressure_step") == pytest.approx(1000.0)
+    assert value(run, "peak_contact_pressure") == pytest.approx(250.0)
+    assert "0.2 ms" in measure(run)["peak_contact_pressure"].note
+
+
+def test_contact_length_is_a_fraction_of_the_fold_length() -> None:
+    assert value(base.run(), "contact_length_fraction") == pytest.approx(0.4, rel=1e-12)
+    assert value(base.run(), "contact_length_max") == pytest.approx(0.4 * 14e-3, rel=1e-12)
+
+
+def test_the_ledger_error_is_relative_to_the_largest_energy() -> None:
+    found = measure(base.run())
+    run = base.run()
+    assert found["ledger_error"].value == pytest.approx(np.abs(run.waveforms["ledger_error"]).max() / 1e-6)
+    assert found["coupling_frozen_fraction"].value == pytest.approx(0.1)
+    assert found["mean_iterations"].value == 9.0
+
+
+def test_a_transient_is_left_out() -> None:
+    found = measure(dataclasses.replace(base, rise_time=0.012).run())
+    frequency = found["fundamental_frequency"]
+    assert 3 <= frequency.cycles < 11
+    # What is left of the transient shifts the closed phase, not the crossings by more than this.
+    assert frequency.value == pytest.approx(213.7, rel=2e-3)
+
+
+def test_a_growing_oscillation_is_called_not_settled() -> None:
+    time = 50e-6 * np.arange(3000)
+    cycles = find_cycles(time, np.exp(time / 0.02) * np.sin(2 * np.pi * 200 * time))
+    assert cycles.count == 3
+    assert "not settled" in cycles.note
+
+
+def test_alternating_amplitudes_are_called_irregular_and_half_of_them_used() -> None:
+    time = 50e-6 * np.arange(4000)
+    signal = (1.0 + 0.3 * np.cos(2 * np.pi * 100 * time)) * np.cos(2 * np.pi * 200 * time)
+    cycles = find_cycles(time, signal)
+    assert cycles.count > 10
+    assert "irregular" in cycles.note
+
+
+def test_noise_near_the_level_makes_no_extra_cycles() -> None:
+    time = 50e-6 * np.arange(4000)
+    noise = np.random.default_rng(1).normal(0.0, 0.02, time.size)
+    cycles = find_cycles(time, np.sin(2 * np.pi * 200 * time) + noise)
+    # A crossing moves by noise over slope, 0.02 / (2 pi 200) s = 16 us of 5 ms; the mean of many by less.
+    assert 1 / cycles.periods.mean() == pytest.approx(200.0, rel=1e-3)
+    assert cycles.count >= 35
+
+
+def test_short_pulses_are_found_although_their_mean_is_low() -> None:
+    time = 50e-6 * np.arange(4000)
+    phase = (200.3 * time) % 1.0
+    cycles = find_cycles(time, np.where(phase < 0.1, np.sin(np.pi * phase / 0.1), 0.0))
+    assert 1 / cycles.periods.mean() == pytest.approx(200.3, rel=1e-3)
+
+
+def test_autocorrelation_finds_the_pitch_of_a_waveform_with_a_weak_fundamental() -> None:
+    time = 50e-6 * np.arange(4000)
+    signal = 0.3 * np.sin(2 * np.pi * 150 * time) + np.sin(2 * np.pi * 300 * time)
+    assert autocorrelation_frequency(signal, 50e-6) == pytest.approx(150.0, rel=1e-3)
+
+
+def silent(run: AnalyticRun, area: float) -> AnalyticRun:
+    constant = np.full(run.time.size, area)
+    stopped = np.full(run.time.size, int(area == 0))
+    flow = constant * np.sqrt(2 * 800 / 1.23)
+    changed: dict[str, Any] = {"minimum_area": constant, "flow": flow, "flow_stopped": stopped}
+    return dataclasses.replace(run, waveforms={**run.waveforms, **changed})
+
+
+def test_a_silent_glottis_has_no_frequency_but_a_flow() -> None:
+    found = measure(silent(dataclasses.replace(base, impulse=0.0).run(), 5e-6))
+    for name in ("fundamental_frequency", "open_quotient", "amplitude_left", "left_right_phase"):
+        assert found[name].value is None
+        assert found[name].cycles == 0
+        assert "no oscillation" in found[name].note
+    assert found["mean_flow"].value == pytest.approx(5e-6 * np.sqrt(2 * 800 / 1.23))
+    assert "last third" in found["mean_flow"].note
+
+
+def test_a_locked_closed_glottis_says_so() -> None:
+    run = dataclasses.replace(base, impulse=0.0).run()
+    area = np.where(run.time < 0.01, run.waveforms["minimum_area"], 0.0)
+    found = measure(dataclasses.replace(run, waveforms={**run.waveforms, "minimum_area": area}))
+    assert found["fundamental_frequency"].value is None
+    assert "stays at zero" in found["fundamental_frequency"].note
+
+
+def test_fewer_than_three_cycles_give_no_frequency_and_the_reason() -> None:
+    found = measure(dataclasses.replace(base, steps=250).run())  # 2.7 periods
+    assert found["fundamental_frequency"].value is None
+    assert "too short" in found["fundamental_frequency"].note
+    assert found["contact_impulse"].value is not None  # a collision needs no cycles
+
+
+def test_an_interrupted_run_is_measured_as_far_as_it_came() -> None:
+    run = base.run()
+    waveforms = {name: np.array(values) for name, values in run.waveforms.items()}
+    for values in waveforms.values():
+        values[800:] = np.nan if values.dtype.kind == "f" else -1
+    time = run.time.copy()
+    time[800:] = np.nan
+    waveforms["flow"][799:] = np.nan  # the kill fell between two data sets of step 800
+    found = measure(dataclasses.replace(run, time=time, waveforms=waveforms))
+    assert found["steps"].value == 799
+    assert found["fundamental_frequency"].value == pytest.approx(213.7, rel=1e-5)
+    assert found["mean_iterations"].value == 9.0
+
+
+def test_a_residual_that_never_has_a_value_shortens_nothing() -> None:
+    run = base.run()
+    residual = np.full(run.time.size, np.nan)
+    run = dataclasses.replace(run, waveforms={**run.waveforms, "coupling_residual": residual})
+    assert value(run, "steps") == run.time.size
+
+
+def test_a_run_without_a_step_has_no_measures_but_says_so() -> None:
+    run = base.run()
+    empty = {name: values[:0] for name, values in run.waveforms.items()}
+    found = measure(dataclasses.replace(run, time=run.time[:0], waveforms=empty))
+    assert list(found) == ["steps"]
+    assert found["steps"].value == 0
+
+
+def test_absent_parts_give_no_entries() -> None:
+    without_contact = measure(dataclasses.replace(base, impulse=0.0).run())
+    assert not [name for name in without_contact if "contact" in name or "collision" in name]
+    assert "open_quotient" in without_contact
+    free = measure(free_vibration())
+    assert not [name for name in free if "flow" in name or "glottal" in name or "contact" in name]
+
+
+def test_folds_that_never_touch_have_no_impulse() -> None:
+    run = base.run()
+    none = np.zeros((run.time.size, 3))
+    run = dataclasses.replace(
+        run, waveforms={**run.waveforms, "contact_force_first": none, "contact_force_second": none}
+    )
+    found = measure(run)
+    assert found["contact_impulse"].value is None
+    assert found["collisions"].value == 0
+    assert found["contact_length_fraction"].value == 0.0
+
+
+def test_free_vibration_has_its_frequency_and_damping() -> None:
+    found = measure(free_vibration(frequency=120.0, damping_ratio=0.02))
+    # Interpolated crossings of a decaying cosine, whose mean is not quite zero.
+    assert found["fundamental_frequency"].value == pytest.approx(120.0, rel=1e-4)
+    assert found["damping_ratio"].value == pytest.approx(0.02, rel=1e-3)
+    assert found["fundamental_frequency"].cycles > 10
+
+
+def test_the_file_holds_every_measure_in_si_with_unit_spread_and_cycles(tmp_path: Path) -> None:
+    found = measure(base.run())
+    path = write_measures(found, tmp_path / "measures.json")
+    read = json.loads(path.read_text())
+    assert read.keys() == found.keys()
+    assert all({"value", "unit", "spread", "cycles"} <= entry.keys() for entry in read.values())
+    assert read["fundamental_frequency"]["unit"] == "Hz"
+    assert list(tmp_path.iterdir()) == [path]
