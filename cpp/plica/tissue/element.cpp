@@ -51,7 +51,7 @@ struct QuadraticTables {
       values.push_back(quadratic_shapes(point.at));
       slopes.push_back(quadratic_slopes(point.at));
       load += point.weight * values.back();
-      mass += point.weight * values.back() * values.back().transpose();
+      mass += point.weight * (values.back() * values.back().transpose()).eval();  // symmetric to the last bit
     }
     // dN_a/dl_p vanishes identically unless p is an end of the edge of a, or a itself.
     const auto corners_of = [](int a) -> std::vector<int> {
@@ -207,7 +207,7 @@ void Element::mass(double* out) const {
   result.setZero();
   for (std::size_t i = 0; i < points_.size(); ++i) {
     const ShapeValues& N = quadratic_tables().values[i];
-    result += (points_[i].weight * N) * N.transpose();
+    result += points_[i].weight * (N * N.transpose()).eval();  // symmetric to the last bit
   }
 }
 

@@ -1,0 +1,106 @@
+// Exact properties of K on distorted meshes.
+#include <Eigen/Dense>
+#include <doctest/doctest.h>
+
+#include "scenes.hpp"
+
+using namespace plica;
+using scenes::Distorted;
+using scenes::Kind;
+
+namespace {
+
+const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
+
+std::vector<int> inner_unknowns(const Distorted& scene) {
+  std::vector<int> inner;
+  for (int i = 0; i < static_cast<int>(scene.mesh.node_count()); ++i) {
+    for (int d = 0; d < 3 && !scene.hull[static_cast<std::size_t>(i)]; ++d) inner.push_back(3 * i + d);
+  }
+  return inner;
+}
+
+}  // namespace
+
+// Holds on curved inner elements too: isoparametric functions contain every affine field, and
+// grad N det J is a polynomial of degree 3 there, within the degree 5 of the rule.
+TEST_CASE("every constant strain of a distorted mesh gives exact stress and no inner nodal force") {
+  for (const Kind kind : kinds) {
+    const Distorted scene(kind);
+    const Material material = scenes::oblique();
+    const Assembler assembler(scene.mesh);
+    const BlockMatrix K = assembler.stiffness(scenes::uniform(scene.mesh, material));
+    const Matrix6 S = elasticity_matrix(material);
+    const auto inner = inner_unknowns(scene);
+    REQUIRE(inner.size() >= 24);
+    for (int component = 0; component < 6; ++component) {
+      CAPTURE(static_cast<int>(kind));
+      CAPTURE(component);
+      const Vector u = scenes::affine_displacement(scene.mesh, scenes::unit_strain(component));
+      const Vector f = K * u;
+      CHECK(f.norm() > 1e3);
+      CHECK(f(inner).lpNorm<Eigen::Infinity>() < 1e-12 * f.lpNorm<Eigen::Infinity>());
+      const auto strain = assembler.centroid_strain(u);
+      const Vector6 exact = S * Vector6::Unit(component);
+      const double error = ((strain * S).rowwise() - exact.transpose()).rowwise().norm().maxCoeff();
+      CHECK(error < 1e-10 * exact.norm());
+      // Energy of the constant strain, volume by the box.
+      const double volume = scene.block.size[0] * scene.block.size[1] * scene.block.size[2];
+      CHECK(u.dot(f) == doctest::Approx(volume * S(component, component)).epsilon(1e-12));
+    }
+  }
+}
+
+TEST_CASE("a distorted mesh with a held hull takes up the constant strain of the hull") {
+  for (const Kind kind : {Kind::linear, Kind::curved}) {
+    CAPTURE(static_cast<int>(kind));
+    const Distorted scene(kind);
+    const BlockMatrix blocks = Assembler(scene.mesh).stiffness(scenes::uniform(scene.mesh, scenes::oblique()));
+    const auto inner = inner_unknowns(scene);
+    const Eigen::MatrixXd K = blocks.to_sparse().toDense();
+    Matrix3 H;
+    H << 0.1, 0.2, -0.3, 0.05, -0.2, 0.1, 0.4, 0.3, 0.2;
+    const Vector exact = scenes::affine_displacement(scene.mesh, H);
+    Vector held = exact;
+    held(inner).setZero();
+    const Vector load = -(K * held);
+    const Vector solution = K(inner, inner).ldlt().solve(load(inner));
+    CHECK((solution - exact(inner)).norm() < 1e-10 * exact(inner).norm());
+  }
+}
+
+TEST_CASE("an infinitesimal rigid motion costs no force, elastic or viscous") {
+  for (const Kind kind : kinds) {
+    const Distorted scene(kind);
+    const Assembler assembler(scene.mesh);
+    const Tissue tissue = scenes::uniform(scene.mesh, scenes::oblique());
+    const BlockMatrix K = assembler.stiffness(tissue), C = assembler.viscosity(tissue);
+    // Round-off of sums over some 100 blocks of the size of the largest entry.
+    const auto largest = [](const BlockMatrix& A) {
+      return Eigen::Map<const Vector>(A.values().data(), static_cast<int>(A.values().size())).lpNorm<Eigen::Infinity>();
+    };
+    for (int motion = 0; motion < 6; ++motion) {
+      CAPTURE(static_cast<int>(kind));
+      CAPTURE(motion);
+      Vector u(K.rows());
+      for (std::ptrdiff_t i = 0; i < scene.mesh.node_count(); ++i) {
+        const Vector3 axis = Vector3::Unit(motion % 3), x = scene.mesh.points.row(i);
+        as_points(u).row(i) = (motion < 3 ? axis : axis.cross(x)).transpose();
+      }
+      CHECK((K * u).lpNorm<Eigen::Infinity>() < 1e-13 * largest(K));
+      CHECK((C * u).lpNorm<Eigen::Infinity>() < 1e-13 * largest(C));
+    }
+  }
+}
+
+TEST_CASE("the stiffness matrix of a free body has exactly six zero eigenvalues") {
+  for (const int order : {1, 2}) {
+    CAPTURE(order);
+    TetMesh mesh = block_mesh(Block{});
+    if (order == 2) mesh = to_quadratic(mesh);
+    const BlockMatrix K = Assembler(mesh).stiffness(scenes::uniform(mesh, scenes::oblique()));
+    const Vector values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K.to_sparse().toDense()).eigenvalues();
+    CHECK(values.head(6).cwiseAbs().maxCoeff() < 1e-12 * values.maxCoeff());
+    CHECK(values[6] > 1e-4 * values.maxCoeff());
+  }
+}
