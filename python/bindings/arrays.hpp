@@ -79,8 +79,7 @@ void check_nodes(const Rows& rows, std::ptrdiff_t nodes, const std::string& wher
     for (std::ptrdiff_t k = 0; k < rows.cols(); ++k) {
       if (rows(row, k) < 0 || rows(row, k) >= nodes) {
         throw InvalidInput(where + ": " + name + " " + std::to_string(row) + " names node " +
-                           std::to_string(rows(row, k)) + ", out of range; must be at least 0 and below " +
-                           std::to_string(nodes) + ".");
+                           std::to_string(rows(row, k)) + "; must be in [0, " + std::to_string(nodes) + ").");
       }
     }
   }

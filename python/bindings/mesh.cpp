@@ -69,24 +69,33 @@ void bind_tet_mesh(py::module_& engine) {
 
   engine.def("to_quadratic", &to_quadratic, py::arg("mesh"), py::call_guard<Released>());
   engine.def("check_mesh", &check, py::arg("mesh"), py::call_guard<Released>());
-  engine.def("boundary", [](const py::array& cells) {
-    Boundary found;
-    const Cells rows = to_rows(cells, {4, 10}, "boundary", "cells");
-    {
-      const Released released;
-      found = boundary(rows);
-    }
-    return py::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
-  }, py::arg("cells"));
-  engine.def("flat_triangles", [](const py::array& faces) {
-    return give(flat_triangles(to_rows(faces, {3, 6}, "flat_triangles", "faces")));
-  }, py::arg("faces"));
-  engine.def("signed_volumes", [](const RealArray& points, const py::array& cells) {
-    const Points x = to_points(points, "signed_volumes", "points");
-    const Cells rows = to_rows(cells, {4, 10}, "signed_volumes", "cells");
-    check_nodes(rows, x.rows(), "signed_volumes", "cell");
-    return give(signed_volumes(x, rows));
-  }, py::arg("points"), py::arg("cells"));
+  engine.def(
+      "boundary",
+      [](const py::array& cells) {
+        Boundary found;
+        const Cells rows = to_rows(cells, {4, 10}, "boundary", "cells");
+        {
+          const Released released;
+          found = boundary(rows);
+        }
+        return py::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
+      },
+      py::arg("cells"));
+  engine.def(
+      "flat_triangles",
+      [](const py::array& faces) {
+        return give(flat_triangles(to_rows(faces, {3, 6}, "flat_triangles", "faces")));
+      },
+      py::arg("faces"));
+  engine.def(
+      "signed_volumes",
+      [](const RealArray& points, const py::array& cells) {
+        const Points x = to_points(points, "signed_volumes", "points");
+        const Cells rows = to_rows(cells, {4, 10}, "signed_volumes", "cells");
+        check_nodes(rows, x.rows(), "signed_volumes", "cell");
+        return give(signed_volumes(x, rows));
+      },
+      py::arg("points"), py::arg("cells"));
 }
 
 using SectionRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
@@ -158,6 +167,21 @@ void bind_larynx(py::module_& engine) {
       py::arg("around") = defaults.around, py::arg("cover_rings") = defaults.cover_rings,
       py::arg("ligament_rings") = defaults.ligament_rings, py::arg("body_rings") = defaults.body_rings);
   engine.def("larynx_defaults", [] { return larynx_fields(Larynx{}); });
+  engine.def(
+      "larynx_preset",
+      [](const std::string& name) {
+        if (name == "coarse") {
+          return larynx_fields(Larynx::coarse());
+        }
+        if (name == "medium") {
+          return larynx_fields(Larynx::medium());
+        }
+        if (name == "thesis") {
+          return larynx_fields(Larynx::thesis());
+        }
+        throw InvalidInput("larynx_preset: name = \"" + name + "\"; must be coarse, medium or thesis.");
+      },
+      py::arg("name"));
 }
 
 void bind_block(py::module_& engine) {
@@ -165,7 +189,9 @@ void bind_block(py::module_& engine) {
   engine.def(
       "block_mesh",
       [](const std::array<double, 3>& corner, const std::array<double, 3>& size,
-         const std::array<int, 3>& divisions) { return block_mesh(Block{corner, size, divisions}); },
+         const std::array<int, 3>& divisions) {
+        return block_mesh(Block{corner, size, divisions});
+      },
       py::arg("corner") = defaults.corner, py::arg("size") = defaults.size,
       py::arg("divisions") = defaults.divisions, py::call_guard<Released>());
   engine.def("combine", &combine, py::arg("first"), py::arg("second"), py::arg("first_prefix") = "a.",

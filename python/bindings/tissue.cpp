@@ -1,5 +1,3 @@
-#include <pybind11/eigen.h>
-
 #include "arrays.hpp"
 #include "engine.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -14,8 +12,10 @@ using Released = py::gil_scoped_release;
 void bind_materials(py::module_& engine) {
   const Isotropic isotropic;
   py::class_<Isotropic>(engine, "Isotropic")
-      .def(py::init([](double E, double nu) { return Isotropic{E, nu}; }), py::arg("E") = isotropic.E,
-           py::arg("nu") = isotropic.nu)
+      .def(py::init([](double E, double nu) {
+             return Isotropic{E, nu};
+           }),
+           py::arg("E") = isotropic.E, py::arg("nu") = isotropic.nu)
       .def_readonly("E", &Isotropic::E)
       .def_readonly("nu", &Isotropic::nu);
 
@@ -24,12 +24,12 @@ void bind_materials(py::module_& engine) {
   py::class_<TransverselyIsotropic>(engine, "TransverselyIsotropic")
       .def(py::init([](double E, double nu, double E_fibre, double nu_fibre, double mu_fibre,
                        std::optional<double> mu, const std::array<double, 3>& fibre) {
-             return TransverselyIsotropic{E,        nu, E_fibre, nu_fibre,
-                                          mu_fibre, mu, Vector3(fibre[0], fibre[1], fibre[2])};
+             return TransverselyIsotropic{
+                 E, nu, E_fibre, nu_fibre, mu_fibre, mu, Vector3(fibre[0], fibre[1], fibre[2])};
            }),
            py::arg("E") = fibred.E, py::arg("nu") = fibred.nu, py::arg("E_fibre") = fibred.E_fibre,
-           py::arg("nu_fibre") = fibred.nu_fibre, py::arg("mu_fibre") = fibred.mu_fibre,
-           py::arg("mu") = fibred.mu, py::arg("fibre") = along)
+           py::arg("nu_fibre") = fibred.nu_fibre, py::arg("mu_fibre") = fibred.mu_fibre, py::arg("mu") = fibred.mu,
+           py::arg("fibre") = along)
       .def_readonly("E", &TransverselyIsotropic::E)
       .def_readonly("nu", &TransverselyIsotropic::nu)
       .def_readonly("E_fibre", &TransverselyIsotropic::E_fibre)
@@ -42,10 +42,11 @@ void bind_materials(py::module_& engine) {
 
   const Material material;
   py::class_<Material>(engine, "Material")
-      .def(py::init([](std::variant<Isotropic, TransverselyIsotropic> elasticity, double density,
-                       double viscosity) { return Material{std::move(elasticity), density, viscosity}; }),
-           py::arg("elasticity"), py::arg("density") = material.density,
-           py::arg("viscosity") = material.viscosity)
+      .def(py::init(
+               [](std::variant<Isotropic, TransverselyIsotropic> elasticity, double density, double viscosity) {
+                 return Material{std::move(elasticity), density, viscosity};
+               }),
+           py::arg("elasticity"), py::arg("density") = material.density, py::arg("viscosity") = material.viscosity)
       .def_readonly("elasticity", &Material::elasticity)
       .def_readonly("density", &Material::density)
       .def_readonly("viscosity", &Material::viscosity)
@@ -53,11 +54,9 @@ void bind_materials(py::module_& engine) {
 
   engine.def(
       "elasticity_matrix",
-      [](const Material& material) {
-        material.validate("elasticity_matrix");
-        const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> S =
-            elasticity_matrix(material);
-        return give(S);
+      [](const Material& valid) {
+        valid.validate("elasticity_matrix");
+        return give(Eigen::Matrix<double, 6, 6, Eigen::RowMajor>(elasticity_matrix(valid)));
       },
       py::arg("material"));
 }
@@ -94,8 +93,10 @@ void bind_assembly(py::module_& engine) {
            }),
            py::arg("mesh"), py::arg("materials"), py::arg("material_names"), py::arg("cell_material"))
       .def("mass", [](const Assembly& a) { return assemble([&] { return a.assembler.mass(a.tissue); }); })
-      .def("stiffness", [](const Assembly& a) { return assemble([&] { return a.assembler.stiffness(a.tissue); }); })
-      .def("viscosity", [](const Assembly& a) { return assemble([&] { return a.assembler.viscosity(a.tissue); }); })
+      .def("stiffness",
+           [](const Assembly& a) { return assemble([&] { return a.assembler.stiffness(a.tissue); }); })
+      .def("viscosity",
+           [](const Assembly& a) { return assemble([&] { return a.assembler.viscosity(a.tissue); }); })
       .def("lumped_mass", [](const Assembly& a) { return give(a.assembler.lumped_mass(a.tissue)); });
 }
 
