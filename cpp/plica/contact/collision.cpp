@@ -1,0 +1,124 @@
+#include "plica/contact/collision.hpp"
+
+#include <algorithm>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+std::string place(const Vector3& x) {
+  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
+}
+
+/// How far a pair is from complementarity at positions x, m.
+double violation(const Pair& pair, double force, const Points& x) {
+  const double gap = pair.gap(x);
+  if (force == 0.0) return std::max(0.0, -gap);
+  return std::abs(pair.stiffness > 0 ? gap + force / pair.stiffness : gap);
+}
+
+}  // namespace
+
+void Collision::Options::validate() const {
+  if (!(tolerance > 0)) throw InvalidInput("Contact", "tolerance", tolerance, "mean edges", "> 0");
+  if (max_passes < 1) throw InvalidInput("Contact", "max_passes", max_passes, "", ">= 1");
+}
+
+Collision::Collision(Airway airway, const Points& reference, Enforcement enforcement, Options options,
+                     std::unique_ptr<ContactPath> path)
+    : detector_(std::move(airway), reference),
+      enforcement_(enforcement),
+      options_(options),
+      path_(std::move(path)) {
+  options_.validate();
+  if (const auto* penalty = std::get_if<Penalty>(&enforcement_); penalty && !(penalty->stiffness > 0))
+    throw InvalidInput("Contact", "stiffness", penalty->stiffness, "N/m", "> 0");
+  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_); volume && !(volume->kappa > 0))
+    throw InvalidInput("Contact", "kappa", volume->kappa, "N/m^3", "> 0");
+}
+
+std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys) {
+  std::vector<Pair> pairs;
+  pairs.reserve(keys.size());
+  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_)) {
+    for (const std::int32_t tet : keys) pairs.push_back(detector_.volume_pair(tet, x, volume->kappa));
+    return pairs;
+  }
+  const auto* penalty = std::get_if<Penalty>(&enforcement_);
+  for (const std::int32_t slave : keys) {
+    pairs.push_back(detector_.pair(slave, x));
+    if (penalty) pairs.back().stiffness = penalty->stiffness;
+  }
+  Detector::drop_repeated(pairs);
+  return pairs;
+}
+
+void Collision::find_candidates(const Points& x, std::vector<std::int32_t>& keys) {
+  const auto add = [&](std::int32_t key) {
+    const auto at = std::lower_bound(keys.begin(), keys.end(), key);
+    if (at == keys.end() || *at != key) keys.insert(at, key);
+  };
+  if (std::holds_alternative<VolumePenalty>(enforcement_)) {
+    for (const std::int32_t tet : detector_.inverted_tets()) {
+      const Pair by_volume = detector_.volume_pair(tet, x, 1.0);
+      if (by_volume.key < 0 || detector_.first().contains(by_volume.slave) == detector_.second().contains(by_volume.slave))
+        continue;
+      if (detector_.pair(by_volume.slave, x).gap(x) < 0) add(tet);
+    }
+    return;
+  }
+  for (const std::int32_t node : detector_.candidates())
+    if (detector_.pair(node, x).gap(x) < 0) add(node);
+}
+
+Contacts Collision::solve(const Points& x_free, double scale, const std::vector<std::int32_t>& warm, Points& x) {
+  const double tolerance = options_.tolerance * detector_.mean_edge();
+  Contacts contacts;
+  std::vector<std::int32_t> keys = warm, closed = warm;  // candidates of this step; those with force
+  x = x_free;
+  detector_.forget();
+  for (contacts.passes = 0;; ++contacts.passes) {
+    detector_.update(x);
+    find_candidates(x, keys);
+    std::vector<Pair> pairs = pairs_at(x, keys);
+    if (pairs.empty()) return contacts;
+
+    const auto force_of = [&](std::int32_t key) {
+      for (std::size_t i = 0; i < contacts.pairs.size(); ++i)
+        if (contacts.pairs[i].key == key) return contacts.force[i];
+      return 0.0;
+    };
+    if (contacts.passes > 0) {
+      double worst = 0;
+      const Pair* worst_pair = nullptr;
+      for (const Pair& pair : pairs) {
+        const double off = violation(pair, force_of(pair.key), x);
+        if (off > worst) worst = off, worst_pair = &pair;
+      }
+      if (worst <= tolerance) return contacts;
+      if (contacts.passes == options_.max_passes)
+        throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
+                          " passes (tolerance " + number(tolerance) + " m), worst at node " +
+                          std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
+                          ". Try a smaller step, or a larger tolerance.");
+    }
+
+    Vector gap_free(static_cast<std::ptrdiff_t>(pairs.size()));
+    std::vector<char> guess(pairs.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      gap_free[i] = pairs[i].gap(x_free);
+      guess[i] = contacts.passes == 0
+                     ? std::binary_search(closed.begin(), closed.end(), pairs[i].key) || gap_free[i] < 0
+                     : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
+    }
+    Complementarity solution = path_->solve(pairs, gap_free, scale, std::move(guess), 0.1 * tolerance);
+    contacts.pivots += solution.pivots;
+    contacts.pairs = std::move(pairs);
+    contacts.force = std::move(solution.force);
+    path_->move(contacts.pairs, contacts.force, scale, x_free, x);
+  }
+}
+
+}  // namespace plica

@@ -1,0 +1,47 @@
+#pragma once
+#include "plica/contact/enforcement.hpp"
+#include "plica/contact/path.hpp"
+
+namespace plica {
+
+/// The contact forces of one configuration, and how they were found.
+struct Contacts {
+  std::vector<Pair> pairs;
+  Vector force;      // (pairs) N, >= 0; the multiplier of Paper A is its negative
+  int passes = 0;    // linearisations of the pairs
+  int pivots = 0;    // active sets tried, over all passes
+  bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
+};
+
+/// Detects contact and finds the forces that end it: pairs are linearised at the current positions, solved
+/// for, and rebuilt at the positions that follow, until no gap and no closed pair is off by more than the
+/// tolerance. Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
+class Collision {
+ public:
+  struct Options {
+    double tolerance = 1e-5;  // -, > 0: largest gap error, in mean interface edges
+    int max_passes = 50;      // >= 1
+    void validate() const;
+  };
+
+  Collision(Airway airway, const Points& reference, Enforcement enforcement, Options options,
+            std::unique_ptr<ContactPath> path);
+
+  const Detector& detector() const { return detector_; }
+  Detector& detector() { return detector_; }
+
+  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
+  /// `warm`: keys of the pairs that carried force before, in ascending order.
+  Contacts solve(const Points& x_free, double scale, const std::vector<std::int32_t>& warm, Points& x);
+
+ private:
+  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
+  void find_candidates(const Points& x, std::vector<std::int32_t>& keys);
+
+  Detector detector_;
+  Enforcement enforcement_;
+  Options options_;
+  std::unique_ptr<ContactPath> path_;
+};
+
+}  // namespace plica

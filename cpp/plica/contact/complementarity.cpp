@@ -1,0 +1,73 @@
+#include "plica/contact/complementarity.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance) {
+  constexpr int block_exchanges = 3;
+  const auto rows = static_cast<std::ptrdiff_t>(active.size());
+  const int most_pivots = 100 + 20 * static_cast<int>(rows);
+
+  Complementarity result;
+  Vector p(rows), w(rows);
+  std::ptrdiff_t fewest = rows + 1;
+  int exchanges_left = block_exchanges;
+  std::vector<std::ptrdiff_t> infeasible;
+  while (result.pivots < most_pivots) {
+    solve(active, p, w);
+    ++result.pivots;
+    const double force_tolerance = 1e-10 * p.cwiseAbs().maxCoeff();
+    infeasible.clear();
+    for (std::ptrdiff_t i = 0; i < rows; ++i)
+      if (active[i] ? p[i] < -force_tolerance : w[i] < -gap_tolerance) infeasible.push_back(i);
+    if (infeasible.empty()) {
+      result.converged = true;
+      break;
+    }
+    const auto count = static_cast<std::ptrdiff_t>(infeasible.size());
+    if (count < fewest) {
+      fewest = count;
+      exchanges_left = block_exchanges;
+    } else if (exchanges_left > 0) {
+      --exchanges_left;
+    } else {
+      infeasible = {infeasible.back()};
+    }
+    for (const std::ptrdiff_t i : infeasible) active[i] = !active[i];
+  }
+  result.force = p.cwiseMax(0.0);
+  result.active = std::move(active);
+  return result;
+}
+
+Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
+                                      double gap_tolerance) {
+  const double regularisation = 1e-12 * W.diagonal().maxCoeff();
+  std::vector<std::ptrdiff_t> rows;
+  const auto solve = [&](const std::vector<char>& active, Vector& p, Vector& w) {
+    rows.clear();
+    for (std::size_t i = 0; i < active.size(); ++i)
+      if (active[i]) rows.push_back(static_cast<std::ptrdiff_t>(i));
+    p.setZero();
+    if (!rows.empty()) {
+      Eigen::MatrixXd W_active = W(rows, rows);
+      W_active.diagonal().array() += regularisation;
+      const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(W_active);
+      if (factor.info() != Eigen::Success)
+        throw SolveFailed(
+            "Contact: the compliance of the closed rows is not positive definite. A contact between two fully "
+            "fixed bodies? Otherwise tighten solver_tolerance.");
+      const Vector right = -q(rows), solution = factor.solve(right);
+      p(rows) = solution;
+    }
+    w.noalias() = W * p + q;
+    for (const std::ptrdiff_t i : rows) w[i] = 0.0;
+  };
+  return pivot(std::move(guess), solve, gap_tolerance);
+}
+
+}  // namespace plica

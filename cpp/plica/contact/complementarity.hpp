@@ -1,0 +1,32 @@
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+#include "plica/core/types.hpp"
+
+namespace plica {
+
+/// How the search for the active set ended.
+struct Complementarity {
+  Vector force;             // (r) p >= 0
+  std::vector<char> active; // (r) 1 where the row is closed
+  int pivots = 0;           // active sets tried
+  bool converged = false;
+};
+
+/// Given the active rows, returns p (zero on the others) and the residual w of every row (zero on the active).
+using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& p, Vector& w)>;
+
+/// Finds p >= 0, w >= 0, p . w = 0 by block principal pivoting: all infeasible rows change sides at once; when
+/// their number does not fall for three exchanges, the last infeasible row alone does (Murty's rule, finite
+/// for positive definite problems) until it falls. `active` is the first guess. w counts as >= 0 above -gap_tolerance.
+Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance);
+
+/// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense symmetric positive semi-definite W (r, r) m/N and q (r) m.
+/// Rows that repeat others make W singular: 1e-12 of its largest diagonal entry is added, so that they share
+/// the force; the motion is the same to that accuracy.
+Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
+                                      double gap_tolerance);
+
+}  // namespace plica

@@ -1,0 +1,155 @@
+#include <algorithm>
+
+#include "plica/contact/path.hpp"
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+/// Sparse rows of G, held unknowns left out.
+struct Row {
+  std::array<std::int32_t, 12> unknown{};
+  std::array<double, 12> value{};
+};
+
+class GmresPath final : public ContactPath {
+ public:
+  GmresPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
+      : A_(A), supports_(supports), nodes_(nodes), options_(options), diagonal_(A.rows()), change_(A.rows()) {
+    for (std::int32_t i = 0; i < A.rows() / 3; ++i) {
+      const double* block = A.block(A.pattern()->find(i, i));
+      for (int c = 0; c < 3; ++c) diagonal_[3 * i + c] = block[4 * c];
+    }
+  }
+
+  Complementarity solve(const std::vector<Pair>& pairs, const Vector& gap_free, double scale,
+                        std::vector<char> guess, double gap_tolerance) override {
+    rows_.clear();
+    for (const Pair& pair : pairs) rows_.push_back(row_of(pair));
+    const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
+      p.setZero();
+      change_.setZero();
+      const std::vector<std::ptrdiff_t> closed = independent(active);
+      if (!closed.empty()) saddle_point(pairs, closed, gap_free, scale, p);
+      for (std::size_t i = 0; i < pairs.size(); ++i) {
+        w[i] = gap_free[i] + scale * apply_row(rows_[i], change_);
+        if (active[i]) w[i] = 0.0;
+      }
+    };
+    Complementarity result = pivot(std::move(guess), solve_active, gap_tolerance);
+    if (!result.converged)
+      throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
+                        " after " + std::to_string(result.pivots) + " GMRES solves. Try a smaller step.");
+    return result;
+  }
+
+  void move(const std::vector<Pair>&, const Vector&, double scale, const Points& x_free, Points& x) override {
+    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
+      x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
+  }
+
+ private:
+  Row row_of(const Pair& pair) const {
+    Row row;
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t node = k == 0 ? pair.slave : pair.master[k - 1];
+      const double weight = k == 0 ? 1.0 : -pair.weights[k - 1];
+      for (int c = 0; c < 3; ++c) {
+        row.unknown[3 * k + c] = 3 * node + c;
+        row.value[3 * k + c] = supports_.fixed(3 * node + c) ? 0.0 : weight * pair.normal[c];
+      }
+    }
+    return row;
+  }
+
+  static double apply_row(const Row& row, const Vector& v) {
+    double sum = 0;
+    for (int k = 0; k < 12; ++k) sum += row.value[k] * v[row.unknown[k]];
+    return sum;
+  }
+
+  double coupling(const Row& a, const Row& b) const {
+    double sum = 0;
+    for (int i = 0; i < 12; ++i)
+      for (int j = 0; j < 12; ++j)
+        if (a.unknown[i] == b.unknown[j]) sum += a.value[i] * b.value[j] / diagonal_[a.unknown[i]];
+    return sum;
+  }
+
+  /// The active rows without those that depend on the others: pivoted Cholesky of G diag(A)^-1 G^T.
+  std::vector<std::ptrdiff_t> independent(const std::vector<char>& active) const {
+    constexpr double dependent = 1e-8;  // remaining share of a row's own norm
+    std::vector<std::ptrdiff_t> candidates;
+    for (std::size_t i = 0; i < active.size(); ++i)
+      if (active[i]) candidates.push_back(static_cast<std::ptrdiff_t>(i));
+    const auto n = static_cast<std::ptrdiff_t>(candidates.size());
+    Eigen::MatrixXd S(n, n);
+    for (std::ptrdiff_t i = 0; i < n; ++i)
+      for (std::ptrdiff_t j = 0; j <= i; ++j) S(i, j) = S(j, i) = coupling(rows_[candidates[i]], rows_[candidates[j]]);
+    const Vector own = S.diagonal();
+    std::vector<std::ptrdiff_t> kept;
+    for (std::ptrdiff_t step = 0; step < n; ++step) {
+      std::ptrdiff_t best = 0;
+      double share = 0;
+      for (std::ptrdiff_t i = 0; i < n; ++i)
+        if (own[i] > 0 && S(i, i) / own[i] > share) share = S(i, i) / own[i], best = i;
+      if (share <= dependent) break;
+      const Vector column = S.col(best) / std::sqrt(S(best, best));
+      S.noalias() -= column * column.transpose();
+      S(best, best) = 0.0;
+      kept.push_back(candidates[best]);
+    }
+    std::sort(kept.begin(), kept.end());
+    return kept;
+  }
+
+  /// [A G^T; G -1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p.
+  void saddle_point(const std::vector<Pair>& pairs, const std::vector<std::ptrdiff_t>& closed,
+                    const Vector& gap_free, double scale, Vector& p) {
+    const std::ptrdiff_t n = A_.rows(), m = static_cast<std::ptrdiff_t>(closed.size());
+    Vector P(n + m), b = Vector::Zero(n + m), y = Vector::Zero(n + m), head(n), product(n);
+    P.head(n) = diagonal_;
+    for (std::ptrdiff_t i = 0; i < m; ++i) {
+      P[n + i] = coupling(rows_[closed[i]], rows_[closed[i]]);  // Eq. (29), second block
+      b[n + i] = -gap_free[closed[i]] / scale;
+    }
+    const auto apply = [&](const Vector& in, Vector& out) {
+      out.resize(n + m);
+      head = in.head(n);
+      A_.multiply(head, product);
+      out.head(n) = product;
+      for (std::ptrdiff_t i = 0; i < m; ++i) {
+        const Row& row = rows_[closed[i]];
+        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.value[k] * in[n + i];
+        out[n + i] = apply_row(row, head);
+        const double stiffness = pairs[closed[i]].stiffness;
+        if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);
+      }
+    };
+    const Convergence end = gmres(apply, P, b, y, options_);
+    if (!end.converged)
+      throw SolveFailed("Contact: GMRES stopped at residual " + number(end.residual) + " after " +
+                        std::to_string(end.iterations) + " iterations (tolerance " + number(options_.tolerance) +
+                        "). Try the condensed solver, or a larger max_iterations.");
+    change_ = y.head(n);
+    for (std::ptrdiff_t i = 0; i < m; ++i) p[closed[i]] = -y[n + i];
+  }
+
+  const BlockMatrix& A_;
+  const Supports& supports_;
+  Indices nodes_;
+  KrylovOptions options_;
+  Vector diagonal_;
+  Vector change_;  // (3 n) a - a_free of the last active set
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                        const KrylovOptions& options) {
+  return std::make_unique<GmresPath>(A, supports, nodes, options);
+}
+
+}  // namespace plica

@@ -1,0 +1,174 @@
+#include "plica/contact/pairs.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <unordered_map>
+
+namespace plica {
+
+namespace {
+
+double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
+  const Vector3 o = x.row(tet[0]);
+  return (x.row(tet[1]).transpose() - o)
+             .cross(x.row(tet[2]).transpose() - o)
+             .dot(x.row(tet[3]).transpose() - o) /
+         6.0;
+}
+
+}  // namespace
+
+void Pair::add_force(double p, Vector& force) const {
+  force.segment<3>(3 * slave) += p * normal;
+  for (int k = 0; k < 3; ++k) force.segment<3>(3 * master[k]) -= p * weights[k] * normal;
+}
+
+Detector::Detector(Airway airway, const Points& reference)
+    : airway_(std::move(airway)),
+      first_(airway_.first, reference.rows()),
+      second_(airway_.second, reference.rows()),
+      foot_hint_(static_cast<std::size_t>(reference.rows()), -1),
+      partner_(static_cast<std::size_t>(reference.rows()), -1) {
+  std::vector<std::int32_t> all = first_.nodes();
+  all.insert(all.end(), second_.nodes().begin(), second_.nodes().end());
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
+  mean_edge_ = 0.5 * (first_.mean_edge(reference) + second_.mean_edge(reference));
+  for (std::ptrdiff_t t = 0; t < airway_.tets.rows(); ++t)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const std::int32_t a = airway_.tets(t, i), b = airway_.tets(t, j);
+        if (first_.contains(a) != first_.contains(b) || second_.contains(a) != second_.contains(b)) partner_[a] = b;
+      }
+}
+
+void Detector::update(const Points& x) {
+  first_.update(x);
+  second_.update(x);
+  inverted_ = inverted(x, airway_.tets);
+}
+
+std::vector<std::int32_t> Detector::candidates() const {
+  std::vector<std::int32_t> found;
+  for (const std::int32_t t : inverted_)
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t node = airway_.tets(t, k);
+      if (first_.contains(node) != second_.contains(node)) found.push_back(node);
+    }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+void Detector::forget() { std::fill(foot_hint_.begin(), foot_hint_.end(), -1); }
+
+Pair Detector::pair(std::int32_t slave, const Points& x) {
+  const bool on_first = first_.contains(slave);
+  const ContactSurface& own = on_first ? first_ : second_;
+  const ContactSurface& other = on_first ? second_ : first_;
+  std::int32_t& hint = foot_hint_[slave];
+  if (hint < 0) hint = other.triangle_at(other.contains(partner_[slave]) ? partner_[slave] : other.nodes()[0]);
+  const Foot foot = other.closest(x, x.row(slave), hint);
+  hint = foot.triangle;
+
+  Pair pair;
+  pair.key = pair.slave = slave;
+  for (int k = 0; k < 3; ++k) pair.master[k] = other.triangles()(foot.triangle, k);
+  pair.weights = foot.weights;
+  const Vector3 mean = other.normal(foot) - own.normal(slave);
+  // Surfaces that do not face each other (a node behind the master's rim) keep the master's own normal.
+  pair.normal = mean.squaredNorm() > 1.0 ? Vector3(mean.normalized()) : other.normal(foot);
+  return pair;
+}
+
+Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) const {
+  std::array<std::int32_t, 4> of_first{}, of_second{};
+  int n_first = 0, n_second = 0;
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t node = airway_.tets(tet, k);
+    // A node common to both surfaces counts for the side that completes a face.
+    if (first_.contains(node)) of_first[n_first++] = node;
+    if (second_.contains(node)) of_second[n_second++] = node;
+  }
+  Pair pair;
+  if (!(n_first == 3 && n_second == 1) && !(n_first == 1 && n_second == 3)) return pair;
+  const bool slave_first = n_first == 1;
+  pair.key = tet;
+  pair.slave = slave_first ? of_first[0] : of_second[0];
+  for (int k = 0; k < 3; ++k) pair.master[k] = slave_first ? of_second[k] : of_first[k];
+  pair.weights.setConstant(1.0 / 3.0);
+  const Vector3 a = x.row(pair.master[0]), b = x.row(pair.master[1]), c = x.row(pair.master[2]);
+  Vector3 twice_area = (b - a).cross(c - a);
+  const ContactSurface& own = slave_first ? first_ : second_;
+  const ContactSurface& other = slave_first ? second_ : first_;
+  const Vector3 facing = other.normal(pair.master[0]) - own.normal(pair.slave);
+  if (twice_area.dot(facing) < 0) twice_area = -twice_area;
+  const double area = 0.5 * twice_area.norm();
+  pair.normal = twice_area / (2.0 * area);
+  pair.stiffness = kappa * area / 12.0;
+  return pair;
+}
+
+void Detector::drop_repeated(std::vector<Pair>& pairs) {
+  constexpr double on_a_node = 1.0 - 1e-6;  // weight from which a foot is a node
+  std::unordered_map<std::int32_t, std::int32_t> foot_node;  // slave -> the node it stands on
+  std::vector<Pair> kept;
+  kept.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    int k = 0;
+    const double weight = pair.weights.maxCoeff(&k);
+    const std::int32_t node = weight >= on_a_node ? pair.master[k] : -1;
+    const auto other = foot_node.find(node);
+    if (other != foot_node.end() && other->second == pair.slave) continue;
+    if (node >= 0) foot_node[pair.slave] = node;
+    kept.push_back(pair);
+  }
+  pairs = std::move(kept);
+}
+
+std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x) const {
+  std::vector<EdgeCrossing> found;
+  for (const std::int32_t t : inverted_) {
+    std::array<std::int32_t, 2> e1{}, e2{};
+    int n1 = 0, n2 = 0;
+    bool common = false;
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t node = airway_.tets(t, k);
+      const bool f = first_.contains(node), s = second_.contains(node);
+      common = common || (f && s);
+      if (f && !s && n1 < 2) e1[n1] = node;
+      if (s && !f && n2 < 2) e2[n2] = node;
+      n1 += f && !s;
+      n2 += s && !f;
+    }
+    if (common || n1 != 2 || n2 != 2) continue;
+    const Vector3 a = x.row(e1[0]), d1 = x.row(e1[1]).transpose() - a, b = x.row(e2[0]),
+                  d2 = x.row(e2[1]).transpose() - b;
+    const double d11 = d1.squaredNorm(), d12 = d1.dot(d2), d22 = d2.squaredNorm();
+    const double det = d11 * d22 - d12 * d12;
+    if (det <= 1e-12 * d11 * d22) continue;  // parallel edges share no single closest point
+    const Vector3 r = b - a;
+    const double s = (r.dot(d1) * d22 - r.dot(d2) * d12) / det, u = (r.dot(d1) * d12 - r.dot(d2) * d11) / det;
+    if (s <= 0 || s >= 1 || u <= 0 || u >= 1) continue;
+    const Vector3 p1 = a + s * d1, p2 = b + u * d2;
+    const Vector3 facing = (1 - s) * first_.normal(e1[0]) + s * first_.normal(e1[1]) -
+                           (1 - u) * second_.normal(e2[0]) - u * second_.normal(e2[1]);
+    if ((p2 - p1).dot(facing) < 0)
+      found.push_back({0.5 * (p1 + p2), std::abs(volume(x, airway_.tets.row(t)))});
+  }
+  return found;
+}
+
+double Detector::overlap_volume(const Points& x) {
+  double sum = 0;
+  for (const std::int32_t t : inverted_) {
+    const Pair by_volume = volume_pair(t, x, 1.0);
+    if (by_volume.key < 0 || first_.contains(by_volume.slave) == second_.contains(by_volume.slave)) continue;
+    if (pair(by_volume.slave, x).gap(x) < 0) sum += std::abs(volume(x, airway_.tets.row(t)));
+  }
+  return sum;
+}
+
+}  // namespace plica

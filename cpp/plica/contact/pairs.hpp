@@ -1,0 +1,80 @@
+#pragma once
+#include <array>
+
+#include "plica/contact/airway.hpp"
+#include "plica/contact/surface.hpp"
+
+namespace plica {
+
+/// A slave node facing the point of a master triangle: gap = n . (x_s - sum_k w_k x_k), Paper A, Eqs. (18)-(20).
+/// Its row of G has n at the slave and -w_k n at the masters, so that forces on both sides sum to zero.
+struct Pair {
+  std::int32_t key = -1;    // what the pair stands for from pass to pass: its slave node, or its tetrahedron
+  std::int32_t slave = -1;  // node
+  std::array<std::int32_t, 3> master{};
+  Vector3 weights = Vector3::Zero();
+  Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's
+  double stiffness = 0.0;            // N/m, 0: exact
+
+  double gap(const Points& x) const {
+    Vector3 d = x.row(slave);
+    for (int k = 0; k < 3; ++k) d -= weights[k] * x.row(master[k]).transpose();
+    return normal.dot(d);
+  }
+  /// Adds the force p (N, > 0 pushes apart) on both sides to `force` (3 n).
+  void add_force(double p, Vector& force) const;
+};
+
+/// Two edges of the two surfaces that have passed through each other while no node has.
+struct EdgeCrossing {
+  Vector3 place;
+  double volume;  // m^3, of the inverted tetrahedron, > 0
+};
+
+/// Finds what overlaps: an inverted airway tetrahedron names candidates, the sign of the gap decides.
+class Detector {
+ public:
+  Detector(Airway airway, const Points& reference);
+
+  const Airway& airway() const { return airway_; }
+  const ContactSurface& first() const { return first_; }
+  const ContactSurface& second() const { return second_; }
+  /// Nodes of both surfaces, ascending.
+  const Indices& nodes() const { return nodes_; }
+  double mean_edge() const { return mean_edge_; }  // m, of the reference surfaces
+
+  /// Takes up positions x (n, 3): normals, areas, inverted tetrahedra. Only rows of nodes() are read.
+  void update(const Points& x);
+  /// Tetrahedra that are inside out at the positions of the last update.
+  const std::vector<std::int32_t>& inverted_tets() const { return inverted_; }
+  /// Nodes of inverted tetrahedra that may be slaves (nodes common to both surfaces never are), ascending.
+  std::vector<std::int32_t> candidates() const;
+
+  /// Forgets where earlier searches ended, so that what follows depends on the positions alone.
+  void forget();
+  /// The pair of a slave node at x: closest point of the other surface; the normal is the mean of the
+  /// master's and the reversed slave's, so that a pair seen from either side is the same constraint.
+  Pair pair(std::int32_t slave, const Points& x);
+  /// The pair of the thesis's volume penalty (Eq. 28) for an airway tetrahedron with one node on one side:
+  /// weights 1/3, the face's own normal, gap = 3 V / A, stiffness kappa A / 12. Key -1 for edge to edge.
+  Pair volume_pair(std::int32_t tet, const Points& x, double kappa) const;
+  /// Drops pairs that repeat another one seen from the other side (node on node).
+  static void drop_repeated(std::vector<Pair>& pairs);
+
+  /// Edge-to-edge tetrahedra whose edges have really crossed: the closest points of the two edges are
+  /// inner ones and lie on the wrong side of each other.
+  std::vector<EdgeCrossing> edge_crossings(const Points& x) const;
+  /// Sum of |V| over inverted tetrahedra with one node on one side whose slave is confirmed, m^3.
+  double overlap_volume(const Points& x);
+
+ private:
+  Airway airway_;
+  ContactSurface first_, second_;
+  Indices nodes_;
+  double mean_edge_ = 0.0;
+  std::vector<std::int32_t> inverted_;
+  std::vector<std::int32_t> foot_hint_;  // (n) triangle of the other surface where the last search ended, or -1
+  std::vector<std::int32_t> partner_;    // (n) a node of the other surface that shares an airway tetrahedron
+};
+
+}  // namespace plica

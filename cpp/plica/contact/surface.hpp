@@ -1,0 +1,52 @@
+#pragma once
+#include "plica/mesh/tet_mesh.hpp"
+
+namespace plica {
+
+/// The point of a triangulated surface that is closest to some other point.
+struct Foot {
+  std::int32_t triangle = -1;
+  Vector3 weights = Vector3::Zero();  // barycentric, >= 0, sum 1
+  double squared_distance = 0.0;      // m^2
+};
+
+/// One side of a contact: triangles with their neighbours, and the normals and areas of the current shape.
+class ContactSurface {
+ public:
+  /// triangles (f, 3) outward; node_count of the whole mesh. Throws InvalidInput where it is empty.
+  ContactSurface(Triangles triangles, std::ptrdiff_t node_count);
+
+  const Triangles& triangles() const { return triangles_; }
+  const std::vector<std::int32_t>& nodes() const { return nodes_; }
+  bool contains(std::int32_t node) const { return local_[static_cast<std::size_t>(node)] >= 0; }
+  /// Any triangle at this node.
+  std::int32_t triangle_at(std::int32_t node) const;
+  /// Mean edge length at positions x, m.
+  double mean_edge(const Points& x) const;
+
+  /// Normals at the nodes (area-weighted, unit) and tributary areas (a third of each triangle) at x. O(f).
+  void update(const Points& x);
+  const Vector3& normal(std::int32_t node) const;
+  double tributary_area(std::int32_t node) const;
+  /// Unit normal at a foot: the node normals, interpolated. Continuous over the surface.
+  Vector3 normal(const Foot& foot) const;
+
+  /// Closest point to p by descent over neighbouring triangles from `start`: local, so exact for surfaces
+  /// that do not fold back within the step's reach.
+  Foot closest(const Points& x, const Vector3& p, std::int32_t start) const;
+
+ private:
+  Foot foot_on(const Points& x, const Vector3& p, std::int32_t triangle) const;
+
+  Triangles triangles_;
+  std::vector<std::int32_t> nodes_;                 // ascending
+  std::vector<std::int32_t> local_;                 // node of the mesh -> position in nodes_, or -1
+  std::vector<std::int32_t> fan_start_, fan_;       // triangles around each local node
+  std::vector<Vector3> normals_;
+  std::vector<double> areas_;
+};
+
+/// Barycentric weights of the point of triangle (a, b, c) closest to p.
+Vector3 closest_weights(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c);
+
+}  // namespace plica

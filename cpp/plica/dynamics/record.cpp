@@ -1,0 +1,77 @@
+#include "plica/dynamics/record.hpp"
+
+#include <algorithm>
+
+#include "plica/dynamics/step.hpp"
+
+namespace plica {
+
+namespace {
+
+/// Loaded tributary area, anteroposterior extent and peak pressure of one side.
+struct SideMeasure {
+  double area = 0.0, y_min = 0.0, y_max = 0.0, peak = 0.0;
+  bool loaded = false;
+};
+
+SideMeasure measure(const ContactSurface& surface, const Vector& force, const Points& x) {
+  SideMeasure side;
+  for (const std::int32_t node : surface.nodes()) {
+    const double pressing = force.segment<3>(3 * node).norm();
+    if (pressing == 0.0) continue;
+    const double area = surface.tributary_area(node), y = x(node, 1);
+    side.area += area;
+    side.peak = std::max(side.peak, pressing / area);
+    side.y_min = side.loaded ? std::min(side.y_min, y) : y;
+    side.y_max = side.loaded ? std::max(side.y_max, y) : y;
+    side.loaded = true;
+  }
+  return side;
+}
+
+}  // namespace
+
+ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
+  ContactRecord record;
+  Detector& detector = collision_->detector();
+  detector.update(x);
+  const Contacts& contacts = step.contacts;
+  record.passes = contacts.passes;
+  record.pivots = contacts.pivots;
+  Vector nodal = Vector::Zero(x.size());
+  for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
+    const Pair& pair = contacts.pairs[i];
+    const double p = contacts.force[static_cast<std::ptrdiff_t>(i)];
+    if (p == 0.0) continue;
+    ++record.rows;
+    record.largest_multiplier = record.rows == 1 ? -p : std::max(record.largest_multiplier, -p);
+    pair.add_force(p, nodal);
+    Vector3 on_slave = p * pair.normal, on_master = Vector3::Zero();
+    for (int k = 0; k < 3; ++k) on_master -= p * pair.weights[k] * pair.normal;
+    const bool slave_first = detector.first().contains(pair.slave);
+    record.force_first += slave_first ? on_slave : on_master;
+    record.force_second += slave_first ? on_master : on_slave;
+  }
+  if (record.rows > 0) {
+    const SideMeasure first = measure(detector.first(), nodal, x), second = measure(detector.second(), nodal, x);
+    record.area = 0.5 * (first.area + second.area);
+    record.length = std::max(first.y_max, second.y_max) - std::min(first.y_min, second.y_min);
+    record.peak_pressure = std::max(first.peak, second.peak);
+  }
+  for (const std::int32_t node : detector.candidates())
+    record.deepest_gap = std::min(record.deepest_gap, detector.pair(node, x).gap(x));
+  record.overlap_volume = detector.overlap_volume(x);
+  for (const EdgeCrossing& crossing : detector.edge_crossings(x)) record.edge_overlap_volume += crossing.volume;
+  return record;
+}
+
+Vector Simulation::contact_pressure() const {
+  Vector pressure = Vector::Zero(scene_.mesh.node_count());
+  if (!collision_) return pressure;
+  for (const ContactSurface* surface : {&collision_->detector().first(), &collision_->detector().second()})
+    for (const std::int32_t node : surface->nodes())
+      pressure[node] = state_.contact_force.segment<3>(3 * node).norm() / surface->tributary_area(node);
+  return pressure;
+}
+
+}  // namespace plica

@@ -1,0 +1,50 @@
+#pragma once
+#include <optional>
+
+#include "plica/airflow/airflow.hpp"
+
+namespace plica {
+
+/// What the flow did in a step, at t_{n+1+alpha} (lagged: t_n).
+struct FlowRecord {
+  FlowState state;
+  int sweeps = 0;
+  double residual = 0.0;  // largest pressure change of the last sweep, in subglottal pressures
+  bool frozen = false;    // separation and stop were held
+};
+
+/// What contact did in a step, at x_{n+1}.
+struct ContactRecord {
+  Vector3 force_first = Vector3::Zero(), force_second = Vector3::Zero();  // N, summed over the nodes of each side
+  int rows = 0;                     // closed pairs
+  int passes = 0;
+  int pivots = 0;
+  double area = 0.0;                // m^2, mean of both sides' loaded tributary areas
+  double length = 0.0;              // m, anteroposterior extent of the loaded nodes
+  double peak_pressure = 0.0;       // Pa, nodal force over tributary area
+  double deepest_gap = 0.0;         // m, <= 0: worst confirmed node gap
+  double overlap_volume = 0.0;      // m^3, inverted tetrahedra with a confirmed slave
+  double edge_overlap_volume = 0.0; // m^3, crossed edges
+  double largest_multiplier = 0.0;  // N, <= 0 where none is tensile
+};
+
+/// One step as it was.
+struct StepRecord {
+  double time = 0.0;        // s, of the new state
+  int iterations = 0;       // conjugate gradients, over all solves of the step
+  int inverted_tissue = 0;  // tissue cells inside out
+  std::optional<FlowRecord> flow;
+  std::optional<ContactRecord> contact;
+};
+
+/// Seconds spent since construction, by part.
+struct StepTimes {
+  double residual = 0.0;  // K, C products of the right-hand side
+  double load = 0.0;      // sections, pressure, surface traction
+  double solve = 0.0;     // conjugate gradients
+  double contact = 0.0;   // detection and contact forces
+  double ledger = 0.0;    // products and sums of the energy ledger
+  double record = 0.0;    // contact measures, inverted tissue
+};
+
+}  // namespace plica

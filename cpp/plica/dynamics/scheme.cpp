@@ -1,0 +1,31 @@
+#include "plica/dynamics/scheme.hpp"
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+struct Coefficients {
+  SchemeCoefficients operator()(const Newmark& scheme) const {
+    if (!(scheme.beta > 0))
+      throw InvalidInput("Newmark", "beta", scheme.beta, "", "> 0", "Explicit schemes (beta = 0) are not offered.");
+    if (!(scheme.gamma >= 0.5))
+      throw InvalidInput("Newmark", "gamma", scheme.gamma, "", ">= 1/2", "Below, energy grows without bound.");
+    if (!(2 * scheme.beta >= scheme.gamma))
+      throw InvalidInput("Newmark", "beta", scheme.beta, "", ">= gamma / 2", "Unconditional stability needs it.");
+    return {0.0, scheme.beta, scheme.gamma};
+  }
+  SchemeCoefficients operator()(const HilberHughesTaylor& scheme) const {
+    const double alpha = scheme.alpha;
+    if (!(alpha >= -1.0 / 3.0 - 1e-12 && alpha <= 0.0))
+      throw InvalidInput("HilberHughesTaylor", "alpha", alpha, "", "in [-1/3, 0]");
+    return {alpha, 0.25 * (1 - alpha) * (1 - alpha), 0.5 - alpha};
+  }
+};
+
+}  // namespace
+
+SchemeCoefficients coefficients(const TimeScheme& scheme) { return std::visit(Coefficients{}, scheme); }
+
+}  // namespace plica

@@ -1,0 +1,26 @@
+#pragma once
+#include <variant>
+
+namespace plica {
+
+/// Newmark's family (Paper A, Eq. 24); the trapezoidal rule by default.
+struct Newmark {
+  double beta = 0.25;  // > 0
+  double gamma = 0.5;  // >= 1/2
+};
+
+/// Hilber-Hughes-Taylor: gamma = 1/2 - alpha, beta = (1 - alpha)^2 / 4.
+struct HilberHughesTaylor {
+  double alpha = -0.3;  // in [-1/3, 0]
+};
+
+using TimeScheme = std::variant<Newmark, HilberHughesTaylor>;
+
+/// The three numbers of a scheme; alpha = 0 for Newmark.
+struct SchemeCoefficients {
+  double alpha, beta, gamma;
+};
+/// Throws InvalidInput for parameters outside the ranges above.
+SchemeCoefficients coefficients(const TimeScheme& scheme);
+
+}  // namespace plica

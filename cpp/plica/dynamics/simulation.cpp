@@ -1,0 +1,235 @@
+#include "plica/dynamics/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "plica/core/error.hpp"
+#include "plica/dynamics/step.hpp"
+
+namespace plica {
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+NodalMatrix assemble_mass(const Assembler& assembler, const Tissue& tissue, Simulation::Mass kind) {
+  if (kind == Simulation::Mass::consistent) return assembler.mass(tissue);
+  const Vector lumped = assembler.lumped_mass(tissue);
+  NodalMatrix mass(assembler.pattern());
+  for (std::int32_t i = 0; i < lumped.size(); ++i) mass.values()[assembler.pattern()->find(i, i)] = lumped[i];
+  return mass;
+}
+
+std::optional<BlockMatrix> assemble_viscosity(const Assembler& assembler, const Tissue& tissue) {
+  const bool viscous = std::any_of(tissue.materials.begin(), tissue.materials.end(),
+                                   [](const Material& m) { return m.viscosity > 0; });
+  if (!viscous) return std::nullopt;
+  return assembler.viscosity(tissue);
+}
+
+/// m M + c C + k K with the held unknowns taken out.
+BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C, double k,
+                             const BlockMatrix& K, const Supports& supports) {
+  BlockMatrix A(K.pattern());
+  for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] = k * K.values()[i];
+  if (C)
+    for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] += c * C->values()[i];
+  for (std::size_t e = 0; e < M.values().size(); ++e)
+    for (int d = 0; d < 3; ++d) A.values()[9 * e + 4 * d] += m * M.values()[e];
+  supports.constrain(A);
+  return A;
+}
+
+BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const NodalMatrix& M,
+                        const std::optional<BlockMatrix>& C, const BlockMatrix& K, const Supports& supports) {
+  return combine_matrices(1.0, M, (1 + s.alpha) * s.gamma * h, C, (1 + s.alpha) * s.beta * h * h, K, supports);
+}
+
+Scene checked(Scene scene) {
+  check(scene.mesh);
+  scene.tissue.validate(scene.mesh);
+  const std::ptrdiff_t n = scene.mesh.node_count();
+  if (scene.supports.size() != 3 * n)
+    throw InvalidInput("Scene", "supports", static_cast<double>(scene.supports.size()), "unknowns",
+                       "3 times the " + std::to_string(n) + " nodes");
+  const auto check_field = [&](const std::optional<Points>& field, const char* name) {
+    if (!field) return;
+    if (field->rows() != n)
+      throw InvalidInput("Scene", name, static_cast<double>(field->rows()), "rows",
+                         "one row a node (" + std::to_string(n) + ")");
+    if (!field->allFinite()) throw InvalidInput(std::string("Scene: ") + name + " has a value that is not finite.");
+  };
+  check_field(scene.displacement, "displacement");
+  check_field(scene.velocity, "velocity");
+  return scene;
+}
+
+Simulation::Options checked(Simulation::Options options) {
+  options.validate();
+  return options;
+}
+
+}  // namespace
+
+void Simulation::Options::validate() const {
+  coefficients(scheme);
+  if (!(step > 0) || !std::isfinite(step)) throw InvalidInput("Simulation", "step", step, "s", "> 0 and finite");
+  solver.validate();
+}
+
+Simulation::Simulation(Scene scene, Options options)
+    : scene_(checked(std::move(scene))),
+      options_(checked(options)),
+      scheme_(coefficients(options_.scheme)),
+      assembler_(scene_.mesh),
+      mass_(assemble_mass(assembler_, scene_.tissue, options_.mass)),
+      stiffness_(assembler_.stiffness(scene_.tissue)),
+      viscosity_(assemble_viscosity(assembler_, scene_.tissue)),
+      step_matrix_(assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene_.supports)),
+      solver_(step_matrix_, options_.solver) {
+  const std::ptrdiff_t n = scene_.mesh.node_count();
+  for (const Load& load : scene_.loads)
+    load_vectors_.push_back(assembler_.traction(scene_.mesh.surface(load.surface), load.traction));
+  if (scene_.gravity) constant_load_ = assembler_.body_force(scene_.tissue, *scene_.gravity);
+  if (scene_.airflow)
+    airflow_.emplace(scene_.mesh, scene_.mesh.surface(scene_.airflow->surface), scene_.airflow->flow);
+  if (scene_.contact) {
+    ContactPart& part = *scene_.contact;
+    std::vector<std::int32_t> nodes(part.airway.first.data(), part.airway.first.data() + part.airway.first.size());
+    nodes.insert(nodes.end(), part.airway.second.data(), part.airway.second.data() + part.airway.second.size());
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
+    KrylovOptions options_of_columns = options_.solver;
+    options_of_columns.tolerance = std::min(1e-10, options_.solver.tolerance);
+    const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
+    auto path = multipliers && std::holds_alternative<Gmres>(multipliers->solver)
+                    ? gmres_path(step_matrix_, scene_.supports, interface_nodes, options_.solver)
+                    : condensed_path(step_matrix_, scene_.supports, interface_nodes, options_of_columns);
+    collision_.emplace(part.airway, scene_.mesh.points, part.enforcement, part.options, std::move(path));
+  }
+
+  state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);
+  state_.velocity = scene_.velocity ? Vector(as_vector(*scene_.velocity)) : Vector::Zero(3 * n);
+  scene_.supports.project(state_.displacement);
+  scene_.supports.project(state_.velocity);
+  state_.contact_force = Vector::Zero(3 * n);
+  state_.load = scene_load(0.0);
+  if (airflow_) {
+    const Points x = positions();
+    airflow_->add_load(x, airflow_->evaluate(airflow_->areas(x), false).pressure, state_.load);
+  }
+  state_.elastic_force = stiffness_ * state_.displacement;
+  state_.weighted_elastic_force = state_.elastic_force;
+  state_.viscous_force = viscosity_ ? Vector(*viscosity_ * state_.velocity) : Vector::Zero(3 * n);
+
+  // M a_0 = f_0 - C v_0 - K u_0 (Eq. 2.42)
+  Vector rhs = state_.load - state_.viscous_force - state_.elastic_force;
+  scene_.supports.project(rhs);
+  const BlockMatrix constrained_mass = combine_matrices(1, mass_, 0, std::nullopt, 0, stiffness_, scene_.supports);
+  state_.acceleration = Vector::Zero(3 * n);
+  const Convergence end = ConjugateGradient(constrained_mass, options_.solver).solve(rhs, state_.acceleration);
+  if (!end.converged)
+    throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
+                      " after " + std::to_string(end.iterations) + " iterations). Raise max_iterations.");
+  state_.inertial_force = mass_ * state_.acceleration;
+  Ledger& ledger = state_.ledger;
+  ledger.kinetic = 0.5 * state_.velocity.dot(mass_ * state_.velocity);
+  ledger.elastic = 0.5 * state_.displacement.dot(state_.elastic_force);
+  ledger.initial = ledger.kinetic + ledger.elastic;
+}
+
+Simulation::~Simulation() = default;
+
+Points Simulation::positions() const { return scene_.mesh.points + as_points(state_.displacement); }
+
+void Simulation::set_external_force(Vector force) {
+  if (force.size() != step_matrix_.rows())
+    throw InvalidInput("Simulation", "external force", static_cast<double>(force.size()), "entries",
+                       "3 times the " + std::to_string(scene_.mesh.node_count()) + " nodes");
+  external_force_ = std::move(force);
+}
+
+void Simulation::restore(State state) {
+  if (state.displacement.size() != step_matrix_.rows())
+    throw InvalidInput("Simulation", "state", static_cast<double>(state.displacement.size()), "unknowns",
+                       std::to_string(step_matrix_.rows()), "It belongs to another scene.");
+  state_ = std::move(state);
+}
+
+Vector Simulation::scene_load(double t) const {
+  Vector load = constant_load_.size() ? constant_load_ : Vector::Zero(step_matrix_.rows());
+  for (std::size_t i = 0; i < load_vectors_.size(); ++i)
+    load += std::cos(2 * pi * scene_.loads[i].frequency * t + scene_.loads[i].phase) * load_vectors_[i];
+  if (external_force_.size()) load += external_force_;
+  return load;
+}
+
+void Simulation::advance() {
+  try {
+    Step step(*this);
+    couple(step);
+    complete(step);
+    finish(step);
+  } catch (const SolveFailed& failure) {
+    throw SolveFailed("Step " + std::to_string(state_.step + 1) + " (t = " +
+                      number((static_cast<double>(state_.step) + 1) * options_.step) + " s): " + failure.what());
+  }
+}
+
+void Simulation::finish(Step& step) {
+  const double h = options_.step;
+  State previous = std::move(state_);
+  state_ = State{};
+  state_.step = previous.step + 1;
+  state_.displacement = step.displacement_predictor + scheme_.beta * h * h * step.acceleration;
+  state_.velocity = step.velocity_predictor + scheme_.gamma * h * step.acceleration;
+  state_.acceleration = std::move(step.acceleration);
+  state_.load = std::move(step.load);
+  state_.contact_force = std::move(step.contact_force);
+  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i)
+    if (step.contacts.force[i] > 0) state_.closed.push_back(step.contacts.pairs[i].key);
+  std::sort(state_.closed.begin(), state_.closed.end());
+  state_.flow_stopped = step.flow_stopped;
+  state_.ledger = previous.ledger;
+  {
+    const Stopwatch watch(times_.ledger);
+    update_ledger(previous);
+  }
+  record_ = StepRecord{};
+  record_.time = time();
+  record_.iterations = step.iterations;
+  record_.flow = step.flow;
+  const Stopwatch watch(times_.record);
+  const Points x = positions();
+  record_.inverted_tissue = static_cast<int>((signed_volumes(x, scene_.mesh.cells).array() <= 0).count());
+  if (collision_) record_.contact = contact_record(step, x);
+}
+
+void Simulation::update_ledger(const State& before) {
+  // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory.md.
+  const double h = options_.step, alpha = scheme_.alpha, beta = scheme_.beta, gamma = scheme_.gamma;
+  State& now = state_;
+  const Vector du = now.displacement - before.displacement;
+  const Vector da = now.acceleration - before.acceleration;
+  now.elastic_force = stiffness_ * now.displacement;
+  now.weighted_elastic_force = (1 + alpha) * now.elastic_force - alpha * before.elastic_force;
+  now.viscous_force = viscosity_ ? Vector(*viscosity_ * ((1 + alpha) * now.velocity - alpha * before.velocity))
+                                 : Vector::Zero(du.size());
+  now.inertial_force = mass_ * now.acceleration;
+
+  Ledger& ledger = now.ledger;
+  ledger.kinetic = 0.5 * now.velocity.dot(mass_ * now.velocity);
+  ledger.elastic = 0.5 * now.displacement.dot(now.elastic_force);
+  ledger.load_work += 0.5 * du.dot(now.load + before.load);
+  if (collision_) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
+  if (viscosity_) ledger.viscous_loss += 0.5 * du.dot(now.viscous_force + before.viscous_force);
+  const Vector d_inertia = now.inertial_force - before.inertial_force;
+  ledger.numerical_loss +=
+      -h * (gamma - 0.5) * 0.5 * (now.velocity + before.velocity).dot(d_inertia) +
+      h * h * (beta - 0.5 * gamma) * 0.5 * da.dot(now.inertial_force + before.inertial_force) +
+      0.5 * du.dot(now.weighted_elastic_force + before.weighted_elastic_force - now.elastic_force -
+                   before.elastic_force);
+}
+
+}  // namespace plica

@@ -1,0 +1,100 @@
+#pragma once
+#include <memory>
+
+#include "plica/dynamics/anderson.hpp"
+#include "plica/dynamics/record.hpp"
+#include "plica/dynamics/scene.hpp"
+#include "plica/dynamics/scheme.hpp"
+#include "plica/dynamics/state.hpp"
+#include "plica/solve/krylov.hpp"
+
+namespace plica {
+
+/// Steps a scene through time. The caller owns the loop:
+///
+///   Simulation simulation(scene, {HilberHughesTaylor{}, 50e-6});
+///   while (simulation.time() < 0.1) simulation.advance();
+class Simulation {
+ public:
+  enum class Mass { consistent, lumped };
+  struct Options {
+    TimeScheme scheme = HilberHughesTaylor{};
+    double step = 50e-6;          // s, > 0
+    KrylovOptions solver;         // of the step's linear systems
+    Mass mass = Mass::consistent;
+    void validate() const;
+  };
+
+  /// Assembles and solves for the initial acceleration. Throws InvalidInput.
+  Simulation(Scene scene, Options options);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  /// One step. Throws SolveFailed with time and cause; the state is then that of the last completed step.
+  void advance();
+
+  double time() const { return static_cast<double>(state_.step) * options_.step; }
+  const State& state() const { return state_; }
+  /// Continues from a state of a simulation of the same scene and options: the steps that follow are identical.
+  void restore(State state);
+  const StepRecord& record() const { return record_; }  // of the last step
+  const StepTimes& times() const { return times_; }
+
+  const Scene& scene() const { return scene_; }
+  const Options& options() const { return options_; }
+  const NodalMatrix& mass() const { return mass_; }
+  const BlockMatrix& stiffness() const { return stiffness_; }
+  /// Absent where no material is viscous.
+  const std::optional<BlockMatrix>& viscosity() const { return viscosity_; }
+  const BlockMatrix& step_matrix() const { return step_matrix_; }
+  /// Absent without airflow.
+  const std::optional<Airflow>& airflow() const { return airflow_; }
+  /// Absent without contact.
+  const std::optional<Collision>& collision() const { return collision_; }
+
+  /// (n, 3) m, current positions.
+  Points positions() const;
+  /// (n) Pa, contact force over tributary area at the nodes of the contact surfaces; zero elsewhere.
+  Vector contact_pressure() const;
+  /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads.
+  void set_external_force(Vector force);
+
+ private:
+  struct Step;  // the quantities of one step in the making
+
+  // step.cpp: how a step finds its loads, contacts and acceleration
+  void solve(Step& step, const Vector& force, Vector& a);
+  void move(Step& step);
+  void complete(Step& step);
+  void couple(Step& step);
+  void iterate(Step& step, const Iterated& coupling);
+  void load_by_flow(Step& step, const Points& x, const Vector& pressure);
+  bool flow_blocked(const Step& step);
+  Points extrapolated_positions(const Step& step) const;
+  // simulation.cpp and record.cpp: what is kept of it
+  Vector scene_load(double t) const;
+  void finish(Step& step);
+  void update_ledger(const State& before);
+  ContactRecord contact_record(const Step& step, const Points& x);
+
+  Scene scene_;
+  Options options_;
+  SchemeCoefficients scheme_;
+  Assembler assembler_;
+  NodalMatrix mass_;
+  BlockMatrix stiffness_;
+  std::optional<BlockMatrix> viscosity_;
+  BlockMatrix step_matrix_;
+  ConjugateGradient solver_;
+  std::optional<Airflow> airflow_;
+  std::optional<Collision> collision_;
+  std::vector<Vector> load_vectors_;  // (3 n) N of each Load at amplitude 1
+  Vector constant_load_;              // (3 n) N: gravity
+  Vector external_force_;             // (3 n) N, or empty
+  State state_;
+  StepRecord record_;
+  StepTimes times_;
+};
+
+}  // namespace plica

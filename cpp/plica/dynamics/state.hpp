@@ -1,0 +1,33 @@
+#pragma once
+#include "plica/core/types.hpp"
+
+namespace plica {
+
+/// Energies and works since t = 0 (J), each from its own formula (docs/theory.md, "Energy ledger").
+struct Ledger {
+  double kinetic = 0.0;
+  double elastic = 0.0;
+  double load_work = 0.0;
+  double contact_work = 0.0;
+  double viscous_loss = 0.0;
+  double numerical_loss = 0.0;
+  double initial = 0.0;  // kinetic + elastic at t = 0
+
+  /// What the terms leave unexplained; round-off and the solver's tolerance.
+  double error() const {
+    return kinetic + elastic - initial - load_work - contact_work + viscous_loss + numerical_loss;
+  }
+};
+
+/// Everything the next step depends on. Nodal vectors are (3 n).
+struct State {
+  std::int64_t step = 0;
+  Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
+  Vector load, contact_force;                   // N, as they entered the last step's equation
+  Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
+  std::vector<std::int32_t> closed;             // keys of the contact pairs that carried force, ascending
+  bool flow_stopped = false;
+  Ledger ledger;
+};
+
+}  // namespace plica

@@ -1,0 +1,45 @@
+#pragma once
+#include <chrono>
+
+#include "plica/dynamics/simulation.hpp"
+
+namespace plica {
+
+/// Adds the time until it goes out of scope to a sum of seconds.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+/// One step in the making: M a + C V + K U = load + contact_force with U = (1+alpha) u_{n+1} - alpha u_n, V likewise.
+struct Simulation::Step {
+  explicit Step(Simulation& simulation);
+
+  // Fixed within the step, (3 n).
+  Vector displacement_predictor, velocity_predictor;  // without the unknown acceleration
+  Vector inner_force;  // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
+  Vector scene_load;   // N, loads, gravity and external force at t_{n+1+alpha}
+  Points x_previous;   // (n, 3) m, at t_n
+
+  // The current iterate.
+  Vector load;               // N, scene_load plus the flow's
+  Vector free_acceleration;  // m/s^2, under `load` without contact forces
+  Points x;                  // (n, 3) m at t_{n+1}; with contact forces at the nodes of the contact surfaces only
+  Contacts contacts;
+  std::optional<FlowRecord> flow;
+  bool flow_stopped = false;
+  int iterations = 0;
+
+  // The result.
+  Vector contact_force;  // N, (3 n)
+  Vector acceleration;   // m/s^2
+};
+
+}  // namespace plica

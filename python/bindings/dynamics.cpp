@@ -1,0 +1,218 @@
+#include "plica/dynamics/simulation.hpp"
+
+#include "arrays.hpp"
+#include "dynamics_state.hpp"
+#include "engine.hpp"
+
+using namespace plica;
+using namespace plica::python;
+
+namespace {
+
+using Released = py::gil_scoped_release;
+
+Airflow::Options flow_options(double pressure, double density, double fraction, const std::string& area) {
+  Airflow::Options options;
+  options.subglottal_pressure = pressure;
+  options.air_density = density;
+  options.zero_flow_fraction = fraction;
+  if (area == "cut")
+    options.area = Airflow::Cut{};
+  else if (area != "elliptic")
+    throw InvalidInput("Airflow: area = \"" + area + "\"; must be \"elliptic\" or \"cut\".");
+  options.validate();
+  return options;
+}
+
+Multipliers multipliers(const std::string& solver, const std::string& position) {
+  Multipliers enforcement;
+  if (solver == "gmres")
+    enforcement.solver = Gmres{};
+  else if (solver != "condensed")
+    throw InvalidInput("Multipliers: solver = \"" + solver + "\"; must be \"condensed\" or \"gmres\".");
+  if (position == "weighted")
+    enforcement.position = Weighted{};
+  else if (position != "end_of_step")
+    throw InvalidInput("Multipliers: position = \"" + position + "\"; must be \"end_of_step\" or \"weighted\".");
+  return enforcement;
+}
+
+void bind_options(py::module_& engine) {
+  const Newmark newmark;
+  py::class_<Newmark>(engine, "Newmark")
+      .def(py::init([](double beta, double gamma) { return Newmark{beta, gamma}; }), py::kw_only(),
+           py::arg("beta") = newmark.beta, py::arg("gamma") = newmark.gamma)
+      .def_readonly("beta", &Newmark::beta)
+      .def_readonly("gamma", &Newmark::gamma);
+  const HilberHughesTaylor hht;
+  py::class_<HilberHughesTaylor>(engine, "HilberHughesTaylor")
+      .def(py::init([](double alpha) { return HilberHughesTaylor{alpha}; }), py::kw_only(),
+           py::arg("alpha") = hht.alpha)
+      .def_readonly("alpha", &HilberHughesTaylor::alpha);
+
+  py::class_<Lagged>(engine, "Lagged").def(py::init<>());
+  py::class_<Extrapolated>(engine, "Extrapolated").def(py::init<>());
+  const Iterated iterated;
+  py::class_<Iterated>(engine, "Iterated")
+      .def(py::init([](double tolerance, int max_sweeps, int freeze_after) {
+             return Iterated{tolerance, max_sweeps, freeze_after};
+           }),
+           py::kw_only(), py::arg("tolerance") = iterated.tolerance, py::arg("max_sweeps") = iterated.max_sweeps,
+           py::arg("freeze_after") = iterated.freeze_after)
+      .def_readonly("tolerance", &Iterated::tolerance)
+      .def_readonly("max_sweeps", &Iterated::max_sweeps)
+      .def_readonly("freeze_after", &Iterated::freeze_after);
+
+  const AirflowPart part;
+  py::class_<AirflowPart>(engine, "Airflow")
+      .def(py::init([](std::string surface, double pressure, double density, double fraction,
+                       const std::string& area, Coupling coupling) {
+             return AirflowPart{std::move(surface), flow_options(pressure, density, fraction, area), coupling};
+           }),
+           py::kw_only(), py::arg("surface") = part.surface,
+           py::arg("subglottal_pressure") = part.flow.subglottal_pressure,
+           py::arg("air_density") = part.flow.air_density,
+           py::arg("zero_flow_fraction") = part.flow.zero_flow_fraction, py::arg("area") = "elliptic",
+           py::arg("coupling") = part.coupling);
+
+  const Load load;
+  py::class_<Load>(engine, "Load")
+      .def(py::init([](std::string surface, const std::array<double, 3>& traction, double frequency, double phase) {
+             return Load{std::move(surface), Vector3(traction[0], traction[1], traction[2]), frequency, phase};
+           }),
+           py::kw_only(), py::arg("surface"), py::arg("traction"), py::arg("frequency") = load.frequency,
+           py::arg("phase") = load.phase);
+}
+
+void bind_enforcement(py::module_& engine) {
+  py::class_<Multipliers>(engine, "Multipliers")
+      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "condensed",
+           py::arg("position") = "end_of_step");
+  const Penalty penalty;
+  py::class_<Penalty>(engine, "Penalty")
+      .def(py::init([](double stiffness) { return Penalty{stiffness}; }), py::kw_only(),
+           py::arg("stiffness") = penalty.stiffness)
+      .def_readonly("stiffness", &Penalty::stiffness);
+  const VolumePenalty volume;
+  py::class_<VolumePenalty>(engine, "VolumePenalty")
+      .def(py::init([](double kappa) { return VolumePenalty{kappa}; }), py::kw_only(),
+           py::arg("kappa") = volume.kappa)
+      .def_readonly("kappa", &VolumePenalty::kappa);
+  const Collision::Options options;
+  py::class_<ContactPart>(engine, "Contact")
+      .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes) {
+             return ContactPart{airway, enforcement, {tolerance, max_passes}};
+           }),
+           py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
+           py::arg("max_passes") = options.max_passes);
+}
+
+Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed, std::ptrdiff_t nodes) {
+  if (fixed.ndim() != 2 || fixed.shape(0) != nodes || fixed.shape(1) != 3)
+    wrong_shape("Simulation", "fixed", fixed, "(" + std::to_string(nodes) + ", 3)");
+  Supports supports(nodes);
+  for (std::int32_t i = 0; i < nodes; ++i)
+    for (int c = 0; c < 3; ++c)
+      if (fixed.at(i, c)) supports.fix(i, c);
+  return supports;
+}
+
+using Vec3 = std::array<double, 3>;
+
+std::unique_ptr<SteppedSimulation> make_simulation(
+    const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
+    const py::array& cell_material, const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed,
+    const TimeScheme& scheme, double step, double tolerance, int max_iterations, bool lumped_mass,
+    std::optional<AirflowPart> airflow, std::optional<ContactPart> contact, std::vector<Load> loads,
+    std::optional<Vec3> gravity, std::optional<RealArray> displacement, std::optional<RealArray> velocity,
+    std::optional<py::array> probes) {
+  Scene scene{mesh,
+              {std::move(materials), std::move(names), to_indices(cell_material, "Simulation", "cell_material")},
+              to_supports(fixed, mesh.node_count()),
+              std::move(airflow),
+              std::move(contact),
+              std::move(loads),
+              std::nullopt,
+              std::nullopt,
+              std::nullopt};
+  if (gravity) scene.gravity = Vector3((*gravity)[0], (*gravity)[1], (*gravity)[2]);
+  if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
+  if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
+  Simulation::Options options;
+  options.scheme = scheme;
+  options.step = step;
+  options.solver.tolerance = tolerance;
+  options.solver.max_iterations = max_iterations;
+  options.mass = lumped_mass ? Simulation::Mass::lumped : Simulation::Mass::consistent;
+  Indices probe_nodes = probes ? to_indices(*probes, "Simulation", "probes") : Indices(0);
+  for (const std::int32_t node : probe_nodes)
+    if (node < 0 || node >= mesh.node_count())
+      throw InvalidInput("Simulation", "probe node", node, "",
+                         "in [0, " + std::to_string(mesh.node_count()) + ")");
+  const Released released;
+  return std::make_unique<SteppedSimulation>(std::move(scene), options, std::move(probe_nodes));
+}
+
+Points matrix_of(const Vector& nodal) { return as_points(nodal); }
+
+}  // namespace
+
+void bind_dynamics(py::module_& engine) {
+  bind_options(engine);
+  bind_enforcement(engine);
+  const Simulation::Options options;
+  py::class_<SteppedSimulation>(engine, "Simulation")
+      .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
+           py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("scheme"),
+           py::arg("step") = options.step, py::arg("solver_tolerance") = options.solver.tolerance,
+           py::arg("max_iterations") = options.solver.max_iterations, py::arg("lumped_mass") = false,
+           py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
+           py::arg("gravity") = py::none(), py::arg("displacement") = py::none(),
+           py::arg("velocity") = py::none(), py::arg("probes") = py::none())
+      .def("advance", &SteppedSimulation::advance, py::arg("steps"))
+      .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
+      .def("restore",
+           [](SteppedSimulation& self, const py::dict& state) { self.simulation().restore(state_from_dict(state)); },
+           py::arg("state"))
+      .def("set_external_force",
+           [](SteppedSimulation& self, const RealArray& force) {
+             self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));
+           },
+           py::arg("force"))
+      .def("info", &SteppedSimulation::info)
+      .def("times", &SteppedSimulation::times)
+      .def_property_readonly("time", [](const SteppedSimulation& self) { return self.simulation().time(); })
+      .def_property_readonly("step_count",
+                             [](const SteppedSimulation& self) { return self.simulation().state().step; })
+      .def_property_readonly(
+          "displacement",
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().displacement)); })
+      .def_property_readonly(
+          "velocity",
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().velocity)); })
+      .def_property_readonly(
+          "acceleration",
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().acceleration)); })
+      .def_property_readonly(
+          "contact_force",
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().contact_force)); })
+      .def_property_readonly(
+          "contact_pressure",
+          [](const SteppedSimulation& self) { return give(self.simulation().contact_pressure()); })
+      .def_property_readonly(
+          "mass", [](const SteppedSimulation& self) { return give_csr(self.simulation().mass().to_sparse()); })
+      .def_property_readonly("stiffness",
+                             [](const SteppedSimulation& self) {
+                               return give_csr(self.simulation().stiffness().to_sparse());
+                             })
+      .def_property_readonly("viscosity",
+                             [](const SteppedSimulation& self) -> std::optional<py::tuple> {
+                               const auto& viscosity = self.simulation().viscosity();
+                               if (!viscosity) return std::nullopt;
+                               return give_csr(viscosity->to_sparse());
+                             })
+      .def_property_readonly("section_height",
+                             [](const SteppedSimulation& self) { return give(self.sections().height); })
+      .def_property_readonly("section_major",
+                             [](const SteppedSimulation& self) { return give(self.sections().major); });
+}
