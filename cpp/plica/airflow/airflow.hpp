@@ -48,7 +48,8 @@ class Airflow {
   /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
   /// curved six-node faces are integrated as they are. `pressure` (s) Pa.
   void add_load(const Points& x, const Vector& pressure, Vector& force) const;
-  /// (surface nodes) Pa, interpolated between sections along the reference height; p_s below the first section, 0 above the last.
+  /// (surface nodes) Pa, interpolated between sections along the reference height; p_s below the first section,
+  /// 0 above the last.
   Vector nodal_pressure(const Vector& pressure) const;
   /// Whether contact at height z_bc, anteroposterior y_bc lies in the middle of the glottis: |y_bc| <= tau * y_i.
   bool blocks(double y_bc, double z_bc) const;

@@ -70,6 +70,18 @@ TEST_CASE("areas of half-ellipses and of cut polygons differ by the inscribed po
   }
 }
 
+TEST_CASE("the cut areas of the larynx at rest are those of its polygons, also at the open ends") {
+  const Larynx larynx;
+  const TetMesh mesh = larynx_mesh(larynx);
+  Airflow::Options options;
+  const Airflow elliptic(mesh, mesh.surface("airway"), options);
+  options.area = Airflow::Cut{};
+  const Airflow cut(mesh, mesh.surface("airway"), options);
+  const double share = inscribed(larynx.around, 1, 1) / std::acos(-1.0);
+  const Vector difference = cut.areas(mesh.points) - share * elliptic.areas(mesh.points);
+  CHECK(difference.cwiseAbs().maxCoeff() < 1e-13 * elliptic.areas(mesh.points).maxCoeff());  // round-off
+}
+
 TEST_CASE("each half-ellipse has its own minor half-axis and becomes negative by overlap") {
   const TetMesh mesh = duct();
   const Airflow airflow(mesh, mesh.surface("airway"), {});

@@ -73,8 +73,10 @@ TEST_CASE("a flat patch receives pressure times area, into the tissue") {
     if (quadratic) mesh = to_quadratic(mesh);
     const Faces& top = mesh.surface("z_max");
     Vector3 force = Vector3::Zero();
-    for (std::ptrdiff_t f = 0; f < top.rows(); ++f)
-      force += pressure_load(rows(mesh.points, top, f), FaceValues::Constant(top.cols(), 50)).colwise().sum().transpose();
+    for (std::ptrdiff_t f = 0; f < top.rows(); ++f) {
+      const FaceVectors load = pressure_load(rows(mesh.points, top, f), FaceValues::Constant(top.cols(), 50));
+      force += load.colwise().sum().transpose();
+    }
     CHECK((force - Vector3(0, 0, -300)).norm() < 1e-11);  // 50 Pa on 6 m^2, to round-off
   }
 }
