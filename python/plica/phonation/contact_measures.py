@@ -13,7 +13,7 @@ import numpy as np
 
 from plica.phonation.cycles import Cycles
 from plica.phonation.measure import Measure, absent, average, per_cycle, whole
-from plica.phonation.run_data import Array, Floats
+from plica.phonation.run_data import Array, Floats, time_step
 
 force_level = 0.01  # of the largest force in the run: contact
 bridged = 0.05  # of the period: losses of contact within a collision
@@ -38,7 +38,7 @@ def collisions(time: Floats, force: Floats, gap: float) -> list[slice]:
     if force.size < 2 or not force.max() > 0:
         return []
     touching = np.flatnonzero(force > force_level * force.max())
-    breaks = np.flatnonzero(np.diff(time[touching]) > gap + 1.5 * (time[1] - time[0]))
+    breaks = np.flatnonzero(np.diff(time[touching]) > gap + 1.5 * time_step(time))
     first = touching[np.concatenate(([0], breaks + 1))]
     last = touching[np.concatenate((breaks, [touching.size - 1]))]
     found = [slice(int(a), int(b) + 1) for a, b in zip(first, last, strict=True)]
@@ -99,7 +99,7 @@ def _collision_measures(
     time: Floats, left: Floats, right: Floats, chosen: list[slice], count: int
 ) -> dict[str, Measure]:
     found = {"collisions": whole(count, "1", "complete collisions in the whole run")}
-    step = float(np.mean(np.diff(time)))
+    step = time_step(time)
     note = "over the collisions of the steady cycles"
     if not chosen:
         reason = "no complete collision in the steady cycles"
@@ -144,7 +144,7 @@ def _extent_measures(
 
 def _pressure_measures(time: Floats, waveforms: Mapping[str, Array], cycles: Cycles) -> dict[str, Measure]:
     pressure = np.asarray(waveforms["peak_contact_pressure"], dtype=float)
-    step = float(np.mean(np.diff(time)))
+    step = time_step(time)
     count = max(round(pressure_window / step), 1)
     note = (
         f"averaging time {1e3 * count * step:.3g} ms: moving mean of the largest nodal pressure of each step "

@@ -8,7 +8,7 @@ import numpy as np
 
 from plica.phonation.cycles import Cycles, autocorrelation_frequency
 from plica.phonation.measure import Measure, absent, average, per_cycle, whole
-from plica.phonation.run_data import Array, Floats
+from plica.phonation.run_data import Array, Floats, time_step
 
 open_level = 0.01  # of the cycle's largest area: below it the glottis counts as closed
 open_note = "open: glottal area above 1 % of the cycle's maximum and the flow not stopped by contact"
@@ -29,7 +29,7 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles) -> dict[str
             "fundamental_frequency_autocorrelation": absent("Hz", cycles.note),
         }
     part = cycles.extent(time)
-    step = float(np.mean(np.diff(time)))
+    step = time_step(time)
     other = autocorrelation_frequency(signal[part], step)
     frequency = per_cycle(cycles, 1.0 / cycles.periods, "Hz")
     apart = abs(other - float(frequency.value or 0.0)) / other
@@ -92,7 +92,7 @@ def _quotients(time: Floats, area: Floats, ends: Floats, part: slice) -> tuple[f
     instants, open_time = _open_time(time[first:last], area[first:last], level)
     open_quotient = float(np.diff(np.interp(ends, instants, open_time))[0]) / period
     top = _vertex(time, area, peak)
-    reach = round(period / (time[1] - time[0]))
+    reach = round(period / time_step(time))
     before, after = slice(max(peak - reach, 0), peak), slice(peak + 1, min(peak + 1 + reach, time.size))
     if closed[before].any():
         k = before.start + int(np.flatnonzero(closed[before])[-1])

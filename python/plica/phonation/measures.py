@@ -36,6 +36,8 @@ def steady_cycles(run: RunData) -> Cycles:
         Empty, with a note that says why, where there are fewer than three.
     """
     time, waveforms = reached(run)
+    if not time.size:
+        return Cycles(np.empty(0), "no step was computed")
     if "minimum_area" in waveforms:
         return find_cycles(time, np.asarray(waveforms["minimum_area"], dtype=float), name="glottal area")
     probes = waveforms.get("probes")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[Any]
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 
 class MeshData(Protocol):
@@ -70,6 +70,11 @@ class RunData(Protocol):
     @property
     def versions(self) -> Mapping[str, str]:
         """Names and versions of what computed the run."""
+
+
+def time_step(time: Floats) -> float:
+    """The constant step (s) of a record; its first time if it has only one."""
+    return float(time[-1]) / time.size
 
 
 def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plica.phonation.measure import Measure, absent, whole
-from plica.phonation.run_data import Array, Floats
+from plica.phonation.run_data import Array, Floats, time_step
 
 
 def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
@@ -36,10 +36,9 @@ def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
 
 def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, Measure]:
     """Steps, time step and duration; iterations, coupling sweeps and steps with a frozen coupling."""
-    step = float(np.mean(np.diff(time))) if time.size > 1 else float("nan")
     found = {
         "steps": whole(time.size, "1"),
-        "time_step": whole(step, "s"),
+        "time_step": whole(time_step(time), "s"),
         "duration": whole(float(time[-1]), "s", "simulated"),
     }
     table = (

@@ -1,0 +1,106 @@
+"""Figures as inline SVG: text and axes take the page's colour, lines are legible on light and dark."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plica.phonation.run_data import Floats
+
+blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
+tissue, air = "#d8998a", "#1d222b"
+ink = "#010203"  # stands for the page's text colour; replaced by currentColor
+
+style: dict[str, Any] = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 9.5,
+    "text.color": ink,
+    "axes.edgecolor": ink,
+    "axes.labelcolor": ink,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9.5,
+    "xtick.color": ink,
+    "ytick.color": ink,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "lines.linewidth": 1.4,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+    "savefig.dpi": 130,
+}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of the page."""
+
+    title: str
+    caption: str
+    alt: str
+    svg: str
+
+
+def draw(
+    title: str,
+    caption: str,
+    alt: str,
+    size: tuple[float, float],
+    paint: Callable[[Figure], None],
+) -> Drawing:
+    """Paint a figure of that size (inches) and return it as SVG without anything to fetch."""
+    settings: Any = {**style, "svg.hashsalt": title}
+    with mpl.rc_context(settings):
+        figure = Figure(figsize=size, layout="constrained")
+        paint(figure)
+        buffer = io.StringIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
+    return Drawing(title, caption, alt, inline_svg(buffer.getvalue(), alt))
+
+
+def inline_svg(text: str, alt: str) -> str:
+    """The <svg> element alone: no prolog, no metadata, scalable, named for screen readers."""
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
+    text = re.sub(r'(<svg[^>]*?) version="[^"]*"', r"\1", text, count=1)
+    text = text.replace(ink, "currentColor")
+    name = alt.replace("&", "and").replace('"', "'").replace("<", "under ").replace(">", "over ")
+    return text.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
+
+
+def line(axes: Axes, time: Floats, values: Floats, **options: Any) -> None:
+    """A line in which at most 1500 intervals keep their least and largest value."""
+    most = 1500
+    if time.size > 2 * most:
+        edges = np.linspace(0, time.size, most + 1).astype(int)
+        kept = []
+        for a, b in pairwise(edges):
+            low, high = a + int(np.argmin(values[a:b])), a + int(np.argmax(values[a:b]))
+            kept += sorted({low, high})
+        time, values = time[kept], values[kept]
+    axes.plot(time, values, **options)
+
+
+def label_ends(axes: Axes, entries: Sequence[tuple[str, str]]) -> None:
+    """A legend of (name, colour) in one row above the axes."""
+    for i, (name, colour) in enumerate(entries):
+        axes.plot([], [], color=colour, label=name, zorder=-i)
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0, 1.0), ncols=len(entries), borderaxespad=0.2, handlelength=1.4
+    )
