@@ -1,0 +1,42 @@
+"""The exceptions of Plica. Each text reads ``Where: name = value unit; must be relation. Hint.``"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+from plica._engine import InvalidInput, SolveFailed
+
+__all__ = ["InvalidInput", "SceneError", "SolveFailed", "StorageFailed", "nearest", "one_of"]
+
+
+class SceneError(InvalidInput):
+    """A scene, or the mesh file that it names, cannot be used.
+
+    Attributes
+    ----------
+    problems : tuple of str
+        One line a problem; the exception's text is these lines.
+    """
+
+    def __init__(self, problems: str | Iterable[str]) -> None:
+        self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
+        super().__init__("\n".join(self.problems))
+
+
+class StorageFailed(OSError):  # noqa: N818 (a pair with SolveFailed)
+    """Results cannot be written or read: the text names the file, the system's reason and what to do."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """`` Did you mean "..."?`` for the closest known name, or nothing."""
+    candidates = list(known)
+    lowered = {candidate.lower(): candidate for candidate in candidates}
+    close = get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
+    return f' Did you mean "{lowered[close[0]]}"?' if close else ""
+
+
+def one_of(known: Iterable[object]) -> str:
+    """The known names as text for a message."""
+    names = ", ".join(str(name) for name in known)
+    return f"one of {names}" if names else "left out: there are none"

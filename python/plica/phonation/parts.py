@@ -1,0 +1,273 @@
+"""The parts of a scene beside its mesh. What a scene does not name does not exist.
+
+Every physical field takes a number in SI or a text with a unit: ``E="1 kPa"``. The unit in brackets is
+the one in which the field is kept.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from plica.phonation.part import OneOf, Part, engine_default, problem
+from plica.units import (
+    Acceleration,
+    Density,
+    Frequency,
+    Length,
+    Number,
+    PerLength,
+    Pressure,
+    Stiffness,
+    Time,
+    Velocity,
+)
+
+__all__ = [
+    "Airflow",
+    "Contact",
+    "Coupling",
+    "Extrapolated",
+    "HilberHughesTaylor",
+    "Initial",
+    "Iterated",
+    "Lagged",
+    "Load",
+    "Multipliers",
+    "Newmark",
+    "Output",
+    "Penalty",
+    "Scheme",
+    "Solver",
+    "Stepping",
+    "Supports",
+    "VolumePenalty",
+]
+
+Components = Literal["x", "y", "z", "xy", "xz", "yz", "xyz"]
+
+
+class Supports(Part):
+    """Where the tissue is held."""
+
+    fixed: tuple[str, ...] = ()
+    """Node sets held in all three components, e.g. ``("wall",)``."""
+    components: dict[str, Components] = {}
+    """Node sets held in some components only, e.g. ``{"x_min": "x", "z_min": "yz"}``."""
+    wall_from_y: Annotated[Length, Field(ge=0)] | None = None
+    """[m] Of the node set ``wall``, only nodes with |y| >= this are held. Larynx only."""
+
+
+class Lagged(Part):
+    """The airflow's load is that of the step's beginning, as in the thesis. It feeds energy in."""
+
+
+class Extrapolated(Part):
+    """The airflow's load is evaluated at displacements extrapolated to where the scheme balances forces."""
+
+
+class Iterated(Part):
+    """The airflow's load and the motion are iterated within a step until they agree."""
+
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(default_factory=engine_default("Iterated", "tolerance"))
+    """[-] Change of the sections' displacement between sweeps at which iterating ends."""
+    max_sweeps: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Iterated", "max_sweeps"))
+    """Sweeps a step at most."""
+    freeze_after: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Iterated", "freeze_after"))
+    """Sweeps after which the separation section and the stop of the flow are held within a step."""
+
+
+class Coupling(OneOf):
+    """How the airflow's load follows the motion in time: ``"lagged"``, ``"extrapolated"`` or ``"iterated"``."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {
+        "lagged": Lagged,
+        "extrapolated": Extrapolated,
+        "iterated": Iterated,
+    }
+    lagged: Lagged | None = None
+    extrapolated: Extrapolated | None = None
+    iterated: Iterated | None = None
+
+
+class Airflow(Part):
+    """One-dimensional Bernoulli flow through the glottis (Paper A, Sec. 2.1)."""
+
+    surface: str = Field(default_factory=engine_default("Airflow", "surface"))
+    """The whole airway interface of the mesh."""
+    subglottal_pressure: Annotated[Pressure, Field(gt=0)] = Field(
+        default_factory=engine_default("Airflow", "subglottal_pressure")
+    )
+    """[Pa] Above the pressure at the glottal exit."""
+    air_density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Airflow", "air_density"))
+    """[kg/m^3]"""
+    zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
+        default_factory=engine_default("Airflow", "zero_flow_fraction")
+    )
+    """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
+    area: Literal["elliptic", "cut"] = Field(default_factory=engine_default("Airflow", "area"))
+    """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh."""
+    coupling: Coupling = Coupling(iterated=Iterated.model_construct())
+    """In time."""
+
+
+class Multipliers(Part):
+    """Lagrange multipliers: the constraint holds exactly, through the saddle-point system (Paper A, Eq. 25)."""
+
+    solver: Literal["condensed", "gmres"] = Field(default_factory=engine_default("Multipliers", "solver"))
+    """Condensed to the contact rows, or the thesis's GMRES with the preconditioner of Eq. (29)."""
+    position: Literal["end_of_step", "weighted"] = Field(default_factory=engine_default("Multipliers", "position"))
+    """Where the gap vanishes: at n + 1, or at (1 + alpha) x_{n+1} - alpha x_n as printed."""
+
+
+class Penalty(Part):
+    """A spring at each node that penetrates (Paper A, Eq. 22)."""
+
+    stiffness: Annotated[Stiffness, Field(gt=0)]
+    """[N/m] A node."""
+
+
+class VolumePenalty(Part):
+    """Forces proportional to the volume of inverted airway tetrahedra (Paper A, Eq. 28)."""
+
+    kappa: Annotated[PerLength, Field(gt=0)]
+    """[Pa/m]"""
+
+
+class Contact(OneOf):
+    """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {
+        "multipliers": Multipliers,
+        "penalty": Penalty,
+        "volume_penalty": VolumePenalty,
+    }
+    multipliers: Multipliers | None = None
+    penalty: Penalty | None = None
+    volume_penalty: VolumePenalty | None = None
+    first: str = "airway_left"
+    """Surface of the one body; of a larynx, the left fold."""
+    second: str = "airway_right"
+    """Surface of the other body."""
+    direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
+    """[-] Nodes of the two surfaces face each other along this direction."""
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(default_factory=engine_default("Contact", "tolerance"))
+    """[-] Deepest gap left, relative to the mean edge of the interface."""
+    max_passes: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Contact", "max_passes"))
+    """Rebuildings of the contact rows a step at most."""
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if not any(self.direction):
+            raise problem("must not be zero.", "direction", value=list(self.direction))
+        return self
+
+
+class Initial(Part):
+    """The state at t = 0 where it is not rest. Held components stay zero.
+
+    The opening patterns are for a larynx. With b the half-length of the airway, R the cylinder's radius,
+    a and z_e the minor half-axis and the height of the upper glottal edge (the thesis's S26), z_0 and z_1 the
+    heights at which the airway has widened to four times a (below and above), the pattern is lateral, away
+    from the mid-plane on each fold, and has the size
+
+        cos(pi y / 2b) * H(z) * D(x, y),   |y| < b, else 0
+        H = 1/2 (1 + cos(pi (z - z_e) / (z_0 - z_e))) for z_0 < z <= z_e, likewise with z_1 above, else 0
+        D = (sqrt(R^2 - y^2) - |x|) / (sqrt(R^2 - y^2) - a sqrt(1 - y^2 / b^2)), held within [0, 1]
+
+    so it is one at the upper glottal edge in the mid-plane and falls to zero at the wall.
+    """
+
+    opening_velocity: Velocity | None = None
+    """[m/s] Size of the opening pattern; larynx only."""
+    opening_displacement: Length | None = None
+    """[m] Size of the opening pattern; larynx only."""
+    velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = {}
+    """[m/s] Uniform over the nodes of a layer, e.g. ``{"a": (35, 0, 0)}``."""
+    displacement: dict[str, tuple[Length, Length, Length]] = {}
+    """[m] Uniform over the nodes of a layer."""
+
+
+class Load(Part):
+    """A traction prescribed on a surface, t(t) = traction * cos(2 pi frequency t + phase)."""
+
+    surface: str
+    """Of the mesh."""
+    traction: tuple[Pressure, Pressure, Pressure]
+    """[Pa] Force per reference area."""
+    frequency: Annotated[Frequency, Field(ge=0)] = 0.0
+    """[Hz] 0: constant."""
+    phase: Number = 0.0
+    """[rad]"""
+
+
+class HilberHughesTaylor(Part):
+    """HHT-alpha, gamma = 1/2 - alpha, beta = (1 - alpha)^2 / 4."""
+
+    alpha: Annotated[Number, Field(ge=-1 / 3, le=0)] = Field(
+        default_factory=engine_default("HilberHughesTaylor", "alpha")
+    )
+    """[-]"""
+
+
+class Newmark(Part):
+    """Newmark's family; beta = 1/4, gamma = 1/2 is the trapezoidal rule, which creates energy at impact."""
+
+    beta: Annotated[Number, Field(gt=0, le=1)] = Field(default_factory=engine_default("Newmark", "beta"))
+    """[-]"""
+    gamma: Annotated[Number, Field(ge=0.5, le=1.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
+    """[-]"""
+
+
+class Scheme(OneOf):
+    """The time scheme: ``"hht"``, ``"newmark"``, or a table, ``{hht = {alpha = -0.1}}``."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {"hht": HilberHughesTaylor, "newmark": Newmark}
+    hht: HilberHughesTaylor | None = None
+    newmark: Newmark | None = None
+
+
+class Stepping(Part):
+    """Time stepping with a constant step."""
+
+    step: Annotated[Time, Field(gt=0)]
+    """[s]"""
+    duration: Annotated[Time, Field(gt=0)]
+    """[s]"""
+    scheme: Scheme = Scheme(hht=HilberHughesTaylor.model_construct())
+    mass: Literal["consistent", "lumped"] = "consistent"
+    """Lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps that covers the duration."""
+        return max(1, round(self.duration / self.step))
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Self:
+        count = self.duration / self.step
+        if count < 1 - 1e-9 or abs(count - round(count)) > 1e-6 * count:
+            raise problem(f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration)
+        return self
+
+
+class Solver(Part):
+    """The Krylov method inside a step."""
+
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
+    """[-] Relative residual."""
+    max_iterations: Annotated[int, Field(ge=1)] = 2000
+
+
+class Output(Part):
+    """What is stored beside the waveforms, which are stored every step."""
+
+    every: Annotated[Time, Field(gt=0)] | None = None
+    """[s] Between stored displacement fields; left out, no fields are stored."""
+    start: Annotated[Time, Field(ge=0)] = 0.0
+    """[s] No fields before this time."""
+    probes: tuple[tuple[Length, Length, Length], ...] = ()
+    """[m] The displacement of the node nearest to each point is stored every step."""
+    checkpoint_every: Annotated[Time, Field(gt=0)] = 0.01
+    """[s] Of simulated time between two checkpoints."""

@@ -1,0 +1,111 @@
+"""What is wrong with a scene, one line a problem: ``scene.toml: tissue.cover.nu = 0.9; must be ...``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from plica.errors import nearest
+
+__all__ = ["describe", "path_text", "value_text"]
+
+_MISSING = object()
+
+
+def path_text(path: Iterable[str | int]) -> str:
+    """``("loads", 0, "surface")`` as ``loads[0].surface``; tags of unions, ``<...>``, are left out."""
+    text = ""
+    for name in path:
+        if isinstance(name, int):
+            text += f"[{name}]"
+        elif not name.startswith("<"):
+            name = name if name.replace("_", "").isalnum() else json.dumps(name)
+            text += f".{name}" if text else name
+    return text
+
+
+def value_text(value: object) -> str:
+    """A value as TOML shows it, shortened."""
+    text = json.dumps(value, default=str, ensure_ascii=False)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def describe(error: ValidationError, where: str) -> list[str]:
+    """One line a problem, each beginning with `where`."""
+    return [f"{where}: {line}" for details in error.errors() for line in _lines(details)]
+
+
+def _lines(details: ErrorDetails) -> list[str]:
+    context: dict[str, Any] = details.get("ctx", {})
+    path = (*details["loc"], *context.get("path", ()))
+    if details["type"] == "unknown_names":
+        return [_unknown(path, name, context["known"]) for name in context["unknown"]]
+    if details["type"] == "missing":
+        return [f"{path_text(path)} is missing."]
+    if details["type"] == "scene":
+        value = context.get("value", _MISSING)
+    else:
+        path = _without_branches(path)
+        value = details["input"]
+    shown = "" if value is _MISSING else f" = {value_text(value)}"
+    relation = _relation(details, context)
+    return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
+
+
+def _unknown(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
+    return f"{path_text((*path, name))} is not known.{nearest(name, known)} Known here: {', '.join(known)}."
+
+
+def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """Without what pydantic adds for the branches of a union and for keys, e.g. ``literal['x']``, ``[key]``."""
+    return tuple(
+        name
+        for name in path
+        if isinstance(name, int)
+        or not (name in {"Sides", "int", "str", "[key]"} or name.startswith(("literal[", "function-", "tuple[")))
+    )
+
+
+def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
+    """``must be ...`` for each kind of error that the parts can raise."""
+    kind = details["type"]
+    if kind in {"scene", "quantity"}:
+        return str(context["relation"])
+    bounds = {
+        "greater_than": ">",
+        "greater_than_equal": ">=",
+        "less_than": "<",
+        "less_than_equal": "<=",
+    }
+    for name, sign in bounds.items():
+        if kind == name:
+            bound = context[{">": "gt", ">=": "ge", "<": "lt", "<=": "le"}[sign]]
+            return f"must be {sign} {bound:g}." + _sign_hint(details["input"], bound)
+    relations = {
+        "literal_error": f"must be {context.get('expected', '')}.",
+        "multiple_of": f"must be a multiple of {context.get('multiple_of', '')}.",
+        "too_short": f"must have at least {context.get('min_length', '')} entries.",
+        "too_long": f"must have at most {context.get('max_length', '')} entries.",
+        "int_type": "must be a whole number.",
+        "int_from_float": "must be a whole number.",
+        "int_parsing": "must be a whole number.",
+        "string_type": "must be text.",
+        "string_too_short": "must not be empty.",
+        "tuple_type": "must be a list.",
+        "dict_type": "must be a table.",
+        "model_type": "must be a table.",
+        "model_attributes_type": "must be a table.",
+        "path_type": "must be the name of a file.",
+    }
+    return relations.get(kind, f"{details['msg']}.")
+
+
+def _sign_hint(value: object, bound: float) -> str:
+    number = value if isinstance(value, (int, float)) else None
+    if isinstance(value, str):
+        return " Is the sign right?" if value.strip().startswith("-") else ""
+    return " Is the sign right?" if number is not None and number < 0 <= bound else ""

@@ -1,0 +1,66 @@
+"""The border to the file system: clear errors, atomic replacement, one writer a directory."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from plica.errors import InvalidInput, StorageFailed
+
+__all__ = ["only_writer", "replaced", "require_space", "storage_errors"]
+
+
+@contextmanager
+def storage_errors(path: Path, action: str = "written") -> Iterator[None]:
+    """Turn the system's errors into one sentence that names the file."""
+    try:
+        yield
+    except StorageFailed:
+        raise
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
+        hint = " What was stored before is kept; continue with --resume." if action == "written" else ""
+        raise StorageFailed(f"{path}: cannot be {action}: {reason}.{hint}") from None
+
+
+def replaced(path: Path, write: Callable[[Path], None]) -> None:
+    """Let `write` make a file beside `path`, put it on the disk and move it to `path` in one step."""
+    draft = path.with_name(path.name + ".part")
+    with storage_errors(path):
+        write(draft)
+        with draft.open("rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(draft, path)
+        directory = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(directory)
+        finally:
+            os.close(directory)
+
+
+def require_space(directory: Path, needed: int) -> None:
+    """Raise unless the disk has room for `needed` bytes."""
+    free = shutil.disk_usage(directory).free
+    if needed > free:
+        raise StorageFailed(
+            f"{directory}: the results need {needed / 1e9:.2f} GB; {free / 1e9:.2f} GB are free. "
+            "Take another directory, or a larger output.every or output.start."
+        )
+
+
+@contextmanager
+def only_writer(directory: Path) -> Iterator[None]:
+    """Hold the directory; the system lets go when the process ends, however it ends."""
+    path = directory / ".lock"
+    with storage_errors(directory):
+        file = path.open("w")
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InvalidInput(f"{directory}: another process is computing this run.") from None
+        yield

@@ -1,0 +1,127 @@
+"""Physical quantities as people write them: ``"0.8 kPa"``, ``"50 us"``, ``"1e4 dyn/cm^2"``, or a number in SI."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic_core import PydanticCustomError, core_schema
+
+if TYPE_CHECKING:
+    import pint
+    from pydantic import GetCoreSchemaHandler
+
+__all__ = [
+    "Acceleration",
+    "Density",
+    "Frequency",
+    "Length",
+    "Number",
+    "PerLength",
+    "Pressure",
+    "Stiffness",
+    "Time",
+    "Unit",
+    "Velocity",
+    "Viscosity",
+    "read_quantity",
+]
+
+
+@cache
+def registry() -> pint.UnitRegistry[Decimal]:
+    """The units library, loaded when the first text with a unit is read; in decimals, so that "50 us" is 5e-5."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)
+
+
+def read_quantity(value: object, unit: str) -> float:
+    """Convert a number or a text with a unit to a number in the SI unit `unit`.
+
+    Parameters
+    ----------
+    value : float, int or str
+        A number is taken in SI; a text carries its unit: ``"0.8 kPa"``. A text without a unit is refused
+        where a unit is due, since it does not say which.
+    unit : str
+        The SI unit expected, e.g. ``"Pa"``; ``""`` for a pure number.
+
+    Returns
+    -------
+    float
+        Finite, in `unit`.
+
+    Raises
+    ------
+    ValueError
+        With the relation that the value violates, ``must be ...``.
+    """
+    expected = f"a number in {unit} or a text with a unit of that kind" if unit else "a number"
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise ValueError(f"must be {expected}.")
+    number = float(value) if not isinstance(value, str) else _from_text(value, unit, expected)
+    if not math.isfinite(number):
+        raise ValueError("must be finite.")
+    return number
+
+
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+
+
+def _from_text(text: str, unit: str, expected: str) -> float:
+    parts = _QUANTITY.fullmatch(text)
+    if parts is None:
+        raise ValueError(f"must be {expected}; it does not begin with a number.")
+    number, name = Decimal(parts[1]), parts[2]
+    if not name:
+        if unit:
+            raise ValueError(f"must be {expected}; the text has no unit.")
+        return float(number)
+
+    import pint
+
+    units = registry()
+    try:
+        found = units.parse_units(name)
+    except pint.UndefinedUnitError:
+        raise ValueError(f'must be {expected}; "{name}" is not known. Upper and lower case differ.') from None
+    except Exception:  # pint's parser raises many kinds (tokenize, assertion, attribute errors)
+        raise ValueError(f'must be {expected}; "{name}" cannot be read as a unit.') from None
+    target = units.parse_units(unit or "dimensionless")
+    if not found.is_compatible_with(target):
+        raise ValueError(f'must be {expected}; "{name}" is of another kind.')
+    return float(units.Quantity(number, found).to(target).magnitude)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """Marks a field as a quantity in this SI unit; text with a unit is accepted and converted."""
+
+    si: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_before_validator_function(self._read, handler(source))
+
+    def _read(self, value: object) -> float:
+        try:
+            return read_quantity(value, self.si)
+        except ValueError as error:
+            raise PydanticCustomError("quantity", "{relation}", {"relation": str(error)}) from None
+
+
+Number = Annotated[float, Unit("")]
+Length = Annotated[float, Unit("m")]
+Time = Annotated[float, Unit("s")]
+Velocity = Annotated[float, Unit("m/s")]
+Acceleration = Annotated[float, Unit("m/s^2")]
+Frequency = Annotated[float, Unit("Hz")]
+Pressure = Annotated[float, Unit("Pa")]
+Viscosity = Annotated[float, Unit("Pa s")]
+Density = Annotated[float, Unit("kg/m^3")]
+Stiffness = Annotated[float, Unit("N/m")]
+PerLength = Annotated[float, Unit("Pa/m")]
