@@ -149,7 +149,8 @@ void check_middles(const TetMesh& mesh) {
 }
 
 std::string face_name(const TetMesh& mesh, const std::string& name, Eigen::Index f) {
-  return "surface \"" + name + "\": face " + std::to_string(f) + " with " + node_name(mesh, mesh.surfaces.at(name)(f, 0));
+  const std::int32_t node = mesh.surfaces.at(name)(f, 0);
+  return "surface \"" + name + "\": face " + std::to_string(f) + " with " + node_name(mesh, node);
 }
 
 void check_surfaces(const TetMesh& mesh) {

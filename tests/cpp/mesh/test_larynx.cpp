@@ -145,7 +145,7 @@ TEST_CASE("airway nodes lie on the ellipses, wall nodes on the cylinder, lines a
   double off_ellipse = 0, off_wall = 0;
   std::set<double> heights, right, tip;
   const Faces& airway = mesh.surface("airway");
-  const std::set<std::int32_t> nodes(airway.reshaped().begin(), airway.reshaped().end());
+  const std::set<std::int32_t> nodes(airway.data(), airway.data() + airway.size());
   for (const auto node : nodes) {
     const Vector3 x = mesh.points.row(node);
     std::size_t k = 1;

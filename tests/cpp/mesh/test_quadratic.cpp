@@ -57,7 +57,7 @@ TEST_CASE("surfaces and node sets follow to quadratic") {
   const TetMesh mesh = to_quadratic(linear);
   const Faces& side = mesh.surface("y_max");
   CHECK(side.rows() == linear.surface("y_max").rows());
-  std::set<std::int32_t> on_side(side.reshaped().begin(), side.reshaped().end());
+  std::set<std::int32_t> on_side(side.data(), side.data() + side.size());
   const Indices& nodes = mesh.node_set("y_max");
   CHECK(std::set<std::int32_t>(nodes.begin(), nodes.end()) == on_side);
   CHECK(nodes.size() == 5 * 5);
