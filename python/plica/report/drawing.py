@@ -73,13 +73,15 @@ def draw(
 
 
 def inline_svg(text: str, alt: str) -> str:
-    """The <svg> element alone: no prolog, no metadata, scalable, named for screen readers."""
+    """The <svg> element alone: no prolog, no metadata, no idle ids, scalable, named for screen readers."""
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) height="[^"]*"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) version="[^"]*"', r"\1", text, count=1)
     text = text.replace(ink, "currentColor")
+    used = set(re.findall(r"#([\w-]+)", text))
+    text = re.sub(r' id="([^"]*)"', lambda found: found.group(0) if found.group(1) in used else "", text)
     name = alt.replace("&", "and").replace('"', "'").replace("<", "under ").replace(">", "over ")
     return text.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
 

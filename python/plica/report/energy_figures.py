@@ -38,6 +38,7 @@ def energy_ledger(reading: Reading) -> Drawing:
         if shown.any():
             line(bottom, time[shown], error[shown], color=grey, lw=0.9)
             bottom.set_yscale("log")
+            bottom.set_ylim(bottom=max(float(error[shown].min()), 1e-6 * float(error.max())))
         for axes, name in ((top, "energy (µJ)"), (middle, "since t = 0 (µJ)"), (bottom, "ledger error (–)")):
             axes.set_ylabel(name)
             axes.margins(x=0)

@@ -1,0 +1,223 @@
+import dataclasses
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plica.phonation.measure import Measure
+from plica.phonation.measures import measure
+from plica.report import write_report
+from plica.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
+from plica.report.page import banner, remark, sections
+from plica.report.reading import read
+from plica.report.wording import number, row, tables
+from plica.verify.analytic_run import AnalyticRun, Phonation, free_vibration
+
+base = Phonation(frequency=213.7, vertical_lag=0.6, amplitude_right=0.4e-3)
+airflow_figures = {
+    "Glottal area and flow, last cycles",
+    "Kymogram of the mid-plane",
+    "Whole run",
+    "Coronal section",
+    "From above",
+    "Pressure in the glottis",
+    "Trajectories in the coronal plane",
+}
+
+
+class Page(HTMLParser):
+    """What a browser would fetch, which ids there are, and whether every element is closed."""
+
+    empty = frozenset({"meta", "br", "hr", "img", "link", "input"})
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.fetched: list[str] = []
+        self.ids: list[str] = []
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.elements.append((tag, given))
+        self.ids += [value for name, value in attrs if name == "id" and value]
+        links = {"src", "href", "xlink:href", "srcset", "data", "poster"}
+        self.fetched += [value for name, value in attrs if name in links and value]
+        if tag not in self.empty:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in self.empty:
+            self.open.pop()
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> str:
+    scene = base.run().scene_text + '\n[output]\ntitle = "a <b> & c"\n'
+    run = dataclasses.replace(base.run(), scene_text=scene)
+    path = tmp_path_factory.mktemp("normal phonation") / "report.html"
+    assert write_report(run, path) == path
+    assert path.stat().st_size < 5_000_000
+    assert list(path.parent.iterdir()) == [path]
+    return path.read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_the_page_fetches_nothing(page: str) -> None:
+    assert all(link.startswith(("#", "data:")) for link in Page(page).fetched)
+    assert not re.search(r"<(script|link|iframe)\b|@import", page)
+    assert all(target.startswith("#") for target in re.findall(r"url\(([^)]*)\)", page))
+
+
+@pytest.mark.slow
+def test_the_page_is_well_formed_and_every_id_is_unique(page: str) -> None:
+    read_page = Page(page)
+    assert read_page.open == []
+    assert len(read_page.ids) == len(set(read_page.ids))
+
+
+@pytest.mark.slow
+def test_every_figure_has_its_text_for_those_who_do_not_see_it(page: str) -> None:
+    pictures = [given for tag, given in Page(page).elements if tag == "svg"]
+    assert len(pictures) == len(airflow_figures) + 2  # contact and energy
+    assert all(given.get("role") == "img" and given.get("aria-label") for given in pictures)
+
+
+@pytest.mark.slow
+def test_the_page_follows_the_readers_light_or_dark_and_prints(page: str) -> None:
+    assert "prefers-color-scheme: dark" in page
+    assert "@media print" in page
+    assert "currentColor" in page
+    assert "#010203" not in page
+
+
+@pytest.mark.slow
+def test_the_page_holds_every_measure_the_scene_and_the_versions(page: str) -> None:
+    ids = set(Page(page).ids)
+    assert measure(base.run()).keys() <= ids
+    assert ">213.7<" in page
+    assert "subglottal_pressure = &#34;800.0 Pa&#34;" in page
+    assert "a &lt;b&gt; &amp; c" in page
+    assert f"numpy {np.__version__}" in page
+    assert all(f"<h3>{title}</h3>" in page for title in airflow_figures)
+
+
+def titles(run: AnalyticRun) -> set[str]:
+    return {drawing.title for _, drawings in sections(read(run)) for drawing in drawings}
+
+
+@pytest.mark.slow
+def test_absent_parts_have_no_section(tmp_path: Path) -> None:
+    assert titles(free_vibration(steps=600)) == {"Probes", "Spectrum", "Energy ledger"}
+    assert titles(dataclasses.replace(base, impulse=0.0).run()) == airflow_figures | {"Energy ledger"}
+    text = write_report(free_vibration(steps=600), tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Kymogram" not in text
+    assert "Contact" not in text
+
+
+@pytest.mark.slow
+def test_without_frames_there_is_no_view_from_above() -> None:
+    run = dataclasses.replace(base.run(), fields={})
+    assert titles(run) == (airflow_figures - {"From above"}) | {"Contact", "Energy ledger"}
+
+
+def cut(run: AnalyticRun, steps: int) -> AnalyticRun:
+    """As a kill leaves it: NaN and -1 from there on."""
+    waveforms: dict[str, Any] = {name: np.array(values) for name, values in run.waveforms.items()}
+    for values in waveforms.values():
+        values[steps:] = np.nan if values.dtype.kind == "f" else -1
+    time = np.where(np.arange(run.time.size) < steps, run.time, np.nan)
+    return dataclasses.replace(run, time=time, waveforms=waveforms)
+
+
+def test_a_complete_run_has_no_banner() -> None:
+    reading = read(base.run())
+    assert banner(reading) == ""
+    assert remark(reading).startswith("Measured over 11 cycles")
+
+
+def test_an_interrupted_run_says_how_far_it_came() -> None:
+    assert "not complete: it came to 700 of 1200 steps, to 35 ms" in banner(read(cut(base.run(), 700)))
+
+
+def test_a_failed_run_says_why() -> None:
+    run = dataclasses.replace(cut(base.run(), 700), failure="Simulation: the solver did not converge.")
+    assert banner(read(run)) == (
+        "This run failed after 700 of 1200 steps, to 35 ms. Simulation: the solver did not converge."
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [0, 1, 40])
+def test_a_run_of_any_length_gives_a_page(tmp_path: Path, steps: int) -> None:
+    text = write_report(cut(base.run(), steps), tmp_path / "report.html").read_text(encoding="utf-8")
+    assert f"{steps} of 1200 steps" in text
+    assert ("<svg" in text) == (steps > 1)
+
+
+@pytest.mark.slow
+def test_a_silent_run_gives_a_page_without_cycles(tmp_path: Path) -> None:
+    still = dataclasses.replace(base, amplitude_left=0.0, amplitude_right=0.0, impulse=0.0).run()
+    text = write_report(still, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "No cycles: no oscillation" in text
+    assert "<h3>Kymogram of the mid-plane</h3>" in text
+
+
+def test_sparse_frames_lend_each_other_their_phase() -> None:
+    # A frame every 1.7 periods: eight of them in a run, none of two in the same cycle.
+    run = dataclasses.replace(base, steps=12000, frame_every=160).run()
+    reading = read(run)
+    chosen = nearest_frames(reading, phase_instants(reading))
+    shown = (np.asarray(run.fields["time"])[chosen] - reading.cycles.starts[0]) * 213.7
+    apart = (shown - np.arange(phases) / phases + 0.5) % 1.0 - 0.5
+    # 74 frames with spread phases: half of their distance, and the tolerance of 0.01 for a later one.
+    assert np.abs(apart).max() < 0.03
+    assert np.ptp(np.asarray(run.fields["time"])[chosen]) > 2 / 213.7
+
+
+def test_the_medial_edge_is_the_nearest_point_of_the_surface_at_each_y() -> None:
+    points = np.array([[2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [5.0, 1.0, 1.0]])
+    faces = np.array([[0, 1, 3], [1, 2, 3]])
+    y = np.array([-0.5, 0.0, 0.5, 1.0, 1.75])
+    np.testing.assert_allclose(medial_edge(points, faces, y, 1.0), [np.nan, 2.0, 1.5, 1.0, 1.75])
+    points[:, 0] *= -1
+    np.testing.assert_allclose(medial_edge(points, faces, y, -1.0), [np.nan, -2.0, -1.5, -1.0, -1.75])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (213.7004, "213.7"),
+        (0.83249, "0.8325"),
+        (-0.16864, "−0.1686"),
+        (1200.0, "1200"),
+        (0.0, "0"),
+        (3.14e-9, "3.14 × 10⁻⁹"),
+        (-2.5e12, "−2.50 × 10¹²"),
+        (float("nan"), "–"),
+    ],
+)
+def test_numbers_read_as_people_write_them(value: float, text: str) -> None:
+    assert number(value) == text
+
+
+def test_measures_read_in_the_units_of_the_field() -> None:
+    flow = row("peak_flow", "Peak flow", Measure(5.293e-4, "m^3/s", 3.1e-6, 7))
+    assert (flow.value, flow.unit, flow.spread, flow.cycles) == ("529.3", "cm³/s", "3.1", "7")
+    none = row("open_quotient", "Open quotient", Measure(None, "1", note="no oscillation"))
+    assert (none.value, none.unit, none.spread, none.cycles, none.note) == ("–", "", "", "", "no oscillation")
+
+
+def test_a_measure_without_a_label_is_still_listed() -> None:
+    (title, rows), *others = tables({"new_quantity": Measure(2.0, "m")})
+    assert (title, others) == ("Other", [])
+    assert (rows[0].label, rows[0].value, rows[0].unit) == ("new quantity", "2000", "mm")
