@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from plica.report.drawing import Drawing, air, blue, draw, grey, ink, red, tissue
+from plica.report.drawing import Drawing, air, blue, draw, grey, red, rim, tissue
 from plica.report.reading import Reading
 
 
@@ -25,8 +25,8 @@ def kymogram(reading: Reading) -> Drawing:
         axes.fill_between(time, left, right, color=air, lw=0)
         axes.fill_between(time, right, reach, color=tissue, lw=0)
         axes.fill_between(time, -reach, left, color=tissue, lw=0)
-        axes.plot(time, right, color=ink, lw=0.6)
-        axes.plot(time, left, color=ink, lw=0.6)
+        axes.plot(time, right, color=rim, lw=0.6)
+        axes.plot(time, left, color=rim, lw=0.6)
         axes.set_ylim(-reach, reach)
         axes.margins(x=0)
         axes.set_xlabel("time (ms)")

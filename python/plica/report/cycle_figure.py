@@ -12,7 +12,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from plica.phonation.run_data import Array, Floats
-from plica.report.drawing import Drawing, air, draw, grey, ink, tissue
+from plica.report.drawing import Drawing, air, draw, grey, rim, tissue
 from plica.report.reading import Reading
 
 phases = 8
@@ -174,7 +174,7 @@ def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
     for points, edge in ((right, far), (left, -far)):
         outline = np.concatenate((points, [[edge, points[-1, 1]], [edge, points[0, 1]]]))
         axes.fill(outline[:, 0], outline[:, 1], color=tissue, lw=0)
-        axes.plot(points[:, 0], points[:, 1], color=ink, lw=0.7)
+        axes.plot(points[:, 0], points[:, 1], color=rim, lw=0.7)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(low, high)
 
@@ -182,8 +182,8 @@ def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
 def _superior(axes: Axes, outline: Outline, reach: float) -> None:
     axes.set_facecolor(tissue)
     axes.fill_betweenx(outline.y, outline.left, outline.right, color=air, lw=0)
-    axes.plot(outline.right, outline.y, color=ink, lw=0.6)
-    axes.plot(outline.left, outline.y, color=ink, lw=0.6)
+    axes.plot(outline.right, outline.y, color=rim, lw=0.6)
+    axes.plot(outline.left, outline.y, color=rim, lw=0.6)
     axes.plot(outline.touching[:, 0], outline.touching[:, 1], "s", color=contact, ms=2.4, mew=0)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(outline.y[0], outline.y[-1])

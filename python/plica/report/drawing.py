@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from plica.phonation.run_data import Floats
 
 blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
-tissue, air = "#d8998a", "#1d222b"
+tissue, air, rim = "#d8998a", "#1d222b", "#4a2f2a"
 ink = "#010203"  # stands for the page's text colour; replaced by currentColor
 
 style: dict[str, Any] = {
