@@ -27,6 +27,16 @@ double dot(const double* a, const double* b, std::ptrdiff_t n) {
   return ((s[0] + s[4]) + (s[1] + s[5])) + ((s[2] + s[6]) + (s[3] + s[7]));
 }
 
+/// y += a x
+void add_scaled(double a, const double* x, double* y, std::ptrdiff_t n) {
+  for (std::ptrdiff_t i = 0; i < n; ++i) y[i] += a * x[i];
+}
+
+/// y = x + a y
+void scale_and_add(double a, const double* x, double* y, std::ptrdiff_t n) {
+  for (std::ptrdiff_t i = 0; i < n; ++i) y[i] = x[i] + a * y[i];
+}
+
 /// z = (diagonal blocks)^-1 r in the node rows [begin, end).
 void precondition_rows(const double* inverse, const double* r, double* z, std::ptrdiff_t begin,
                        std::ptrdiff_t end) {
@@ -158,21 +168,18 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
     const double alpha = rz / pq;
     const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-      double *xi = x.data() + at, *ri = r.data() + at;
-      const double *pi = p.data() + at, *qi = q.data() + at;
-      for (std::ptrdiff_t i = 0; i < count; ++i) xi[i] += alpha * pi[i];
-      for (std::ptrdiff_t i = 0; i < count; ++i) ri[i] -= alpha * qi[i];
+      add_scaled(-alpha, q.data() + at, r.data() + at, count);
       precondition_rows(inverse, r.data(), z.data(), begin, end);
-      return {dot(ri, z.data() + at, count), dot(ri, ri, count)};
+      return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
     });
     const double beta = sums.first / rz;
     rz = sums.first;
     state.residual = std::sqrt(sums.second) / b_norm;
     check_finite(state.residual, "|b - A x| / |b|");
     for_chunks(nodes, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-      double* pi = p.data();
-      const double* zi = z.data();
-      for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) pi[i] = zi[i] + beta * pi[i];
+      const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
+      add_scaled(alpha, p.data() + at, x.data() + at, count);
+      scale_and_add(beta, z.data() + at, p.data() + at, count);
     });
   }
   return state;

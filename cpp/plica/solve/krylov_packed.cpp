@@ -19,8 +19,26 @@ struct Sums {
 };
 
 void add_dots(const double* a, const double* b, std::ptrdiff_t unknowns, Lanes& sum) {
+  double s[pack] = {};  // a local array: the compiler keeps it in registers
   for (std::ptrdiff_t i = 0; i < unknowns; ++i) {
-    for (int v = 0; v < pack; ++v) sum[v] += a[pack * i + v] * b[pack * i + v];
+    for (int v = 0; v < pack; ++v) s[v] += a[pack * i + v] * b[pack * i + v];
+  }
+  for (int v = 0; v < pack; ++v) sum[v] += s[v];
+}
+
+/// y += a x, vector by vector.
+void add_scaled(const Lanes& a, const double* x, double* y, std::ptrdiff_t unknowns) {
+  const Lanes factor = a;
+  for (std::ptrdiff_t i = 0; i < unknowns; ++i) {
+    for (int v = 0; v < pack; ++v) y[pack * i + v] += factor[v] * x[pack * i + v];
+  }
+}
+
+/// y = x + a y, vector by vector.
+void scale_and_add(const Lanes& a, const double* x, double* y, std::ptrdiff_t unknowns) {
+  const Lanes factor = a;
+  for (std::ptrdiff_t i = 0; i < unknowns; ++i) {
+    for (int v = 0; v < pack; ++v) y[pack * i + v] = x[pack * i + v] + factor[v] * y[pack * i + v];
   }
 }
 
@@ -110,23 +128,19 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
             A_->multiply_rows_packed(begin, end, p.data(), q.data());
             add_dots(p.data() + 3 * pack * begin, q.data() + 3 * pack * begin, 3 * (end - begin), sums.first);
           });
-      Lanes alpha{}, beta{};
+      Lanes alpha{}, minus_alpha{}, beta{};
       for (int v = 0; v < width; ++v) {
         if (!running[v]) continue;
         const double pq = product.first[v];
         if (!std::isfinite(pq)) fail("p^T A p = " + number(pq), first + v, iteration);
         if (pq <= 0.0) fail("matrix is not positive definite: p^T A p = " + number(pq), first + v, iteration);
         alpha[v] = rz[v] / pq;
+        minus_alpha[v] = -alpha[v];
       }
       const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end, Sums& out) {
-        for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) {
-          double *xi = x.data() + pack * i, *ri = r.data() + pack * i;
-          const double *pi = p.data() + pack * i, *qi = q.data() + pack * i;
-          for (int v = 0; v < pack; ++v) xi[v] += alpha[v] * pi[v];
-          for (int v = 0; v < pack; ++v) ri[v] -= alpha[v] * qi[v];
-        }
-        precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
         const std::ptrdiff_t at = 3 * pack * begin, count = 3 * (end - begin);
+        add_scaled(minus_alpha, q.data() + at, r.data() + at, count);
+        precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
         add_dots(r.data() + at, z.data() + at, count, out.first);
         add_dots(r.data() + at, r.data() + at, count, out.second);
       });
@@ -142,11 +156,9 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
         rz[v] = sums.first[v];
       }
       for_chunks(nodes, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-        for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) {
-          double* pi = p.data() + pack * i;
-          const double* zi = z.data() + pack * i;
-          for (int v = 0; v < pack; ++v) pi[v] = zi[v] + beta[v] * pi[v];
-        }
+        const std::ptrdiff_t at = 3 * pack * begin, count = 3 * (end - begin);
+        add_scaled(alpha, p.data() + at, x.data() + at, count);
+        scale_and_add(beta, z.data() + at, p.data() + at, count);
       });
     }
     for (int v = 0; v < width; ++v) {

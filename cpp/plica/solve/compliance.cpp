@@ -1,0 +1,109 @@
+#include "plica/solve/compliance.hpp"
+
+#include <algorithm>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+Compliance::Compliance(const BlockMatrix& A, const Supports& supports, Indices nodes, KrylovOptions options)
+    : supports_(supports), nodes_(std::move(nodes)), solver_(A, options), unknowns_(A.rows()) {
+  if (supports_.size() != unknowns_) {
+    throw InvalidInput("Compliance", "supports.size()", static_cast<double>(supports_.size()), "",
+                       "the number of rows, " + number(static_cast<double>(unknowns_)));
+  }
+  for (const std::int32_t node : nodes_) {
+    if (node < 0 || node >= unknowns_ / 3) {
+      throw InvalidInput("Compliance", "node", node, "",
+                         "in [0, " + number(static_cast<double>(unknowns_ / 3)) + ")");
+    }
+  }
+  columns_.resize(static_cast<std::size_t>(3 * nodes_.size()));
+}
+
+void Compliance::check_local(std::int32_t local_node) const {
+  if (local_node < 0 || local_node >= nodes_.size()) {
+    throw InvalidInput("Compliance", "local_node", local_node, "",
+                       "in [0, " + number(static_cast<double>(nodes_.size())) + ")",
+                       "It is a position in nodes(), not a node number.");
+  }
+}
+
+void Compliance::require(const std::vector<std::int32_t>& local_nodes) {
+  std::vector<std::int32_t> missing;
+  for (const std::int32_t local_node : local_nodes) {
+    check_local(local_node);
+    for (int c = 0; c < 3; ++c) {
+      const std::int32_t column = 3 * local_node + c;
+      if (columns_[static_cast<std::size_t>(column)].empty()) missing.push_back(column);
+    }
+  }
+  std::sort(missing.begin(), missing.end());
+  missing.erase(std::unique(missing.begin(), missing.end()), missing.end());
+  std::vector<std::int32_t> to_solve;
+  for (const std::int32_t column : missing) {
+    if (supports_.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[column / 3]) + column % 3)) {
+      columns_[static_cast<std::size_t>(column)].assign(columns_.size(), 0.0);
+    } else {
+      to_solve.push_back(column);
+    }
+  }
+  for (std::size_t first = 0; first < to_solve.size(); first += batch) {
+    const auto begin = to_solve.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(batch, to_solve.size() - first));
+    solve({begin, begin + count});
+  }
+}
+
+void Compliance::solve(const std::vector<std::int32_t>& columns) {
+  const auto count = static_cast<std::ptrdiff_t>(columns.size());
+  Eigen::MatrixXd force = Eigen::MatrixXd::Zero(unknowns_, count), displacement;
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const std::int32_t column = columns[static_cast<std::size_t>(k)];
+    force(3 * static_cast<std::ptrdiff_t>(nodes_[column / 3]) + column % 3, k) = 1.0;
+  }
+  const std::vector<Convergence> ends = solver_.solve_many(force, displacement);
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    const std::int32_t column = columns[static_cast<std::size_t>(k)];
+    const Convergence& end = ends[static_cast<std::size_t>(k)];
+    if (!end.converged) {
+      throw SolveFailed("Compliance: residual = " + number(end.residual) + " after " + number(end.iterations) +
+                        " iterations under a unit force on node " + number(nodes_[column / 3]) + " along " +
+                        "xyz"[column % 3] + "; must be <= " + number(solver_.options().tolerance) +
+                        ". Raise max_iterations, or use a factorisation for a step this large.");
+    }
+    std::vector<double>& values = columns_[static_cast<std::size_t>(column)];
+    values.resize(columns_.size());
+    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) {
+      for (int c = 0; c < 3; ++c) {
+        values[static_cast<std::size_t>(3 * i + c)] =
+            displacement(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c, k);
+      }
+    }
+  }
+}
+
+bool Compliance::has(std::int32_t local_node) const {
+  check_local(local_node);
+  for (int c = 0; c < 3; ++c) {
+    if (columns_[static_cast<std::size_t>(3 * local_node + c)].empty()) return false;
+  }
+  return true;
+}
+
+const double* Compliance::column(std::int32_t local_node, int component) const {
+  check_local(local_node);
+  if (component < 0 || component > 2) throw InvalidInput("Compliance", "component", component, "", "in [0, 3)");
+  const std::vector<double>& values = columns_[static_cast<std::size_t>(3 * local_node + component)];
+  if (values.empty()) {
+    throw InvalidInput("Compliance", "local_node", local_node, "", "one that was required before",
+                       "Call require.");
+  }
+  return values.data();
+}
+
+std::ptrdiff_t Compliance::column_count() const {
+  return std::count_if(columns_.begin(), columns_.end(), [](const auto& column) { return !column.empty(); });
+}
+
+}  // namespace plica
