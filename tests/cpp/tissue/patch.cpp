@@ -1,5 +1,6 @@
 // Exact properties of K on distorted meshes.
 #include <Eigen/Dense>
+#include <algorithm>
 #include <doctest/doctest.h>
 
 #include "scenes.hpp"
@@ -12,10 +13,11 @@ namespace {
 
 const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
 
-std::vector<int> inner_unknowns(const Distorted& scene) {
-  std::vector<int> inner;
-  for (int i = 0; i < static_cast<int>(scene.mesh.node_count()); ++i) {
-    for (int d = 0; d < 3 && !scene.hull[static_cast<std::size_t>(i)]; ++d) inner.push_back(3 * i + d);
+Indices inner_unknowns(const Distorted& scene) {
+  Indices inner(3 * std::count(scene.hull.begin(), scene.hull.end(), 0));
+  std::int32_t next = 0;
+  for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i) {
+    for (int d = 0; d < 3 && !scene.hull[static_cast<std::size_t>(i)]; ++d) inner[next++] = 3 * i + d;
   }
   return inner;
 }

@@ -1,5 +1,7 @@
 // The exact shear mode of a transversely isotropic block, u along the fibre = sin(pi x / (2 D)).
 #include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <doctest/doctest.h>
 
