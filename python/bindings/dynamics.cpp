@@ -73,7 +73,15 @@ void bind_options(py::module_& engine) {
            py::arg("subglottal_pressure") = part.flow.subglottal_pressure,
            py::arg("air_density") = part.flow.air_density,
            py::arg("zero_flow_fraction") = part.flow.zero_flow_fraction, py::arg("area") = "elliptic",
-           py::arg("coupling") = part.coupling);
+           py::arg("coupling") = part.coupling)
+      .def_readonly("surface", &AirflowPart::surface)
+      .def_readonly("coupling", &AirflowPart::coupling)
+      .def_property_readonly("subglottal_pressure", [](const AirflowPart& a) { return a.flow.subglottal_pressure; })
+      .def_property_readonly("air_density", [](const AirflowPart& a) { return a.flow.air_density; })
+      .def_property_readonly("zero_flow_fraction", [](const AirflowPart& a) { return a.flow.zero_flow_fraction; })
+      .def_property_readonly("area", [](const AirflowPart& a) {
+        return std::holds_alternative<Airflow::Cut>(a.flow.area) ? "cut" : "elliptic";
+      });
 
   const Load load;
   py::class_<Load>(engine, "Load")
@@ -87,7 +95,13 @@ void bind_options(py::module_& engine) {
 void bind_enforcement(py::module_& engine) {
   py::class_<Multipliers>(engine, "Multipliers")
       .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "condensed",
-           py::arg("position") = "end_of_step");
+           py::arg("position") = "end_of_step")
+      .def_property_readonly("solver", [](const Multipliers& m) {
+        return std::holds_alternative<Gmres>(m.solver) ? "gmres" : "condensed";
+      })
+      .def_property_readonly("position", [](const Multipliers& m) {
+        return std::holds_alternative<Weighted>(m.position) ? "weighted" : "end_of_step";
+      });
   const Penalty penalty;
   py::class_<Penalty>(engine, "Penalty")
       .def(py::init([](double stiffness) { return Penalty{stiffness}; }), py::kw_only(),
@@ -104,7 +118,9 @@ void bind_enforcement(py::module_& engine) {
              return ContactPart{airway, enforcement, {tolerance, max_passes}};
            }),
            py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
-           py::arg("max_passes") = options.max_passes);
+           py::arg("max_passes") = options.max_passes)
+      .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
+      .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; });
 }
 
 Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed, std::ptrdiff_t nodes) {

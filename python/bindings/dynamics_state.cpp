@@ -41,7 +41,12 @@ class Table {
     table_[name] = array;
     return array.mutable_data();
   }
-  py::dict take() { return std::move(table_); }
+  /// The first `rows` rows of every column.
+  py::dict take(std::ptrdiff_t rows) {
+    if (rows < steps_)
+      for (auto item : table_) table_[item.first] = item.second[py::slice(0, rows, 1)];
+    return std::move(table_);
+  }
 
  private:
   py::ssize_t steps_;
@@ -95,7 +100,7 @@ class Records {
     if (record.contact) add_contact(k, *record.contact, ledger.contact_work);
   }
 
-  py::dict take() { return table_.take(); }
+  py::dict take(std::ptrdiff_t rows) { return table_.take(rows); }
 
  private:
   template <typename T>
@@ -106,7 +111,7 @@ class Records {
 
   void add_flow(std::ptrdiff_t k, const FlowRecord& flow) {
     put(flow_, k, {flow.state.flow, flow.state.area.minCoeff(), flow.residual});
-    put(flow_counts_, k, {flow.state.separation, flow.state.stopped, flow.sweeps, flow.frozen});
+    put<std::int32_t>(flow_counts_, k, {flow.state.separation, flow.state.stopped, flow.sweeps, flow.frozen});
     Eigen::Map<Vector>(area_ + k * sections_, sections_) = flow.state.area;
     Eigen::Map<Vector>(pressure_ + k * sections_, sections_) = flow.state.pressure;
     const Sections& sections = simulation_.airflow()->sections();
@@ -166,14 +171,20 @@ State state_from_dict(const py::dict& dict) {
 py::dict SteppedSimulation::advance(int steps) {
   if (steps < 0) throw InvalidInput("Simulation", "steps", steps, "", ">= 0");
   Records records(simulation_, probes_, steps);
+  std::ptrdiff_t done = 0;
   {
     const py::gil_scoped_release released;
-    for (std::ptrdiff_t k = 0; k < steps; ++k) {
-      simulation_.advance();
-      records.add(k);
+    for (; done < steps; ++done) {
+      try {
+        simulation_.advance();
+      } catch (const SolveFailed&) {
+        if (done == 0) throw;
+        break;  // what is done is handed over; the next call meets the failure again and throws
+      }
+      records.add(done);
     }
   }
-  return records.take();
+  return records.take(done);
 }
 
 py::dict SteppedSimulation::info() const {

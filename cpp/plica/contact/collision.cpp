@@ -51,11 +51,10 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
     pairs.push_back(detector_.pair(slave, x));
     if (penalty) pairs.back().stiffness = penalty->stiffness;
   }
-  Detector::drop_repeated(pairs);
   return pairs;
 }
 
-void Collision::find_candidates(const Points& x, std::vector<std::int32_t>& keys) {
+void Collision::find_candidates(const Points& x, bool first_pass, std::vector<std::int32_t>& keys) {
   const auto add = [&](std::int32_t key) {
     const auto at = std::lower_bound(keys.begin(), keys.end(), key);
     if (at == keys.end() || *at != key) keys.insert(at, key);
@@ -63,25 +62,26 @@ void Collision::find_candidates(const Points& x, std::vector<std::int32_t>& keys
   if (std::holds_alternative<VolumePenalty>(enforcement_)) {
     for (const std::int32_t tet : detector_.inverted_tets()) {
       const Pair by_volume = detector_.volume_pair(tet, x, 1.0);
-      if (by_volume.key < 0 || detector_.first().contains(by_volume.slave) == detector_.second().contains(by_volume.slave))
-        continue;
-      if (detector_.pair(by_volume.slave, x).gap(x) < 0) add(tet);
+      if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).gap(x) < 0) add(tet);
     }
     return;
   }
-  for (const std::int32_t node : detector_.candidates())
+  for (const std::int32_t node : detector_.candidates(detector_.slave_side()))
     if (detector_.pair(node, x).gap(x) < 0) add(node);
+  const bool exact = std::holds_alternative<Multipliers>(enforcement_);
+  if (!exact || (first_pass && !keys.empty())) return;
+  for (const std::int32_t node : detector_.candidates(detector_.master_side()))
+    if (detector_.pair(node, x).gap(x) < -tolerance()) add(node);
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const std::vector<std::int32_t>& warm, Points& x) {
-  const double tolerance = options_.tolerance * detector_.mean_edge();
   Contacts contacts;
   std::vector<std::int32_t> keys = warm, closed = warm;  // candidates of this step; those with force
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
     detector_.update(x);
-    find_candidates(x, keys);
+    find_candidates(x, contacts.passes == 0, keys);
     std::vector<Pair> pairs = pairs_at(x, keys);
     if (pairs.empty()) return contacts;
 
@@ -97,10 +97,10 @@ Contacts Collision::solve(const Points& x_free, double scale, const std::vector<
         const double off = violation(pair, force_of(pair.key), x);
         if (off > worst) worst = off, worst_pair = &pair;
       }
-      if (worst <= tolerance) return contacts;
+      if (worst <= tolerance()) return contacts;
       if (contacts.passes == options_.max_passes)
         throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
-                          " passes (tolerance " + number(tolerance) + " m), worst at node " +
+                          " passes (tolerance " + number(tolerance()) + " m), worst at node " +
                           std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
                           ". Try a smaller step, or a larger tolerance.");
     }
@@ -113,7 +113,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const std::vector<
                      ? std::binary_search(closed.begin(), closed.end(), pairs[i].key) || gap_free[i] < 0
                      : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
     }
-    Complementarity solution = path_->solve(pairs, gap_free, scale, std::move(guess), 0.1 * tolerance);
+    Complementarity solution = path_->solve(pairs, gap_free, scale, std::move(guess), 0.1 * tolerance());
     contacts.pivots += solution.pivots;
     contacts.pairs = std::move(pairs);
     contacts.force = std::move(solution.force);

@@ -15,7 +15,10 @@ struct Contacts {
 
 /// Detects contact and finds the forces that end it: pairs are linearised at the current positions, solved
 /// for, and rebuilt at the positions that follow, until no gap and no closed pair is off by more than the
-/// tolerance. Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
+/// tolerance. Slaves are the nodes of the finer side; with multipliers, also those nodes of the other side that
+/// are still inside by more than the tolerance once the first ones are out. So matched meshes give one row a
+/// node pair, and a coarse side is not run through. Pairs found in a step stay candidates until its end.
+/// Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
 class Collision {
  public:
   struct Options {
@@ -36,7 +39,8 @@ class Collision {
 
  private:
   std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
-  void find_candidates(const Points& x, std::vector<std::int32_t>& keys);
+  void find_candidates(const Points& x, bool first_pass, std::vector<std::int32_t>& keys);
+  double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
   Enforcement enforcement_;

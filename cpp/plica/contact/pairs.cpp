@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
-#include <unordered_map>
 
 namespace plica {
 
@@ -35,7 +34,9 @@ Detector::Detector(Airway airway, const Points& reference)
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
-  mean_edge_ = 0.5 * (first_.mean_edge(reference) + second_.mean_edge(reference));
+  const double first_edge = first_.mean_edge(reference), second_edge = second_.mean_edge(reference);
+  mean_edge_ = 0.5 * (first_edge + second_edge);
+  slave_is_first_ = first_edge <= second_edge * (1 + 1e-6);  // alike to round-off counts as alike
   for (std::ptrdiff_t t = 0; t < airway_.tets.rows(); ++t)
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
@@ -50,12 +51,13 @@ void Detector::update(const Points& x) {
   inverted_ = inverted(x, airway_.tets);
 }
 
-std::vector<std::int32_t> Detector::candidates() const {
+std::vector<std::int32_t> Detector::candidates(const ContactSurface& side) const {
+  const ContactSurface& other = &side == &first_ ? second_ : first_;
   std::vector<std::int32_t> found;
   for (const std::int32_t t : inverted_)
     for (int k = 0; k < 4; ++k) {
       const std::int32_t node = airway_.tets(t, k);
-      if (first_.contains(node) != second_.contains(node)) found.push_back(node);
+      if (side.contains(node) && !other.contains(node)) found.push_back(node);
     }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -95,6 +97,7 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   Pair pair;
   if (!(n_first == 3 && n_second == 1) && !(n_first == 1 && n_second == 3)) return pair;
   const bool slave_first = n_first == 1;
+  if (slave_first ? second_.contains(of_first[0]) : first_.contains(of_second[0])) return pair;
   pair.key = tet;
   pair.slave = slave_first ? of_first[0] : of_second[0];
   for (int k = 0; k < 3; ++k) pair.master[k] = slave_first ? of_second[k] : of_first[k];
@@ -109,23 +112,6 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   pair.normal = twice_area / (2.0 * area);
   pair.stiffness = kappa * area / 12.0;
   return pair;
-}
-
-void Detector::drop_repeated(std::vector<Pair>& pairs) {
-  constexpr double on_a_node = 1.0 - 1e-6;  // weight from which a foot is a node
-  std::unordered_map<std::int32_t, std::int32_t> foot_node;  // slave -> the node it stands on
-  std::vector<Pair> kept;
-  kept.reserve(pairs.size());
-  for (const Pair& pair : pairs) {
-    int k = 0;
-    const double weight = pair.weights.maxCoeff(&k);
-    const std::int32_t node = weight >= on_a_node ? pair.master[k] : -1;
-    const auto other = foot_node.find(node);
-    if (other != foot_node.end() && other->second == pair.slave) continue;
-    if (node >= 0) foot_node[pair.slave] = node;
-    kept.push_back(pair);
-  }
-  pairs = std::move(kept);
 }
 
 std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x) const {
@@ -165,8 +151,7 @@ double Detector::overlap_volume(const Points& x) {
   double sum = 0;
   for (const std::int32_t t : inverted_) {
     const Pair by_volume = volume_pair(t, x, 1.0);
-    if (by_volume.key < 0 || first_.contains(by_volume.slave) == second_.contains(by_volume.slave)) continue;
-    if (pair(by_volume.slave, x).gap(x) < 0) sum += std::abs(volume(x, airway_.tets.row(t)));
+    if (by_volume.key >= 0 && pair(by_volume.slave, x).gap(x) < 0) sum += std::abs(volume(x, airway_.tets.row(t)));
   }
   return sum;
 }

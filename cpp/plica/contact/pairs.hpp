@@ -39,6 +39,9 @@ class Detector {
   const Airway& airway() const { return airway_; }
   const ContactSurface& first() const { return first_; }
   const ContactSurface& second() const { return second_; }
+  /// The side whose nodes are slaves first: the finer one, or the first of two alike.
+  const ContactSurface& slave_side() const { return slave_is_first_ ? first_ : second_; }
+  const ContactSurface& master_side() const { return slave_is_first_ ? second_ : first_; }
   /// Nodes of both surfaces, ascending.
   const Indices& nodes() const { return nodes_; }
   double mean_edge() const { return mean_edge_; }  // m, of the reference surfaces
@@ -47,8 +50,8 @@ class Detector {
   void update(const Points& x);
   /// Tetrahedra that are inside out at the positions of the last update.
   const std::vector<std::int32_t>& inverted_tets() const { return inverted_; }
-  /// Nodes of inverted tetrahedra that may be slaves (nodes common to both surfaces never are), ascending.
-  std::vector<std::int32_t> candidates() const;
+  /// Nodes of `side` in inverted tetrahedra, without those common to both surfaces, ascending.
+  std::vector<std::int32_t> candidates(const ContactSurface& side) const;
 
   /// Forgets where earlier searches ended, so that what follows depends on the positions alone.
   void forget();
@@ -58,9 +61,6 @@ class Detector {
   /// The pair of the thesis's volume penalty (Eq. 28) for an airway tetrahedron with one node on one side:
   /// weights 1/3, the face's own normal, gap = 3 V / A, stiffness kappa A / 12. Key -1 for edge to edge.
   Pair volume_pair(std::int32_t tet, const Points& x, double kappa) const;
-  /// Drops pairs that repeat another one seen from the other side (node on node).
-  static void drop_repeated(std::vector<Pair>& pairs);
-
   /// Edge-to-edge tetrahedra whose edges have really crossed: the closest points of the two edges are
   /// inner ones and lie on the wrong side of each other.
   std::vector<EdgeCrossing> edge_crossings(const Points& x) const;
@@ -72,6 +72,7 @@ class Detector {
   ContactSurface first_, second_;
   Indices nodes_;
   double mean_edge_ = 0.0;
+  bool slave_is_first_ = true;
   std::vector<std::int32_t> inverted_;
   std::vector<std::int32_t> foot_hint_;  // (n) triangle of the other surface where the last search ended, or -1
   std::vector<std::int32_t> partner_;    // (n) a node of the other surface that shares an airway tetrahedron

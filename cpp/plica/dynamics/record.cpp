@@ -58,8 +58,9 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
     record.length = std::max(first.y_max, second.y_max) - std::min(first.y_min, second.y_min);
     record.peak_pressure = std::max(first.peak, second.peak);
   }
-  for (const std::int32_t node : detector.candidates())
-    record.deepest_gap = std::min(record.deepest_gap, detector.pair(node, x).gap(x));
+  for (const ContactSurface* side : {&detector.first(), &detector.second()})
+    for (const std::int32_t node : detector.candidates(*side))
+      record.deepest_gap = std::min(record.deepest_gap, detector.pair(node, x).gap(x));
   record.overlap_volume = detector.overlap_volume(x);
   for (const EdgeCrossing& crossing : detector.edge_crossings(x)) record.edge_overlap_volume += crossing.volume;
   return record;
