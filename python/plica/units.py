@@ -1,4 +1,4 @@
-"""Physical quantities as people write them: ``"0.8 kPa"``, ``"50 us"``, ``"1e4 dyn/cm^2"``, or a number in SI."""
+"""Physical quantities as people write them: ``"0.8 kPa"``, ``"1e4 dyn/cm^2"``, or a number in SI."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 @cache
 def registry() -> pint.UnitRegistry[Decimal]:
-    """The units library, loaded when the first text with a unit is read; in decimals, so that "50 us" is 5e-5."""
+    """The units library, loaded when first needed; in decimals, so that "50 us" is the number 5e-5."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -104,7 +104,9 @@ class Unit:
 
     si: str
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
         return core_schema.no_info_before_validator_function(self._read, handler(source))
 
     def _read(self, value: object) -> float:

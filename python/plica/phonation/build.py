@@ -115,8 +115,8 @@ def materials_of(
                 continue
             given = ", ".join(scene.tissue)
             raise SceneError(
-                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in that layer; "
-                f"the scene has {given}."
+                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in that "
+                f"layer; the scene has {given}."
             )
         tissue = scene.tissue[layer]
         one = tissue.left is None and tissue.right is None
@@ -131,8 +131,8 @@ def materials_of(
         for side in ("left", "right"):
             if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
                 raise SceneError(
-                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra: the mesh does not say which belong to "
-                    "that side. See mesh.sides."
+                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra: the mesh does not say which "
+                    "belong to that side. See mesh.sides."
                 )
     return materials, names, cell_material
 
@@ -140,7 +140,9 @@ def materials_of(
 def _known_layer(scene: Scene, layer: str, layers: list[str]) -> None:
     if layer not in layers:
         hint = nearest(layer, layers)
-        raise SceneError(f"{scene.source}: tissue.{layer} is not a layer of the mesh; must be {one_of(layers)}.{hint}")
+        raise SceneError(
+            f"{scene.source}: tissue.{layer} is not a layer of the mesh; must be {one_of(layers)}.{hint}"
+        )
 
 
 def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
@@ -172,7 +174,9 @@ def fixed_components(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.bool_]:
             nodes = nodes[np.abs(np.asarray(mesh.points)[nodes, 1]) >= scene.supports.wall_from_y]
             if not len(nodes):
                 value = scene.supports.wall_from_y
-                raise SceneError(f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall.")
+                raise SceneError(
+                    f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall."
+                )
         fixed[nodes] = True
     for name, components in scene.supports.components.items():
         if name not in sets:
@@ -231,7 +235,9 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
             enforcement = _engine.VolumePenalty(**penalty.model_dump())
         case other:
             raise AssertionError(other)
-    return _engine.Contact(airway, enforcement, tolerance=contact.tolerance, max_passes=contact.max_passes)
+    return _engine.Contact(
+        airway=airway, enforcement=enforcement, tolerance=contact.tolerance, max_passes=contact.max_passes
+    )
 
 
 def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,7 +44,7 @@ def opening_pattern(points: _Reals, larynx: Larynx) -> _Reals:
 
 def _widened(sections: _Reals, minor: float) -> float:
     """Height at which the minor half-axis first reaches `minor`, going through (z, minor half-axis) rows."""
-    for (z0, m0), (z1, m1) in zip(sections[:-1], sections[1:], strict=True):
+    for (z0, m0), (z1, m1) in pairwise(sections):
         if m1 >= minor:
             return float(z0 + (z1 - z0) * (minor - m0) / (m1 - m0))
     return float(sections[-1, 0])
@@ -68,7 +70,9 @@ def initial_fields(
             if layer not in mesh.layer_names:
                 hint = nearest(layer, mesh.layer_names)
                 where = f"{scene.source}: initial.{name}.{layer}"
-                raise SceneError(f"{where} is not a layer of the mesh; must be {one_of(mesh.layer_names)}.{hint}")
+                raise SceneError(
+                    f"{where} is not a layer of the mesh; must be {one_of(mesh.layer_names)}.{hint}"
+                )
             cells = np.asarray(mesh.cells)[np.asarray(mesh.cell_layer) == mesh.layer_names.index(layer)]
             field[np.unique(cells)] = value
         field[fixed] = 0.0

@@ -70,7 +70,10 @@ class _Reader:
         try:
             with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
                 return meshio.read(path)
-        except (Exception, SystemExit) as error:  # meshio's readers raise any kind, and exit on unknown suffixes
+        except (
+            Exception,
+            SystemExit,
+        ) as error:  # meshio's readers raise any kind, and exit on unknown suffixes
             reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
             reason = " ".join(reason.split()) or type(error).__name__
             raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
@@ -83,7 +86,9 @@ class _Reader:
             has = one_of(sorted({block.type for block in self.file.cells}))
             raise self.fail(f"mesh.file: {self.mesh.file.name} has no tetrahedra; it has {has}.")
         if len(found) > 1:
-            raise self.fail(f"mesh.file: {self.mesh.file.name} has {' and '.join(found)}; must have one of them.")
+            raise self.fail(
+                f"mesh.file: {self.mesh.file.name} has {' and '.join(found)}; must have one of them."
+            )
         if found == ["tetra10"] and self.mesh.order == 1:
             raise self.fail(f"mesh.order = 1; must be 2: {self.mesh.file.name} has quadratic tetrahedra.")
         if not blocks:
@@ -96,7 +101,9 @@ class _Reader:
 
     def _label_data(self) -> list[Any] | None:
         data: dict[str, list[Any]] = self.file.cell_data
-        whole = [name for name, blocks in data.items() if all(np.asarray(b).dtype.kind in "iu" for b in blocks)]
+        whole = [
+            name for name, blocks in data.items() if all(np.asarray(b).dtype.kind in "iu" for b in blocks)
+        ]
         if self.mesh.labels is not None:
             if self.mesh.labels not in whole:
                 hint = nearest(self.mesh.labels, whole)
@@ -119,7 +126,9 @@ class _Reader:
             number = self.names.get(label) if isinstance(label, str) else label
             if number not in has:
                 value = f'"{label}"' if isinstance(label, str) else label
-                raise self.fail(f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {shown}.")
+                raise self.fail(
+                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {shown}."
+                )
             numbers.append(int(number))
         return numbers
 
@@ -132,7 +141,9 @@ class _Reader:
             layer[chosen] = k
         if np.any(layer < 0):
             left_out = sorted({int(label) for label in labels[layer < 0]})
-            raise self.fail(f"mesh.layers leaves out tetrahedra with the labels {left_out} of {self.mesh.file.name}.")
+            raise self.fail(
+                f"mesh.layers leaves out tetrahedra with the labels {left_out} of {self.mesh.file.name}."
+            )
         return layer
 
     def _sides(self, points: NDArray[np.float64], cells: _Integers, labels: _Integers) -> _Integers:
@@ -143,7 +154,9 @@ class _Reader:
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
-                side[np.isin(labels, self._numbers(wanted, f"mesh.sides.{name}", labels, "tetrahedra"))] = number
+                side[np.isin(labels, self._numbers(wanted, f"mesh.sides.{name}", labels, "tetrahedra"))] = (
+                    number
+                )
         return side
 
     def _surfaces(self, cells: _Integers) -> dict[str, _Integers]:
@@ -168,8 +181,8 @@ class _Reader:
             k = row.get(tuple(corners))
             if k is None:
                 raise self.fail(
-                    f"mesh.surfaces.{name}: the triangle of nodes {corners} of {self.mesh.file.name} is not on the "
-                    "boundary; must be a face of exactly one tetrahedron."
+                    f"mesh.surfaces.{name}: the triangle of nodes {corners} of {self.mesh.file.name} is not "
+                    "on the boundary; must be a face of exactly one tetrahedron."
                 )
             chosen.append(k)
         return np.asarray(boundary)[chosen]

@@ -66,7 +66,10 @@ class Larynx(Part):
 
 
 class Block(Part):
-    """A box of structured tetrahedra, layer ``body``; its sides are surfaces and node sets ``x_min``, ``x_max``, ..."""
+    """A box of structured tetrahedra, layer ``body``.
+
+    Its sides are surfaces and node sets ``x_min``, ``x_max``, ``y_min``, ...
+    """
 
     corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     """[m]"""
@@ -79,7 +82,7 @@ class Block(Part):
 
 
 class Blocks(Part):
-    """Two boxes side by side. Each is a layer of its name; its sides are ``name.x_min``, ``name.x_max``, ..."""
+    """Two boxes side by side. Each is a layer of its name; its sides are ``name.x_min``, ..."""
 
     blocks: Annotated[dict[Name, Block], Field(min_length=2, max_length=2)]
     order: Order = 1
@@ -89,7 +92,9 @@ class Blocks(Part):
     def _one_order(self) -> Self:
         for name, block in self.blocks.items():
             if block.order != 1:
-                raise problem('must be left out. Give "order" of the mesh.', "blocks", name, "order", value=block.order)
+                raise problem(
+                    'must be left out. Give "order" of the mesh.', "blocks", name, "order", value=block.order
+                )
         return self
 
 
@@ -108,18 +113,18 @@ class MeshFile(Part):
     unit: PositiveLength = 1.0
     """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
     labels: str | None = None
-    """The cell data that hold the labels; left out: the physical groups, or the file's only whole-number data."""
+    """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
     layers: Annotated[dict[Name, Labels], Field(min_length=1)]
     """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives."""
-    surfaces: dict[Name, Labels] = {}
-    """Surface name to the labels of its triangles, or ``"boundary"`` for the whole boundary; each is a node set too."""
+    surfaces: dict[Name, Labels] = Field(default_factory=dict)
+    """Surface name to the labels of its triangles, or ``"boundary"``: all of it. Each is a node set too."""
     sides: Sides | Literal["x"] | None = None
     """Which cells are the left and the right fold; ``"x"``: by the sign of x. Left out: neither."""
     order: Order = 1
     """2: quadratic tetrahedra; made from linear ones where the file has those."""
 
 
-_KINDS = {"larynx": "<larynx>", "file": "<file>", "block": "<block>", "blocks": "<blocks>"}
+_KINDS = {"larynx": "<larynx>", "file": "<file>", "block": "block", "blocks": "<blocks>"}
 
 
 def _kind(data: Any) -> str | None:
@@ -141,12 +146,15 @@ def _unwrap_block(data: Any) -> Any:
 Mesh = Annotated[
     Annotated[Larynx, Tag("<larynx>")]
     | Annotated[MeshFile, Tag("<file>")]
-    | Annotated[Block, BeforeValidator(_unwrap_block), Tag("<block>")]
+    | Annotated[Block, BeforeValidator(_unwrap_block), Tag("block")]
     | Annotated[Blocks, Tag("<blocks>")],
     Discriminator(
         _kind,
         custom_error_type="scene",
         custom_error_message="must have exactly one of larynx, file, block, blocks.",
-        custom_error_context={"relation": "must have exactly one of larynx, file, block, blocks.", "path": ()},
+        custom_error_context={
+            "relation": "must have exactly one of larynx, file, block, blocks.",
+            "path": (),
+        },
     ),
 ]

@@ -1,10 +1,11 @@
-"""What every part of a scene has in common: it is frozen, checked when it is made, and refuses unknown names."""
+"""What parts of a scene have in common: frozen, checked when made, unknown names refused."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -13,6 +14,8 @@ from plica.errors import SceneError
 from plica.phonation.problems import describe
 
 __all__ = ["OneOf", "Part", "engine_default", "problem"]
+
+_NO_FACES = np.empty((0, 3), np.int32)
 
 
 def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomError:
@@ -28,7 +31,14 @@ def engine_default(option: str, field: str) -> Callable[[], Any]:
 
     def default() -> Any:
         struct = getattr(_engine, option)
-        return getattr(struct(_engine.Isotropic()) if option == "Material" else struct(), field)
+        match option:
+            case "Material":
+                return getattr(struct(_engine.Isotropic()), field)
+            case "Contact":
+                airway = _engine.Airway(first=_NO_FACES, second=_NO_FACES, tets=np.empty((0, 4), np.int32))
+                return getattr(struct(airway=airway, enforcement=_engine.Multipliers()), field)
+            case _:
+                return getattr(struct(), field)
 
     return default
 
@@ -37,8 +47,11 @@ class _PartType(type(BaseModel)):  # type: ignore[misc]
     """Makes a part; what is wrong with it is raised in Plica's own words."""
 
     def __call__(cls, *args: Any, **fields: Any) -> Any:
+        names = getattr(cls, "positional", ())
+        if len(args) > len(names):
+            raise TypeError(f"{cls.__name__} takes {len(names)} positional arguments; {len(args)} were given")
         try:
-            return super().__call__(*args, **fields)
+            return super().__call__(**dict(zip(names, args, strict=False)), **fields)
         except ValidationError as error:
             raise SceneError(describe(error, cls.__name__)) from None
 
@@ -47,6 +60,8 @@ class Part(BaseModel, metaclass=_PartType):
     """A part of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    positional: ClassVar[tuple[str, ...]] = ()
+    """Fields that may be given without their name."""
 
     @model_validator(mode="before")
     @classmethod

@@ -12,7 +12,6 @@ from pydantic import Field, model_validator
 
 from plica.phonation.part import OneOf, Part, engine_default, problem
 from plica.units import (
-    Acceleration,
     Density,
     Frequency,
     Length,
@@ -53,7 +52,7 @@ class Supports(Part):
 
     fixed: tuple[str, ...] = ()
     """Node sets held in all three components, e.g. ``("wall",)``."""
-    components: dict[str, Components] = {}
+    components: dict[str, Components] = Field(default_factory=dict)
     """Node sets held in some components only, e.g. ``{"x_min": "x", "z_min": "yz"}``."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
     """[m] Of the node set ``wall``, only nodes with |y| >= this are held. Larynx only."""
@@ -70,11 +69,15 @@ class Extrapolated(Part):
 class Iterated(Part):
     """The airflow's load and the motion are iterated within a step until they agree."""
 
-    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(default_factory=engine_default("Iterated", "tolerance"))
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default_factory=engine_default("Iterated", "tolerance")
+    )
     """[-] Change of the sections' displacement between sweeps at which iterating ends."""
     max_sweeps: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Iterated", "max_sweeps"))
     """Sweeps a step at most."""
-    freeze_after: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Iterated", "freeze_after"))
+    freeze_after: Annotated[int, Field(ge=1)] = Field(
+        default_factory=engine_default("Iterated", "freeze_after")
+    )
     """Sweeps after which the separation section and the stop of the flow are held within a step."""
 
 
@@ -100,7 +103,9 @@ class Airflow(Part):
         default_factory=engine_default("Airflow", "subglottal_pressure")
     )
     """[Pa] Above the pressure at the glottal exit."""
-    air_density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Airflow", "air_density"))
+    air_density: Annotated[Density, Field(gt=0)] = Field(
+        default_factory=engine_default("Airflow", "air_density")
+    )
     """[kg/m^3]"""
     zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
         default_factory=engine_default("Airflow", "zero_flow_fraction")
@@ -108,7 +113,7 @@ class Airflow(Part):
     """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
     area: Literal["elliptic", "cut"] = Field(default_factory=engine_default("Airflow", "area"))
     """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh."""
-    coupling: Coupling = Coupling(iterated=Iterated.model_construct())
+    coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
     """In time."""
 
 
@@ -117,7 +122,9 @@ class Multipliers(Part):
 
     solver: Literal["condensed", "gmres"] = Field(default_factory=engine_default("Multipliers", "solver"))
     """Condensed to the contact rows, or the thesis's GMRES with the preconditioner of Eq. (29)."""
-    position: Literal["end_of_step", "weighted"] = Field(default_factory=engine_default("Multipliers", "position"))
+    position: Literal["end_of_step", "weighted"] = Field(
+        default_factory=engine_default("Multipliers", "position")
+    )
     """Where the gap vanishes: at n + 1, or at (1 + alpha) x_{n+1} - alpha x_n as printed."""
 
 
@@ -152,7 +159,9 @@ class Contact(OneOf):
     """Surface of the other body."""
     direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
     """[-] Nodes of the two surfaces face each other along this direction."""
-    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(default_factory=engine_default("Contact", "tolerance"))
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default_factory=engine_default("Contact", "tolerance")
+    )
     """[-] Deepest gap left, relative to the mean edge of the interface."""
     max_passes: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Contact", "max_passes"))
     """Rebuildings of the contact rows a step at most."""
@@ -183,9 +192,9 @@ class Initial(Part):
     """[m/s] Size of the opening pattern; larynx only."""
     opening_displacement: Length | None = None
     """[m] Size of the opening pattern; larynx only."""
-    velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = {}
+    velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
     """[m/s] Uniform over the nodes of a layer, e.g. ``{"a": (35, 0, 0)}``."""
-    displacement: dict[str, tuple[Length, Length, Length]] = {}
+    displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer."""
 
 
@@ -216,7 +225,9 @@ class Newmark(Part):
 
     beta: Annotated[Number, Field(gt=0, le=1)] = Field(default_factory=engine_default("Newmark", "beta"))
     """[-]"""
-    gamma: Annotated[Number, Field(ge=0.5, le=1.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
+    gamma: Annotated[Number, Field(ge=0.5, le=1.5)] = Field(
+        default_factory=engine_default("Newmark", "gamma")
+    )
     """[-]"""
 
 
@@ -235,7 +246,7 @@ class Stepping(Part):
     """[s]"""
     duration: Annotated[Time, Field(gt=0)]
     """[s]"""
-    scheme: Scheme = Scheme(hht=HilberHughesTaylor.model_construct())
+    scheme: Scheme = Field(default_factory=lambda: Scheme(hht=HilberHughesTaylor()))
     mass: Literal["consistent", "lumped"] = "consistent"
     """Lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
 
@@ -248,7 +259,9 @@ class Stepping(Part):
     def _whole_steps(self) -> Self:
         count = self.duration / self.step
         if count < 1 - 1e-9 or abs(count - round(count)) > 1e-6 * count:
-            raise problem(f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration)
+            raise problem(
+                f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration
+            )
         return self
 
 

@@ -61,12 +61,14 @@ def _unknown(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
 
 
 def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Without what pydantic adds for the branches of a union and for keys, e.g. ``literal['x']``, ``[key]``."""
+    """Without what pydantic adds for the branches of a union and for keys: ``literal['x']``, ``[key]``."""
     return tuple(
         name
         for name in path
         if isinstance(name, int)
-        or not (name in {"Sides", "int", "str", "[key]"} or name.startswith(("literal[", "function-", "tuple[")))
+        or not (
+            name in {"Sides", "int", "str", "[key]"} or name.startswith(("literal[", "function-", "tuple["))
+        )
     )
 
 

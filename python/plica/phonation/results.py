@@ -123,7 +123,9 @@ class Run(Mapping[str, NDArray[Any]]):
             self.frames = int(progress["frames"][()])
             self.seconds = float(progress["seconds"][()])
             self.status = _STATUS[int(progress["status"][()])]
-            self.failure: str = progress["message"][()].decode(errors="replace") if self.status == "failed" else ""
+            self.failure: str = (
+                progress["message"][()].decode(errors="replace") if self.status == "failed" else ""
+            )
             self.scene_text: str = str(file.attrs["scene"])
             self._version = str(file.attrs["plica_version"])
 
@@ -194,7 +196,8 @@ class Run(Mapping[str, NDArray[Any]]):
             mesh = file["mesh"]
             arrays = {name: mesh[name][()] for name in ("points", "cells", "cell_layer", "cell_side")}
             named = {
-                kind: {name: numbers[()] for name, numbers in mesh[kind].items()} for kind in ("surfaces", "node_sets")
+                kind: {name: numbers[()] for name, numbers in mesh[kind].items()}
+                for kind in ("surfaces", "node_sets")
             }
             return RunMesh(**arrays, layer_names=[name.decode() for name in mesh["layer_names"][()]], **named)
 
@@ -270,7 +273,9 @@ class Run(Mapping[str, NDArray[Any]]):
                 variables[name] = (_axes(name, values), values, {"units": self.units[name]})
                 if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
                     coordinates["component"] = ["x", "y", "z"]
-        return xarray.Dataset(variables, coordinates, {"scene": self.scene_text, "plica_version": self._version})
+        return xarray.Dataset(
+            variables, coordinates, {"scene": self.scene_text, "plica_version": self._version}
+        )
 
 
 def _axes(name: str, values: NDArray[Any]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from plica.phonation.build import build_simulation
 from plica.phonation.checkpoint import Checkpoint
 from plica.phonation.mesh_source import build_mesh
 from plica.phonation.problems import path_text, value_text
-from plica.phonation.progress import Progress, StopRequest, stop_on_signal
+from plica.phonation.progress import Progress, stop_on_signal
 from plica.phonation.results import Run
 from plica.phonation.scene import Scene
 from plica.phonation.storage import only_writer, replaced, storage_errors
@@ -76,7 +76,9 @@ def _check_directory(scene: Scene, directory: Path, resume: bool) -> None:
         stored = directory / "scene.toml"
         present = stored.exists() or (directory / "results.h5").exists()
     if present and not resume:
-        raise InvalidInput(f"{directory}: holds a run already. Continue it with --resume, or take another directory.")
+        raise InvalidInput(
+            f"{directory}: holds a run already. Continue it with --resume, or take another directory."
+        )
     if resume and not stored.exists():
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
     if resume:
@@ -99,7 +101,11 @@ def _first_difference(stored: Any, given: Any, path: tuple[str | int, ...] = ())
             if found := _first_difference(stored[name], given[name], (*path, name)):
                 return found
         return ""
-    return "" if stored == given else f"{path_text(path)} = {value_text(given)}; the run has {value_text(stored)}"
+    return (
+        ""
+        if stored == given
+        else f"{path_text(path)} = {value_text(given)}; the run has {value_text(stored)}"
+    )
 
 
 @contextmanager
@@ -162,7 +168,9 @@ class _Runner:
             results = ResultFile(path)
             different = results.mesh_differs(self.mesh)
             if different:
-                raise SceneError(f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?")
+                raise SceneError(
+                    f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?"
+                )
             held = checkpoint.newest(self.directory)
             if held is not None and held.scene == self.digest:
                 self.simulation.restore(dict(held.state))

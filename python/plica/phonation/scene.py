@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
@@ -29,8 +29,6 @@ from plica.phonation.toml_text import toml_text
 from plica.units import Acceleration
 
 __all__ = ["Scene"]
-
-_NOT_GIVEN: Any = object()
 
 
 class Scene(Part):
@@ -82,9 +80,11 @@ class Scene(Part):
 
     _source: str = PrivateAttr(default="Scene")
 
-    def __init__(self, mesh: Any = _NOT_GIVEN, tissue: Any = _NOT_GIVEN, **parts: Any) -> None:
-        given = {name: part for name, part in (("mesh", mesh), ("tissue", tissue)) if part is not _NOT_GIVEN}
-        super().__init__(**given, **parts)
+    positional: ClassVar[tuple[str, ...]] = ("mesh", "tissue")
+
+    if TYPE_CHECKING:  # the two positional ones are Part's doing
+
+        def __init__(self, mesh: Any = ..., tissue: Any = ..., **parts: Any) -> None: ...
 
     @property
     def source(self) -> str:
@@ -141,7 +141,10 @@ class Scene(Part):
     def resolved(self) -> dict[str, Any]:
         """The scene as plain data in SI, with every default filled in; what is absent is left out."""
         data = self.model_dump(mode="json", exclude_none=True)
-        for table in (data, *(data[name] for name in ("supports", "initial", "output", "mesh") if name in data)):
+        for table in (
+            data,
+            *(data[name] for name in ("supports", "initial", "output", "mesh") if name in data),
+        ):
             for name in [name for name, field in table.items() if field in ({}, [])]:
                 del table[name]
         if isinstance(self.mesh, Larynx):

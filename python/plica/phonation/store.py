@@ -58,7 +58,12 @@ class ResultFile:
 
     @classmethod
     def create(
-        cls, path: Path, scene: Scene, simulation: _engine.Simulation, mesh: _engine.TetMesh, sample: Mapping[str, Any]
+        cls,
+        path: Path,
+        scene: Scene,
+        simulation: _engine.Simulation,
+        mesh: _engine.TetMesh,
+        sample: Mapping[str, Any],
     ) -> Self:
         """Lay out the file for a whole run; it appears at `path` complete or not at all.
 

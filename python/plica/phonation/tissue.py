@@ -47,7 +47,9 @@ class Tissue(Part):
     """[-] Direction, of any length; left out: y, from back to front."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3]"""
-    viscosity: Annotated[Viscosity, Field(ge=0)] = Field(default_factory=engine_default("Material", "viscosity"))
+    viscosity: Annotated[Viscosity, Field(ge=0)] = Field(
+        default_factory=engine_default("Material", "viscosity")
+    )
     """[Pa s] Times the strain-rate tensor."""
     left: TissueSide | None = None
     """What differs where x < 0."""
@@ -87,9 +89,15 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
     if tissue.E_fibre is None:
         for field in _FIBRE_FIELDS:
             if getattr(tissue, field) is not None:
-                raise fail(field, getattr(tissue, field), "must be left out where E_fibre is not given (isotropic).")
+                raise fail(
+                    field, getattr(tissue, field), "must be left out where E_fibre is not given (isotropic)."
+                )
         if tissue.nu >= 0.5:
-            raise fail("nu", tissue.nu, "must be < 0.5 in isotropic tissue. Give E_fibre where the tissue has fibres.")
+            raise fail(
+                "nu",
+                tissue.nu,
+                "must be < 0.5 in isotropic tissue. Give E_fibre where the tissue has fibres.",
+            )
         return
     for field in ("nu_fibre", "mu_fibre"):
         if getattr(tissue, field) is None:
@@ -99,4 +107,8 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
     assert tissue.nu_fibre is not None
     bound = 1 - 2 * tissue.nu_fibre**2 * tissue.E / tissue.E_fibre
     if tissue.nu >= bound:
-        raise fail("nu", tissue.nu, f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, or the tissue stores no energy.")
+        raise fail(
+            "nu",
+            tissue.nu,
+            f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, or the tissue stores no energy.",
+        )

@@ -1,0 +1,285 @@
+"""The command ``plica``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from plica.errors import InvalidInput, SolveFailed, StorageFailed
+
+__all__ = ["main"]
+
+_FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
+
+_MAIN_HELP = """\
+Simulates vibrating vocal folds from a scene file.
+
+A first session:
+  plica run examples/normal_phonation.toml -o runs/normal    compute; ends with a report
+  xdg-open runs/normal/report.html                           look at it
+  paraview runs/normal/fields.xdmf                           look at it in 3D
+
+A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
+[airflow] table there is no airflow, without [contact] no contact. Quantities are SI numbers or texts with
+a unit:
+
+  [mesh]
+  larynx = "coarse"
+  [tissue.body]
+  E = "20 kPa"
+  nu = 0.45
+  ...
+  [airflow]
+  subglottal_pressure = "0.8 kPa"
+  [contact.multipliers]
+  [time]
+  step = "50 us"
+  duration = "0.1 s"
+
+Exit codes: 0 done, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
+"""
+
+_RUN_HELP = """\
+Computes SCENE and stores the results in DIR as they come:
+
+  scene.toml     the scene with every default filled in
+  results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment)
+  fields.xdmf    the fields for ParaView
+  measures.json  {name: {value, unit, spread, cycles}} in SI
+  report.html    pictures and numbers
+
+examples:
+  plica run scene.toml -o runs/one
+  plica run scene.toml -o runs/one --resume     continue after Ctrl-C, a kill or a power failure;
+                                                the results are those of a run without a stop
+"""
+
+_MESH_HELP = """\
+Builds or reads the mesh of SCENE, checks it, and prints its counts, quality and the volume of each layer.
+
+examples:
+  plica mesh scene.toml
+  plica mesh scene.toml -o mesh.vtu             any format that meshio writes, by the suffix
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], int] = options.command
+    try:
+        return command(options)
+    except InvalidInput as error:
+        return _say(str(error), _BAD_INPUT)
+    except (SolveFailed, StorageFailed) as error:
+        return _say(str(error), _FAILED)
+    except MemoryError:
+        return _say("there is not enough memory. Take a coarser mesh.", _FAILED)
+    except KeyboardInterrupt as stop:
+        where = f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume"
+        said = str(stop) or "stopped"
+        return _say(said + "." + (where if options.command is _run else ""), _INTERRUPTED)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return _FAILED
+
+
+def _say(text: str, code: int) -> int:
+    for line in text.splitlines():
+        print(f"plica: {line}", file=sys.stderr)
+    return code
+
+
+def _parser() -> argparse.ArgumentParser:
+    def part(name: str, command: Callable[[argparse.Namespace], int], summary: str, text: str = "") -> Any:
+        sub = commands.add_parser(
+            name,
+            help=summary,
+            description=text or summary,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        sub.set_defaults(command=command)
+        return sub
+
+    parser = argparse.ArgumentParser(
+        "plica", description=_MAIN_HELP, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    run = part("run", _run, "compute a scene", _RUN_HELP)
+    run.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    run.add_argument(
+        "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"
+    )
+    run.add_argument(
+        "--resume", action="store_true", help="continue the run in DIR from its newest checkpoint"
+    )
+    run.add_argument("--threads", metavar="N", type=_count, help="threads; results do not depend on it")
+    run.add_argument("--quiet", action="store_true", help="no progress, no table")
+    mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
+    mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
+    mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
+    part("info", _info, "show versions, what this build contains, and its licence")
+    for name, command, summary in (
+        ("report", _report, "write DIR/report.html anew"),
+        ("measures", _measures, "measure the run in DIR, print the measures and write DIR/measures.json"),
+    ):
+        sub = part(name, command, summary)
+        sub.add_argument("directory", metavar="DIR", type=Path, help="directory of a run")
+    return parser
+
+
+def _count(text: str) -> int:
+    try:
+        count = int(text)
+    except ValueError:
+        count = 0
+    if count < 1:
+        raise argparse.ArgumentTypeError(f"{text}; must be a whole number >= 1.")
+    return count
+
+
+def _run(options: argparse.Namespace) -> int:
+    import plica
+    from plica.phonation.measures import measure, write_measures
+    from plica.phonation.storage import storage_errors
+    from plica.report import write_report
+
+    scene = plica.Scene.load(options.scene)
+    if options.threads is not None:
+        plica.set_threads(options.threads)
+    try:
+        run = plica.run(scene, options.directory, resume=options.resume, progress=not options.quiet)
+    except SolveFailed:
+        _conclude(options.directory)
+        raise
+    measures = measure(run)
+    with storage_errors(options.directory):
+        write_measures(measures, options.directory / "measures.json")
+        report = write_report(run, options.directory / "report.html")
+    if not options.quiet:
+        print(_table({name: item.as_json() for name, item in measures.items()}, short=True))
+        print(f"\nreport: {report}")
+    return 0
+
+
+def _conclude(directory: Path) -> None:
+    """Measures and report of what a failed run has computed, so that one can look at it."""
+    import plica
+    from plica.phonation.measures import measure, write_measures
+    from plica.phonation.storage import storage_errors
+    from plica.report import write_report
+
+    if not (directory / "results.h5").exists():
+        return
+    run = plica.Run.load(directory)
+    with storage_errors(directory):
+        write_measures(measure(run), directory / "measures.json")
+        write_report(run, directory / "report.html")
+
+
+def _mesh(options: argparse.Namespace) -> int:
+    import plica
+    from plica.phonation.mesh_summary import mesh_summary, write_mesh
+
+    scene = plica.Scene.load(options.scene)
+    mesh = plica.build_mesh(scene.mesh, scene.source)
+    print(mesh_summary(mesh))
+    if options.output is not None:
+        write_mesh(mesh, options.output)
+        print(f"written: {options.output}")
+    return 0
+
+
+def _info(options: argparse.Namespace) -> int:
+    import plica
+
+    info = plica.build_info()
+    licence = "GPL-3.0-or-later (it contains parts under the GPL)" if info["gpl"] else "BSD-3-Clause"
+    rows = {"plica": info["version"], "licence of this build": licence}
+    rows |= {name: _plain(value) for name, value in info.items() if name not in {"version", "gpl"}}
+    rows["python"] = sys.version.split()[0]
+    for name in ("numpy", "scipy", "h5py", "meshio", "pydantic", "pint", "xarray", "matplotlib"):
+        try:
+            rows[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            rows[name] = "not installed"
+    width = max(map(len, rows))
+    print("\n".join(f"{name:<{width}}  {value}" for name, value in rows.items()))
+    return 0
+
+
+def _plain(value: object) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
+def _report(options: argparse.Namespace) -> int:
+    import plica
+    from plica.phonation.storage import storage_errors
+    from plica.report import write_report
+
+    run = plica.Run.load(options.directory)
+    with storage_errors(options.directory):
+        print(write_report(run, options.directory / "report.html"))
+    return 0
+
+
+def _measures(options: argparse.Namespace) -> int:
+    import plica
+    from plica.phonation.measures import measure, write_measures
+    from plica.phonation.storage import storage_errors
+
+    measures = measure(plica.Run.load(options.directory))
+    with storage_errors(options.directory):
+        write_measures(measures, options.directory / "measures.json")
+    print(_table({name: item.as_json() for name, item in measures.items()}))
+    return 0
+
+
+_MAIN_MEASURES = (
+    "fundamental_frequency",
+    "open_quotient",
+    "speed_quotient",
+    "peak_flow",
+    "mean_flow",
+    "peak_glottal_area",
+    "amplitude_left",
+    "amplitude_right",
+    "peak_contact_pressure",
+    "contact_impulse",
+    "contact_duration",
+    "contact_length_fraction",
+    "ledger_error",
+)
+_DISPLAYED = {
+    "m": (1e3, "mm"),
+    "m^2": (1e6, "mm^2"),
+    "m^3/s": (1e6, "cm^3/s"),
+    "s": (1e3, "ms"),
+    "Pa": (1e-3, "kPa"),
+}
+
+
+def _table(measures: Mapping[str, Mapping[str, Any]], *, short: bool = False) -> str:
+    """The measures with their units, in the units that the field reads; `short`: the main ones."""
+    names = [name for name in _MAIN_MEASURES if name in measures] if short else list(measures)
+    lines = []
+    for name in names or list(measures):
+        entry = measures[name]
+        if entry["value"] is None:
+            if not short:
+                lines.append(f"{name:<32} -            {entry.get('note', '')}")
+            continue
+        factor, unit = _DISPLAYED.get(entry["unit"], (1.0, entry["unit"]))
+        unit = "" if unit == "1" else unit
+        spread = f"+- {entry['spread'] * factor:.2g}" if entry["spread"] is not None else ""
+        cycles = f"({entry['cycles']} cycles)" if entry["cycles"] else ""
+        lines.append(f"{name:<32} {entry['value'] * factor:<12.6g} {unit:<8} {spread:<11} {cycles}".rstrip())
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
