@@ -44,9 +44,9 @@ TetMesh to_quadratic(const TetMesh& linear) {
   for (auto& [name, faces] : mesh.surfaces) {
     const Faces flat = faces;
     faces.resize(flat.rows(), 6);
+    faces.leftCols(3) = flat;
     for (Eigen::Index f = 0; f < flat.rows(); ++f)
-      faces.row(f) << flat(f, 0), flat(f, 1), flat(f, 2), middle(flat(f, 0), flat(f, 1)),
-          middle(flat(f, 1), flat(f, 2)), middle(flat(f, 2), flat(f, 0));
+      for (int k = 0; k < 3; ++k) faces(f, 3 + k) = middle(flat(f, k), flat(f, (k + 1) % 3));
   }
   for (auto& [name, nodes] : mesh.node_sets) {
     std::vector<char> inside(corners, 0);
