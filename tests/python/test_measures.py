@@ -192,6 +192,15 @@ def test_a_growing_oscillation_is_called_not_settled() -> None:
     assert "not settled" in cycles.note
 
 
+def test_growth_per_cycle_is_the_relative_change_of_the_amplitude() -> None:
+    run = dataclasses.replace(base, impulse=0.0).run()
+    area = 1e-5 + 4e-6 * np.exp(-run.time / 1.0) * np.cos(2 * np.pi * 213.7 * run.time)
+    run = dataclasses.replace(run, waveforms={**run.waveforms, "minimum_area": area})
+    # A line through an exponential of 5 % in all, and extremes that are sampled to 6e-4 of the amplitude.
+    assert value(run, "amplitude_growth") == pytest.approx(-1 / 213.7, rel=0.05)
+    assert value(base.run(), "amplitude_growth") == pytest.approx(0.0, abs=1e-4)
+
+
 def test_alternating_amplitudes_are_called_irregular_and_half_of_them_used() -> None:
     time = 50e-6 * np.arange(4000)
     signal = (1.0 + 0.3 * np.cos(2 * np.pi * 100 * time)) * np.cos(2 * np.pi * 200 * time)
@@ -207,6 +216,12 @@ def test_noise_near_the_level_makes_no_extra_cycles() -> None:
     # A crossing moves by noise over slope, 0.02 / (2 pi 200) s = 16 us of 5 ms; the mean of many by less.
     assert 1 / cycles.periods.mean() == pytest.approx(200.0, rel=1e-3)
     assert cycles.count >= 35
+
+
+def test_a_weak_ripple_is_called_weak() -> None:
+    time = 50e-6 * np.arange(4000)
+    assert "weak" in find_cycles(time, 1.0 + 0.02 * np.sin(2 * np.pi * 200 * time)).note
+    assert find_cycles(time, 1.0 + 0.2 * np.sin(2 * np.pi * 200 * time)).note == ""
 
 
 def test_short_pulses_are_found_although_their_mean_is_low() -> None:

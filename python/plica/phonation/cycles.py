@@ -11,7 +11,7 @@ then the last half of the cycles is used) or not settled (then the last three ar
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +21,7 @@ from plica.phonation.run_data import Floats
 fewest = 3  # cycles that a statistic needs
 settled = 0.05  # relative difference of period and amplitude within the steady part
 stationary = 0.10  # relative difference of mean amplitude within an irregular record
+weak = 0.10  # range over the last third, relative to the largest magnitude there
 silent = 0.01  # range over the last third, relative to the largest magnitude of the record
 
 
@@ -87,9 +88,14 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
         return _none(f"no oscillation: the {name} varies by less than 1 % in the last third of the record")
     starts = rising_crossings(time, signal)
     if starts.size <= fewest:
-        found = max(starts.size - 1, 0)
-        return _none(f"too short: {found} complete cycles of the {name}; at least {fewest} are needed")
-    return _steady(time, signal, starts)
+        count = max(starts.size - 1, 0)
+        return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
+    found = _steady(time, signal, starts)
+    varies = float(np.ptp(tail)) / float(np.abs(tail).max())
+    if varies >= weak:
+        return found
+    note = f"weak: the {name} varies by only {100 * varies:.2g} % in the last third of the record"
+    return replace(found, note="; ".join(text for text in (note, found.note) if text))
 
 
 def rising_crossings(time: Floats, signal: Floats) -> Floats:

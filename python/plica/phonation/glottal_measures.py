@@ -11,6 +11,7 @@ from plica.phonation.measure import Measure, absent, average, per_cycle, whole
 from plica.phonation.run_data import Array, Floats, time_step
 
 open_level = 0.01  # of the cycle's largest area: below it the glottis counts as closed
+growth_note = "relative change of the peak-to-peak amplitude from cycle to cycle; 0 once settled"
 open_note = "open: glottal area above 1 % of the cycle's maximum and the flow not stopped by contact"
 
 
@@ -21,24 +22,25 @@ def open_area(waveforms: Mapping[str, Array]) -> Floats:
 
 
 def frequency_measures(time: Floats, signal: Floats, cycles: Cycles) -> dict[str, Measure]:
-    """Fundamental frequency, period, and the frequency once more by autocorrelation."""
+    """Fundamental frequency, period, growth, and the frequency once more by autocorrelation."""
     if not cycles.count:
         return {
             "fundamental_frequency": absent("Hz", cycles.note),
             "period": absent("s", cycles.note),
+            "amplitude_growth": absent("1", cycles.note),
             "fundamental_frequency_autocorrelation": absent("Hz", cycles.note),
         }
     part = cycles.extent(time)
     step = time_step(time)
     other = autocorrelation_frequency(signal[part], step)
-    frequency = per_cycle(cycles, 1.0 / cycles.periods, "Hz")
-    apart = abs(other - float(frequency.value or 0.0)) / other
-    if not apart < 0.02:
-        note = f"the autocorrelation gives {other:.4g} Hz: the cycles are not all alike"
-        frequency = per_cycle(cycles, 1.0 / cycles.periods, "Hz", note)
+    note = cycles.note
+    if not abs(other * float(cycles.periods.mean()) - 1.0) < 0.02:
+        apart = f"the autocorrelation gives {other:.4g} Hz: the cycles are not all alike"
+        note = "; ".join(text for text in (note, apart) if text)
     return {
-        "fundamental_frequency": frequency,
+        "fundamental_frequency": per_cycle(cycles, 1.0 / cycles.periods, "Hz", note),
         "period": per_cycle(cycles, cycles.periods, "s"),
+        "amplitude_growth": Measure(_growth(time, signal, cycles), "1", None, cycles.count, growth_note),
         "fundamental_frequency_autocorrelation": whole(other, "Hz", "first high peak of the autocorrelation"),
     }
 
@@ -61,7 +63,7 @@ def flow_measures(time: Floats, waveforms: Mapping[str, Array], cycles: Cycles) 
     for name, signal, function, unit in table:
         values = np.array([function(signal[part]) for part in parts])
         if cycles.count:
-            found[name] = average(values, unit, cycles.note)
+            found[name] = average(values, unit)
         else:
             found[name] = whole(values[0], unit, f"over the last third of the record; {cycles.note}")
     return found
@@ -80,6 +82,12 @@ def quotient_measures(time: Floats, waveforms: Mapping[str, Array], cycles: Cycl
     parts = enumerate(cycles.samples(time))
     values = np.array([_quotients(time, area, cycles.starts[i : i + 2], part) for i, part in parts])
     return {name: per_cycle(cycles, values[:, i], "1", note) for i, (name, note) in enumerate(notes.items())}
+
+
+def _growth(time: Floats, signal: Floats, cycles: Cycles) -> float:
+    amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
+    slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
+    return float(slope / amplitudes.mean())
 
 
 def _quotients(time: Floats, area: Floats, ends: Floats, part: slice) -> tuple[float, float, float]:

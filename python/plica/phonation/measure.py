@@ -70,6 +70,4 @@ def average(values: Floats, unit: str, note: str = "") -> Measure:
 
 def per_cycle(cycles: Cycles, values: Floats, unit: str, note: str = "") -> Measure:
     """Average over cycles, or no value and the reason why there are no cycles."""
-    if not cycles.count:
-        return absent(unit, cycles.note)
-    return average(values, unit, "; ".join(text for text in (note, cycles.note) if text))
+    return average(values, unit, note) if cycles.count else absent(unit, cycles.note)

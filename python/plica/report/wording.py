@@ -33,6 +33,7 @@ groups: dict[str, dict[str, str]] = {
         "fundamental_frequency": "Fundamental frequency",
         "fundamental_frequency_autocorrelation": "… by autocorrelation",
         "period": "Period",
+        "amplitude_growth": "Growth per cycle",
         "damping_ratio": "Damping ratio",
         "probe_amplitude": "Amplitude of the probe",
         "open_quotient": "Open quotient",
