@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plica.phonation.cycles import autocorrelation_frequency, find_cycles
+from plica.phonation.cycles import autocorrelation_frequency, find_cycles, rising_crossings
 from plica.phonation.measures import measure, write_measures
 from plica.verify.analytic_run import AnalyticRun, Phonation, free_vibration
 
@@ -216,6 +216,18 @@ def test_noise_near_the_level_makes_no_extra_cycles() -> None:
     # A crossing moves by noise over slope, 0.02 / (2 pi 200) s = 16 us of 5 ms; the mean of many by less.
     assert 1 / cycles.periods.mean() == pytest.approx(200.0, rel=1e-3)
     assert cycles.count >= 35
+
+
+def test_ripples_between_pulses_are_not_cycles() -> None:
+    time = 50e-6 * np.arange(1, 4001)
+    phase = (200.3 * time) % 1.0
+    pulse = np.where(phase < 0.4, np.sin(np.pi * phase / 0.4), 0.0)
+    ripple = np.where(phase > 0.5, 0.6 * np.abs(np.sin(2 * np.pi * (phase - 0.5) / 0.5)), 0.0)
+    signal = pulse + ripple
+    assert rising_crossings(time, signal).size > 100  # three a period with a narrow hysteresis
+    cycles = find_cycles(time, signal)
+    assert 1 / cycles.periods.mean() == pytest.approx(200.3, rel=1e-3)
+    assert cycles.note == ""
 
 
 def test_a_weak_ripple_is_called_weak() -> None:

@@ -3,10 +3,14 @@
 The rule. Let r be the range of the signal in the last half of the record, and m its mean there. A cycle
 begins where the signal rises through m after it was below m - q, if it then reaches m + q before it falls
 below m - q again; q = r / 10, less where m lies near an end of the range. The instant is interpolated
-linearly between samples. Counted back from the end, cycles are steady as long as their period and their
-peak-to-peak amplitude stay within 5 % of the median of the last three. If fewer than three are steady, the
-record is either irregular but stationary (the mean amplitudes of its last two quarters agree within 10 %:
-then the last half of the cycles is used) or not settled (then the last three are used); the note says which.
+linearly between samples. Where the autocorrelation's period is more than 1.1 of the mean one, ripples may
+have been taken for cycles: the search is repeated with limits halfway from m to the least and to the
+largest value, and its result is taken if it is nearer to the autocorrelation's period.
+
+Counted back from the end, cycles are steady as long as their period and their peak-to-peak amplitude stay
+within 5 % of the median of the last three. If fewer than three are steady, the record is either irregular
+but stationary (the mean amplitudes of its last two quarters agree within 10 %: then the last half of the
+cycles is used) or not settled (then the last three are used); the note says which.
 """
 
 from __future__ import annotations
@@ -16,7 +20,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from plica.phonation.run_data import Floats
+from plica.phonation.run_data import Floats, time_step
 
 fewest = 3  # cycles that a statistic needs
 settled = 0.05  # relative difference of period and amplitude within the steady part
@@ -86,7 +90,7 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
         if float(np.abs(tail).max()) <= silent * largest:
             return _none(f"no oscillation: the {name} stays at zero in the last third of the record")
         return _none(f"no oscillation: the {name} varies by less than 1 % in the last third of the record")
-    starts = rising_crossings(time, signal)
+    starts = _without_ripples(time, signal, rising_crossings(time, signal))
     if starts.size <= fewest:
         count = max(starts.size - 1, 0)
         return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
@@ -98,20 +102,24 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
     return replace(found, note="; ".join(text for text in (note, found.note) if text))
 
 
-def rising_crossings(time: Floats, signal: Floats) -> Floats:
-    """Instants (s) at which the signal rises through its mean, with hysteresis, both from its last half."""
+def rising_crossings(time: Floats, signal: Floats, share: float = 0.1) -> Floats:
+    """Instants (s) at which the signal rises through its mean, with hysteresis, both from its last half.
+
+    The limits lie `share` of the range from the mean, but at most halfway to the least and largest value.
+    """
     half = signal[signal.size // 2 :]
     low, high, level = float(half.min()), float(half.max()), float(half.mean())
-    margin = min(0.1 * (high - low), 0.5 * (level - low), 0.5 * (high - level))
+    below = level - min(share * (high - low), 0.5 * (level - low))
+    above = level + min(share * (high - low), 0.5 * (high - level))
     starts: list[float] = []
     armed = False
     candidate = 0.0
     for k in range(signal.size):
         if k and signal[k - 1] < level <= signal[k]:
             candidate = _crossing(time, signal, k, level)
-        if signal[k] < level - margin:
+        if signal[k] < below:
             armed = True
-        elif armed and signal[k] > level + margin:
+        elif armed and signal[k] > above:
             starts.append(candidate)
             armed = False
     return np.array(starts)
@@ -148,6 +156,22 @@ def autocorrelation_frequency(signal: Floats, step: float) -> float:
 
 def _none(reason: str) -> Cycles:
     return Cycles(np.empty(0), reason, False)
+
+
+def _without_ripples(time: Floats, signal: Floats, starts: Floats) -> Floats:
+    """The crossings, or those of a wider hysteresis if the autocorrelation speaks for longer periods."""
+    if starts.size < 3:
+        return starts
+    half = signal[signal.size // 2 :]
+    expected = 1.0 / autocorrelation_frequency(half, time_step(time))
+    period = float(np.diff(starts[starts.size // 2 - 1 :]).mean())
+    if not expected > 1.1 * period:
+        return starts
+    wider = rising_crossings(time, signal, 0.5)
+    if wider.size < 3:
+        return starts
+    longer = float(np.diff(wider[wider.size // 2 - 1 :]).mean())
+    return wider if abs(longer - expected) < abs(period - expected) else starts
 
 
 def _steady(time: Floats, signal: Floats, starts: Floats) -> Cycles:

@@ -1,0 +1,1 @@
+"""Cases whose results are known exactly."""
