@@ -3,6 +3,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/typing.h>
 
 #include <initializer_list>
 #include <string>
@@ -87,7 +88,7 @@ void check_nodes(const Rows& rows, std::ptrdiff_t nodes, const std::string& wher
 
 /// Read-only view of a dense row-major matrix that `owner` keeps alive.
 template <typename Matrix>
-py::array view(const Matrix& matrix, const py::handle& owner) {
+py::array_t<typename Matrix::Scalar> view(const Matrix& matrix, const py::handle& owner) {
   using Scalar = typename Matrix::Scalar;
   std::vector<py::ssize_t> shape{matrix.rows()};
   if (Matrix::ColsAtCompileTime != 1) {
@@ -95,12 +96,12 @@ py::array view(const Matrix& matrix, const py::handle& owner) {
   }
   py::array_t<Scalar> array(shape, matrix.data(), owner);
   py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-  return std::move(array);
+  return array;
 }
 
 /// A computed matrix handed over without a copy; its memory lives as long as the array.
 template <typename Matrix>
-py::array give(Matrix matrix) {
+py::array_t<typename Matrix::Scalar> give(Matrix matrix) {
   using Scalar = typename Matrix::Scalar;
   auto* kept = new Matrix(std::move(matrix));
   const py::capsule owner(kept, [](void* pointer) { delete static_cast<Matrix*>(pointer); });
@@ -112,7 +113,9 @@ py::array give(Matrix matrix) {
 }
 
 /// (data, indices, indptr) as scipy.sparse.csr_array takes them.
-inline py::tuple give_csr(SparseMatrix matrix) {
+using Csr = py::typing::Tuple<py::array_t<double>, py::array_t<std::int32_t>, py::array_t<std::int32_t>>;
+
+inline Csr give_csr(SparseMatrix matrix) {
   matrix.makeCompressed();
   auto* kept = new SparseMatrix(std::move(matrix));
   const py::capsule owner(kept, [](void* pointer) { delete static_cast<SparseMatrix*>(pointer); });

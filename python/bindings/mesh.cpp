@@ -41,9 +41,11 @@ std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cel
   return mesh;
 }
 
+using NamedArrays = py::typing::Dict<py::str, py::array_t<std::int32_t>>;
+
 template <typename Map>
-py::dict views(const Map& map, const py::handle& owner) {
-  py::dict out;
+NamedArrays views(const Map& map, const py::handle& owner) {
+  NamedArrays out;
   for (const auto& [name, matrix] : map) {
     out[py::str(name)] = view(matrix, owner);
   }
@@ -78,7 +80,7 @@ void bind_tet_mesh(py::module_& engine) {
           const Released released;
           found = boundary(rows);
         }
-        return py::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
+        return std::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
       },
       py::arg("cells"));
   engine.def(

@@ -37,7 +37,7 @@ void bind_materials(py::module_& engine) {
       .def_readonly("mu_fibre", &TransverselyIsotropic::mu_fibre)
       .def_readonly("mu", &TransverselyIsotropic::mu)
       .def_property_readonly("fibre", [](const TransverselyIsotropic& law) {
-        return py::make_tuple(law.fibre.x(), law.fibre.y(), law.fibre.z());
+        return std::make_tuple(law.fibre.x(), law.fibre.y(), law.fibre.z());
       });
 
   const Material material;
@@ -73,7 +73,7 @@ struct Assembly {
 };
 
 template <typename Make>
-py::tuple assemble(const Make& make) {
+Csr assemble(const Make& make) {
   SparseMatrix matrix;
   {
     const Released released;

@@ -1,0 +1,419 @@
+"""
+The compiled engine of plica; private, see the package plica.
+"""
+
+from __future__ import annotations
+import collections.abc
+import numpy
+import numpy.typing
+import typing
+
+__all__: list[str] = [
+    "Airflow",
+    "Airway",
+    "Assembly",
+    "Contact",
+    "Extrapolated",
+    "HilberHughesTaylor",
+    "InvalidInput",
+    "Isotropic",
+    "Iterated",
+    "Lagged",
+    "Load",
+    "Material",
+    "Multipliers",
+    "Newmark",
+    "Penalty",
+    "Simulation",
+    "SolveFailed",
+    "TetMesh",
+    "TransverselyIsotropic",
+    "VolumePenalty",
+    "block_mesh",
+    "boundary",
+    "build_info",
+    "check_mesh",
+    "combine",
+    "elasticity_matrix",
+    "flat_triangles",
+    "larynx_defaults",
+    "larynx_mesh",
+    "larynx_preset",
+    "matched_airway",
+    "set_threads",
+    "signed_volumes",
+    "threads",
+    "to_quadratic",
+]
+
+class InvalidInput(ValueError):
+    pass
+
+class SolveFailed(RuntimeError):
+    pass
+
+class TetMesh:
+    def __init__(
+        self,
+        points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        cell_layer: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        cell_side: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        layer_names: collections.abc.Sequence[str],
+        surfaces: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]],
+        node_sets: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]],
+    ) -> None: ...
+    @property
+    def cell_layer(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def cell_side(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def cells(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def layer_names(self) -> list[str]: ...
+    @property
+    def node_sets(self) -> dict[str, numpy.typing.NDArray[numpy.int32]]: ...
+    @property
+    def order(self) -> int: ...
+    @property
+    def points(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def surfaces(self) -> dict[str, numpy.typing.NDArray[numpy.int32]]: ...
+
+class Isotropic:
+    def __init__(
+        self,
+        E: typing.SupportsFloat | typing.SupportsIndex = 20000.0,
+        nu: typing.SupportsFloat | typing.SupportsIndex = 0.45,
+    ) -> None: ...
+    @property
+    def E(self) -> float: ...
+    @property
+    def nu(self) -> float: ...
+
+class TransverselyIsotropic:
+    def __init__(
+        self,
+        E: typing.SupportsFloat | typing.SupportsIndex = 1000.0,
+        nu: typing.SupportsFloat | typing.SupportsIndex = 0.66,
+        E_fibre: typing.SupportsFloat | typing.SupportsIndex = 10000.0,
+        nu_fibre: typing.SupportsFloat | typing.SupportsIndex = 0.66,
+        mu_fibre: typing.SupportsFloat | typing.SupportsIndex = 10000.0,
+        mu: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        fibre: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+        ] = [0.0, 1.0, 0.0],
+    ) -> None: ...
+    @property
+    def E(self) -> float: ...
+    @property
+    def E_fibre(self) -> float: ...
+    @property
+    def fibre(self) -> tuple[float, float, float]: ...
+    @property
+    def mu(self) -> float | None: ...
+    @property
+    def mu_fibre(self) -> float: ...
+    @property
+    def nu(self) -> float: ...
+    @property
+    def nu_fibre(self) -> float: ...
+
+class Material:
+    def __init__(
+        self,
+        elasticity: Isotropic | TransverselyIsotropic,
+        density: typing.SupportsFloat | typing.SupportsIndex = 1020.0,
+        viscosity: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def validate(self, where: str) -> None: ...
+    @property
+    def density(self) -> float: ...
+    @property
+    def elasticity(self) -> Isotropic | TransverselyIsotropic: ...
+    @property
+    def viscosity(self) -> float: ...
+
+class Assembly:
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: collections.abc.Sequence[Material],
+        material_names: collections.abc.Sequence[str],
+        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    ) -> None: ...
+    def lumped_mass(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    def mass(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def stiffness(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def viscosity(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+
+class Airway:
+    def __init__(
+        self,
+        first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        tets: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    ) -> None: ...
+    @property
+    def first(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def second(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def tets(self) -> numpy.typing.NDArray[numpy.int32]: ...
+
+class Newmark:
+    def __init__(
+        self,
+        *,
+        beta: typing.SupportsFloat | typing.SupportsIndex = 0.25,
+        gamma: typing.SupportsFloat | typing.SupportsIndex = 0.5,
+    ) -> None: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def gamma(self) -> float: ...
+
+class HilberHughesTaylor:
+    def __init__(self, *, alpha: typing.SupportsFloat | typing.SupportsIndex = -0.3) -> None: ...
+    @property
+    def alpha(self) -> float: ...
+
+class Lagged:
+    def __init__(self) -> None: ...
+
+class Extrapolated:
+    def __init__(self) -> None: ...
+
+class Iterated:
+    def __init__(
+        self,
+        *,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
+        max_sweeps: typing.SupportsInt | typing.SupportsIndex = 40,
+        freeze_after: typing.SupportsInt | typing.SupportsIndex = 8,
+    ) -> None: ...
+    @property
+    def freeze_after(self) -> int: ...
+    @property
+    def max_sweeps(self) -> int: ...
+    @property
+    def tolerance(self) -> float: ...
+
+class Airflow:
+    def __init__(
+        self,
+        *,
+        surface: str = "airway",
+        subglottal_pressure: typing.SupportsFloat | typing.SupportsIndex = 800.0,
+        air_density: typing.SupportsFloat | typing.SupportsIndex = 1.23,
+        zero_flow_fraction: typing.SupportsFloat | typing.SupportsIndex = 0.5,
+        area: str = "elliptic",
+        coupling: Lagged | Extrapolated | Iterated = ...,
+    ) -> None: ...
+    @property
+    def air_density(self) -> float: ...
+    @property
+    def area(self) -> str: ...
+    @property
+    def coupling(self) -> Lagged | Extrapolated | Iterated: ...
+    @property
+    def subglottal_pressure(self) -> float: ...
+    @property
+    def surface(self) -> str: ...
+    @property
+    def zero_flow_fraction(self) -> float: ...
+
+class Load:
+    def __init__(
+        self,
+        *,
+        surface: str,
+        traction: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+        ],
+        frequency: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        phase: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+
+class Multipliers:
+    def __init__(self, *, solver: str = "condensed", position: str = "end_of_step") -> None: ...
+    @property
+    def position(self) -> str: ...
+    @property
+    def solver(self) -> str: ...
+
+class Penalty:
+    def __init__(self, *, stiffness: typing.SupportsFloat | typing.SupportsIndex = 100.0) -> None: ...
+    @property
+    def stiffness(self) -> float: ...
+
+class VolumePenalty:
+    def __init__(self, *, kappa: typing.SupportsFloat | typing.SupportsIndex = 100000000.0) -> None: ...
+    @property
+    def kappa(self) -> float: ...
+
+class Contact:
+    def __init__(
+        self,
+        *,
+        airway: Airway,
+        enforcement: Multipliers | Penalty | VolumePenalty,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
+        max_passes: typing.SupportsInt | typing.SupportsIndex = 50,
+    ) -> None: ...
+    @property
+    def max_passes(self) -> int: ...
+    @property
+    def tolerance(self) -> float: ...
+
+class Simulation:
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: collections.abc.Sequence[Material],
+        material_names: collections.abc.Sequence[str],
+        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+        *,
+        scheme: Newmark | HilberHughesTaylor,
+        step: typing.SupportsFloat | typing.SupportsIndex = 5e-05,
+        solver_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-08,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        lumped_mass: bool = False,
+        airflow: Airflow | None = None,
+        contact: Contact | None = None,
+        loads: collections.abc.Sequence[Load] = [],
+        gravity: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+        ]
+        | None = None,
+        displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+        velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+        probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
+    ) -> None: ...
+    def advance(self, steps: typing.SupportsInt | typing.SupportsIndex) -> dict[str, typing.Any]: ...
+    def info(self) -> dict[str, typing.Any]: ...
+    def restore(self, state: dict[str, typing.Any]) -> None: ...
+    def set_external_force(self, force: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> None: ...
+    def state(self) -> dict[str, typing.Any]: ...
+    def times(self) -> dict[str, typing.Any]: ...
+    @property
+    def acceleration(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def contact_pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def displacement(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def mass(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    @property
+    def section_height(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def section_major(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def step_count(self) -> int: ...
+    @property
+    def stiffness(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def velocity(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def viscosity(self) -> tuple[typing.Any, ...] | None: ...
+
+def block_mesh(
+    corner: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+    ] = [0.0, 0.0, 0.0],
+    size: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+    ] = [1.0, 1.0, 1.0],
+    divisions: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
+    ] = [1, 1, 1],
+) -> TetMesh: ...
+def boundary(
+    cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]: ...
+def build_info() -> dict[str, typing.Any]: ...
+def check_mesh(mesh: TetMesh) -> None: ...
+def combine(
+    first: TetMesh, second: TetMesh, first_prefix: str = "a.", second_prefix: str = "b."
+) -> TetMesh: ...
+def elasticity_matrix(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
+def flat_triangles(
+    faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> numpy.typing.NDArray[numpy.int32]: ...
+def larynx_defaults() -> dict[str, typing.Any]: ...
+def larynx_mesh(
+    *,
+    sections: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+    major: typing.SupportsFloat | typing.SupportsIndex = 0.007,
+    radius: typing.SupportsFloat | typing.SupportsIndex = 0.008,
+    layer_thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0005,
+    layers_from_section: typing.SupportsInt | typing.SupportsIndex = 4,
+    layers_to_section: typing.SupportsInt | typing.SupportsIndex = 7,
+    levels: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = [
+        2,
+        1,
+        1,
+        1,
+        1,
+        4,
+        1,
+        1,
+        1,
+        1,
+    ],
+    around: typing.SupportsInt | typing.SupportsIndex = 12,
+    cover_rings: typing.SupportsInt | typing.SupportsIndex = 1,
+    ligament_rings: typing.SupportsInt | typing.SupportsIndex = 1,
+    body_rings: typing.SupportsInt | typing.SupportsIndex = 2,
+) -> TetMesh: ...
+def larynx_preset(name: str) -> dict[str, typing.Any]: ...
+def matched_airway(
+    points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    direction: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+    ],
+) -> Airway: ...
+def set_threads(count: typing.SupportsInt | typing.SupportsIndex) -> None: ...
+def signed_volumes(
+    points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def threads() -> int: ...
+def to_quadratic(mesh: TetMesh) -> TetMesh: ...
