@@ -52,12 +52,16 @@ def write(directory: Path, checkpoint: Checkpoint) -> None:
     slot = _SLOTS[1] if held is not None and held[0] == _SLOTS[0] else _SLOTS[0]
 
     def fill(path: Path) -> None:
-        with h5py.File(path, "w", locking=False) as file:
+        # in memory first: a full disk then fails in Python's hands, not in HDF5's
+        with h5py.File(path, "w", driver="core", backing_store=False) as file:
             file.attrs["steps"] = checkpoint.steps
             file.attrs["scene"] = checkpoint.scene
             file.attrs["digest"] = checkpoint.digest()
             for name, array in checkpoint.state.items():
                 file[f"state/{name}"] = np.asarray(array)
+            file.flush()
+            image = file.id.get_file_image()
+        path.write_bytes(image)
 
     replaced(directory / slot, fill)
 

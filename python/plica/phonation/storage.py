@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,10 +30,13 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` make a file beside `path`, put it on the disk and move it to `path` in one step."""
     draft = path.with_name(path.name + ".part")
     with storage_errors(path):
-        write(draft)
-        with draft.open("rb+") as file:
-            os.fsync(file.fileno())
-        os.replace(draft, path)
+        try:
+            write(draft)
+            with draft.open("rb+") as file:
+                os.fsync(file.fileno())
+            os.replace(draft, path)
+        finally:
+            draft.unlink(missing_ok=True)
         directory = os.open(path.parent, os.O_RDONLY)
         try:
             os.fsync(directory)
@@ -42,14 +44,19 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
             os.close(directory)
 
 
-def require_space(directory: Path, needed: int) -> None:
-    """Raise unless the disk has room for `needed` bytes."""
-    free = shutil.disk_usage(directory).free
-    if needed > free:
+def require_space(path: Path, needed: int) -> None:
+    """Raise unless a file of `needed` bytes can be made at `path`: the disk, quotas and limits are asked."""
+    try:
+        with path.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, needed)
+    except OSError as error:
+        reason = os.strerror(error.errno or 0)
         raise StorageFailed(
-            f"{directory}: the results need {needed / 1e9:.2f} GB; {free / 1e9:.2f} GB are free. "
+            f"{path.parent}: the results need {needed / 1e6:.1f} MB there: {reason}. "
             "Take another directory, or a larger output.every or output.start."
-        )
+        ) from None
+    finally:
+        path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -78,8 +78,11 @@ class ResultFile:
         steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
         numbers = sum(np.asarray(values)[:1].size for values in sample.values())
         frame = nodes * (3 + (scene.contact is not None)) * 4
-        require_space(path.parent, 8 * steps * numbers + frames * frame + 100 * nodes + 1_000_000)
+        stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
+        stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
+        size = 8 * steps * numbers + frames * frame + sum(np.asarray(array).nbytes for array in stored)
         draft = path.with_name(path.name + ".part")
+        require_space(draft, size + 200_000)  # and HDF5's own
         with storage_errors(path), h5py.File(draft, "w", locking=False) as file:
             info = _engine.build_info()
             file.attrs["plica_version"] = info["version"]

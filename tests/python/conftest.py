@@ -1,0 +1,70 @@
+"""Small scenes that the tests share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import plica
+
+TINY_LARYNX: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
+
+THESIS_TISSUE: dict[str, dict[str, Any]] = {
+    "body": {"E": 20e3, "nu": 0.45, "E_fibre": 40e3, "nu_fibre": 0.45, "mu_fibre": 30e3, "viscosity": 0.35},
+    "ligament": {
+        "E": 3e3,
+        "nu": 0.58,
+        "E_fibre": 20e3,
+        "nu_fibre": 0.58,
+        "mu_fibre": 40e3,
+        "viscosity": 0.35,
+    },
+    "cover": {"E": 1e3, "nu": 0.66, "E_fibre": 10e3, "nu_fibre": 0.66, "mu_fibre": 10e3, "viscosity": 0.14},
+}
+
+
+@pytest.fixture
+def bar() -> plica.Scene:
+    """A bar held at one end that was given a push: no airflow, no contact, 40 steps."""
+    return plica.Scene(
+        plica.Block(size=("10 mm", "2 mm", "2 mm"), divisions=(4, 1, 1)),
+        {"body": plica.Tissue(E="20 kPa", nu=0.3, viscosity=0.1)},
+        time=plica.Stepping(step="0.1 ms", duration="4 ms"),
+        supports=plica.Supports(fixed=["x_min"]),
+        initial=plica.Initial(velocity={"body": (0.0, 0.0, "0.1 m/s")}),
+        output=plica.Output(every="0.5 ms", probes=[("10 mm", 0.0, 0.0)], checkpoint_every="1 ms"),
+    )
+
+
+@pytest.fixture
+def colliding() -> plica.Scene:
+    """Two bars that fly at each other and touch after ten steps."""
+    size, divisions = (0.010, 0.002, 0.002), (6, 1, 1)
+    return plica.Scene(
+        plica.Blocks(
+            blocks={
+                "a": plica.Block(size=size, divisions=divisions),
+                "b": plica.Block(corner=(0.0101, 0.0, 0.0), size=size, divisions=divisions),
+            }
+        ),
+        {"a": plica.Tissue(E=20e3, nu=0.0), "b": plica.Tissue(E=20e3, nu=0.0)},
+        time=plica.Stepping(step=5e-5, duration=2e-3),
+        contact=plica.Contact(multipliers=plica.Multipliers(), first="a.x_max", second="b.x_min"),
+        initial=plica.Initial(velocity={"a": (0.1, 0.0, 0.0), "b": (-0.1, 0.0, 0.0)}),
+        output=plica.Output(every=2e-4, checkpoint_every=5e-4),
+    )
+
+
+@pytest.fixture
+def phonating() -> plica.Scene:
+    """A very coarse larynx with airflow and contact, 40 steps."""
+    return plica.Scene(
+        plica.Larynx(larynx="coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
+        {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
+        time=plica.Stepping(step=5e-5, duration=2e-3),
+        airflow=plica.Airflow(subglottal_pressure="0.8 kPa"),
+        contact=plica.Multipliers(),
+        initial=plica.Initial(opening_velocity=-1.0),
+        output=plica.Output(every=2e-4, checkpoint_every=5e-4),
+    )

@@ -1,0 +1,103 @@
+"""The command: what it prints, writes and returns."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+import plica
+from plica.cli import main
+
+
+@pytest.fixture
+def scene_file(bar: plica.Scene, tmp_path: Path) -> Path:
+    bar.save(tmp_path / "scene.toml")
+    return tmp_path / "scene.toml"
+
+
+@pytest.mark.slow
+def test_run_ends_with_measures_and_a_report(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", str(scene_file), "-o", str(tmp_path / "run")]) == 0
+    said = capsys.readouterr()
+    assert "report.html" in said.out
+    assert "100%" in said.err
+    names = {path.name for path in (tmp_path / "run").iterdir()}
+    assert {"scene.toml", "results.h5", "fields.xdmf", "measures.json", "report.html"} <= names
+    measures = json.loads((tmp_path / "run" / "measures.json").read_text())
+    assert measures["steps"]["value"] == 40
+    for entry in measures.values():
+        assert {"value", "unit", "spread", "cycles"} <= set(entry)
+    assert plica.Run.load(tmp_path / "run").measures == measures
+
+
+@pytest.mark.slow
+def test_quiet_is_quiet(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", str(scene_file), "-o", str(tmp_path / "run"), "--quiet", "--threads", "1"]) == 0
+    said = capsys.readouterr()
+    assert said.out == said.err == ""
+
+
+@pytest.mark.slow
+def test_measures_and_report_can_be_made_anew(
+    scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    plica.run(plica.Scene.load(scene_file), tmp_path / "run", progress=False)
+    assert main(["measures", str(tmp_path / "run")]) == 0
+    assert "duration" in capsys.readouterr().out
+    assert main(["report", str(tmp_path / "run")]) == 0
+    assert "<html" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["mesh", str(scene_file)]) == 0
+    said = capsys.readouterr().out
+    assert "24 linear tetrahedra, 20 nodes, 60 unknowns, 10 x 2 x 2 mm" in said
+    assert "40.00 mm^3" in said
+    assert "x_min" in said
+
+
+@pytest.mark.parametrize("suffix", ["vtu", "msh", "vtk"])
+@pytest.mark.parametrize("order", [1, 2])
+def test_mesh_writes_what_meshio_reads(scene_file: Path, tmp_path: Path, suffix: str, order: int) -> None:
+    scene_file.write_text(scene_file.read_text().replace("order = 1", f"order = {order}"))
+    path = tmp_path / f"mesh.{suffix}"
+    assert main(["mesh", str(scene_file), "-o", str(path)]) == 0
+    built = plica.build_mesh(plica.Scene.load(scene_file).mesh)
+    read = meshio.read(path)
+    np.testing.assert_allclose(read.points, built.points, atol=1e-15)
+    assert np.array_equal(read.cells[0].data, built.cells)
+
+
+def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["info"]) == 0
+    said = capsys.readouterr().out
+    gpl = plica.build_info()["gpl"]
+    assert ("GPL-3.0-or-later" if gpl else "BSD-3-Clause") in said
+    assert plica.__version__ in said
+    assert "numpy" in said
+
+
+@pytest.mark.parametrize("command", [[], ["run"], ["mesh"], ["info"], ["report"], ["measures"]])
+def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--help"])
+    assert stop.value.code == 0
+    said = capsys.readouterr().out
+    if command in ([], ["run"], ["mesh"]):
+        assert "plica run" in said or "plica mesh" in said
+        assert "example" in said
+
+
+def test_the_command_is_a_module_too() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "plica.cli", "info"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("plica")

@@ -1,0 +1,80 @@
+"""Every example runs, at small size."""
+
+from __future__ import annotations
+
+import runpy
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+SCENES = sorted(path.name for path in EXAMPLES.glob("*.toml"))
+TINY: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
+STEPS = 10
+
+
+def small(path: Path) -> plica.Scene:
+    """The scene on a very coarse larynx for a few steps; its parts are those of the file."""
+    scene = plica.Scene.load(path)
+    mesh: Any = scene.mesh
+    if isinstance(mesh, plica.Larynx):
+        mesh = plica.Larynx(larynx="coarse", order=mesh.order, options=plica.LarynxOptions(**TINY))
+    duration = STEPS * scene.time.step
+    output = plica.Output(every=5 * scene.time.step, probes=scene.output.probes)
+    time = plica.Stepping(**{**dict(scene.time), "duration": duration})
+    return plica.Scene(**{**dict(scene), "mesh": mesh, "time": time, "output": output})
+
+
+def test_there_is_an_example_of_each_kind() -> None:
+    assert {
+        "forced.toml",
+        "free_vibration.toml",
+        "normal_phonation.toml",
+        "own_mesh.toml",
+        "tension_asymmetry.toml",
+        "thesis.toml",
+        "thesis_b.toml",
+    } <= set(SCENES)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_an_example_runs_at_small_size(name: str, tmp_path: Path) -> None:
+    shutil.copytree(EXAMPLES, tmp_path / "examples")
+    if name == "own_mesh.toml":
+        runpy.run_path(str(tmp_path / "examples" / "make_mesh.py"))
+    scene = small(tmp_path / "examples" / name)
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    assert run.status == "finished"
+    assert run.steps == STEPS
+    assert all(np.isfinite(values).all() for values in run.values())
+    assert np.abs(np.asarray(run.displacement)).max() > 0
+    assert ("flow" in run) == (scene.airflow is not None)
+    assert ("contact_rows" in run) == (scene.contact is not None)
+
+
+def test_the_thesis_is_as_printed_and_the_demo_is_corrected() -> None:
+    thesis, half, normal = (
+        plica.Scene.load(EXAMPLES / name)
+        for name in ("thesis.toml", "thesis_b.toml", "normal_phonation.toml")
+    )
+    for layer, tissue in thesis.tissue.items():
+        assert tissue.mu_transverse == pytest.approx(tissue.E / (1 + tissue.nu), rel=1e-12)
+        assert half.tissue[layer].viscosity == pytest.approx(0.5 * tissue.viscosity, rel=1e-12)
+        assert normal.tissue[layer].viscosity == pytest.approx(0.35 * tissue.viscosity, rel=1e-12)
+        assert normal.tissue[layer].mu_transverse is None
+        for field in ("E", "nu", "E_fibre", "nu_fibre", "mu_fibre", "density"):
+            assert getattr(normal.tissue[layer], field) == getattr(tissue, field)
+    assert normal.mesh.order == 2
+
+
+def test_the_tension_mismatch_is_forty_percent() -> None:
+    cover = plica.Scene.load(EXAMPLES / "tension_asymmetry.toml").tissue["cover"]
+    left, right = cover.on("left").E_fibre, cover.on("right").E_fibre
+    assert left is not None
+    assert right is not None
+    assert 100 * (right - left) / right == pytest.approx(40.0)

@@ -1,0 +1,355 @@
+"""Runs: what is stored, what survives a kill, and that a continued run is the same run."""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import plica
+from plica import _engine
+from plica.phonation import checkpoint
+
+PROGRAM = """
+import sys, plica
+scene = plica.Scene.load(sys.argv[1])
+plica.run(scene, sys.argv[2], resume="--resume" in sys.argv, progress=False)
+"""
+
+
+def start(scene: Path, directory: Path, *options: str, **settings: Any) -> subprocess.Popen[str]:
+    command = [sys.executable, "-c", PROGRAM, str(scene), str(directory), *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **settings)
+
+
+def data_sets(path: Path) -> dict[str, Any]:
+    """Every data set but the wall time."""
+    found: dict[str, Any] = {}
+    with h5py.File(path, "r", locking=False) as file:
+        file.visititems(
+            lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+        )
+    del found["progress/seconds"]
+    return found
+
+
+def assert_identical(one: Path, other: Path) -> None:
+    a, b = data_sets(one / "results.h5"), data_sets(other / "results.h5")
+    assert a.keys() == b.keys()
+    for name, values in a.items():
+        one_array, other_array = np.asarray(values), np.asarray(b[name])
+        if one_array.dtype == object:  # texts
+            assert one_array.tolist() == other_array.tolist(), name
+        else:
+            assert one_array.tobytes() == other_array.tobytes(), name
+
+
+def steps_stored(directory: Path) -> int:
+    """Steps that the result file promises; -1 before there is one."""
+    try:
+        with h5py.File(directory / "results.h5", "r", locking=False) as file:
+            return int(file["progress/steps"][()])
+    except OSError:
+        return -1
+
+
+def kill_after(
+    process: subprocess.Popen[str], directory: Path, steps: int, number: int = signal.SIGKILL
+) -> None:
+    """Send a signal as soon as so many steps are stored."""
+    until = time.monotonic() + 60
+    while process.poll() is None and steps_stored(directory) < steps and time.monotonic() < until:
+        time.sleep(0.002)
+    process.send_signal(number)
+    process.communicate()
+
+
+def longer(scene: plica.Scene, factor: int) -> plica.Scene:
+    duration = scene.time.duration
+    return plica.Scene.from_text(
+        scene.text().replace(f"duration = {duration}", f"duration = {factor * duration}")
+    )
+
+
+def test_a_run_stores_every_step_and_the_frames_asked_for(bar: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(bar, tmp_path / "run", progress=False)
+    assert (run.status, run.steps, run.frames) == ("finished", 40, 8)
+    np.testing.assert_allclose(run.time, 1e-4 * np.arange(1, 41), rtol=1e-12)
+    np.testing.assert_allclose(run.fields["time"], 5e-4 * np.arange(1, 9), rtol=1e-12)
+    assert run.displacement.shape == (8, len(run.mesh.points), 3)
+    probe = np.argmin(((run.mesh.points - [0.01, 0, 0]) ** 2).sum(axis=1))
+    stored = run.displacement[:, probe]
+    assert np.abs(stored).max() > 1e-6
+    # the fields are stored in single precision
+    np.testing.assert_allclose(stored, run["probes"][4::5, 0], rtol=1e-6, atol=1e-12)
+    np.testing.assert_array_equal(np.asarray(run.displacement)[-1], run.displacement[-1])
+    assert run.scene == bar
+    assert run.units["kinetic_energy"] == "J"
+    assert not any(np.isnan(values).any() for values in run.values())
+
+
+def test_a_loaded_run_is_the_run(bar: plica.Scene, tmp_path: Path) -> None:
+    made = plica.run(bar, tmp_path / "run", progress=False)
+    loaded = plica.Run.load(tmp_path / "run")
+    assert set(loaded) == set(made)
+    assert all(np.array_equal(loaded[name], made[name]) for name in made)
+    assert plica.Scene.load(tmp_path / "run" / "scene.toml") == bar
+
+
+def test_without_fields_there_are_none(bar: plica.Scene, tmp_path: Path) -> None:
+    scene = plica.Scene.from_text(bar.text().replace("every = 0.0005", ""))
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    assert run.fields == {}
+    assert not (tmp_path / "run" / "fields.xdmf").exists()
+    with pytest.raises(plica.InvalidInput, match=r"output\.every"):
+        run.displacement  # noqa: B018
+    with h5py.File(run.path, "r") as file:
+        assert set(file) == {"mesh", "progress", "waveforms"}
+
+
+def test_fields_can_begin_late(bar: plica.Scene, tmp_path: Path) -> None:
+    scene = plica.Scene.from_text(bar.text().replace("start = 0.0", "start = 0.003"))
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    np.testing.assert_allclose(run.fields["time"], [3e-3, 3.5e-3, 4e-3], rtol=1e-12)
+
+
+def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(phonating, tmp_path / "run", progress=False)
+    data = run.to_xarray()
+    assert data["flow"].dims == ("time",)
+    assert data["section_area"].dims == ("time", "section")
+    assert data["coronal_left"].dims == ("time", "section", "component")
+    assert data["contact_force_first"].dims == ("time", "component")
+    assert data["flow"].attrs["units"] == "m^3/s"
+    np.testing.assert_array_equal(data["section"], run.section_height)
+    assert np.abs(run["flow"]).max() > 0
+
+
+def test_paraviews_index_points_at_what_is_there(colliding: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(colliding, tmp_path / "run", progress=False)
+    tree = ElementTree.parse(tmp_path / "run" / "fields.xdmf")
+    grids = tree.findall(".//Grid[@GridType='Collection']/Grid")
+    assert len(grids) == run.frames == 10
+    with h5py.File(run.path, "r") as file:
+        for item in tree.iter("DataItem"):
+            if item.get("Format") == "HDF":
+                name = (item.text or "").split(":")[1]
+                assert file[name].shape == tuple(int(extent) for extent in item.get("Dimensions", "").split())
+    assert {item.get("Name") for item in grids[0].findall("Attribute")} == {
+        "displacement",
+        "contact_pressure",
+        "cell_layer",
+        "cell_side",
+    }
+
+
+def test_an_occupied_directory_is_left_alone(bar: plica.Scene, tmp_path: Path) -> None:
+    plica.run(bar, tmp_path / "run", progress=False)
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+    with pytest.raises(plica.InvalidInput, match="--resume"):
+        plica.run(bar, tmp_path / "run", progress=False)
+    plica.run(bar, tmp_path / "run", progress=False, resume=True)
+    assert before == {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+
+
+def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: Path) -> None:
+    plica.run(bar, tmp_path / "run", progress=False)
+    other = plica.Scene.from_text(bar.text().replace("nu = 0.3", "nu = 0.31"))
+    with pytest.raises(plica.SceneError, match=r"tissue\.body\.nu = 0\.31; the run has 0\.3"):
+        plica.run(other, tmp_path / "run", progress=False, resume=True)
+
+
+class StopsAfter:
+    """A simulation that raises before its step number `last` + 1."""
+
+    def __init__(self, last: int, error: type[BaseException] = plica.SolveFailed) -> None:
+        self.last, self.error, self.made = last, error, _engine.Simulation
+
+    def __call__(self, *args: Any, **fields: Any) -> Any:
+        inner, last, error = self.made(*args, **fields), self.last, self.error
+
+        class Stopping:
+            def __getattr__(self, name: str) -> Any:
+                return getattr(inner, name)
+
+            def advance(self, steps: int) -> Any:
+                good = last - inner.step_count
+                if steps > good:
+                    if good > 0:
+                        inner.advance(good)
+                    raise error(f"Simulation: no solution at t = {inner.time:g} s.")
+                return inner.advance(steps)
+
+        return Stopping()
+
+
+@pytest.mark.parametrize("last", [1, 17, 39])
+def test_a_step_that_fails_costs_no_step_before_it(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, last: int
+) -> None:
+    whole = plica.run(bar, tmp_path / "whole", progress=False)
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(last))
+    with pytest.raises(plica.SolveFailed, match=f"{last} of 40 steps are kept"):
+        plica.run(bar, tmp_path / "run", progress=False)
+    monkeypatch.undo()
+    run = plica.Run.load(tmp_path / "run")
+    assert (run.status, run.steps) == ("failed", last)
+    assert run.failure.startswith("Simulation: no solution at t = ")
+    assert all(np.array_equal(run[name], whole[name][:last]) for name in whole)
+    plica.run(bar, tmp_path / "run", progress=False, resume=True)
+    assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+def test_a_first_step_that_fails_leaves_nothing(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(0))
+    with pytest.raises(plica.SolveFailed):
+        plica.run(bar, tmp_path / "run", progress=False)
+    assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("damage", ["cut", "turned", "gone", "both"])
+def test_a_damaged_checkpoint_is_passed_over(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str
+) -> None:
+    plica.run(bar, tmp_path / "whole", progress=False)
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(35))
+    with pytest.raises(plica.SolveFailed):
+        plica.run(bar, tmp_path / "run", progress=False)
+    monkeypatch.undo()
+    slots = sorted((tmp_path / "run").glob("checkpoint-*.h5"))
+    assert len(slots) == 2
+    held = checkpoint.newest(tmp_path / "run")
+    assert held is not None
+    assert held.steps == 35
+    for slot in slots:
+        with h5py.File(slot, "r") as file:
+            newest = file.attrs["steps"] == 35
+        if damage == "both":
+            slot.write_bytes(b"")
+        elif newest:
+            content = bytearray(slot.read_bytes())
+            if damage == "turned":
+                with h5py.File(slot, "r+") as file:
+                    file["state/velocity"][-1] += 1.0
+            elif damage == "cut":
+                slot.write_bytes(content[: len(content) // 2])
+            else:
+                slot.unlink()
+    left = checkpoint.newest(tmp_path / "run")
+    assert (left is None) == (damage == "both")
+    assert left is None or left.steps == 30
+    plica.run(bar, tmp_path / "run", progress=False, resume=True)
+    assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+def test_one_process_at_a_time(bar: plica.Scene, tmp_path: Path) -> None:
+    from plica.phonation.storage import only_writer
+
+    (tmp_path / "run").mkdir()
+    with only_writer(tmp_path / "run"), pytest.raises(plica.InvalidInput, match="another process"):
+        plica.run(bar, tmp_path / "run", progress=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["bar", "colliding", "phonating"])
+def test_a_killed_run_can_be_read_and_continues_to_identical_results(
+    name: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    scene = longer(request.getfixturevalue(name), 4)
+    total = scene.time.steps
+    scene.save(tmp_path / "scene.toml")
+    plica.run(scene, tmp_path / "whole", progress=False)
+    whole = plica.Run.load(tmp_path / "whole")
+    seed = random.Random(name)
+    for attempt in range(3):
+        directory = tmp_path / f"run{attempt}"
+        process = start(tmp_path / "scene.toml", directory)
+        kill_after(process, directory, seed.randrange(1, total))
+        for _ in range(2):  # a second kill while it is being continued
+            if steps_stored(directory) >= 0:
+                run = plica.Run.load(directory)
+                assert all(np.array_equal(run[name], whole[name][: run.steps]) for name in whole)
+                assert np.array_equal(
+                    np.asarray(run.displacement), np.asarray(whole.displacement)[: run.frames]
+                )
+            process = start(tmp_path / "scene.toml", directory, *(["--resume"] if directory.exists() else []))
+            kill_after(process, directory, min(total - 1, steps_stored(directory) + seed.randrange(1, 20)))
+        last = start(tmp_path / "scene.toml", directory, "--resume")
+        _, said = last.communicate()
+        assert last.returncode == 0, said
+        assert_identical(directory, tmp_path / "whole")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_asked_to_stop_keeps_everything(bar: plica.Scene, tmp_path: Path, number: int) -> None:
+    scene = longer(bar, 1000)
+    scene.save(tmp_path / "scene.toml")
+    process = start(tmp_path / "scene.toml", tmp_path / "run")
+    kill_after(process, tmp_path / "run", 20, number)
+    run = plica.Run.load(tmp_path / "run")
+    assert run.status == "interrupted"
+    assert 20 <= run.steps < scene.time.steps
+    held = checkpoint.newest(tmp_path / "run")
+    assert held is not None
+    assert held.steps == run.steps
+
+
+@pytest.mark.slow
+def test_a_full_disk_is_one_sentence_and_leaves_nothing(bar: plica.Scene, tmp_path: Path) -> None:
+    bar.save(tmp_path / "scene.toml")
+
+    def limit() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+
+    command = [
+        sys.executable,
+        "-m",
+        "plica.cli",
+        "run",
+        str(tmp_path / "scene.toml"),
+        "-o",
+        str(tmp_path / "run"),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, preexec_fn=limit, check=False)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "the results need" in done.stderr
+    assert "File too large" in done.stderr
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path: Path) -> None:
+    from plica.phonation.storage import replaced
+
+    def fill_the_disk(path: Path) -> None:
+        path.write_text("half")
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    path = tmp_path / "file"
+    path.write_text("old")
+    with pytest.raises(plica.StorageFailed, match="file: cannot be written: No space left on device"):
+        replaced(path, fill_the_disk)
+    assert [(left.name, left.read_text()) for left in tmp_path.iterdir()] == [("file", "old")]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_a_directory_that_cannot_be_written_is_one_sentence(bar: plica.Scene, tmp_path: Path) -> None:
+    (tmp_path / "closed").mkdir(mode=0o500)
+    with pytest.raises(plica.StorageFailed, match="Permission denied"):
+        plica.run(bar, tmp_path / "closed" / "run", progress=False)
