@@ -1,8 +1,7 @@
-#include "plica/dynamics/simulation.hpp"
-
 #include "arrays.hpp"
 #include "dynamics_state.hpp"
 #include "engine.hpp"
+#include "plica/dynamics/simulation.hpp"
 
 using namespace plica;
 using namespace plica::python;
@@ -40,8 +39,10 @@ Multipliers multipliers(const std::string& solver, const std::string& position) 
 void bind_options(py::module_& engine) {
   const Newmark newmark;
   py::class_<Newmark>(engine, "Newmark")
-      .def(py::init([](double beta, double gamma) { return Newmark{beta, gamma}; }), py::kw_only(),
-           py::arg("beta") = newmark.beta, py::arg("gamma") = newmark.gamma)
+      .def(py::init([](double beta, double gamma) {
+             return Newmark{beta, gamma};
+           }),
+           py::kw_only(), py::arg("beta") = newmark.beta, py::arg("gamma") = newmark.gamma)
       .def_readonly("beta", &Newmark::beta)
       .def_readonly("gamma", &Newmark::gamma);
   const HilberHughesTaylor hht;
@@ -73,10 +74,11 @@ void bind_options(py::module_& engine) {
            py::arg("subglottal_pressure") = part.flow.subglottal_pressure,
            py::arg("air_density") = part.flow.air_density,
            py::arg("zero_flow_fraction") = part.flow.zero_flow_fraction, py::arg("area") = "elliptic",
-           py::arg("coupling") = part.coupling)
+           py::arg_v("coupling", part.coupling, "..."))
       .def_readonly("surface", &AirflowPart::surface)
       .def_readonly("coupling", &AirflowPart::coupling)
-      .def_property_readonly("subglottal_pressure", [](const AirflowPart& a) { return a.flow.subglottal_pressure; })
+      .def_property_readonly("subglottal_pressure",
+                             [](const AirflowPart& a) { return a.flow.subglottal_pressure; })
       .def_property_readonly("air_density", [](const AirflowPart& a) { return a.flow.air_density; })
       .def_property_readonly("zero_flow_fraction", [](const AirflowPart& a) { return a.flow.zero_flow_fraction; })
       .def_property_readonly("area", [](const AirflowPart& a) {
@@ -85,20 +87,21 @@ void bind_options(py::module_& engine) {
 
   const Load load;
   py::class_<Load>(engine, "Load")
-      .def(py::init([](std::string surface, const std::array<double, 3>& traction, double frequency, double phase) {
-             return Load{std::move(surface), Vector3(traction[0], traction[1], traction[2]), frequency, phase};
-           }),
-           py::kw_only(), py::arg("surface"), py::arg("traction"), py::arg("frequency") = load.frequency,
-           py::arg("phase") = load.phase);
+      .def(
+          py::init([](std::string surface, const std::array<double, 3>& traction, double frequency, double phase) {
+            return Load{std::move(surface), Vector3(traction[0], traction[1], traction[2]), frequency, phase};
+          }),
+          py::kw_only(), py::arg("surface"), py::arg("traction"), py::arg("frequency") = load.frequency,
+          py::arg("phase") = load.phase);
 }
 
 void bind_enforcement(py::module_& engine) {
   py::class_<Multipliers>(engine, "Multipliers")
       .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "condensed",
            py::arg("position") = "end_of_step")
-      .def_property_readonly("solver", [](const Multipliers& m) {
-        return std::holds_alternative<Gmres>(m.solver) ? "gmres" : "condensed";
-      })
+      .def_property_readonly(
+          "solver",
+          [](const Multipliers& m) { return std::holds_alternative<Gmres>(m.solver) ? "gmres" : "condensed"; })
       .def_property_readonly("position", [](const Multipliers& m) {
         return std::holds_alternative<Weighted>(m.position) ? "weighted" : "end_of_step";
       });
@@ -123,7 +126,8 @@ void bind_enforcement(py::module_& engine) {
       .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; });
 }
 
-Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed, std::ptrdiff_t nodes) {
+Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed,
+                     std::ptrdiff_t nodes) {
   if (fixed.ndim() != 2 || fixed.shape(0) != nodes || fixed.shape(1) != 3)
     wrong_shape("Simulation", "fixed", fixed, "(" + std::to_string(nodes) + ", 3)");
   Supports supports(nodes);
@@ -183,18 +187,22 @@ void bind_dynamics(py::module_& engine) {
            py::arg("step") = options.step, py::arg("solver_tolerance") = options.solver.tolerance,
            py::arg("max_iterations") = options.solver.max_iterations, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
-           py::arg("gravity") = py::none(), py::arg("displacement") = py::none(),
-           py::arg("velocity") = py::none(), py::arg("probes") = py::none())
+           py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
+           py::arg("probes") = py::none())
       .def("advance", &SteppedSimulation::advance, py::arg("steps"))
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
-      .def("restore",
-           [](SteppedSimulation& self, const py::dict& state) { self.simulation().restore(state_from_dict(state)); },
-           py::arg("state"))
-      .def("set_external_force",
-           [](SteppedSimulation& self, const RealArray& force) {
-             self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));
-           },
-           py::arg("force"))
+      .def(
+          "restore",
+          [](SteppedSimulation& self, const py::dict& state) {
+            self.simulation().restore(state_from_dict(state));
+          },
+          py::arg("state"))
+      .def(
+          "set_external_force",
+          [](SteppedSimulation& self, const RealArray& force) {
+            self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));
+          },
+          py::arg("force"))
       .def("info", &SteppedSimulation::info)
       .def("times", &SteppedSimulation::times)
       .def_property_readonly("time", [](const SteppedSimulation& self) { return self.simulation().time(); })
@@ -217,10 +225,9 @@ void bind_dynamics(py::module_& engine) {
           [](const SteppedSimulation& self) { return give(self.simulation().contact_pressure()); })
       .def_property_readonly(
           "mass", [](const SteppedSimulation& self) { return give_csr(self.simulation().mass().to_sparse()); })
-      .def_property_readonly("stiffness",
-                             [](const SteppedSimulation& self) {
-                               return give_csr(self.simulation().stiffness().to_sparse());
-                             })
+      .def_property_readonly(
+          "stiffness",
+          [](const SteppedSimulation& self) { return give_csr(self.simulation().stiffness().to_sparse()); })
       .def_property_readonly("viscosity",
                              [](const SteppedSimulation& self) -> std::optional<py::tuple> {
                                const auto& viscosity = self.simulation().viscosity();

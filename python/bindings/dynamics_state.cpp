@@ -89,8 +89,9 @@ class Records {
   void add(std::ptrdiff_t k) {
     const StepRecord& record = simulation_.record();
     const Ledger& ledger = simulation_.state().ledger;
-    put(always_, k, {record.time, ledger.kinetic, ledger.elastic, ledger.load_work, ledger.viscous_loss,
-                     ledger.numerical_loss, ledger.error()});
+    put(always_, k,
+        {record.time, ledger.kinetic, ledger.elastic, ledger.load_work, ledger.viscous_loss, ledger.numerical_loss,
+         ledger.error()});
     iterations_[k] = record.iterations;
     inverted_[k] = record.inverted_tissue;
     for (std::ptrdiff_t p = 0; p < probes_.size(); ++p)
@@ -125,8 +126,9 @@ class Records {
   void add_contact(std::ptrdiff_t k, const ContactRecord& contact, double work) {
     Eigen::Map<Vector3>(force_first_ + 3 * k) = contact.force_first;
     Eigen::Map<Vector3>(force_second_ + 3 * k) = contact.force_second;
-    put(contact_, k, {contact.area, contact.length, contact.peak_pressure, contact.deepest_gap,
-                      contact.overlap_volume, contact.edge_overlap_volume, contact.largest_multiplier, work});
+    put(contact_, k,
+        {contact.area, contact.length, contact.peak_pressure, contact.deepest_gap, contact.overlap_volume,
+         contact.edge_overlap_volume, contact.largest_multiplier, work});
     put(contact_counts_, k, {contact.rows, contact.passes});
   }
 
@@ -148,6 +150,7 @@ py::dict state_to_dict(const State& state) {
   dict["step"] = state.step;
   for_vectors(state, [&](const char* name, const Vector& v) { dict[name] = give(Vector(v)); });
   dict["closed"] = py::array_t<std::int32_t>(static_cast<py::ssize_t>(state.closed.size()), state.closed.data());
+  dict["depth"] = state.depth;
   dict["flow_stopped"] = state.flow_stopped;
   for_energies(state.ledger, [&](const char* name, double value) { dict[name] = value; });
   return dict;
@@ -157,12 +160,14 @@ State state_from_dict(const py::dict& dict) {
   State state;
   const auto entry = [&](const char* name) -> py::object {
     if (!dict.contains(name))
-      throw InvalidInput(std::string("Simulation: state lacks \"") + name + "\"; it must be one that state() gave.");
+      throw InvalidInput(std::string("Simulation: state lacks \"") + name +
+                         "\"; it must be one that state() gave.");
     return dict[name];
   };
   state.step = entry("step").cast<std::int64_t>();
   for_vectors(state, [&](const char* name, Vector& v) { v = entry(name).cast<Vector>(); });
   for (const py::handle key : entry("closed")) state.closed.push_back(key.cast<std::int32_t>());
+  state.depth = entry("depth").cast<double>();
   state.flow_stopped = entry("flow_stopped").cast<bool>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });
   return state;

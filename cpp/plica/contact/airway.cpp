@@ -83,7 +83,8 @@ class AcrossGrid {
 };
 
 /// The node of `grid` that faces each of `nodes`.
-std::unordered_map<std::int32_t, std::int32_t> partners(const Points& points, const std::vector<std::int32_t>& nodes,
+std::unordered_map<std::int32_t, std::int32_t> partners(const Points& points,
+                                                        const std::vector<std::int32_t>& nodes,
                                                         const AcrossGrid& grid, const std::string& own,
                                                         const std::string& other) {
   std::unordered_map<std::int32_t, std::int32_t> partner;
@@ -141,7 +142,8 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
   if (!(tolerance > 0) || !std::isfinite(tolerance))
     throw InvalidInput("matched_airway", "extent of the surfaces", tolerance * 1e6, "m", "> 0 and finite");
   const Vector3 d = direction.normalized();
-  const auto partner = partners(points, first_nodes, AcrossGrid(points, second_nodes, d, tolerance), "first", "second");
+  const auto partner =
+      partners(points, first_nodes, AcrossGrid(points, second_nodes, d, tolerance), "first", "second");
   partners(points, second_nodes, AcrossGrid(points, first_nodes, d, tolerance), "second", "first");
 
   std::vector<Triangle> offered;
@@ -152,9 +154,11 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
   for (std::ptrdiff_t f = 0; f < first.rows(); ++f) {
     const Triangle a{first(f, 0), first(f, 1), first(f, 2)};
     const Triangle b{partner.at(a[0]), partner.at(a[1]), partner.at(a[2])};
-    const Vector3 p = points.row(a[0]).transpose(), q = points.row(a[1]).transpose(), r = points.row(a[2]).transpose();
+    const Vector3 p = points.row(a[0]).transpose(), q = points.row(a[1]).transpose(),
+                  r = points.row(a[2]).transpose();
     if (!std::binary_search(offered.begin(), offered.end(), from_smallest({b[0], b[2], b[1]})))
-      throw InvalidInput("matched_airway: triangle " + std::to_string(f) + " of first at " + place((p + q + r) / 3) +
+      throw InvalidInput("matched_airway: triangle " + std::to_string(f) + " of first at " +
+                         place((p + q + r) / 3) +
                          "; must have its mirrored partner, of opposite sense, in second. "
                          "Are both surfaces outward and cut by the same diagonals?");
     const auto begin = tets.size();

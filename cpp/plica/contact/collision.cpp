@@ -54,7 +54,7 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
   return pairs;
 }
 
-void Collision::find_candidates(const Points& x, bool first_pass, std::vector<std::int32_t>& keys) {
+void Collision::find_candidates(const Points& x, double reach, bool first_pass, std::vector<std::int32_t>& keys) {
   const auto add = [&](std::int32_t key) {
     const auto at = std::lower_bound(keys.begin(), keys.end(), key);
     if (at == keys.end() || *at != key) keys.insert(at, key);
@@ -62,26 +62,27 @@ void Collision::find_candidates(const Points& x, bool first_pass, std::vector<st
   if (std::holds_alternative<VolumePenalty>(enforcement_)) {
     for (const std::int32_t tet : detector_.inverted_tets()) {
       const Pair by_volume = detector_.volume_pair(tet, x, 1.0);
-      if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).gap(x) < 0) add(tet);
+      if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).penetrates(x, reach)) add(tet);
     }
     return;
   }
   for (const std::int32_t node : detector_.candidates(detector_.slave_side()))
-    if (detector_.pair(node, x).gap(x) < 0) add(node);
+    if (detector_.pair(node, x).penetrates(x, reach)) add(node);
   const bool exact = std::holds_alternative<Multipliers>(enforcement_);
   if (!exact || (first_pass && !keys.empty())) return;
   for (const std::int32_t node : detector_.candidates(detector_.master_side()))
-    if (detector_.pair(node, x).gap(x) < -tolerance()) add(node);
+    if (const Pair pair = detector_.pair(node, x); pair.gap(x) < -tolerance() && pair.penetrates(x, reach))
+      add(node);
 }
 
-Contacts Collision::solve(const Points& x_free, double scale, const std::vector<std::int32_t>& warm, Points& x) {
+Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
   Contacts contacts;
-  std::vector<std::int32_t> keys = warm, closed = warm;  // candidates of this step; those with force
+  std::vector<std::int32_t> keys = before.closed;  // candidates of this step
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
     detector_.update(x);
-    find_candidates(x, contacts.passes == 0, keys);
+    find_candidates(x, detector_.reach(before.x, x, before.depth), contacts.passes == 0, keys);
     std::vector<Pair> pairs = pairs_at(x, keys);
     if (pairs.empty()) return contacts;
 
@@ -109,9 +110,10 @@ Contacts Collision::solve(const Points& x_free, double scale, const std::vector<
     std::vector<char> guess(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       gap_free[i] = pairs[i].gap(x_free);
-      guess[i] = contacts.passes == 0
-                     ? std::binary_search(closed.begin(), closed.end(), pairs[i].key) || gap_free[i] < 0
-                     : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
+      guess[i] =
+          contacts.passes == 0
+              ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || gap_free[i] < 0
+              : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
     }
     Complementarity solution = path_->solve(pairs, gap_free, scale, std::move(guess), 0.1 * tolerance());
     contacts.pivots += solution.pivots;

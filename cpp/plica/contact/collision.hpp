@@ -7,9 +7,9 @@ namespace plica {
 /// The contact forces of one configuration, and how they were found.
 struct Contacts {
   std::vector<Pair> pairs;
-  Vector force;      // (pairs) N, >= 0; the multiplier of Paper A is its negative
-  int passes = 0;    // linearisations of the pairs
-  int pivots = 0;    // active sets tried, over all passes
+  Vector force;    // (pairs) N, >= 0; the multiplier of Paper A is its negative
+  int passes = 0;  // linearisations of the pairs
+  int pivots = 0;  // active sets tried, over all passes
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
 };
 
@@ -33,13 +33,18 @@ class Collision {
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
 
+  /// What is known from the step before.
+  struct Before {
+    const Points& x;                          // (n, 3) m
+    const std::vector<std::int32_t>& closed;  // keys of the pairs that carried force, ascending
+    double depth;                             // m, >= 0: deepest penetration
+  };
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
-  /// `warm`: keys of the pairs that carried force before, in ascending order.
-  Contacts solve(const Points& x_free, double scale, const std::vector<std::int32_t>& warm, Points& x);
+  Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
 
  private:
   std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
-  void find_candidates(const Points& x, bool first_pass, std::vector<std::int32_t>& keys);
+  void find_candidates(const Points& x, double reach, bool first_pass, std::vector<std::int32_t>& keys);
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;

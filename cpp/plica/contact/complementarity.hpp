@@ -9,9 +9,9 @@ namespace plica {
 
 /// How the search for the active set ended.
 struct Complementarity {
-  Vector force;             // (r) p >= 0
-  std::vector<char> active; // (r) 1 where the row is closed
-  int pivots = 0;           // active sets tried
+  Vector force;              // (r) p >= 0
+  std::vector<char> active;  // (r) 1 where the row is closed
+  int pivots = 0;            // active sets tried
   bool converged = false;
 };
 
@@ -20,7 +20,8 @@ using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& 
 
 /// Finds p >= 0, w >= 0, p . w = 0 by block principal pivoting: all infeasible rows change sides at once; when
 /// their number does not fall for three exchanges, the last infeasible row alone does (Murty's rule, finite
-/// for positive definite problems) until it falls. `active` is the first guess. w counts as >= 0 above -gap_tolerance.
+/// for positive definite problems) until it falls. `active` is the first guess. w counts as >= 0 above
+/// -gap_tolerance.
 Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance);
 
 /// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense symmetric positive semi-definite W (r, r) m/N and q (r) m.

@@ -86,7 +86,8 @@ class GmresPath final : public ContactPath {
     const auto n = static_cast<std::ptrdiff_t>(candidates.size());
     Eigen::MatrixXd S(n, n);
     for (std::ptrdiff_t i = 0; i < n; ++i)
-      for (std::ptrdiff_t j = 0; j <= i; ++j) S(i, j) = S(j, i) = coupling(rows_[candidates[i]], rows_[candidates[j]]);
+      for (std::ptrdiff_t j = 0; j <= i; ++j)
+        S(i, j) = S(j, i) = coupling(rows_[candidates[i]], rows_[candidates[j]]);
     const Vector own = S.diagonal();
     std::vector<std::ptrdiff_t> kept;
     for (std::ptrdiff_t step = 0; step < n; ++step) {

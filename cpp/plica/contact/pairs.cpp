@@ -10,9 +10,7 @@ namespace {
 
 double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
   const Vector3 o = x.row(tet[0]);
-  return (x.row(tet[1]).transpose() - o)
-             .cross(x.row(tet[2]).transpose() - o)
-             .dot(x.row(tet[3]).transpose() - o) /
+  return (x.row(tet[1]).transpose() - o).cross(x.row(tet[2]).transpose() - o).dot(x.row(tet[3]).transpose() - o) /
          6.0;
 }
 
@@ -41,7 +39,8 @@ Detector::Detector(Airway airway, const Points& reference)
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const std::int32_t a = airway_.tets(t, i), b = airway_.tets(t, j);
-        if (first_.contains(a) != first_.contains(b) || second_.contains(a) != second_.contains(b)) partner_[a] = b;
+        if (first_.contains(a) != first_.contains(b) || second_.contains(a) != second_.contains(b))
+          partner_[a] = b;
       }
 }
 
@@ -114,7 +113,7 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   return pair;
 }
 
-std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x) const {
+std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x, double reach) const {
   std::vector<EdgeCrossing> found;
   for (const std::int32_t t : inverted_) {
     std::array<std::int32_t, 2> e1{}, e2{};
@@ -139,19 +138,29 @@ std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x) const {
     const double s = (r.dot(d1) * d22 - r.dot(d2) * d12) / det, u = (r.dot(d1) * d12 - r.dot(d2) * d11) / det;
     if (s <= 0 || s >= 1 || u <= 0 || u >= 1) continue;
     const Vector3 p1 = a + s * d1, p2 = b + u * d2;
+    const Vector3 across = p2 - p1;
     const Vector3 facing = (1 - s) * first_.normal(e1[0]) + s * first_.normal(e1[1]) -
                            (1 - u) * second_.normal(e2[0]) - u * second_.normal(e2[1]);
-    if ((p2 - p1).dot(facing) < 0)
+    const double wrong_way = -across.dot(facing.normalized());
+    if (wrong_way > 0 && wrong_way <= reach && 4 * wrong_way * wrong_way >= across.squaredNorm())
       found.push_back({0.5 * (p1 + p2), std::abs(volume(x, airway_.tets.row(t)))});
   }
   return found;
 }
 
-double Detector::overlap_volume(const Points& x) {
+double Detector::reach(const Points& before, const Points& x, double depth) const {
+  double largest = 0;
+  for (const std::int32_t node : nodes_)
+    largest = std::max(largest, (x.row(node) - before.row(node)).squaredNorm());
+  return 2 * std::sqrt(largest) + depth;
+}
+
+double Detector::overlap_volume(const Points& x, double reach) {
   double sum = 0;
   for (const std::int32_t t : inverted_) {
     const Pair by_volume = volume_pair(t, x, 1.0);
-    if (by_volume.key >= 0 && pair(by_volume.slave, x).gap(x) < 0) sum += std::abs(volume(x, airway_.tets.row(t)));
+    if (by_volume.key >= 0 && pair(by_volume.slave, x).penetrates(x, reach))
+      sum += std::abs(volume(x, airway_.tets.row(t)));
   }
   return sum;
 }

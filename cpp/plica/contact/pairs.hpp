@@ -16,10 +16,20 @@ struct Pair {
   Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's
   double stiffness = 0.0;            // N/m, 0: exact
 
-  double gap(const Points& x) const {
+  /// x_s - sum_k w_k x_k, m.
+  Vector3 offset(const Points& x) const {
     Vector3 d = x.row(slave);
     for (int k = 0; k < 3; ++k) d -= weights[k] * x.row(master[k]).transpose();
-    return normal.dot(d);
+    return d;
+  }
+  double gap(const Points& x) const { return normal.dot(offset(x)); }
+  /// Whether the slave really lies behind the master: the gap is negative, no deeper than the `reach` (m) that the
+  /// motion since it was outside allows, and the way to the foot is along the normal rather than across it.
+  /// (Beside or across from a strongly bent surface a gap can be negative although nothing has crossed.)
+  bool penetrates(const Points& x, double reach) const {
+    const Vector3 d = offset(x);
+    const double g = normal.dot(d);
+    return g < 0 && -g <= reach && 4 * g * g >= d.squaredNorm();
   }
   /// Adds the force p (N, > 0 pushes apart) on both sides to `force` (3 n).
   void add_force(double p, Vector& force) const;
@@ -63,9 +73,12 @@ class Detector {
   Pair volume_pair(std::int32_t tet, const Points& x, double kappa) const;
   /// Edge-to-edge tetrahedra whose edges have really crossed: the closest points of the two edges are
   /// inner ones and lie on the wrong side of each other.
-  std::vector<EdgeCrossing> edge_crossings(const Points& x) const;
-  /// Sum of |V| over inverted tetrahedra with one node on one side whose slave is confirmed, m^3.
-  double overlap_volume(const Points& x);
+  std::vector<EdgeCrossing> edge_crossings(const Points& x, double reach) const;
+  /// Sum of |V| over inverted tetrahedra with one node on one side whose slave penetrates, m^3.
+  double overlap_volume(const Points& x, double reach);
+  /// Largest depth (m) that two surfaces can have at x if they were `depth` (m) deep at `before`: twice the
+  /// largest displacement of a surface node, plus that depth.
+  double reach(const Points& before, const Points& x, double depth) const;
 
  private:
   Airway airway_;

@@ -99,8 +99,7 @@ Foot ContactSurface::foot_on(const Points& x, const Vector3& p, std::int32_t tri
   Foot foot;
   foot.triangle = triangle;
   foot.weights = closest_weights(p, a, b, c);
-  foot.squared_distance =
-      (p - foot.weights[0] * a - foot.weights[1] * b - foot.weights[2] * c).squaredNorm();
+  foot.squared_distance = (p - foot.weights[0] * a - foot.weights[1] * b - foot.weights[2] * c).squaredNorm();
   return foot;
 }
 

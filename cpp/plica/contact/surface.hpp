@@ -39,9 +39,9 @@ class ContactSurface {
   Foot foot_on(const Points& x, const Vector3& p, std::int32_t triangle) const;
 
   Triangles triangles_;
-  std::vector<std::int32_t> nodes_;                 // ascending
-  std::vector<std::int32_t> local_;                 // node of the mesh -> position in nodes_, or -1
-  std::vector<std::int32_t> fan_start_, fan_;       // triangles around each local node
+  std::vector<std::int32_t> nodes_;            // ascending
+  std::vector<std::int32_t> local_;            // node of the mesh -> position in nodes_, or -1
+  std::vector<std::int32_t> fan_start_, fan_;  // triangles around each local node
   std::vector<Vector3> normals_;
   std::vector<double> areas_;
 };

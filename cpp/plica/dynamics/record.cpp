@@ -35,6 +35,7 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   ContactRecord record;
   Detector& detector = collision_->detector();
   detector.update(x);
+  const double reach = detector.reach(step.x_previous, x, step.depth_before);
   const Contacts& contacts = step.contacts;
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
@@ -60,9 +61,11 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   }
   for (const ContactSurface* side : {&detector.first(), &detector.second()})
     for (const std::int32_t node : detector.candidates(*side))
-      record.deepest_gap = std::min(record.deepest_gap, detector.pair(node, x).gap(x));
-  record.overlap_volume = detector.overlap_volume(x);
-  for (const EdgeCrossing& crossing : detector.edge_crossings(x)) record.edge_overlap_volume += crossing.volume;
+      if (const Pair pair = detector.pair(node, x); pair.penetrates(x, reach))
+        record.deepest_gap = std::min(record.deepest_gap, pair.gap(x));
+  record.overlap_volume = detector.overlap_volume(x, reach);
+  for (const EdgeCrossing& crossing : detector.edge_crossings(x, reach))
+    record.edge_overlap_volume += crossing.volume;
   return record;
 }
 

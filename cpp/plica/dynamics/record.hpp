@@ -16,16 +16,16 @@ struct FlowRecord {
 /// What contact did in a step, at x_{n+1}.
 struct ContactRecord {
   Vector3 force_first = Vector3::Zero(), force_second = Vector3::Zero();  // N, summed over the nodes of each side
-  int rows = 0;                     // closed pairs
+  int rows = 0;                                                           // closed pairs
   int passes = 0;
   int pivots = 0;
-  double area = 0.0;                // m^2, mean of both sides' loaded tributary areas
-  double length = 0.0;              // m, anteroposterior extent of the loaded nodes
-  double peak_pressure = 0.0;       // Pa, nodal force over tributary area
-  double deepest_gap = 0.0;         // m, <= 0: worst confirmed node gap
-  double overlap_volume = 0.0;      // m^3, inverted tetrahedra with a confirmed slave
-  double edge_overlap_volume = 0.0; // m^3, crossed edges
-  double largest_multiplier = 0.0;  // N, <= 0 where none is tensile
+  double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
+  double length = 0.0;               // m, anteroposterior extent of the loaded nodes
+  double peak_pressure = 0.0;        // Pa, nodal force over tributary area
+  double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
+  double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
+  double edge_overlap_volume = 0.0;  // m^3, crossed edges
+  double largest_multiplier = 0.0;   // N, <= 0 where none is tensile
 };
 
 /// One step as it was.

@@ -52,9 +52,9 @@ struct Scene {
   std::optional<AirflowPart> airflow;
   std::optional<ContactPart> contact;
   std::vector<Load> loads;
-  std::optional<Vector3> gravity;       // m/s^2
-  std::optional<Points> displacement;   // (n, 3) m at t = 0
-  std::optional<Points> velocity;       // (n, 3) m/s at t = 0
+  std::optional<Vector3> gravity;      // m/s^2
+  std::optional<Points> displacement;  // (n, 3) m at t = 0
+  std::optional<Points> velocity;      // (n, 3) m/s at t = 0
 };
 
 }  // namespace plica

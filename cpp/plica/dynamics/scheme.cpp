@@ -9,7 +9,8 @@ namespace {
 struct Coefficients {
   SchemeCoefficients operator()(const Newmark& scheme) const {
     if (!(scheme.beta > 0))
-      throw InvalidInput("Newmark", "beta", scheme.beta, "", "> 0", "Explicit schemes (beta = 0) are not offered.");
+      throw InvalidInput("Newmark", "beta", scheme.beta, "", "> 0",
+                         "Explicit schemes (beta = 0) are not offered.");
     if (!(scheme.gamma >= 0.5))
       throw InvalidInput("Newmark", "gamma", scheme.gamma, "", ">= 1/2", "Below, energy grows without bound.");
     if (!(2 * scheme.beta >= scheme.gamma))

@@ -28,8 +28,8 @@ std::optional<BlockMatrix> assemble_viscosity(const Assembler& assembler, const 
 }
 
 /// m M + c C + k K with the held unknowns taken out.
-BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C, double k,
-                             const BlockMatrix& K, const Supports& supports) {
+BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C,
+                             double k, const BlockMatrix& K, const Supports& supports) {
   BlockMatrix A(K.pattern());
   for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] = k * K.values()[i];
   if (C)
@@ -41,7 +41,8 @@ BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std
 }
 
 BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const NodalMatrix& M,
-                        const std::optional<BlockMatrix>& C, const BlockMatrix& K, const Supports& supports) {
+                                 const std::optional<BlockMatrix>& C, const BlockMatrix& K,
+                                 const Supports& supports) {
   return combine_matrices(1.0, M, (1 + s.alpha) * s.gamma * h, C, (1 + s.alpha) * s.beta * h * h, K, supports);
 }
 
@@ -57,7 +58,8 @@ Scene checked(Scene scene) {
     if (field->rows() != n)
       throw InvalidInput("Scene", name, static_cast<double>(field->rows()), "rows",
                          "one row a node (" + std::to_string(n) + ")");
-    if (!field->allFinite()) throw InvalidInput(std::string("Scene: ") + name + " has a value that is not finite.");
+    if (!field->allFinite())
+      throw InvalidInput(std::string("Scene: ") + name + " has a value that is not finite.");
   };
   check_field(scene.displacement, "displacement");
   check_field(scene.velocity, "velocity");
@@ -203,7 +205,10 @@ void Simulation::finish(Step& step) {
   const Stopwatch watch(times_.record);
   const Points x = positions();
   record_.inverted_tissue = static_cast<int>((signed_volumes(x, scene_.mesh.cells).array() <= 0).count());
-  if (collision_) record_.contact = contact_record(step, x);
+  if (collision_) {
+    record_.contact = contact_record(step, x);
+    state_.depth = -record_.contact->deepest_gap;
+  }
 }
 
 void Simulation::update_ledger(const State& before) {

@@ -19,8 +19,8 @@ class Simulation {
   enum class Mass { consistent, lumped };
   struct Options {
     TimeScheme scheme = HilberHughesTaylor{};
-    double step = 50e-6;          // s, > 0
-    KrylovOptions solver;         // of the step's linear systems
+    double step = 50e-6;   // s, > 0
+    KrylovOptions solver;  // of the step's linear systems
     Mass mass = Mass::consistent;
     void validate() const;
   };

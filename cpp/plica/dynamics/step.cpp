@@ -18,6 +18,7 @@ Simulation::Step::Step(Simulation& simulation) {
     inner_force += *simulation.viscosity_ * Vector(c.alpha * s.velocity - weight * velocity_predictor);
   scene_load = simulation.scene_load(simulation.time() + weight * h);
   x_previous = simulation.positions();
+  depth_before = s.depth;
   load = scene_load;
   free_acceleration = s.acceleration;
   flow_stopped = s.flow_stopped;
@@ -45,13 +46,14 @@ void Simulation::move(Step& step) {
 
   const Stopwatch watch(times_.contact);
   const auto* multipliers = std::get_if<Multipliers>(&scene_.contact->enforcement);
+  const Collision::Before before{step.x_previous, state_.closed, state_.depth};
   Points touching;
   if (!multipliers || std::holds_alternative<EndOfStep>(multipliers->position)) {
-    step.contacts = collision_->solve(step.x, scheme_.beta * h * h, state_.closed, touching);
+    step.contacts = collision_->solve(step.x, scheme_.beta * h * h, before, touching);
     step.x = std::move(touching);
   } else {
     const Points weighted = weight * step.x - scheme_.alpha * step.x_previous;
-    step.contacts = collision_->solve(weighted, weight * scheme_.beta * h * h, state_.closed, touching);
+    step.contacts = collision_->solve(weighted, weight * scheme_.beta * h * h, before, touching);
     step.x = (touching + scheme_.alpha * step.x_previous) / weight;
   }
 }
@@ -73,7 +75,8 @@ bool Simulation::flow_blocked(const Step& step) {
     if (airflow_->blocks(place[1], place[2])) return true;
   }
   if (!collision_) return false;
-  const auto crossings = collision_->detector().edge_crossings(step.x);
+  const Detector& detector = collision_->detector();
+  const auto crossings = detector.edge_crossings(step.x, detector.reach(step.x_previous, step.x, state_.depth));
   return std::any_of(crossings.begin(), crossings.end(),
                      [&](const EdgeCrossing& c) { return airflow_->blocks(c.place[1], c.place[2]); });
 }
@@ -116,7 +119,8 @@ void Simulation::iterate(Step& step, const Iterated& coupling) {
     x = (1 + scheme_.alpha) * step.x - scheme_.alpha * step.x_previous;
     if (!flow.frozen) step.flow_stopped = flow_blocked(step);
     flow.state = airflow_->evaluate(airflow_->areas(x), step.flow_stopped, separation);
-    flow.residual = (flow.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow_->options().subglottal_pressure;
+    flow.residual =
+        (flow.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow_->options().subglottal_pressure;
     if (flow.residual <= coupling.tolerance) break;
     if (flow.sweeps == coupling.max_sweeps)
       throw SolveFailed("the flow coupling stopped at a pressure change of " + number(flow.residual) +

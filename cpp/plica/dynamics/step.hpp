@@ -18,15 +18,17 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
-/// One step in the making: M a + C V + K U = load + contact_force with U = (1+alpha) u_{n+1} - alpha u_n, V likewise.
+/// One step in the making: M a + C V + K U = load + contact_force with U = (1+alpha) u_{n+1} - alpha u_n, V
+/// likewise.
 struct Simulation::Step {
   explicit Step(Simulation& simulation);
 
   // Fixed within the step, (3 n).
   Vector displacement_predictor, velocity_predictor;  // without the unknown acceleration
-  Vector inner_force;  // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
-  Vector scene_load;   // N, loads, gravity and external force at t_{n+1+alpha}
-  Points x_previous;   // (n, 3) m, at t_n
+  Vector inner_force;         // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
+  Vector scene_load;          // N, loads, gravity and external force at t_{n+1+alpha}
+  Points x_previous;          // (n, 3) m, at t_n
+  double depth_before = 0.0;  // m, deepest penetration at t_n
 
   // The current iterate.
   Vector load;               // N, scene_load plus the flow's
