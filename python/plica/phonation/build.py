@@ -115,8 +115,8 @@ def materials_of(
                 continue
             given = ", ".join(scene.tissue)
             raise SceneError(
-                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in that "
-                f"layer; the scene has {given}."
+                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in "
+                f"that layer; the scene has {given}."
             )
         tissue = scene.tissue[layer]
         one = tissue.left is None and tissue.right is None
@@ -149,7 +149,7 @@ def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
     if tissue.E_fibre is None:
         elasticity: Any = _engine.Isotropic(E=tissue.E, nu=tissue.nu)
     else:
-        fields = {"nu_fibre": tissue.nu_fibre, "mu_fibre": tissue.mu_fibre}
+        fields: dict[str, Any] = {"nu_fibre": tissue.nu_fibre, "mu_fibre": tissue.mu_fibre}
         optional = {"mu": tissue.mu_transverse, "fibre": tissue.fibre}
         fields |= {field: value for field, value in optional.items() if value is not None}
         elasticity = _engine.TransverselyIsotropic(E=tissue.E, nu=tissue.nu, E_fibre=tissue.E_fibre, **fields)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -43,7 +43,13 @@ def engine_default(option: str, field: str) -> Callable[[], Any]:
     return default
 
 
-class _PartType(type(BaseModel)):  # type: ignore[misc]
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _ModelType
+else:
+    _ModelType = type(BaseModel)
+
+
+class _PartType(_ModelType):
     """Makes a part; what is wrong with it is raised in Plica's own words."""
 
     def __call__(cls, *args: Any, **fields: Any) -> Any:
@@ -103,4 +109,5 @@ class OneOf(Part):
     @property
     def choice(self) -> Part:
         """The one part that is there."""
-        return next(part for name in self.kinds if (part := getattr(self, name)) is not None)
+        parts: list[Part] = [part for name in self.kinds if (part := getattr(self, name)) is not None]
+        return parts[0]

@@ -82,7 +82,7 @@ class Iterated(Part):
 
 
 class Coupling(OneOf):
-    """How the airflow's load follows the motion in time: ``"lagged"``, ``"extrapolated"`` or ``"iterated"``."""
+    """How the airflow's load follows the motion: ``"lagged"``, ``"extrapolated"`` or ``"iterated"``."""
 
     kinds: ClassVar[dict[str, type[Part]]] = {
         "lagged": Lagged,
@@ -118,7 +118,7 @@ class Airflow(Part):
 
 
 class Multipliers(Part):
-    """Lagrange multipliers: the constraint holds exactly, through the saddle-point system (Paper A, Eq. 25)."""
+    """Lagrange multipliers: the constraint holds exactly, by a saddle-point system (Paper A, Eq. 25)."""
 
     solver: Literal["condensed", "gmres"] = Field(default_factory=engine_default("Multipliers", "solver"))
     """Condensed to the contact rows, or the thesis's GMRES with the preconditioner of Eq. (29)."""

@@ -194,12 +194,12 @@ class Run(Mapping[str, NDArray[Any]]):
         """The mesh in its reference position."""
         with h5py.File(self.path, "r", locking=False) as file:
             mesh = file["mesh"]
-            arrays = {name: mesh[name][()] for name in ("points", "cells", "cell_layer", "cell_side")}
-            named = {
-                kind: {name: numbers[()] for name, numbers in mesh[kind].items()}
-                for kind in ("surfaces", "node_sets")
+            arrays: dict[str, Any] = {
+                name: mesh[name][()] for name in ("points", "cells", "cell_layer", "cell_side")
             }
-            return RunMesh(**arrays, layer_names=[name.decode() for name in mesh["layer_names"][()]], **named)
+            for kind in ("surfaces", "node_sets"):
+                arrays[kind] = {name: numbers[()] for name, numbers in mesh[kind].items()}
+            return RunMesh(layer_names=[name.decode() for name in mesh["layer_names"][()]], **arrays)
 
     @cached_property
     def fields(self) -> dict[str, Any]:
