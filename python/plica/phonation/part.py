@@ -52,7 +52,7 @@ else:
 class _PartType(_ModelType):
     """Makes a part; what is wrong with it is raised in Plica's own words."""
 
-    def __call__(cls, *args: Any, **fields: Any) -> Any:
+    def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805 (of a class)
         names = getattr(cls, "positional", ())
         if len(args) > len(names):
             raise TypeError(f"{cls.__name__} takes {len(names)} positional arguments; {len(args)} were given")
