@@ -46,7 +46,7 @@ Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double
 
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
                                       double gap_tolerance) {
-  const double regularisation = 1e-12 * W.diagonal().maxCoeff();
+  const double regularisation = 1e-9 * W.diagonal().maxCoeff();
   std::vector<std::ptrdiff_t> rows;
   const auto solve = [&](const std::vector<char>& active, Vector& p, Vector& w) {
     rows.clear();

@@ -17,6 +17,8 @@ class GmresPath final : public ContactPath {
  public:
   GmresPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
       : A_(A), supports_(supports), nodes_(nodes), options_(options), diagonal_(A.rows()), change_(A.rows()) {
+    // Round-off ends GMRES a little above 1e-13; forces need no more, the motion is solved for again with them.
+    options_.tolerance = std::max(options_.tolerance, 1e-12);
     for (std::int32_t i = 0; i < A.rows() / 3; ++i) {
       const double* block = A.block(A.pattern()->find(i, i));
       for (int c = 0; c < 3; ++c) diagonal_[3 * i + c] = block[4 * c];

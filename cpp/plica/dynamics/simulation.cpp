@@ -103,7 +103,7 @@ Simulation::Simulation(Scene scene, Options options)
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
     KrylovOptions options_of_columns = options_.solver;
-    options_of_columns.tolerance = std::min(1e-10, options_.solver.tolerance);
+    options_of_columns.tolerance = std::min(1e-12, options_.solver.tolerance);
     const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
     auto path = multipliers && std::holds_alternative<Gmres>(multipliers->solver)
                     ? gmres_path(step_matrix_, scene_.supports, interface_nodes, options_.solver)
