@@ -139,6 +139,7 @@ Simulation::Simulation(Scene scene, Options options)
   ledger.kinetic = 0.5 * state_.velocity.dot(mass_ * state_.velocity);
   ledger.elastic = 0.5 * state_.displacement.dot(state_.elastic_force);
   ledger.initial = ledger.kinetic + ledger.elastic;
+  if (collision_) collision_->detector().update(positions());
 }
 
 Simulation::~Simulation() = default;
@@ -157,6 +158,7 @@ void Simulation::restore(State state) {
     throw InvalidInput("Simulation", "state", static_cast<double>(state.displacement.size()), "unknowns",
                        std::to_string(step_matrix_.rows()), "It belongs to another scene.");
   state_ = std::move(state);
+  if (collision_) collision_->detector().update(positions());
 }
 
 Vector Simulation::scene_load(double t) const {

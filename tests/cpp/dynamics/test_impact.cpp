@@ -1,0 +1,162 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "scenes.hpp"
+
+using namespace plica;
+using scenes::options;
+
+namespace {
+
+/// Pressure on the first body over one impact, step by step.
+struct Impact {
+  double duration = 0.0, impulse = 0.0, median = 0.0;
+};
+Impact impact_of(Simulation& simulation, double area, double end) {
+  std::vector<double> pressure;
+  Impact impact;
+  int first = -1, last = -1;
+  const double h = simulation.options().step;
+  for (int k = 0; simulation.time() < end; ++k) {
+    simulation.advance();
+    const double p = simulation.record().contact->force_first.norm() / area;
+    if (p == 0) continue;
+    if (first < 0) first = k;
+    last = k;
+    pressure.push_back(p);
+    impact.impulse += p * h;
+  }
+  REQUIRE(first >= 0);
+  impact.duration = (last - first + 1) * h;
+  std::nth_element(pressure.begin(), pressure.begin() + static_cast<std::ptrdiff_t>(pressure.size() / 2), pressure.end());
+  impact.median = pressure[pressure.size() / 2];
+  return impact;
+}
+
+}  // namespace
+
+TEST_CASE("equal bars press with rho c v / 2 for 2 L / c and exchange their velocities") {
+  const int n = 40;
+  const double E = 20e3, rho = 1040, length = 0.01, c = std::sqrt(E / rho), exact = rho * c / 2;
+  for (const Enforcement& enforcement :
+       {Enforcement(Multipliers{}), Enforcement(Multipliers{Gmres{}, EndOfStep{}}),
+        Enforcement(Penalty{10 * E / (length / n) * (length / n) * (length / n) / 4})}) {
+    Simulation simulation(scenes::two_bars(n, enforcement), options(HilberHughesTaylor{}, length / n / c));
+    const Impact impact = impact_of(simulation, length / n * length / n, 2.6 * length / c);
+    // The front is some elements wide, so on forty elements the duration is known to a step or two of 80.
+    CHECK(impact.duration == doctest::Approx(2 * length / c).epsilon(0.03));
+    CHECK(impact.impulse / impact.duration == doctest::Approx(exact).epsilon(0.03));
+    CHECK(impact.median == doctest::Approx(exact).epsilon(0.01));
+    const Vector p = simulation.mass() * simulation.state().velocity;
+    const auto half = simulation.scene().mesh.node_count() / 2;
+    const double mass = rho * length * length / n * length / n;
+    CHECK(as_points(p).topRows(half).col(0).sum() / mass == doctest::Approx(-0.5).epsilon(0.02));
+    CHECK(as_points(p).bottomRows(half).col(0).sum() / mass == doctest::Approx(0.5).epsilon(0.02));
+  }
+}
+
+TEST_CASE("the periodic bar presses on a fully fixed obstacle with 1/2 from t = 1 to t = 2") {
+  const int n = 40;
+  const double w = 1.0 / n;
+  const TetMesh obstacle = block_mesh({{-w, 0, 0}, {w, w, w}, {1, 1, 1}}),
+                bar = block_mesh({{0, 0, 0}, {1, w, w}, {n, 1, 1}});
+  Scene scene = scenes::tissue_scene(combine(obstacle, bar, "a.", "b."), 0.0, 0.0, 1.0);
+  scene.tissue.materials[0].elasticity = Isotropic{1.0, 0.0};
+  scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
+  for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i) {
+    scene.supports.fix(i, 1);
+    scene.supports.fix(i, 2);
+    if (i < obstacle.node_count()) scene.supports.fix(i);
+    if (i >= obstacle.node_count()) (*scene.displacement)(i, 0) = 0.5 * (1 - scene.mesh.points(i, 0));
+  }
+  for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
+  scene.contact = scenes::contact_of(scene.mesh, "a.x_max", "b.x_min", Multipliers{});
+  Simulation simulation(scene, options(HilberHughesTaylor{}, 0.5 * w));
+  const Impact impact = impact_of(simulation, w * w, 2.5);
+  CHECK(impact.duration == doctest::Approx(1).epsilon(0.03));
+  CHECK(impact.impulse / impact.duration == doctest::Approx(0.5).epsilon(0.03));
+  CHECK(impact.median == doctest::Approx(0.5).epsilon(0.01));
+  CHECK(as_points(simulation.state().displacement).topRows(obstacle.node_count()).isZero(0));
+}
+
+TEST_CASE("bodies that touch at rest stay at rest without force") {
+  Scene scene = scenes::two_bars(4, Multipliers{});
+  scene.velocity->setZero();
+  Simulation simulation(scene, options(HilberHughesTaylor{}, 1e-4));
+  for (int k = 0; k < 10; ++k) simulation.advance();
+  CHECK(simulation.state().displacement.isZero(0));
+  CHECK(simulation.state().contact_force.isZero(0));
+}
+
+TEST_CASE("contact forces are opposite, none pulls, and no node stays inside") {
+  for (const bool flow : {false, true}) {
+    Simulation simulation(flow ? scenes::small_larynx() : scenes::two_cubes(Multipliers{}),
+                          options(HilberHughesTaylor{}, 5e-5, 1e-8));
+    const Airway& airway = simulation.collision()->detector().airway();
+    std::vector<char> side(static_cast<std::size_t>(simulation.scene().mesh.node_count()), 0);
+    for (const auto node : airway.first.reshaped()) side[static_cast<std::size_t>(node)] = 1;
+    for (const auto node : airway.second.reshaped()) side[static_cast<std::size_t>(node)] = 2;
+    int touching = 0;
+    for (int k = 0; k < 60; ++k) {
+      simulation.advance();
+      const ContactRecord& record = *simulation.record().contact;
+      CHECK(record.largest_multiplier <= 0);
+      CHECK(record.deepest_gap >= -1e-4 * simulation.collision()->detector().mean_edge());
+      if (record.rows == 0) continue;
+      ++touching;
+      Vector3 sum = Vector3::Zero();
+      double size = 0;
+      for (std::size_t i = 0; i < side.size(); ++i) {
+        const Vector3 f = simulation.state().contact_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i));
+        if (side[i] == 0) CHECK(f.isZero(0));
+        sum += f;
+        size += f.norm();
+      }
+      CHECK(sum.norm() <= 1e-14 * size);
+      CHECK((record.force_first + record.force_second).norm() <= 1e-14 * size);
+    }
+    CHECK(touching > 5);
+  }
+}
+
+TEST_CASE("the condensed and the GMRES path give the same motion and forces") {
+  Simulation condensed(scenes::two_cubes(Multipliers{}), options(HilberHughesTaylor{}, 1e-4, 1e-11)),
+      gmres(scenes::two_cubes(Multipliers{Gmres{}, EndOfStep{}}), options(HilberHughesTaylor{}, 1e-4, 1e-11));
+  int touching = 0;
+  for (int k = 0; k < 40; ++k) {
+    condensed.advance();
+    gmres.advance();
+    const State &a = condensed.state(), &b = gmres.state();
+    // Where passes end differs within the contact tolerance, 1e-5 of a 5 mm edge; one step moves 1e-4 m.
+    CHECK((a.displacement - b.displacement).cwiseAbs().maxCoeff() < 1e-7);
+    const Vector3 of_a = condensed.record().contact->force_first, of_b = gmres.record().contact->force_first;
+    CHECK((of_a - of_b).norm() <= 1e-3 * of_a.norm() + 1e-6);
+    touching += of_a.norm() > 0;
+  }
+  CHECK(touching > 5);
+}
+
+TEST_CASE("a penalty pushes each slave node with stiffness times its depth") {
+  const double stiffness = 20.0;
+  Simulation simulation(scenes::two_bars(8, Penalty{stiffness}), options(HilberHughesTaylor{}, 1e-4));
+  const double tolerance = 2e-5 * simulation.collision()->detector().mean_edge() * stiffness;
+  int pressing = 0;
+  for (int k = 0; k < 20; ++k) {
+    simulation.advance();
+    const Points x = simulation.positions();
+    for (const auto node : simulation.collision()->detector().slave_side().nodes()) {
+      std::int32_t partner = -1;  // on rollers nodes stay face to face
+      for (const auto other : simulation.collision()->detector().master_side().nodes())
+        if ((x.row(node) - x.row(other)).tail<2>().norm() < 1e-9) partner = other;
+      REQUIRE(partner >= 0);
+      const double depth = x(node, 0) - x(partner, 0);
+      const double push = -simulation.state().contact_force[3 * node];
+      // The face tilts a little under consistent masses: its foot and normal differ from the partner's by that.
+      CHECK(push == doctest::Approx(std::max(0.0, stiffness * depth)).epsilon(0.02).scale(tolerance / 0.02));
+      pressing += push > 10 * tolerance;
+    }
+  }
+  CHECK(pressing > 20);
+}
