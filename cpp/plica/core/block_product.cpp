@@ -13,12 +13,13 @@ namespace plica {
 namespace {
 
 /// Nine running sums a row, one per block entry, so that no sum waits for the one before.
-PLICA_INLINE void block_rows(const std::int32_t* row_start, const std::int32_t* column, const double* values,
+template <typename Real>
+PLICA_INLINE void block_rows(const std::int32_t* row_start, const std::int32_t* column, const Real* values,
                              const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end) {
   for (std::ptrdiff_t i = begin; i < end; ++i) {
     double s00 = 0, s01 = 0, s02 = 0, s10 = 0, s11 = 0, s12 = 0, s20 = 0, s21 = 0, s22 = 0;
     for (std::ptrdiff_t e = row_start[i]; e < row_start[i + 1]; ++e) {
-      const double* b = values + 9 * e;
+      const Real* b = values + 9 * e;
       const double* xj = x + 3 * static_cast<std::ptrdiff_t>(column[e]);
       const double x0 = xj[0], x1 = xj[1], x2 = xj[2];
       s00 += b[0] * x0;
@@ -76,18 +77,20 @@ PLICA_INLINE void nodal_rows(const std::int32_t* row_start, const std::int32_t* 
 }
 
 // A version is the same body compiled for other instructions; __VA_ARGS__ is its target attribute.
-#define PLICA_VERSION(name, body, ...)                                                                   \
-  __VA_ARGS__ void name(const std::int32_t* row_start, const std::int32_t* column, const double* values, \
-                        const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end) {          \
-    body(row_start, column, values, x, y, begin, end);                                                   \
+#define PLICA_VERSION(name, body, Real, ...)                                                           \
+  __VA_ARGS__ void name(const std::int32_t* row_start, const std::int32_t* column, const Real* values, \
+                        const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end) {        \
+    body(row_start, column, values, x, y, begin, end);                                                 \
   }
-PLICA_VERSION(blocks_any, block_rows, )
-PLICA_VERSION(packed_any, packed_rows, )
-PLICA_VERSION(nodal_any, nodal_rows, )
+PLICA_VERSION(blocks_any, block_rows, double, )
+PLICA_VERSION(single_any, block_rows, float, )
+PLICA_VERSION(packed_any, packed_rows, double, )
+PLICA_VERSION(nodal_any, nodal_rows, double, )
 #ifdef PLICA_FMA_VERSIONS
-PLICA_VERSION(blocks_fma, block_rows, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(packed_fma, packed_rows, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(nodal_fma, nodal_rows, __attribute__((target("avx2,fma"))))
+PLICA_VERSION(blocks_fma, block_rows, double, __attribute__((target("avx2,fma"))))
+PLICA_VERSION(single_fma, block_rows, float, __attribute__((target("avx2,fma"))))
+PLICA_VERSION(packed_fma, packed_rows, double, __attribute__((target("avx2,fma"))))
+PLICA_VERSION(nodal_fma, nodal_rows, double, __attribute__((target("avx2,fma"))))
 #endif
 #undef PLICA_VERSION
 
@@ -95,10 +98,10 @@ RowProducts choose() {
 #ifdef PLICA_FMA_VERSIONS
   __builtin_cpu_init();
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    return {blocks_fma, packed_fma, nodal_fma};
+    return {blocks_fma, packed_fma, nodal_fma, single_fma};
   }
 #endif
-  return {blocks_any, packed_any, nodal_any};
+  return {blocks_any, packed_any, nodal_any, single_any};
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "plica/core/block_product.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 
@@ -70,6 +71,13 @@ void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
   }
 }
 
+void check_finite(const Convergence& state, double value, const char* name) {
+  if (std::isfinite(value)) return;
+  throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number(value) + " in iteration " +
+                    number(state.iterations) +
+                    "; must be finite. Are the matrix, the right-hand side and the start finite?");
+}
+
 }  // namespace
 
 void KrylovOptions::validate() const {
@@ -81,6 +89,7 @@ void KrylovOptions::validate() const {
 
 ConjugateGradient::ConjugateGradient(const BlockMatrix& A, KrylovOptions options) : A_(&A), options_(options) {
   options_.validate();
+  single_.assign(A.values().begin(), A.values().end());
   const NodePattern& p = *A.pattern();
   inverse_.resize(static_cast<std::size_t>(6 * p.rows()));
   for (std::int32_t i = 0; i < p.rows(); ++i) {
@@ -111,55 +120,73 @@ void ConjugateGradient::precondition(const Vector& r, Vector& z) const {
 }
 
 Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
+  constexpr double finest = 1e-6;  // a correction is not asked for more than the rounded matrix can give
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   check_size("b.size()", b.size(), unknowns);
   if (x.size() == 0) x = Vector::Zero(unknowns);
   check_size("x.size()", x.size(), unknowns);
-  Vector r = b, z(unknowns), p(unknowns), q(unknowns);
+  Vector r(unknowns), d(unknowns);
   std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
-  const double* inverse = inverse_.data();
 
   Convergence state;
-  const double b_norm =
-      std::sqrt(sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
-                  return {dot(b.data() + 3 * begin, b.data() + 3 * begin, 3 * (end - begin)), 0.0};
-                }).first);
+  // r = b - A x; returns |r| and |b|, squared
+  const auto residual = [&](bool zero_start) {
+    return sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+      const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
+      if (zero_start) {
+        for (std::ptrdiff_t i = at; i < at + count; ++i) r[i] = b[i];
+      } else {
+        A_->multiply_rows(begin, end, x.data(), r.data());
+        for (std::ptrdiff_t i = at; i < at + count; ++i) r[i] = b[i] - r[i];
+      }
+      return {dot(r.data() + at, r.data() + at, count), dot(b.data() + at, b.data() + at, count)};
+    });
+  };
+  const Sums start = residual((x.array() == 0.0).all());
+  const double b_norm = std::sqrt(start.second);
   if (b_norm == 0.0) {
     x.setZero();
     state.converged = true;
     return state;
   }
-  const auto check_finite = [&](double value, const char* name) {
-    if (!std::isfinite(value)) {
-      throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number(value) + " in iteration " +
-                        number(state.iterations) +
-                        "; must be finite. Are the matrix, the right-hand side and the start finite?");
-    }
-  };
-  check_finite(b_norm, "|b|");
+  state.residual = std::sqrt(start.first) / b_norm;
+  check_finite(state, b_norm, "|b|");
+  check_finite(state, state.residual, "|b - A x| / |b|");
+  while (!(state.converged = state.residual <= options_.tolerance) && state.iterations < options_.max_iterations) {
+    correct(r, d, std::max(finest, 0.5 * options_.tolerance / state.residual), state);
+    x += d;
+    const double before = state.residual;
+    state.residual = std::sqrt(residual(false).first) / b_norm;
+    check_finite(state, state.residual, "|b - A x| / |b|");
+    if (state.residual > 0.5 * before) break;  // round-off is reached
+  }
+  state.converged = state.residual <= options_.tolerance;
+  return state;
+}
 
-  const bool warm = !(x.array() == 0.0).all();
+void ConjugateGradient::correct(Vector& r, Vector& d, double target, Convergence& state) const {
+  const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
+  const NodePattern& pattern = *A_->pattern();
+  const SingleRowProduct product = row_products().blocks_single;
+  Vector z(unknowns), p(unknowns), q(unknowns);
+  std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
+  const double* inverse = inverse_.data();
   const Sums start = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
-    if (warm) {
-      A_->multiply_rows(begin, end, x.data(), q.data());
-      for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i) r[i] -= q[i];
-    }
-    precondition_rows(inverse, r.data(), z.data(), begin, end);
     const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-    for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i];
+    precondition_rows(inverse, r.data(), z.data(), begin, end);
+    for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i], d[i] = 0.0;
     return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
   });
   double rz = start.first;
-  state.residual = std::sqrt(start.second) / b_norm;
-  check_finite(state.residual, "|b - A x| / |b|");
-
-  while (!(state.converged = state.residual <= options_.tolerance) && state.iterations < options_.max_iterations) {
+  const double enough = target * target * start.second;
+  for (double rr = start.second; rr > enough && state.iterations < options_.max_iterations;) {
     ++state.iterations;
-    const double pq = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
-                        A_->multiply_rows(begin, end, p.data(), q.data());
-                        return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
-                      }).first;
-    check_finite(pq, "p^T A p");
+    const double pq =
+        sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+          product(pattern.row_start.data(), pattern.column.data(), single_.data(), p.data(), q.data(), begin, end);
+          return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
+        }).first;
+    check_finite(state, pq, "p^T A p");
     if (pq <= 0.0) {
       throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " + number(pq) +
                         " in iteration " + number(state.iterations) +
@@ -174,15 +201,14 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
     });
     const double beta = sums.first / rz;
     rz = sums.first;
-    state.residual = std::sqrt(sums.second) / b_norm;
-    check_finite(state.residual, "|b - A x| / |b|");
+    rr = sums.second;
+    check_finite(state, rr, "|b - A x| / |b|");
     for_chunks(nodes, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-      add_scaled(alpha, p.data() + at, x.data() + at, count);
+      add_scaled(alpha, p.data() + at, d.data() + at, count);
       scale_and_add(beta, z.data() + at, p.data() + at, count);
     });
   }
-  return state;
 }
 
 }  // namespace plica

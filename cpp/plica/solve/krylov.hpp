@@ -8,7 +8,7 @@ namespace plica {
 /// How an iteration ended; a caller may look at it, so it is data.
 struct Convergence {
   int iterations = 0;
-  double residual = 0.0;  // |b - A x| / |b|, of the recursion
+  double residual = 0.0;  // |b - A x| / |b|
   bool converged = false;
 };
 
@@ -20,7 +20,9 @@ struct KrylovOptions {
 
 /// Conjugate gradients with 3x3 block-Jacobi preconditioning, warm-started from x. A symmetric positive
 /// definite, constrained by Supports. Threaded, the same result for any number of threads.
-/// Per iteration one product with A and five passes over vectors.
+/// The iteration works on A rounded to single precision, half the bytes of a product that memory limits; the
+/// residual is then taken with A itself, and what is left is solved for again (iterative refinement), so the
+/// tolerance holds for A. Per iteration one product and five passes over vectors.
 class ConjugateGradient {
  public:
   /// A must outlive it; its diagonal blocks are read here, so it must not change afterwards. Throws SolveFailed
@@ -39,6 +41,10 @@ class ConjugateGradient {
  private:
   const BlockMatrix* A_;
   KrylovOptions options_;
+  /// Solves A d = r to |r - A d| <= target |r| on the rounded matrix; r becomes the recursion's residual.
+  void correct(Vector& r, Vector& d, double target, Convergence& state) const;
+
+  std::vector<float> single_;    // (9 entries) A rounded
   std::vector<double> inverse_;  // (6 n) entries 00, 01, 02, 11, 12, 22 of the inverse diagonal blocks
 };
 
