@@ -17,8 +17,9 @@ class GmresPath final : public ContactPath {
  public:
   GmresPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
       : A_(A), supports_(supports), nodes_(nodes), options_(options), diagonal_(A.rows()), change_(A.rows()) {
-    // Round-off ends GMRES a little above 1e-13; forces need no more, the motion is solved for again with them.
-    options_.tolerance = std::max(options_.tolerance, 1e-12);
+    // Rows that nearly repeat others end GMRES above 1e-10. Forces need no more: the motion is solved for again
+    // with them, to the tolerance asked for.
+    options_.tolerance = std::max(options_.tolerance, 1e-9);
     for (std::int32_t i = 0; i < A.rows() / 3; ++i) {
       const double* block = A.block(A.pattern()->find(i, i));
       for (int c = 0; c < 3; ++c) diagonal_[3 * i + c] = block[4 * c];
@@ -32,7 +33,9 @@ class GmresPath final : public ContactPath {
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
       p.setZero();
       change_.setZero();
-      const std::vector<std::ptrdiff_t> closed = independent(active);
+      std::vector<std::ptrdiff_t> closed;
+      for (std::size_t i = 0; i < active.size(); ++i)
+        if (active[i]) closed.push_back(static_cast<std::ptrdiff_t>(i));
       if (!closed.empty()) saddle_point(pairs, closed, gap_free, scale, p);
       for (std::size_t i = 0; i < pairs.size(); ++i) {
         w[i] = gap_free[i] + scale * apply_row(rows_[i], change_);
@@ -79,35 +82,8 @@ class GmresPath final : public ContactPath {
     return sum;
   }
 
-  /// The active rows without those that depend on the others: pivoted Cholesky of G diag(A)^-1 G^T.
-  std::vector<std::ptrdiff_t> independent(const std::vector<char>& active) const {
-    constexpr double dependent = 1e-8;  // remaining share of a row's own norm
-    std::vector<std::ptrdiff_t> candidates;
-    for (std::size_t i = 0; i < active.size(); ++i)
-      if (active[i]) candidates.push_back(static_cast<std::ptrdiff_t>(i));
-    const auto n = static_cast<std::ptrdiff_t>(candidates.size());
-    Eigen::MatrixXd S(n, n);
-    for (std::ptrdiff_t i = 0; i < n; ++i)
-      for (std::ptrdiff_t j = 0; j <= i; ++j)
-        S(i, j) = S(j, i) = coupling(rows_[candidates[i]], rows_[candidates[j]]);
-    const Vector own = S.diagonal();
-    std::vector<std::ptrdiff_t> kept;
-    for (std::ptrdiff_t step = 0; step < n; ++step) {
-      std::ptrdiff_t best = 0;
-      double share = 0;
-      for (std::ptrdiff_t i = 0; i < n; ++i)
-        if (own[i] > 0 && S(i, i) / own[i] > share) share = S(i, i) / own[i], best = i;
-      if (share <= dependent) break;
-      const Vector column = S.col(best) / std::sqrt(S(best, best));
-      S.noalias() -= column * column.transpose();
-      S(best, best) = 0.0;
-      kept.push_back(candidates[best]);
-    }
-    std::sort(kept.begin(), kept.end());
-    return kept;
-  }
-
-  /// [A G^T; G -1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p.
+  /// [A G^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
+  /// largest entry of the second block, lets rows that depend on others share the force.
   void saddle_point(const std::vector<Pair>& pairs, const std::vector<std::ptrdiff_t>& closed,
                     const Vector& gap_free, double scale, Vector& p) {
     const std::ptrdiff_t n = A_.rows(), m = static_cast<std::ptrdiff_t>(closed.size());
@@ -117,6 +93,7 @@ class GmresPath final : public ContactPath {
       P[n + i] = coupling(rows_[closed[i]], rows_[closed[i]]);  // Eq. (29), second block
       b[n + i] = -gap_free[closed[i]] / scale;
     }
+    const double regularisation = 1e-7 * P.tail(m).maxCoeff();
     const auto apply = [&](const Vector& in, Vector& out) {
       out.resize(n + m);
       head = in.head(n);
@@ -125,7 +102,7 @@ class GmresPath final : public ContactPath {
       for (std::ptrdiff_t i = 0; i < m; ++i) {
         const Row& row = rows_[closed[i]];
         for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.value[k] * in[n + i];
-        out[n + i] = apply_row(row, head);
+        out[n + i] = apply_row(row, head) - regularisation * in[n + i];
         const double stiffness = pairs[closed[i]].stiffness;
         if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);
       }

@@ -31,7 +31,7 @@ std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports
                                             const KrylovOptions& options);
 
 /// Paper A's solver: GMRES on the saddle point (Eq. 25 at n + 1, scaled symmetric) with the block-diagonal
-/// preconditioner of Eq. (29); rows that depend on others are left out by pivoted elimination.
+/// preconditioner of Eq. (29); rows that depend on others share the force, as in the condensed path.
 std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                         const KrylovOptions& options);
 

@@ -20,7 +20,8 @@ struct Blocks {
   std::ptrdiff_t first_nodes;
 };
 Blocks facing_blocks(int n, double gap = 0.1) {
-  const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n, n, n}}), b = block_mesh({{gap, 0, 0}, {1, 1, 1}, {n, n, n}});
+  const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n, n, n}}),
+                b = block_mesh({{gap, 0, 0}, {1, 1, 1}, {n, n, n}});
   Blocks blocks{combine(a, b, "a.", "b."), {}, a.node_count()};
   blocks.airway = matched_airway(blocks.mesh.points, flat_triangles(blocks.mesh.surface("a.x_max")),
                                  flat_triangles(blocks.mesh.surface("b.x_min")), Vector3::UnitX());
@@ -61,7 +62,8 @@ TEST_CASE("blocks apart have no candidates; overlapping ones have the gap of the
       CHECK(pair.weights.sum() == doctest::Approx(1).epsilon(1e-14));
     }
   }
-  CHECK(detector.overlap_volume(x, reach) == doctest::Approx(2.0 / 3 * 0.03).epsilon(1e-12));  // two of three tetrahedra
+  CHECK(detector.overlap_volume(x, reach) ==
+        doctest::Approx(2.0 / 3 * 0.03).epsilon(1e-12));  // two of three tetrahedra
 }
 
 TEST_CASE("blocks that slid past each other meet the plane and not their old partners") {
@@ -233,7 +235,8 @@ TEST_CASE("edges that cross are found where no node has") {
   CHECK((crossings[0].place - Vector3(-0.01, 0, 0)).norm() < 1e-14);
   CHECK(crossings[0].volume == doctest::Approx(2 * 2 * 0.02 / 6).epsilon(1e-12));
   CHECK(detector.volume_pair(0, x, 1.0).key == -1);
-  for (const auto node : detector.candidates(detector.second())) CHECK_FALSE(detector.pair(node, x).penetrates(x, reach));
+  for (const auto node : detector.candidates(detector.second()))
+    CHECK_FALSE(detector.pair(node, x).penetrates(x, reach));
 
   x.bottomRows(4).col(1).array() += 5;  // beside each other: inverted or not, nothing crosses
   detector.update(x);

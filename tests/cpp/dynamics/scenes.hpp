@@ -48,7 +48,8 @@ inline Scene two_bars(int n, const Enforcement& enforcement) {
   return scene;
 }
 
-/// Two soft viscous cubes of 10 mm, held at their far ends, 0.5 mm apart; both fly at the other and slide along it.
+/// Two soft viscous cubes of 10 mm, held at their far ends, 0.5 mm apart; both fly at the other and slide along
+/// it.
 inline Scene two_cubes(const Enforcement& enforcement, double viscosity = 0.5) {
   const double side = 0.01, gap = 0.5e-3;
   const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {2, 2, 2}}),

@@ -30,7 +30,8 @@ Impact impact_of(Simulation& simulation, double area, double end) {
   }
   REQUIRE(first >= 0);
   impact.duration = (last - first + 1) * h;
-  std::nth_element(pressure.begin(), pressure.begin() + static_cast<std::ptrdiff_t>(pressure.size() / 2), pressure.end());
+  std::nth_element(pressure.begin(), pressure.begin() + static_cast<std::ptrdiff_t>(pressure.size() / 2),
+                   pressure.end());
   impact.median = pressure[pressure.size() / 2];
   return impact;
 }

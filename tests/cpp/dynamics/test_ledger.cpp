@@ -8,9 +8,9 @@ using namespace plica;
 using scenes::options;
 
 TEST_CASE("the energy ledger closes with load, viscosity, gravity and contact") {
-  for (const TimeScheme& scheme : {TimeScheme(Newmark{}), TimeScheme(HilberHughesTaylor{-0.1}),
-                                   TimeScheme(HilberHughesTaylor{-0.3}), TimeScheme(HilberHughesTaylor{-1.0 / 3}),
-                                   TimeScheme(Newmark{1.0, 1.5})})
+  for (const TimeScheme& scheme :
+       {TimeScheme(Newmark{}), TimeScheme(HilberHughesTaylor{-0.1}), TimeScheme(HilberHughesTaylor{-0.3}),
+        TimeScheme(HilberHughesTaylor{-1.0 / 3}), TimeScheme(Newmark{1.0, 1.5})})
     for (const Enforcement& enforcement :
          {Enforcement(Multipliers{}), Enforcement(Penalty{50.0}), Enforcement(VolumePenalty{1e9})}) {
       Scene scene = scenes::two_cubes(enforcement);
@@ -32,7 +32,7 @@ TEST_CASE("the energy ledger closes with load, viscosity, gravity and contact") 
         CHECK(ledger.numerical_loss > 1e-5 * largest);
       else
         CHECK(std::abs(ledger.numerical_loss) < 1e-13 * largest);  // the trapezoidal rule loses nothing
-      CHECK(off <= 1e-12 * largest);  // 60 steps solved at 1e-13
+      CHECK(off <= 1e-12 * largest);                               // 60 steps solved at 1e-13
     }
 }
 
@@ -76,8 +76,7 @@ TEST_CASE("creep follows the Kelvin-Voigt law") {
   // Density so small that inertia plays no part: (L / c)^2 / tau^2 = 2e-8.
   const double E = 20e3, eta = 1e4, tau = eta / E, traction = 40, h = 0.005;
   for (const double nu : {0.0, 0.45}) {
-    Scene scene =
-        scenes::tissue_scene(block_mesh({{0, 0, 0}, {0.01, 0.01, 0.01}, {1, 1, 1}}), nu, eta, 1.0);
+    Scene scene = scenes::tissue_scene(block_mesh({{0, 0, 0}, {0.01, 0.01, 0.01}, {1, 1, 1}}), nu, eta, 1.0);
     for (int c = 0; c < 3; ++c)
       for (const auto node : scene.mesh.node_set(std::string(1, "xyz"[c]) + "_min")) scene.supports.fix(node, c);
     scene.loads = {{"x_max", {traction, 0, 0}, 0.0, 0.0}};
@@ -87,13 +86,14 @@ TEST_CASE("creep follows the Kelvin-Voigt law") {
     for (int k = 1; k <= 200; ++k) {
       simulation.advance();
       const double t = k * h;
-      const double strain =
-          simulation.state().displacement[3 * scene.mesh.node_set("x_max")[0]] / 0.01;
-      const double exact = traction / E *
-                           (of_volume * (1 - std::exp(-t / volumetric)) + of_shape * (1 - std::exp(-t / deviatoric)));
+      const double strain = simulation.state().displacement[3 * scene.mesh.node_set("x_max")[0]] / 0.01;
+      const double exact =
+          traction / E *
+          (of_volume * (1 - std::exp(-t / volumetric)) + of_shape * (1 - std::exp(-t / deviatoric)));
       // Second order in h / tau, 1e-5 at nu = 0; the volumetric part (tau = 0.05 s) begins within the first steps.
       CHECK(strain == doctest::Approx(exact).epsilon(1e-3).scale(0.1 * traction / E));
     }
-    if (nu == 0.45) CHECK(of_volume + of_shape * (1 - std::exp(-tau / deviatoric)) == doctest::Approx(0.515).epsilon(1e-3));
+    if (nu == 0.45)
+      CHECK(of_volume + of_shape * (1 - std::exp(-tau / deviatoric)) == doctest::Approx(0.515).epsilon(1e-3));
   }
 }

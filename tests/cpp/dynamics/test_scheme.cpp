@@ -52,9 +52,9 @@ TEST_CASE("the closed form has the spectral radii of the literature") {
 }
 
 TEST_CASE("an eigenmode of a block steps as the closed form says") {
-  for (const TimeScheme& scheme : {TimeScheme(HilberHughesTaylor{-0.3}), TimeScheme(HilberHughesTaylor{-0.1}),
-                                   TimeScheme(HilberHughesTaylor{-1.0 / 3}), TimeScheme(Newmark{1.0, 1.5}),
-                                   trapezoidal})
+  for (const TimeScheme& scheme :
+       {TimeScheme(HilberHughesTaylor{-0.3}), TimeScheme(HilberHughesTaylor{-0.1}),
+        TimeScheme(HilberHughesTaylor{-1.0 / 3}), TimeScheme(Newmark{1.0, 1.5}), trapezoidal})
     for (const double omega : {0.3, 1.0, 5.0}) {
       Scene scene = scenes::held_block();
       const std::vector<int> unknowns = free_unknowns(scene.supports);
@@ -102,7 +102,9 @@ TEST_CASE("displacement and velocity converge at each scheme's order to the exac
                                w * w * free_part(probe.mass().to_sparse(), unknowns).cast<Complex>();
     const Eigen::VectorXcd z = D.partialPivLu().solve(F.cast<Complex>());
     const auto at = [&](double t) { return Vector((z * std::exp(Complex(0, w * t))).real()); };
-    const auto rate_at = [&](double t) { return Vector((Complex(0, w) * z * std::exp(Complex(0, w * t))).real()); };
+    const auto rate_at = [&](double t) {
+      return Vector((Complex(0, w) * z * std::exp(Complex(0, w * t))).real());
+    };
     scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
     scene.velocity = scene.displacement;
     const Vector u0 = at(0), v0 = rate_at(0);
