@@ -127,7 +127,7 @@ def shear_mode() -> None:
                 best = int(np.argmax(overlap))
                 found, mode = np.sqrt(values[best]), modes[:, best]
                 errors.append(found / omega - 1)
-                if (l, m) == (1, 0):
+                if (half, m) == (1, 0):
                     damping = mode @ (viscosity @ mode) / (2 * found) / (eta * omega / (4 * mu))
             orders = np.log2(before / np.array(errors))
             before = np.array(errors)
