@@ -54,7 +54,9 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
   return pairs;
 }
 
-void Collision::find_candidates(const Points& x, double reach, bool first_pass, std::vector<std::int32_t>& keys) {
+bool Collision::add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
+                               std::vector<std::int32_t>& keys) {
+  const std::size_t known = keys.size();
   const auto add = [&](std::int32_t key) {
     const auto at = std::lower_bound(keys.begin(), keys.end(), key);
     if (at == keys.end() || *at != key) keys.insert(at, key);
@@ -64,47 +66,45 @@ void Collision::find_candidates(const Points& x, double reach, bool first_pass, 
       const Pair by_volume = detector_.volume_pair(tet, x, 1.0);
       if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).penetrates(x, reach)) add(tet);
     }
-    return;
+  } else {
+    for (const std::int32_t node : detector_.candidates(side))
+      if (const Pair pair = detector_.pair(node, x); pair.gap(x) < -least && pair.penetrates(x, reach)) add(node);
   }
-  for (const std::int32_t node : detector_.candidates(detector_.slave_side()))
-    if (detector_.pair(node, x).penetrates(x, reach)) add(node);
-  const bool exact = std::holds_alternative<Multipliers>(enforcement_);
-  if (!exact || (first_pass && !keys.empty())) return;
-  for (const std::int32_t node : detector_.candidates(detector_.master_side()))
-    if (const Pair pair = detector_.pair(node, x); pair.gap(x) < -tolerance() && pair.penetrates(x, reach))
-      add(node);
+  return keys.size() > known;
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
+  const double reach = detector_.reach(before.x, x_free, before.depth);
+  const bool exact = std::holds_alternative<Multipliers>(enforcement_);
   Contacts contacts;
   std::vector<std::int32_t> keys = before.closed;  // candidates of this step
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
-    detector_.update(x);
-    find_candidates(x, detector_.reach(before.x, x, before.depth), contacts.passes == 0, keys);
-    std::vector<Pair> pairs = pairs_at(x, keys);
-    if (pairs.empty()) return contacts;
-
     const auto force_of = [&](std::int32_t key) {
       for (std::size_t i = 0; i < contacts.pairs.size(); ++i)
-        if (contacts.pairs[i].key == key) return contacts.force[i];
+        if (contacts.pairs[i].key == key) return contacts.force[static_cast<std::ptrdiff_t>(i)];
       return 0.0;
     };
-    if (contacts.passes > 0) {
-      double worst = 0;
-      const Pair* worst_pair = nullptr;
-      for (const Pair& pair : pairs) {
-        const double off = violation(pair, force_of(pair.key), x);
-        if (off > worst) worst = off, worst_pair = &pair;
-      }
-      if (worst <= tolerance()) return contacts;
-      if (contacts.passes == options_.max_passes)
-        throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
-                          " passes (tolerance " + number(tolerance()) + " m), worst at node " +
-                          std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
-                          ". Try a smaller step, or a larger tolerance.");
+    detector_.update(x);
+    add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
+    std::vector<Pair> pairs = pairs_at(x, keys);
+    double worst = 0;
+    const Pair* worst_pair = nullptr;
+    for (const Pair& pair : pairs) {
+      const double off = violation(pair, force_of(pair.key), x);
+      if (off > worst) worst = off, worst_pair = &pair;
     }
+    if (worst <= tolerance()) {
+      if (!exact || !add_candidates(x, reach, detector_.master_side(), tolerance(), keys)) return contacts;
+      pairs = pairs_at(x, keys);
+      worst_pair = &pairs.front();
+    }
+    if (contacts.passes == options_.max_passes)
+      throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
+                        " passes (tolerance " + number(tolerance()) + " m), worst at node " +
+                        std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
+                        ". Try a smaller step, or a larger tolerance.");
 
     Vector gap_free(static_cast<std::ptrdiff_t>(pairs.size()));
     std::vector<char> guess(pairs.size());

@@ -44,7 +44,9 @@ class Collision {
 
  private:
   std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
-  void find_candidates(const Points& x, double reach, bool first_pass, std::vector<std::int32_t>& keys);
+  /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
+  bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
+                      std::vector<std::int32_t>& keys);
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
