@@ -206,7 +206,7 @@ class Iterated:
     def __init__(
         self,
         *,
-        tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
         max_sweeps: typing.SupportsInt | typing.SupportsIndex = 40,
         freeze_after: typing.SupportsInt | typing.SupportsIndex = 8,
     ) -> None: ...
