@@ -77,7 +77,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
   const double reach = detector_.reach(before.x, x_free, before.depth);
   const bool exact = std::holds_alternative<Multipliers>(enforcement_);
   Contacts contacts;
-  std::vector<std::int32_t> keys = before.closed;  // candidates of this step
+  std::vector<std::int32_t> keys;  // candidates of this step
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
@@ -95,7 +95,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
       const double off = violation(pair, force_of(pair.key), x);
       if (off > worst) worst = off, worst_pair = &pair;
     }
-    if (worst <= tolerance()) {
+    // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
+    if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
       if (!exact || !add_candidates(x, reach, detector_.master_side(), tolerance(), keys)) return contacts;
       pairs = pairs_at(x, keys);
       worst_pair = &pairs.front();

@@ -14,6 +14,24 @@ double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
          6.0;
 }
 
+/// n without the directions in which the foot follows the slave: the triangle's plane, an edge, or none.
+Vector3 gap_gradient(const Vector3& n, const Foot& foot, const Vector3& a, const Vector3& b, const Vector3& c) {
+  const std::array<const Vector3*, 3> corners{&a, &b, &c};
+  std::array<int, 3> loaded{};
+  int count = 0;
+  for (int k = 0; k < 3; ++k)
+    if (foot.weights[k] > 0) loaded[count++] = k;
+  Vector3 g = n;
+  if (count == 3) {
+    const Vector3 m = (b - a).cross(c - a).normalized();
+    g = n.dot(m) * m;
+  } else if (count == 2) {
+    const Vector3 e = (*corners[loaded[1]] - *corners[loaded[0]]).normalized();
+    g = n - n.dot(e) * e;
+  }
+  return g.normalized();
+}
+
 }  // namespace
 
 void Pair::add_force(double p, Vector& force) const {
@@ -81,6 +99,8 @@ Pair Detector::pair(std::int32_t slave, const Points& x) {
   const Vector3 mean = other.normal(foot) - own.normal(slave);
   // Surfaces that do not face each other (a node behind the master's rim) keep the master's own normal.
   pair.normal = mean.squaredNorm() > 1.0 ? Vector3(mean.normalized()) : other.normal(foot);
+  pair.gradient =
+      gap_gradient(pair.normal, foot, x.row(pair.master[0]), x.row(pair.master[1]), x.row(pair.master[2]));
   return pair;
 }
 
@@ -108,7 +128,7 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   const Vector3 facing = other.normal(pair.master[0]) - own.normal(pair.slave);
   if (twice_area.dot(facing) < 0) twice_area = -twice_area;
   const double area = 0.5 * twice_area.norm();
-  pair.normal = twice_area / (2.0 * area);
+  pair.normal = pair.gradient = twice_area / (2.0 * area);
   pair.stiffness = kappa * area / 12.0;
   return pair;
 }

@@ -6,15 +6,20 @@
 
 namespace plica {
 
-/// A slave node facing the point of a master triangle: gap = n . (x_s - sum_k w_k x_k), Paper A, Eqs. (18)-(20).
-/// Its row of G has n at the slave and -w_k n at the masters, so that forces on both sides sum to zero.
+/// A slave node facing the point of a master triangle (its foot): gap = g . (x_s - sum_k w_k x_k), Paper A, Eqs.
+/// (18)-(20). The force p acts along the normal n on the slave and -w_k n on the masters, so both sides sum to
+/// zero. n is the mean of both surfaces' smooth normals: it does not jump from triangle to triangle, and a pair
+/// seen from either side is the same. g is the gradient of the distance: n without what moves the foot, that is
+/// the triangle's own normal where the foot is inside, n across the edge on an edge, n itself on a corner. With it
+/// the rows are exact to first order and repeated linearisation converges as Newton's method does.
 struct Pair {
   std::int32_t key = -1;    // what the pair stands for from pass to pass: its slave node, or its tetrahedron
   std::int32_t slave = -1;  // node
   std::array<std::int32_t, 3> master{};
   Vector3 weights = Vector3::Zero();
-  Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's
-  double stiffness = 0.0;            // N/m, 0: exact
+  Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's: direction of the force
+  Vector3 gradient = Vector3::Zero();  // unit: direction of the gap
+  double stiffness = 0.0;              // N/m, 0: exact
 
   /// x_s - sum_k w_k x_k, m.
   Vector3 offset(const Points& x) const {
@@ -22,14 +27,15 @@ struct Pair {
     for (int k = 0; k < 3; ++k) d -= weights[k] * x.row(master[k]).transpose();
     return d;
   }
-  double gap(const Points& x) const { return normal.dot(offset(x)); }
+  double gap(const Points& x) const { return gradient.dot(offset(x)); }
   /// Whether the slave really lies behind the master: the gap is negative, no deeper than the `reach` (m) that the
   /// motion since it was outside allows, and the way to the foot is along the normal rather than across it.
   /// (Beside or across from a strongly bent surface a gap can be negative although nothing has crossed.)
   bool penetrates(const Points& x, double reach) const {
     const Vector3 d = offset(x);
-    const double g = normal.dot(d);
-    return g < 0 && -g <= reach && 4 * g * g >= d.squaredNorm();
+    const double g = gradient.dot(d);
+    const double along = normal.dot(d);
+    return g < 0 && -g <= reach && 4 * along * along >= d.squaredNorm();
   }
   /// Adds the force p (N, > 0 pushes apart) on both sides to `force` (3 n).
   void add_force(double p, Vector& force) const;

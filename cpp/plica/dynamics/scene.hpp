@@ -18,7 +18,7 @@ struct Extrapolated {};
 /// jumps where the section of least area changes or the flow stops, and a fixed point may then not exist: from
 /// sweep `freeze_after` on both are held as they are for the rest of the step, and the step is counted.
 struct Iterated {
-  double tolerance = 1e-6;  // -, > 0: largest change of a section's pressure, in subglottal pressures
+  double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal pressures
   int max_sweeps = 40;      // > freeze_after
   int freeze_after = 8;     // >= 1
 };
