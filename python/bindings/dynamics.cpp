@@ -10,7 +10,8 @@ namespace {
 
 using Released = py::gil_scoped_release;
 
-Airflow::Options flow_options(double pressure, double density, double fraction, const std::string& area) {
+Airflow::Options flow_options(double pressure, double density, double fraction, const std::string& area,
+                              const std::string& load_shape) {
   Airflow::Options options;
   options.subglottal_pressure = pressure;
   options.air_density = density;
@@ -19,6 +20,10 @@ Airflow::Options flow_options(double pressure, double density, double fraction, 
     options.area = Airflow::Cut{};
   else if (area != "elliptic")
     throw InvalidInput("Airflow: area = \"" + area + "\"; must be \"elliptic\" or \"cut\".");
+  if (load_shape == "current")
+    options.load_shape = Airflow::CurrentShape{};
+  else if (load_shape != "reference")
+    throw InvalidInput("Airflow: load_shape = \"" + load_shape + "\"; must be \"reference\" or \"current\".");
   options.validate();
   return options;
 }
@@ -67,15 +72,21 @@ void bind_options(py::module_& engine) {
   const AirflowPart part;
   py::class_<AirflowPart>(engine, "Airflow")
       .def(py::init([](std::string surface, double pressure, double density, double fraction,
-                       const std::string& area, Coupling coupling) {
-             return AirflowPart{std::move(surface), flow_options(pressure, density, fraction, area), coupling};
+                       const std::string& area, const std::string& load_shape, Coupling coupling) {
+             return AirflowPart{std::move(surface), flow_options(pressure, density, fraction, area, load_shape),
+                                coupling};
            }),
            py::kw_only(), py::arg("surface") = part.surface,
            py::arg("subglottal_pressure") = part.flow.subglottal_pressure,
            py::arg("air_density") = part.flow.air_density,
            py::arg("zero_flow_fraction") = part.flow.zero_flow_fraction, py::arg("area") = "elliptic",
-           py::arg_v("coupling", part.coupling, "..."))
+           py::arg("load_shape") = "reference", py::arg_v("coupling", part.coupling, "..."))
       .def_readonly("surface", &AirflowPart::surface)
+      .def_property_readonly(
+          "load_shape",
+          [](const AirflowPart& p) {
+            return std::holds_alternative<Airflow::CurrentShape>(p.flow.load_shape) ? "current" : "reference";
+          })
       .def_readonly("coupling", &AirflowPart::coupling)
       .def_property_readonly("subglottal_pressure",
                              [](const AirflowPart& a) { return a.flow.subglottal_pressure; })

@@ -45,7 +45,8 @@ double interpolate(const Vector& values, const Between& where) {
 void Airflow::Options::validate() const {
   const double infinity = std::numeric_limits<double>::infinity();
   const auto positive = [&](const char* name, double value, const char* unit) {
-    if (!(value > 0 && value < infinity)) throw InvalidInput("Airflow", name, value, unit, "> 0", "Is the unit right?");
+    if (!(value > 0 && value < infinity))
+      throw InvalidInput("Airflow", name, value, unit, "> 0", "Is the unit right?");
   };
   positive("subglottal_pressure", subglottal_pressure, "Pa");
   positive("air_density", air_density, "kg/m^3");
@@ -55,6 +56,7 @@ void Airflow::Options::validate() const {
 
 Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
     : options_((options.validate(), options)),
+      reference_(mesh.points),
       sections_(coronal_sections(mesh, checked(mesh, surface))),
       faces_(surface) {
   nodes_ = surface.reshaped<Eigen::RowMajor>();
@@ -86,6 +88,8 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
       if (z[n] >= z.maxCoeff() - same) upper_rim_.push_back(nodes_[n]);
     }
   }
+  constexpr double closed = 1e-4;  // of the least area at rest; exact contact leaves about 1e-6
+  closed_area_ = closed * std::max(areas(reference_).minCoeff(), 0.0);
 }
 
 Vector Airflow::areas(const Points& x) const {
@@ -108,8 +112,19 @@ FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int
   FlowState state;
   state.area = areas;
   std::ptrdiff_t least = 0;
-  state.stopped = areas.minCoeff(&least) <= 0 || stopped;
-  state.separation = separation.value_or(static_cast<int>(least));
+  const double least_area = areas.minCoeff(&least);
+  if (separation) {
+    state.separation = *separation;
+    state.stopped = stopped || areas.head(*separation + 1).minCoeff() <= 0;
+  } else {
+    state.stopped = stopped || least_area <= 0;
+    // Where the folds touch, several sections are closed to round-off: the flow meets the lowest of them first.
+    if (state.stopped)
+      least = std::find_if(areas.begin(), areas.end(),
+                           [&](double a) { return a <= std::max(least_area, 0.0) + closed_area_; }) -
+              areas.begin();
+    state.separation = static_cast<int>(least);
+  }
   const double throat = state.stopped ? 0 : areas.head(state.separation + 1).minCoeff();
   state.pressure = Vector::Zero(areas.size());
   for (int i = 0; i < state.separation; ++i) {
@@ -133,12 +148,13 @@ Vector Airflow::nodal_pressure(const Vector& pressure) const {
 }
 
 void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) const {
+  const Points& shape = std::holds_alternative<ReferenceShape>(options_.load_shape) ? reference_ : x;
   FaceVectors position(faces_.cols(), 3);
   FaceValues value(faces_.cols());
   auto forces = as_points(force);
   for (std::ptrdiff_t f = 0; f < faces_.rows(); ++f) {
     for (std::ptrdiff_t c = 0; c < faces_.cols(); ++c) {
-      position.row(c) = x.row(faces_(f, c));
+      position.row(c) = shape.row(faces_(f, c));
       value[c] = pressure_at(places_[face_rows_(f, c)], pressure);
     }
     if ((value.array() == 0).all()) continue;  // downstream of the separation

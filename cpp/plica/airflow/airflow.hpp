@@ -8,11 +8,11 @@ namespace plica {
 
 /// What the flow does at one instant.
 struct FlowState {
-  Vector area;       // (s) m^2, of each section
-  Vector pressure;   // (s) Pa, at each section
-  int separation = 0;   // section of least area, where the jet leaves the wall
-  bool stopped = false; // no flow: contact inside the middle of the glottis, or no area left
-  double flow = 0.0;    // m^3/s
+  Vector area;           // (s) m^2, of each section
+  Vector pressure;       // (s) Pa, at each section
+  int separation = 0;    // section of least area, where the jet leaves the wall
+  bool stopped = false;  // no flow: contact inside the middle of the glottis, or no area left
+  double flow = 0.0;     // m^3/s
 };
 
 /// One-dimensional Bernoulli flow (Paper A, Sec. 2.1) on the deforming airway interface.
@@ -23,12 +23,20 @@ class Airflow {
   /// Area cut from the deforming interface mesh in the plane of each section; the plane of a section beyond the
   /// current rim of the interface is moved to the rim.
   struct Cut {};
+  /// The pressure acts on the reference surface: consistent with linear tissue, whose displacement is small. The
+  /// sections still follow the motion.
+  struct ReferenceShape {};
+  /// The pressure acts on the deformed surface, as in Paper A, Eq. (17). The load that then turns and grows with
+  /// the surface softens it by about the pressure over the tissue's modulus at every wavelength: with 0.8 kPa on a
+  /// cover of 1 kPa fine meshes fold (docs/theory.md, "Airflow").
+  struct CurrentShape {};
   struct Options {
     double subglottal_pressure = 800.0;  // Pa, > 0
     double air_density = 1.23;           // kg/m^3, > 0
-    double zero_flow_fraction = 0.5;     // tau of Paper A, Sec. 2.4: contact within |y| <= tau * y_i stops the flow
+    double zero_flow_fraction = 0.5;  // tau of Paper A, Sec. 2.4: contact within |y| <= tau * y_i stops the flow
     std::variant<Elliptic, Cut> area = Elliptic{};
-    void validate() const;               // throws InvalidInput
+    std::variant<ReferenceShape, CurrentShape> load_shape = ReferenceShape{};
+    void validate() const;  // throws InvalidInput
   };
 
   /// surface: the whole airway interface of the mesh, outward (into the air). The mesh is copied as far as needed.
@@ -64,11 +72,13 @@ class Airflow {
   double pressure_at(const Place& place, const Vector& pressure) const;
 
   Options options_;
+  Points reference_;          // (n, 3) m
+  double closed_area_ = 0.0;  // m^2, sections below it count as closed where the flow is stopped
   Sections sections_;
   Faces faces_;
-  Faces face_rows_;            // rows of nodes_
-  Indices nodes_;              // of the surface, ascending
-  std::vector<Place> places_;  // of nodes_, by reference height
+  Faces face_rows_;                                  // rows of nodes_
+  Indices nodes_;                                    // of the surface, ascending
+  std::vector<Place> places_;                        // of nodes_, by reference height
   Triangles triangles_;                              // only for Cut
   std::vector<std::int32_t> lower_rim_, upper_rim_;  // only for Cut: lowest and highest nodes at rest
 };

@@ -38,7 +38,8 @@ double extent_of(const Points& points, const Triangles& triangles) {
 
 /// Segments of y = 0 on the right and the left fold: outward means toward -x on the right fold, which tells the
 /// folds apart also where they touch. A segment along an edge comes once.
-std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Triangles& triangles, double tolerance) {
+std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Triangles& triangles,
+                                                double tolerance) {
   std::array<std::map<std::array<std::int32_t, 4>, Segment>, 2> found;
   for (const auto& triangle : triangles.rowwise()) {
     std::array<int, 3> sign;
@@ -63,7 +64,8 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
     auto [low, high, rest] = ends;
     if (low.z > high.z) std::swap(low, high);
     if (count == 3 || high.z - low.z <= tolerance)
-      throw InvalidInput("coronal_sections: interface at y = 0, (x, z) = (" + number(low.x) + ", " + number(low.z) +
+      throw InvalidInput("coronal_sections: interface at y = 0, (x, z) = (" + number(low.x) + ", " +
+                         number(low.z) +
                          ") m; must have one x at each height on each fold, but runs level there. "
                          "Does the surface hold more than the walls of the airway?");
     const Vector3 u = points.row(triangle[1]) - points.row(triangle[0]),
@@ -205,7 +207,9 @@ Vector cut_areas(const Points& x, const Triangles& surface, const Vector& height
       // A node in the plane counts as below it in the lower half of the interface and as above it in the upper
       // half, so that the plane also meets triangles where it passes through the lowest or the highest nodes.
       const bool lower_half = height <= (low + high) / 2;
-      const auto above = [&](std::int32_t node) { return lower_half ? x(node, 2) > height : x(node, 2) >= height; };
+      const auto above = [&](std::int32_t node) {
+        return lower_half ? x(node, 2) > height : x(node, 2) >= height;
+      };
       double from[2] = {0, 0}, to[2] = {0, 0};  // counter-clockwise around the air, seen from above
       for (int c = 0; c < 3; ++c) {
         const auto a = triangle[c], b = triangle[(c + 1) % 3];

@@ -14,10 +14,10 @@ struct MaterialPoint {
 /// interface crosses the mid-coronal plane y = 0 at height z_i, one on each fold; where no node lies at
 /// y = 0 the interface is cut there.
 struct Sections {
-  Vector height;                      // (s) m, reference z, ascending
-  Vector major;                       // (s) m, half the anteroposterior extent of the airway at that height
-  std::vector<MaterialPoint> right;   // (s) x > 0
-  std::vector<MaterialPoint> left;    // (s) x < 0
+  Vector height;                     // (s) m, reference z, ascending
+  Vector major;                      // (s) m, half the anteroposterior extent of the airway at that height
+  std::vector<MaterialPoint> right;  // (s) x > 0
+  std::vector<MaterialPoint> left;   // (s) x < 0
 
   std::ptrdiff_t count() const { return height.size(); }
   /// Signed half-widths (s, 2) m: x of the right point, -x of the left point.

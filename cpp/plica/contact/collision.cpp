@@ -74,6 +74,7 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
+  constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
   const double reach = detector_.reach(before.x, x_free, before.depth);
   const bool exact = std::holds_alternative<Multipliers>(enforcement_);
   Contacts contacts;
@@ -81,10 +82,15 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
+    // Place of a key among the pairs of the pass before, or -1.
+    const auto known = [&](std::int32_t key) -> std::ptrdiff_t {
+      const auto at = std::lower_bound(contacts.pairs.begin(), contacts.pairs.end(), key,
+                                       [](const Pair& pair, std::int32_t k) { return pair.key < k; });
+      return at != contacts.pairs.end() && at->key == key ? at - contacts.pairs.begin() : -1;
+    };
     const auto force_of = [&](std::int32_t key) {
-      for (std::size_t i = 0; i < contacts.pairs.size(); ++i)
-        if (contacts.pairs[i].key == key) return contacts.force[static_cast<std::ptrdiff_t>(i)];
-      return 0.0;
+      const std::ptrdiff_t i = known(key);
+      return i < 0 ? 0.0 : contacts.force[i];
     };
     detector_.update(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
@@ -99,7 +105,9 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
       if (!exact || !add_candidates(x, reach, detector_.master_side(), tolerance(), keys)) return contacts;
       pairs = pairs_at(x, keys);
-      worst_pair = &pairs.front();
+      worst = 0;
+      for (const Pair& pair : pairs)
+        if (-pair.gap(x) > worst) worst = -pair.gap(x), worst_pair = &pair;
     }
     if (contacts.passes == options_.max_passes)
       throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
@@ -107,10 +115,18 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
                         std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
                         ". Try a smaller step, or a larger tolerance.");
 
+    // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
+    // that.
+    if (contacts.passes >= relax_from)
+      for (Pair& pair : pairs)
+        if (const std::ptrdiff_t i = known(pair.key); i >= 0)
+          pair.normal = (pair.normal + contacts.pairs[static_cast<std::size_t>(i)].normal).normalized();
+
     Vector gap_free(static_cast<std::ptrdiff_t>(pairs.size()));
     std::vector<char> guess(pairs.size());
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      gap_free[i] = pairs[i].gap(x_free);
+      // The gap now, less what the forces so far have moved the pair along its normal.
+      gap_free[i] = pairs[i].gap(x) + pairs[i].normal.dot(pairs[i].offset(x_free) - pairs[i].offset(x));
       guess[i] =
           contacts.passes == 0
               ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || gap_free[i] < 0

@@ -1,6 +1,6 @@
 #include "plica/contact/complementarity.hpp"
 
-#include <Eigen/LU>
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "plica/core/error.hpp"
@@ -56,11 +56,12 @@ Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q,
     if (!rows.empty()) {
       Eigen::MatrixXd W_active = W(rows, rows);
       W_active.diagonal().array() += regularisation;
-      const Vector right = -q(rows);
-      const Vector solution = Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>(W_active).solve(right);
-      if (!solution.allFinite())
+      const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(W_active);
+      if (factor.info() != Eigen::Success)
         throw SolveFailed(
-            "Contact: the compliance of the closed rows is singular. A contact between two fully fixed bodies?");
+            "Contact: the compliance of the closed rows is not positive definite. A contact between two fully "
+            "fixed bodies? Otherwise tighten solver_tolerance.");
+      const Vector right = -q(rows), solution = factor.solve(right);
       p(rows) = solution;
     }
     w.noalias() = W * p + q;

@@ -24,10 +24,10 @@ using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& 
 /// -gap_tolerance.
 Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance);
 
-/// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense W (r, r) m/N with positive semi-definite
-/// symmetric part and q (r) m.
-/// Rows that repeat others make W singular: 1e-9 of its largest diagonal entry is added, so that such rows share
-/// the force; the motion is the same to that accuracy.
+/// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense symmetric positive semi-definite W (r, r) m/N and q (r) m.
+/// Rows that repeat others make W singular, and columns solved for to 1e-12 leave it indefinite by about their
+/// condition times that: 1e-9 of its largest diagonal entry is added, so that such rows share the force; the
+/// motion is the same to that accuracy.
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
                                       double gap_tolerance);
 

@@ -29,9 +29,9 @@ class CondensedPath final : public ContactPath {
     for (std::ptrdiff_t i = 0; i < rows; ++i) {
       const Pair& pair = pairs[i];
       const std::ptrdiff_t s = 3 * position_[local_[pair.slave]];
-      W.row(i).noalias() = scale * pair.gradient.transpose() * Y.middleRows<3>(s);
+      W.row(i).noalias() = scale * pair.normal.transpose() * Y.middleRows<3>(s);
       for (int k = 0; k < 3; ++k)
-        W.row(i).noalias() -= scale * pair.weights[k] * pair.gradient.transpose() *
+        W.row(i).noalias() -= scale * pair.weights[k] * pair.normal.transpose() *
                               Y.middleRows<3>(3 * position_[local_[pair.master[k]]]);
       if (pair.stiffness > 0) W(i, i) += 1.0 / pair.stiffness;
     }

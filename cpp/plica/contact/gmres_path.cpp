@@ -7,11 +7,10 @@ namespace plica {
 
 namespace {
 
-/// A pair's row of G (gap) and column of N^T (force), held unknowns left out.
+/// Sparse rows of G, held unknowns left out.
 struct Row {
   std::array<std::int32_t, 12> unknown{};
-  std::array<double, 12> gap{};    // along the gradient
-  std::array<double, 12> force{};  // along the normal
+  std::array<double, 12> value{};
 };
 
 class GmresPath final : public ContactPath {
@@ -63,9 +62,7 @@ class GmresPath final : public ContactPath {
       const double weight = k == 0 ? 1.0 : -pair.weights[k - 1];
       for (int c = 0; c < 3; ++c) {
         row.unknown[3 * k + c] = 3 * node + c;
-        if (supports_.fixed(3 * node + c)) continue;
-        row.gap[3 * k + c] = weight * pair.gradient[c];
-        row.force[3 * k + c] = weight * pair.normal[c];
+        row.value[3 * k + c] = supports_.fixed(3 * node + c) ? 0.0 : weight * pair.normal[c];
       }
     }
     return row;
@@ -73,7 +70,7 @@ class GmresPath final : public ContactPath {
 
   static double apply_row(const Row& row, const Vector& v) {
     double sum = 0;
-    for (int k = 0; k < 12; ++k) sum += row.gap[k] * v[row.unknown[k]];
+    for (int k = 0; k < 12; ++k) sum += row.value[k] * v[row.unknown[k]];
     return sum;
   }
 
@@ -81,11 +78,11 @@ class GmresPath final : public ContactPath {
     double sum = 0;
     for (int i = 0; i < 12; ++i)
       for (int j = 0; j < 12; ++j)
-        if (a.unknown[i] == b.unknown[j]) sum += a.gap[i] * b.force[j] / diagonal_[a.unknown[i]];
+        if (a.unknown[i] == b.unknown[j]) sum += a.value[i] * b.value[j] / diagonal_[a.unknown[i]];
     return sum;
   }
 
-  /// [A N^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
+  /// [A G^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
   /// largest entry of the second block, lets rows that depend on others share the force.
   void saddle_point(const std::vector<Pair>& pairs, const std::vector<std::ptrdiff_t>& closed,
                     const Vector& gap_free, double scale, Vector& p) {
@@ -104,7 +101,7 @@ class GmresPath final : public ContactPath {
       out.head(n) = product;
       for (std::ptrdiff_t i = 0; i < m; ++i) {
         const Row& row = rows_[closed[i]];
-        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.force[k] * in[n + i];
+        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.value[k] * in[n + i];
         out[n + i] = apply_row(row, head) - regularisation * in[n + i];
         const double stiffness = pairs[closed[i]].stiffness;
         if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);

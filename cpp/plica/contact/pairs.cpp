@@ -14,7 +14,8 @@ double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
          6.0;
 }
 
-/// n without the directions in which the foot follows the slave: the triangle's plane, an edge, or none.
+/// n without the directions in which the foot follows the slave (the triangle's plane, an edge, or none), scaled
+/// to g . n = 1.
 Vector3 gap_gradient(const Vector3& n, const Foot& foot, const Vector3& a, const Vector3& b, const Vector3& c) {
   const std::array<const Vector3*, 3> corners{&a, &b, &c};
   std::array<int, 3> loaded{};
@@ -29,7 +30,7 @@ Vector3 gap_gradient(const Vector3& n, const Foot& foot, const Vector3& a, const
     const Vector3 e = (*corners[loaded[1]] - *corners[loaded[0]]).normalized();
     g = n - n.dot(e) * e;
   }
-  return g.normalized();
+  return g / g.dot(n);
 }
 
 }  // namespace

@@ -6,19 +6,19 @@
 
 namespace plica {
 
-/// A slave node facing the point of a master triangle (its foot): gap = g . (x_s - sum_k w_k x_k), Paper A, Eqs.
-/// (18)-(20). The force p acts along the normal n on the slave and -w_k n on the masters, so both sides sum to
-/// zero. n is the mean of both surfaces' smooth normals: it does not jump from triangle to triangle, and a pair
-/// seen from either side is the same. g is the gradient of the distance: n without what moves the foot, that is
-/// the triangle's own normal where the foot is inside, n across the edge on an edge, n itself on a corner. With it
-/// the rows are exact to first order and repeated linearisation converges as Newton's method does.
+/// A slave node facing the point of a master triangle (its foot), Paper A, Eqs. (18)-(20). The force p acts along
+/// the normal n on the slave and -w_k n on the masters, so both sides sum to zero. n is the mean of both surfaces'
+/// smooth normals: it does not jump from triangle to triangle, and a pair seen from either side is the same. The
+/// gap is the distance to the surface along n, gap = g . (x_s - sum_k w_k x_k), with g . n = 1 and g across the
+/// directions in which the foot follows the slave: along the triangle's own normal where the foot is inside,
+/// across the edge on an edge, n itself on a corner.
 struct Pair {
   std::int32_t key = -1;    // what the pair stands for from pass to pass: its slave node, or its tetrahedron
   std::int32_t slave = -1;  // node
   std::array<std::int32_t, 3> master{};
   Vector3 weights = Vector3::Zero();
   Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's: direction of the force
-  Vector3 gradient = Vector3::Zero();  // unit: direction of the gap
+  Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
   double stiffness = 0.0;              // N/m, 0: exact
 
   /// x_s - sum_k w_k x_k, m.

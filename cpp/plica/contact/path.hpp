@@ -10,18 +10,17 @@
 namespace plica {
 
 /// How contact forces and the motion they cause are computed from the step's linear system
-/// A (a - a_free) = N^T p with x = x_free + scale (a - a_free), A symmetric positive definite, N^T the force
-/// columns of the pairs (normals) and G their gap rows (gradients); on flat surfaces N = G. Implementations:
-/// condensed (compliance of the surface nodes, kept) and Krylov (the thesis's GMRES).
+/// A (a - a_free) = G^T p with x = x_free + scale (a - a_free), A symmetric positive definite.
+/// Implementations: condensed (compliance of the surface nodes, kept) and Krylov (the thesis's GMRES).
 class ContactPath {
  public:
   virtual ~ContactPath() = default;
 
-  /// Forces p with 0 <= p, 0 <= gap_free + scale G A^-1 N^T p + p / stiffness, complementary (N; a pair of
+  /// Forces p with 0 <= p, 0 <= gap_free + scale G A^-1 G^T p + p / stiffness, complementary (N; a pair of
   /// stiffness 0 is exact). `guess` says which pairs start closed. Throws SolveFailed where no solution is found.
   virtual Complementarity solve(const std::vector<Pair>& pairs, const Vector& gap_free, double scale,
                                 std::vector<char> guess, double gap_tolerance) = 0;
-  /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
+  /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 G^T p.
   virtual void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
 };

@@ -99,6 +99,10 @@ Simulation::Simulation(Scene scene, Options options)
     ContactPart& part = *scene_.contact;
     std::vector<std::int32_t> nodes(part.airway.first.data(), part.airway.first.data() + part.airway.first.size());
     nodes.insert(nodes.end(), part.airway.second.data(), part.airway.second.data() + part.airway.second.size());
+    if (scene_.airflow) {  // sections and loads of a step in the making need its contact response too
+      const Faces& surface = scene_.mesh.surface(scene_.airflow->surface);
+      nodes.insert(nodes.end(), surface.data(), surface.data() + surface.size());
+    }
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));

@@ -113,6 +113,10 @@ class Airflow(Part):
     """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
     area: Literal["elliptic", "cut"] = Field(default_factory=engine_default("Airflow", "area"))
     """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh."""
+    load_shape: Literal["reference", "current"] = Field(
+        default_factory=engine_default("Airflow", "load_shape")
+    )
+    """Surface the pressure acts on: at rest, consistent with linear tissue, or deformed (Paper A, Eq. 17)."""
     coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
     """In time."""
 

@@ -210,13 +210,16 @@ TEST_CASE("nodes take the pressure of their reference height") {
   CHECK(seen.size() == 6);
 }
 
-TEST_CASE("the load is the sum of the face loads at the current positions and is added to what is there") {
+TEST_CASE("the load balances the open ends, is added to what is there, and takes the shape asked for") {
   Larynx larynx;
   larynx.sections.front().minor *= 0.5;  // ends of different areas
   const TetMesh linear = larynx_mesh(larynx);
   for (const bool quadratic : {false, true}) {
     const TetMesh mesh = quadratic ? to_quadratic(linear) : linear;
-    const Airflow airflow(mesh, mesh.surface("airway"), {});
+    Airflow::Options options;
+    options.load_shape = Airflow::CurrentShape{};
+    const Airflow airflow(mesh, mesh.surface("airway"), options);
+    const Airflow at_rest(mesh, mesh.surface("airway"), {});
     const Vector pressure = Vector::Constant(airflow.sections().count(), 800);
     Vector force = Vector::Zero(mesh.points.size());
     airflow.add_load(mesh.points, pressure, force);
@@ -234,6 +237,9 @@ TEST_CASE("the load is the sum of the face loads at the current positions and is
     Vector larger = Vector::Zero(force.size());
     airflow.add_load(moved, pressure, larger);
     CHECK((larger - 4 * force).norm() < 1e-13 * force.norm());  // the current area
+    Vector same = Vector::Zero(force.size());
+    at_rest.add_load(moved, pressure, same);
+    CHECK((same - force).norm() == 0);
   }
 }
 
