@@ -172,7 +172,7 @@ def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: 
 
 
 class StopsAfter:
-    """A simulation that raises before its step number `last` + 1."""
+    """A simulation whose step number `last` + 1 fails, as the engine's do: what comes before is handed over."""
 
     def __init__(self, last: int, error: type[BaseException] = plica.SolveFailed) -> None:
         self.last, self.error, self.made = last, error, _engine.Simulation
@@ -186,11 +186,9 @@ class StopsAfter:
 
             def advance(self, steps: int) -> Any:
                 good = last - inner.step_count
-                if steps > good:
-                    if good > 0:
-                        inner.advance(good)
+                if good <= 0 < steps:
                     raise error(f"Simulation: no solution at t = {inner.time:g} s.")
-                return inner.advance(steps)
+                return inner.advance(min(steps, good))
 
         return Stopping()
 
