@@ -17,8 +17,7 @@ void Block::validate() const {
     if (divisions[d] < 1) throw InvalidInput("Block", "divisions." + axis, divisions[d], "", ">= 1");
   }
   const double nodes = (divisions[0] + 1.0) * (divisions[1] + 1.0) * (divisions[2] + 1.0);
-  if (nodes > 5e7)
-    throw InvalidInput("Block", "nodes", nodes, "", "<= 5e7", "Fewer divisions are needed.");
+  if (nodes > 5e7) throw InvalidInput("Block", "nodes", nodes, "", "<= 5e7", "Fewer divisions are needed.");
 }
 
 TetMesh block_mesh(const Block& block) {
@@ -65,7 +64,8 @@ TetMesh block_mesh(const Block& block) {
             nodes.push_back(node(i, j, k));
             marked[nodes.back()] = 1;
           }
-      mesh.node_sets[names[d][end]] = Eigen::Map<const Indices>(nodes.data(), static_cast<Eigen::Index>(nodes.size()));
+      mesh.node_sets[names[d][end]] =
+          Eigen::Map<const Indices>(nodes.data(), static_cast<Eigen::Index>(nodes.size()));
       mesh.surfaces[names[d][end]] = marked_faces(hull, marked);
     }
   return mesh;
@@ -75,7 +75,8 @@ TetMesh combine(const TetMesh& first, const TetMesh& second, const std::string& 
                 const std::string& second_prefix) {
   if (first.order() != second.order())
     throw InvalidInput("combine", "order of the second mesh", second.order(), "",
-                       "that of the first, " + std::to_string(first.order()), "Apply to_quadratic to the other one.");
+                       "that of the first, " + std::to_string(first.order()),
+                       "Apply to_quadratic to the other one.");
   if (first_prefix == second_prefix)
     throw InvalidInput("combine: second_prefix = \"" + second_prefix + "\"; must differ from first_prefix.");
   const auto nodes = static_cast<std::int32_t>(first.node_count());

@@ -8,9 +8,9 @@ namespace plica {
 /// A box [corner, corner + size] of linear tetrahedra, six to a hexahedron, all faces conforming.
 /// Surfaces and node sets "x_min", "x_max", "y_min", ... are its six sides. One layer, "body".
 struct Block {
-  std::array<double, 3> corner{0, 0, 0};      // m
-  std::array<double, 3> size{1, 1, 1};        // m, > 0
-  std::array<int, 3> divisions{1, 1, 1};      // >= 1
+  std::array<double, 3> corner{0, 0, 0};  // m
+  std::array<double, 3> size{1, 1, 1};    // m, > 0
+  std::array<int, 3> divisions{1, 1, 1};  // >= 1
   void validate() const;
 };
 TetMesh block_mesh(const Block& block);

@@ -72,7 +72,8 @@ void check_indices(const TetMesh& mesh) {
   }
 }
 
-/// det dx/dxi of a quadratic tetrahedron at barycentric coordinates L; 6 V everywhere where its sides are straight.
+/// det dx/dxi of a quadratic tetrahedron at barycentric coordinates L; 6 V everywhere where its sides are
+/// straight.
 double jacobian(const TetMesh& mesh, Eigen::Index e, const Eigen::Vector4d& L) {
   // dx/dL_i for independent L: corners N = L (2 L - 1), mid-side nodes N = 4 L_a L_b.
   Eigen::Matrix<double, 4, 3> d;
@@ -123,7 +124,8 @@ void check_duplicates(const TetMesh& mesh) {
     std::sort(corners.begin(), corners.end());
     const auto [first, fresh] = seen.emplace(corners, e);
     if (!fresh)
-      refuse(cell_name(mesh, e) + " has the corners of cell " + std::to_string(first->second), "Remove one of them.");
+      refuse(cell_name(mesh, e) + " has the corners of cell " + std::to_string(first->second),
+             "Remove one of them.");
     for (const auto& f : tet_faces)
       if (++uses[face_key(mesh.cells(e, f[0]), mesh.cells(e, f[1]), mesh.cells(e, f[2]))] > 2)
         refuse(cell_name(mesh, e) + " shares a face with two other cells", "Cells must not overlap: remove one.");

@@ -8,8 +8,7 @@
 namespace plica {
 
 /// The ends of the six edges of a tetrahedron, in the order of its mid-side nodes 4 ... 9.
-inline constexpr std::array<std::array<int, 2>, 6> tet_edges{
-    {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+inline constexpr std::array<std::array<int, 2>, 6> tet_edges{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
 /// The four outward faces of a positive tetrahedron: corners, then mid-side nodes (0,1) (1,2) (2,0).
 inline constexpr std::array<std::array<int, 6>, 4> tet_faces{
     {{0, 2, 1, 6, 5, 4}, {0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {0, 3, 2, 7, 9, 6}}};

@@ -80,7 +80,8 @@ void Larynx::validate() const {
                        "<= " + std::to_string(count - 1) + ", the last section");
   at_least("around", around, 8);
   if (around % 4 != 0)
-    throw InvalidInput("Larynx", "around", around, "", "a multiple of 4", "Lines at y = 0 and at both tips need it.");
+    throw InvalidInput("Larynx", "around", around, "", "a multiple of 4",
+                       "Lines at y = 0 and at both tips need it.");
   at_least("cover_rings", cover_rings, 1);
   at_least("ligament_rings", ligament_rings, 1);
   at_least("body_rings", body_rings, 1);
@@ -88,7 +89,8 @@ void Larynx::validate() const {
 
 namespace {
 
-/// The count + 1 ends, from 0 to 1, of pieces h, h q, h q^2, ... of `length`; q in [1, 3] brings h nearest to `first`.
+/// The count + 1 ends, from 0 to 1, of pieces h, h q, h q^2, ... of `length`; q in [1, 3] brings h nearest to
+/// `first`.
 std::vector<double> graded(int count, double length, double first) {
   const auto sum = [&](double q) {
     double total = 0;
@@ -215,7 +217,9 @@ void fill_cells(const Larynx& larynx, const Grid& grid, const std::vector<Level>
           prism(a, b, d);
           prism(b, c, d);
         }
-        const int depth = ring < larynx.cover_rings ? 2 : ring < larynx.cover_rings + larynx.ligament_rings ? 1 : 0;
+        const int depth = ring < larynx.cover_rings                           ? 2
+                          : ring < larynx.cover_rings + larynx.ligament_rings ? 1
+                                                                              : 0;
         const bool left = line >= grid.per_quadrant() && line < 3 * grid.per_quadrant();
         layer.resize(cells.size(), levels[level].layered ? depth : 0);
         side.resize(cells.size(), static_cast<std::int32_t>(left ? Side::left : Side::right));
@@ -262,10 +266,10 @@ TetMesh larynx_mesh(const Larynx& larynx) {
   Eigen::Index worst;
   const double least = signed_volumes(mesh.points, mesh.cells).minCoeff(&worst);
   if (!(least > 0))
-    throw InvalidInput("larynx_mesh", "least volume of a tetrahedron", least, "m^3",
-                       "> 0 (cell " + std::to_string(worst) + " at z = " +
-                           number(mesh.points(mesh.cells(worst, 0), 2)) + " m)",
-                       "Take more levels around that height, or fewer lines around.");
+    throw InvalidInput(
+        "larynx_mesh", "least volume of a tetrahedron", least, "m^3",
+        "> 0 (cell " + std::to_string(worst) + " at z = " + number(mesh.points(mesh.cells(worst, 0), 2)) + " m)",
+        "Take more levels around that height, or fewer lines around.");
   name_parts(grid, mesh);
   return mesh;
 }

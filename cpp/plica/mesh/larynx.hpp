@@ -18,11 +18,11 @@ struct Larynx {
   };
   /// Table II: S0 S7 S8 S12 S17 S18 S26 S27 S36 S43 S51.
   std::vector<Section> sections = thesis_sections();
-  double major = 0.7e-2;          // m, half-axis y of every section, > 0 and < radius
-  double radius = 0.8e-2;         // m, embedding cylinder
+  double major = 0.7e-2;             // m, half-axis y of every section, > 0 and < radius
+  double radius = 0.8e-2;            // m, embedding cylinder
   double layer_thickness = 0.05e-2;  // m, > 0, of cover and of ligament; at most 0.3 of the tissue's depth each
-  int layers_from_section = 4;    // S17: cover and ligament lie between these two sections
-  int layers_to_section = 7;      // S27
+  int layers_from_section = 4;       // S17: cover and ligament lie between these two sections
+  int layers_to_section = 7;         // S27
   /// Subdivisions between consecutive sections (one fewer than sections), each >= 1, at least two in all.
   /// Even, but graded in the first and last interval of three or more: from the glottis outward the heights
   /// are h, h q, h q^2, ..., q in [1, 3] such that h comes nearest to the neighbouring interval's height.
@@ -30,8 +30,8 @@ struct Larynx {
   /// Mesh lines around the airway, a multiple of 4, >= 8. Between the plane y = 0 (s = 0) and the tip (s = 1)
   /// they leave the ellipse at y = major (s + sin(pi s / 2)) / 2 and reach the cylinder at the angle pi s / 2.
   int around = 12;
-  int cover_rings = 1;            // >= 1
-  int ligament_rings = 1;         // >= 1
+  int cover_rings = 1;     // >= 1
+  int ligament_rings = 1;  // >= 1
   /// >= 1; thicknesses h, h q, h q^2, ... outward, q in [1, 3] such that h comes nearest to the ligament rings'.
   int body_rings = 2;
   void validate() const;

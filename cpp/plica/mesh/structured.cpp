@@ -32,7 +32,8 @@ void split_prism(const std::array<PrismCorner, 6>& prism, std::vector<std::array
 
 Cells as_cells(const std::vector<std::array<std::int32_t, 4>>& cells) {
   Cells array(static_cast<Eigen::Index>(cells.size()), 4);
-  for (std::size_t e = 0; e < cells.size(); ++e) array.row(e) << cells[e][0], cells[e][1], cells[e][2], cells[e][3];
+  for (std::size_t e = 0; e < cells.size(); ++e)
+    array.row(e) << cells[e][0], cells[e][1], cells[e][2], cells[e][3];
   return array;
 }
 

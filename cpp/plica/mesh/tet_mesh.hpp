@@ -12,13 +12,13 @@ enum class Side : std::int8_t { none = 0, left = 1, right = 2 };
 /// Linear (4 nodes) or quadratic (10 nodes, VTK order) tetrahedra with their labels.
 /// Mid-side nodes of order 2: edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3); faces: (0,1) (1,2) (2,0).
 struct TetMesh {
-  Points points;                         // (n, 3) m
-  Cells cells;                           // (m, 4) or (m, 10)
-  Indices cell_layer;                    // (m) position in layer_names
-  Indices cell_side;                     // (m) a Side
-  std::vector<std::string> layer_names;  // e.g. body, ligament, cover
-  std::map<std::string, Faces> surfaces;      // named boundary faces, outward, e.g. airway_left, airway_right
-  std::map<std::string, Indices> node_sets;   // named nodes, e.g. wall
+  Points points;                             // (n, 3) m
+  Cells cells;                               // (m, 4) or (m, 10)
+  Indices cell_layer;                        // (m) position in layer_names
+  Indices cell_side;                         // (m) a Side
+  std::vector<std::string> layer_names;      // e.g. body, ligament, cover
+  std::map<std::string, Faces> surfaces;     // named boundary faces, outward, e.g. airway_left, airway_right
+  std::map<std::string, Indices> node_sets;  // named nodes, e.g. wall
 
   int order() const { return cells.cols() == 10 ? 2 : 1; }
   std::ptrdiff_t node_count() const { return points.rows(); }

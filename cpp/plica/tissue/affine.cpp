@@ -64,7 +64,8 @@ AffineStiffness::AffineStiffness(const Assembler& assembler, const Tissue& tissu
     for (const auto c : cells[g]) {
       element.place(mesh.points, mesh.cells.row(c).data());
       const auto* entries = assembler.scatter_.data() + static_cast<std::ptrdiff_t>(c) * pairs;
-      for (int i = 0; i < pairs; ++i) targets[static_cast<std::size_t>(i)] = place[static_cast<std::size_t>(entries[i])];
+      for (int i = 0; i < pairs; ++i)
+        targets[static_cast<std::size_t>(i)] = place[static_cast<std::size_t>(entries[i])];
       for (std::size_t k = 0; k < 6; ++k) {
         element.stiffness(basis[k], blocks.data());
         add_symmetric_blocks(blocks.data(), element.nodes(), targets.data(), group.stiffness[k].data());

@@ -116,7 +116,8 @@ Assembler::Assembler(const TetMesh& mesh) : mesh_(mesh) {
   pattern->column.reserve(static_cast<std::size_t>(nodes) * (columns == 4 ? 16 : 30));
   scatter_.resize(static_cast<std::size_t>(mesh.cells.size()) * static_cast<std::size_t>(columns));
 
-  std::vector<std::int32_t> last_row(static_cast<std::size_t>(nodes), -1), position(static_cast<std::size_t>(nodes));
+  std::vector<std::int32_t> last_row(static_cast<std::size_t>(nodes), -1),
+      position(static_cast<std::size_t>(nodes));
   std::vector<std::int32_t> row;
   for (std::int32_t i = 0; i < nodes; ++i) {
     const auto* corner = node_cells.corner.data();

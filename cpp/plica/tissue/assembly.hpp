@@ -21,11 +21,11 @@ class Assembler {
   explicit Assembler(const TetMesh& mesh);
 
   const Pattern& pattern() const { return pattern_; }
-  NodalMatrix mass(const Tissue& tissue) const;        // consistent, kg
+  NodalMatrix mass(const Tissue& tissue) const;  // consistent, kg
   /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
   Vector lumped_mass(const Tissue& tissue) const;
-  BlockMatrix stiffness(const Tissue& tissue) const;   // N/m
-  BlockMatrix viscosity(const Tissue& tissue) const;   // N s/m
+  BlockMatrix stiffness(const Tissue& tissue) const;  // N/m
+  BlockMatrix viscosity(const Tissue& tissue) const;  // N s/m
   /// (3 n) N: consistent load of a force per mass (m/s^2), e.g. gravity.
   Vector body_force(const Tissue& tissue, const Vector3& acceleration) const;
   /// (3 n) N: consistent load of a constant traction (Pa) on faces of the reference surface.
@@ -52,9 +52,9 @@ class AffineStiffness {
 
  private:
   struct Group {
-    std::vector<std::int32_t> entries;              // positions in the pattern that the group touches
-    std::array<std::vector<double>, 6> stiffness;   // (9 * entries) each
-    std::vector<double> viscosity;                  // (9 * entries)
+    std::vector<std::int32_t> entries;             // positions in the pattern that the group touches
+    std::array<std::vector<double>, 6> stiffness;  // (9 * entries) each
+    std::vector<double> viscosity;                 // (9 * entries)
   };
   Pattern pattern_;
   std::vector<Group> groups_;

@@ -68,7 +68,7 @@ class Element {
   int order_;
   bool curved_ = false;
   double volume_ = 0;
-  Eigen::Matrix<double, 10, 3, Eigen::RowMajor> x_;        // nodes, m
+  Eigen::Matrix<double, 10, 3, Eigen::RowMajor> x_;         // nodes, m
   Eigen::Matrix<double, 4, 3, Eigen::RowMajor> gradients_;  // of the barycentric coordinates; straight sides
   std::vector<Point> points_;                               // curved only
 };

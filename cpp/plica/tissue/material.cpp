@@ -75,12 +75,24 @@ Vector6 coefficients_of(const TransverselyIsotropic& law) {
 Matrix6 basis_along_y(int coefficient) {
   Matrix6 S = Matrix6::Zero();
   switch (coefficient) {
-    case 0: S(0, 0) = S(2, 2) = 1; break;
-    case 1: S(0, 2) = S(2, 0) = 1; break;
-    case 2: S(0, 1) = S(1, 0) = S(1, 2) = S(2, 1) = 1; break;
-    case 3: S(1, 1) = 1; break;
-    case 4: S(3, 3) = S(4, 4) = 1; break;
-    default: S(5, 5) = 1; break;
+    case 0:
+      S(0, 0) = S(2, 2) = 1;
+      break;
+    case 1:
+      S(0, 2) = S(2, 0) = 1;
+      break;
+    case 2:
+      S(0, 1) = S(1, 0) = S(1, 2) = S(2, 1) = 1;
+      break;
+    case 3:
+      S(1, 1) = 1;
+      break;
+    case 4:
+      S(3, 3) = S(4, 4) = 1;
+      break;
+    default:
+      S(5, 5) = 1;
+      break;
   }
   return S;
 }

@@ -20,11 +20,11 @@ struct Isotropic {
 /// Transversely isotropic linear elasticity, Paper A, Eq. (6), about a fibre direction.
 /// nu may exceed 1/2: the bound is k = E'(1 - nu) - 2 nu'^2 E > 0.
 struct TransverselyIsotropic {
-  double E = 1e3;         // Pa, > 0, across the fibre
-  double nu = 0.66;       // -, in (-1, 1), across the fibre
-  double E_fibre = 10e3;  // Pa, > 0, along the fibre (E')
-  double nu_fibre = 0.66; // - (nu')
-  double mu_fibre = 10e3; // Pa, > 0 (mu')
+  double E = 1e3;          // Pa, > 0, across the fibre
+  double nu = 0.66;        // -, in (-1, 1), across the fibre
+  double E_fibre = 10e3;   // Pa, > 0, along the fibre (E')
+  double nu_fibre = 0.66;  // - (nu')
+  double mu_fibre = 10e3;  // Pa, > 0 (mu')
   /// Pa, > 0; shear modulus across the fibre. Without a value: E / (2 (1 + nu)), the isotropy of the
   /// plane demands it; the thesis prints E / (1 + nu) (Eq. 2.19), which is not isotropic in the plane.
   std::optional<double> mu;

@@ -95,7 +95,8 @@ TEST_CASE("the cut areas of the larynx at rest are those of the polygons of its 
   const Airflow airflow(mesh, mesh.surface("airway"), options);
   const Vector areas = airflow.areas(mesh.points);
   for (int i = 0; i < areas.size(); ++i)
-    CHECK(areas[i] == doctest::Approx(ring_area(mesh, airflow.nodes(), airflow.sections().height[i])).epsilon(1e-13));
+    CHECK(areas[i] ==
+          doctest::Approx(ring_area(mesh, airflow.nodes(), airflow.sections().height[i])).epsilon(1e-13));
 }
 
 TEST_CASE("each half-ellipse has its own minor half-axis and becomes negative by overlap") {
@@ -168,7 +169,8 @@ TEST_CASE("with a given separation the pressure is continuous in the areas and s
   second[3] -= e;
   const FlowState a = airflow.evaluate(first, false, 3), b = airflow.evaluate(second, false, 3);
   CHECK(a.separation == 3);
-  CHECK((a.pressure - b.pressure).cwiseAbs().maxCoeff() < 800 * 4 * e);  // derivative of (a_min / a)^2 is at most 2
+  CHECK((a.pressure - b.pressure).cwiseAbs().maxCoeff() <
+        800 * 4 * e);  // derivative of (a_min / a)^2 is at most 2
   CHECK(airflow.evaluate(first, false).separation != airflow.evaluate(second, false).separation);
   first[2] = 1e-6;
   CHECK(airflow.evaluate(first, false, 3).pressure.minCoeff() >= 0);
@@ -185,7 +187,8 @@ TEST_CASE("nodes take the pressure of their reference height") {
   std::vector<std::int32_t> faces;
   for (const auto& t : mesh.surface("airway").rowwise()) {
     const Vector3 middle = (mesh.points.row(t[0]) + mesh.points.row(t[1]) + mesh.points.row(t[2])).transpose() / 3;
-    if (middle[0] > 0 ? middle[2] > levels[1] : middle[2] < levels[3]) faces.insert(faces.end(), t.begin(), t.end());
+    if (middle[0] > 0 ? middle[2] > levels[1] : middle[2] < levels[3])
+      faces.insert(faces.end(), t.begin(), t.end());
   }
   const Faces part = Eigen::Map<const Faces>(faces.data(), static_cast<std::ptrdiff_t>(faces.size()) / 3, 3);
   mesh.points.middleRows(33, 7).col(2).array() -= 0.25e-2;  // part of a ring between levels 1 and 2, off y = 0
@@ -226,8 +229,8 @@ TEST_CASE("the load balances the open ends, is added to what is there, and takes
     // By the closed surface under constant pressure: the sides balance, and the open ends leave F_z = p times the
     // area of the lower end less that of the upper end (a duct that widens upward is pushed down).
     const Vector& height = airflow.sections().height;
-    const double ends = ring_area(mesh, airflow.nodes(), height[0]) -
-                        ring_area(mesh, airflow.nodes(), height[height.size() - 1]);
+    const double ends =
+        ring_area(mesh, airflow.nodes(), height[0]) - ring_area(mesh, airflow.nodes(), height[height.size() - 1]);
     CHECK((total(force) - Vector3(0, 0, 800 * ends)).norm() < 1e-12 * std::abs(800 * ends));
     CHECK(force.norm() > 1e-3);
     Vector twice = force;

@@ -95,7 +95,8 @@ TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
 }
 
 TEST_CASE("folds that touch at rest are told apart by their normals") {
-  const TetMesh mesh = tube(12, levels, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
+  const TetMesh mesh = tube(
+      12, levels, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
   const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
   CHECK(sections.half_widths(mesh.points).row(3).norm() < 1e-16);
@@ -122,8 +123,8 @@ TEST_CASE("the cut area is that of the polygon, also in a plane through nodes") 
   const TetMesh mesh = tube(12, levels, cone, 0.7);
   const Triangles wall = mesh.surface("airway");
   for (const double z : {-2.0, -1.7, -1.0, -0.25, 0.1, 0.5, 0.9, 1.0})  // both rims and inner rings among them
-    // Between rings a panel's two triangles leave its ruled surface: a quarter of the difference of minor half-axes
-    // times the difference of cosines along a step, here below 0.4 % of the area.
+    // Between rings a panel's two triangles leave its ruled surface: a quarter of the difference of minor
+    // half-axes times the difference of cosines along a step, here below 0.4 % of the area.
     CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(0.004));
   for (const double z : levels)
     CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(1e-14));
@@ -146,7 +147,8 @@ TEST_CASE("a plane near a ring of nodes cuts almost the area of the ring") {
   const Triangles wall = mesh.surface("airway");
   const double at = cut_area(mesh.points, wall, -0.25);
   for (const double off : {-1e-9, -1e-14, 1e-14, 1e-9})
-    CHECK(cut_area(mesh.points, wall, -0.25 + off) == doctest::Approx(at).epsilon(1e-8));  // its slope is below 1 / m
+    CHECK(cut_area(mesh.points, wall, -0.25 + off) ==
+          doctest::Approx(at).epsilon(1e-8));  // its slope is below 1 / m
 }
 
 TEST_CASE("moving one half apart changes the cut area by the depth times the way, to negative at overlap") {

@@ -58,8 +58,8 @@ TEST_CASE("constant pressure on a closed surface has neither force nor moment") 
         size += load.row(c).norm();
       }
     }
-    CHECK(size > 1000);                     // N: 800 Pa on some 13 m^2
-    CHECK(force.norm() < 1e-13 * size);     // round-off of some 500 terms
+    CHECK(size > 1000);                  // N: 800 Pa on some 13 m^2
+    CHECK(force.norm() < 1e-13 * size);  // round-off of some 500 terms
     CHECK(moment.norm() < 3e-13 * size);
   }
 }
@@ -120,8 +120,7 @@ TEST_CASE("on a curved face the load is the integral of the isoparametric pressu
         along_s += (shape(l, r, s + 0.5) - shape(l, r, s - 0.5)) * x.row(l);
         pressure += p[l] * shape(l, r, s);
       }
-      for (int l = 0; l < 6; ++l)
-        sum.row(l) -= pressure * shape(l, r, s) * along_r.cross(along_s) / (2.0 * n * n);
+      for (int l = 0; l < 6; ++l) sum.row(l) -= pressure * shape(l, r, s) * along_r.cross(along_s) / (2.0 * n * n);
     }
   CHECK(load.norm() > 0.5);
   CHECK((load - sum).norm() < 1e-4 * load.norm());  // the midpoint rule: (1 / 300)^2 times second derivatives

@@ -57,7 +57,8 @@ Gap facing_grids(int n, HalfGap half_gap, bool share = false) {
         ++f;
       }
     }
-  std::reverse(gap.second.data(), gap.second.data() + gap.second.size());  // order and start of the rows do not matter
+  std::reverse(gap.second.data(),
+               gap.second.data() + gap.second.size());  // order and start of the rows do not matter
   for (int t = 0; t < f; ++t) std::swap(gap.second(t, 0), gap.second(t, 2));
   return gap;
 }
@@ -85,7 +86,8 @@ double gap_volume(const Gap& gap) {
   for (const auto& t : gap.first.rowwise()) {
     const Vector3 e = gap.points.row(t[1]) - gap.points.row(t[0]), g = gap.points.row(t[2]) - gap.points.row(t[0]);
     double mean = 0;
-    for (const auto node : t) mean += (far.at({gap.points(node, 1), gap.points(node, 2)}) - gap.points(node, 0)) / 3;
+    for (const auto node : t)
+      mean += (far.at({gap.points(node, 1), gap.points(node, 2)}) - gap.points(node, 0)) / 3;
     volume += mean * (e[1] * g[2] - e[2] * g[1]) / 2;
   }
   return volume;
@@ -175,7 +177,8 @@ TEST_CASE("a node inverts air exactly when it is pushed through the opposite fac
   const int node = 2 + 2 * 5;
   int partner = -1;
   for (const auto other : gap.second.reshaped())
-    if (gap.points(other, 1) == gap.points(node, 1) && gap.points(other, 2) == gap.points(node, 2)) partner = other;
+    if (gap.points(other, 1) == gap.points(node, 1) && gap.points(other, 2) == gap.points(node, 2))
+      partner = other;
   const double opposite = gap.points(partner, 0);
   Points x = gap.points;
   x(node, 0) = opposite;

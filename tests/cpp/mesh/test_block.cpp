@@ -38,8 +38,7 @@ TEST_CASE("every face of a block is shared by two cells or lies on its hull") {
   CHECK(test::area_vector(mesh.points, hull.faces).norm() < 1e-12);  // roundoff of areas near 1
   CHECK(test::enclosed_volume(mesh.points, hull.faces) == doctest::Approx(3.0).epsilon(1e-12));
   for (Eigen::Index f = 0; f < single; ++f)
-    for (int k = 0; k < 3; ++k)
-      CHECK((mesh.cells.row(hull.cell_of_face[f]).array() == hull.faces(f, k)).any());
+    for (int k = 0; k < 3; ++k) CHECK((mesh.cells.row(hull.cell_of_face[f]).array() == hull.faces(f, k)).any());
 }
 
 TEST_CASE("the named sides of a block point outward and cover it") {

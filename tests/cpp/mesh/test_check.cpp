@@ -148,11 +148,11 @@ TEST_CASE("surfaces that are not outward boundary faces are refused") {
                        }
                      }),
              "surface \"inner\": face 0 with node");
-  const auto inward = refusal(cube(), [](TetMesh& m) { m.surfaces["x_max"].col(0).swap(m.surfaces["x_max"].col(1)); });
+  const auto inward =
+      refusal(cube(), [](TetMesh& m) { m.surfaces["x_max"].col(0).swap(m.surfaces["x_max"].col(1)); });
   CHECK_SAYS(inward, "points into the tissue");
-  const auto middles = refusal(to_quadratic(cube()), [](TetMesh& m) {
-    m.surfaces["x_max"].col(3).swap(m.surfaces["x_max"].col(4));
-  });
+  const auto middles = refusal(to_quadratic(cube()),
+                               [](TetMesh& m) { m.surfaces["x_max"].col(3).swap(m.surfaces["x_max"].col(4)); });
   CHECK_SAYS(middles, "surface \"x_max\": face 0 with node");
   CHECK_SAYS(middles, "The order is (0,1) (1,2) (2,0)");
 }
@@ -182,15 +182,19 @@ TEST_CASE("a surface with an edge of more than two faces is refused") {
     if (local == 4) return 7;
     return 8 + local - (local > 4 ? 2 : 1);
   };
-  CHECK(refusal(both, [&](TetMesh& m) {
-          Points points(14, 3);
-          for (std::int32_t n = 0; n < 16; ++n) points.row(fold(n)) = m.points.row(n);
-          m.points = points;
-          m.cells = m.cells.unaryExpr(fold);
-          m.surfaces = {{"hull", boundary(m.cells).faces}};
-          m.node_sets.clear();
-        }).find("surface \"hull\": more than two faces meet in the edge between node 3 at (1, 1, 0) m and node 7") !=
-        std::string::npos);
+  CHECK(
+      refusal(both,
+              [&](TetMesh& m) {
+                Points points(14, 3);
+                for (std::int32_t n = 0; n < 16; ++n) points.row(fold(n)) = m.points.row(n);
+                m.points = points;
+                m.cells = m.cells.unaryExpr(fold);
+                m.surfaces = {{"hull", boundary(m.cells).faces}};
+                m.node_sets.clear();
+              })
+          .find(
+              "surface \"hull\": more than two faces meet in the edge between node 3 at (1, 1, 0) m and node 7") !=
+      std::string::npos);
 }
 
 TEST_CASE("an empty node set is refused") {

@@ -186,7 +186,8 @@ TEST_CASE("cover and ligament fill their thickness between S17 and S27 and nothi
   }
   const Faces& airway = mesh.surface("airway");
   for (Eigen::Index f = 0; f < airway.rows(); ++f) {
-    const double z = (mesh.points(airway(f, 0), 2) + mesh.points(airway(f, 1), 2) + mesh.points(airway(f, 2), 2)) / 3;
+    const double z =
+        (mesh.points(airway(f, 0), 2) + mesh.points(airway(f, 1), 2) + mesh.points(airway(f, 2), 2)) / 3;
     if (low < z && z < high)
       area += test::area_vector(mesh.points, airway(f, 0), airway(f, 1), airway(f, 2)).norm();
   }
@@ -256,7 +257,8 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(refusal([](Larynx& l) { l.around = 10; }) ==
         "Larynx: around = 10; must be a multiple of 4. Lines at y = 0 and at both tips need it.");
   CHECK(refusal([](Larynx& l) { l.around = 4; }) == "Larynx: around = 4; must be >= 8.");
-  CHECK(refusal([](Larynx& l) { l.major = 0.9e-2; }).find("major = 0.009 m; must be < radius") != std::string::npos);
+  CHECK(refusal([](Larynx& l) { l.major = 0.9e-2; }).find("major = 0.009 m; must be < radius") !=
+        std::string::npos);
   CHECK(refusal([](Larynx& l) { l.sections[7].minor = -0.05e-2; }) ==
         "Larynx: sections[7].minor = -0.0005 m; must be > 0.");
   CHECK(refusal([](Larynx& l) { l.sections[2].z = -1; }).find("sections[2].z = -1 m; must be > -0.0078 m") !=

@@ -34,10 +34,10 @@ TEST_CASE("mid-side nodes lie in the middle of their edges and the corners stay"
   double worst = 0;
   for (Eigen::Index e = 0; e < mesh.cell_count(); ++e)
     for (int k = 0; k < 6; ++k)
-      worst = std::max(worst, (mesh.points.row(mesh.cells(e, 4 + k)) -
-                               0.5 * (mesh.points.row(mesh.cells(e, edge_ends[k][0])) +
-                                      mesh.points.row(mesh.cells(e, edge_ends[k][1]))))
-                                  .norm());
+      worst = std::max(
+          worst, (mesh.points.row(mesh.cells(e, 4 + k)) - 0.5 * (mesh.points.row(mesh.cells(e, edge_ends[k][0])) +
+                                                                 mesh.points.row(mesh.cells(e, edge_ends[k][1]))))
+                     .norm());
   CHECK(worst == 0);
 }
 
@@ -84,7 +84,8 @@ TEST_CASE("a six-node face becomes four flat triangles of the same area vector")
 TEST_CASE("what is quadratic already, or has a surface off its edges, is refused") {
   TetMesh mesh = block_mesh({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}});
   CHECK_THROWS_WITH_AS(to_quadratic(to_quadratic(mesh)),
-                       "to_quadratic: nodes per cell = 10; must be 4. Is the mesh quadratic already?", InvalidInput);
+                       "to_quadratic: nodes per cell = 10; must be 4. Is the mesh quadratic already?",
+                       InvalidInput);
   mesh.surfaces["x_min"](0, 0) = 26;
   CHECK_THROWS_AS(to_quadratic(mesh), InvalidInput);
 }

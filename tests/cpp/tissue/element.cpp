@@ -1,6 +1,7 @@
 #include "plica/tissue/element.hpp"
 
 #include <doctest/doctest.h>
+
 #include <cmath>
 
 using namespace plica;
@@ -72,7 +73,8 @@ constexpr std::int32_t cell[10] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
 
 TEST_CASE("each rule integrates every monomial up to its degree and fails one degree above") {
   const double round_off = 1e-13;  // of fifteen terms, relative to means down to 1e-3
-  for (int degree = 0; degree <= 2; ++degree) CHECK(tetrahedron_error(tetrahedron_rule_degree_2(), degree) < round_off);
+  for (int degree = 0; degree <= 2; ++degree)
+    CHECK(tetrahedron_error(tetrahedron_rule_degree_2(), degree) < round_off);
   CHECK(tetrahedron_error(tetrahedron_rule_degree_2(), 3) > 1e-3);
   for (int degree = 0; degree <= 5; ++degree) {
     CHECK(tetrahedron_error(tetrahedron_rule_degree_5(), degree) < round_off);
@@ -92,13 +94,21 @@ TEST_CASE("the rules have positive weights and inner points") {
 }
 
 TEST_CASE("quadratic shape functions are one at their node and zero at the others") {
-  const std::array<std::array<double, 4>, 10> nodes = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1},
-                                                        {.5, .5, 0, 0}, {0, .5, .5, 0}, {.5, 0, .5, 0},
-                                                        {.5, 0, 0, .5}, {0, .5, 0, .5}, {0, 0, .5, .5}}};
+  const std::array<std::array<double, 4>, 10> nodes = {{{1, 0, 0, 0},
+                                                        {0, 1, 0, 0},
+                                                        {0, 0, 1, 0},
+                                                        {0, 0, 0, 1},
+                                                        {.5, .5, 0, 0},
+                                                        {0, .5, .5, 0},
+                                                        {.5, 0, .5, 0},
+                                                        {.5, 0, 0, .5},
+                                                        {0, .5, 0, .5},
+                                                        {0, 0, .5, .5}}};
   for (int i = 0; i < 10; ++i) {
     CHECK(quadratic_shapes(nodes[static_cast<std::size_t>(i)]) == ShapeValues::Unit(i));
   }
-  const std::array<std::array<double, 3>, 6> face = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}}};
+  const std::array<std::array<double, 3>, 6> face = {
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {.5, .5, 0}, {0, .5, .5}, {.5, 0, .5}}};
   for (int i = 0; i < 6; ++i) {
     CHECK(triangle_shapes(face[static_cast<std::size_t>(i)]) == Eigen::Matrix<double, 6, 1>::Unit(i));
   }

@@ -1,7 +1,8 @@
 #include "plica/tissue/material.hpp"
 
-#include <Eigen/Dense>
 #include <doctest/doctest.h>
+
+#include <Eigen/Dense>
 #include <limits>
 
 #include "plica/core/error.hpp"

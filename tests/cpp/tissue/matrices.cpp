@@ -1,6 +1,7 @@
 // Masses, loads, symmetry, and the affine form of K.
-#include <Eigen/Dense>
 #include <doctest/doctest.h>
+
+#include <Eigen/Dense>
 
 #include "plica/core/error.hpp"
 #include "scenes.hpp"
@@ -34,7 +35,8 @@ Tissue mixed(const TetMesh& mesh) {
                 {"ligament", "body", "cover", "spare"},
                 Indices(mesh.cell_count())};
   std::get<TransverselyIsotropic>(tissue.materials[2].elasticity).mu = 1e3 / 1.66;
-  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) tissue.cell_material[c] = static_cast<std::int32_t>(c % 3);
+  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c)
+    tissue.cell_material[c] = static_cast<std::int32_t>(c % 3);
   return tissue;
 }
 
@@ -66,7 +68,8 @@ TEST_CASE("the pattern couples the nodes of each cell, ascending, and no others"
       const auto end = pattern->row_start[static_cast<std::size_t>(i) + 1];
       for (auto k = begin; k < end; ++k) {
         ++found(i, pattern->column[static_cast<std::size_t>(k)]);
-        if (k > begin) CHECK(pattern->column[static_cast<std::size_t>(k - 1)] < pattern->column[static_cast<std::size_t>(k)]);
+        if (k > begin)
+          CHECK(pattern->column[static_cast<std::size_t>(k - 1)] < pattern->column[static_cast<std::size_t>(k)]);
       }
     }
     CHECK((found - expected).cwiseAbs().maxCoeff() == 0);
@@ -90,7 +93,8 @@ TEST_CASE("consistent and lumped mass sum to density times volume and are positi
     CHECK(Eigen::LLT<Eigen::MatrixXd>(M.to_sparse().toDense()).info() == Eigen::Success);
     if (kind == Kind::linear) {
       const Vector rows = M * Vector::Ones(M.rows());
-      for (std::ptrdiff_t i = 0; i < lumped.size(); ++i) CHECK(lumped[i] == doctest::Approx(rows[3 * i]).epsilon(1e-13));
+      for (std::ptrdiff_t i = 0; i < lumped.size(); ++i)
+        CHECK(lumped[i] == doctest::Approx(rows[3 * i]).epsilon(1e-13));
     }
   }
 }
@@ -141,8 +145,8 @@ TEST_CASE("viscosity is eta / 2 (g_a . g_b I + g_b g_a^T) on a linear tetrahedro
   const double volume = std::abs(corners.determinant()) / 6;
   for (int a = 0; a < 4; ++a) {
     for (int b = 0; b < 4; ++b) {
-      const Matrix3 exact = volume * 3 / 2 *
-                            (g.row(a).dot(g.row(b)) * Matrix3::Identity() + g.row(b).transpose() * g.row(a));
+      const Matrix3 exact =
+          volume * 3 / 2 * (g.row(a).dot(g.row(b)) * Matrix3::Identity() + g.row(b).transpose() * g.row(a));
       CHECK((C.block<3, 3>(3 * a, 3 * b) - exact).norm() < 1e-13 * C.norm());
     }
   }
@@ -209,7 +213,8 @@ TEST_CASE("a uniform traction has its area as resultant and acts at the centre o
   }
 }
 
-TEST_CASE("a constant traction loads the middles of a quadratic face with a third each and its corners not at all") {
+TEST_CASE(
+    "a constant traction loads the middles of a quadratic face with a third each and its corners not at all") {
   const TetMesh mesh = to_quadratic(block_mesh(Block{}));
   const Faces face = mesh.surface("z_max").topRows(1);
   const Vector f = Assembler(mesh).traction(face, Vector3(0, 0, 60));
@@ -235,13 +240,15 @@ TEST_CASE("traction and strain refuse arrays of another mesh") {
 TEST_CASE("an inverted or bent-through cell is refused with its place") {
   TetMesh mesh = block_mesh(Block{});
   std::swap(mesh.cells(4, 0), mesh.cells(4, 1));
-  CHECK_THROWS_WITH_AS(Assembler{mesh}, doctest::Contains("Assembler: jacobian of cell 4 = -0.166667 m^3; must be > 0."),
+  CHECK_THROWS_WITH_AS(Assembler{mesh},
+                       doctest::Contains("Assembler: jacobian of cell 4 = -0.166667 m^3; must be > 0."),
                        InvalidInput);
   mesh = to_quadratic(block_mesh(Block{}));
   mesh.points.row(mesh.cells(2, 4)) = mesh.points.row(mesh.cells(2, 2));
   CHECK_THROWS_WITH_AS(Assembler{mesh}, doctest::Contains("bent too far"), InvalidInput);
   mesh.cells(1, 3) = 27;
-  CHECK_THROWS_WITH_AS(Assembler{mesh}, doctest::Contains("Assembler: cells[1, 3] = 27; must be in [0, 27)."), InvalidInput);
+  CHECK_THROWS_WITH_AS(Assembler{mesh}, doctest::Contains("Assembler: cells[1, 3] = 27; must be in [0, 27)."),
+                       InvalidInput);
 }
 
 TEST_CASE("a tissue that does not fit its mesh is refused by name") {

@@ -1,7 +1,8 @@
 // Exact properties of K on distorted meshes.
+#include <doctest/doctest.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
-#include <doctest/doctest.h>
 
 #include "scenes.hpp"
 
@@ -79,7 +80,8 @@ TEST_CASE("an infinitesimal rigid motion costs no force, elastic or viscous") {
     const BlockMatrix K = assembler.stiffness(tissue), C = assembler.viscosity(tissue);
     // Round-off of sums over some 100 blocks of the size of the largest entry.
     const auto largest = [](const BlockMatrix& A) {
-      return Eigen::Map<const Vector>(A.values().data(), static_cast<int>(A.values().size())).lpNorm<Eigen::Infinity>();
+      return Eigen::Map<const Vector>(A.values().data(), static_cast<int>(A.values().size()))
+          .lpNorm<Eigen::Infinity>();
     };
     for (int motion = 0; motion < 6; ++motion) {
       CAPTURE(static_cast<int>(kind));

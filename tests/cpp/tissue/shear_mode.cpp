@@ -1,9 +1,10 @@
 // The exact shear mode of a transversely isotropic block, u along the fibre = sin(pi x / (2 D)).
+#include <doctest/doctest.h>
+
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <doctest/doctest.h>
 
 #include "scenes.hpp"
 
