@@ -71,7 +71,8 @@ stub: build
 
 format: build
 	@find cpp python/bindings tests examples -name '*.[ch]pp' | xargs $(BIN)/clang-format -i
-	@$(BIN)/ruff format --quiet python tests && $(BIN)/ruff check --quiet --fix python tests
+	@$(BIN)/ruff format --quiet python tests benchmarks examples
+	@$(BIN)/ruff check --quiet --fix python tests benchmarks examples
 
 clean:
 	rm -rf build build-sanitize $(VENV)

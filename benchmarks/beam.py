@@ -135,7 +135,8 @@ def shear_mode() -> None:
                 "nan", ""
             )
             print(
-                f"| {'linear' if order == 1 else 'quadratic'} | {'x'.join(map(str, divisions))} | {cells} | {damping:.5f} |"
+                f"| {'linear' if order == 1 else 'quadratic'} | {'x'.join(map(str, divisions))} "
+                f"| {cells} | {damping:.5f} |"
             )
 
 

@@ -1,10 +1,10 @@
 """Order of the three couplings of flow and tissue, where the flow separates at one section throughout.
 
-The folds of the coarse larynx rest in equilibrium with the flow and are then given a small velocity in the shape
-of their first symmetric mode. No contact; the section of least area stays the same (asserted), so the load is a
-smooth function of the positions. Errors of displacement and velocity are taken against the iterated coupling at an
-eighth of the finest step, relative to the motion's size, at the end; they contain the time scheme's own, which is
-second order.
+The folds of the coarse larynx rest in equilibrium with the flow and are then given a small velocity in the
+shape of their first symmetric mode. No contact; the section of least area stays the same (asserted), so the
+load is a smooth function of the positions. Errors of displacement and velocity are taken against the iterated
+coupling at an eighth of the finest step, relative to the motion's size, at the end; they contain the time
+scheme's own, which is second order.
 The last columns show the coupling's alone: the difference to the iterated run of the same step.
 """
 
@@ -78,16 +78,14 @@ def main() -> None:
     values, modes = eigsh(stiffness, k=6, M=mass, sigma=0.0)
     x = np.asarray(mesh.points)
     for value, mode in zip(values, modes.T, strict=True):
-        shape = field(mode)
+        shape, frequency = field(mode), np.sqrt(value) / 2 / np.pi
         if abs((np.sign(x[:, 0]) * shape[:, 0]).sum()) > 0.5 * np.abs(shape[:, 0]).sum():
             break
     else:
         raise RuntimeError("none of the first six modes is symmetric")
     shape *= np.sign((np.sign(x[:, 0]) * shape[:, 0]).sum()) / np.abs(shape).max()
     velocity = 0.05 * shape  # m/s, opening
-    print(
-        f"mode at {np.sqrt(value) / 2 / np.pi:.1f} Hz, {PRESSURE:g} Pa, at rest displaced by {1e3 * np.abs(u).max():.3f} mm"
-    )
+    print(f"mode at {frequency:.1f} Hz, {PRESSURE:g} Pa, at rest displaced by {1e3 * np.abs(u).max():.3f} mm")
 
     def run(coupling: Any, steps: int) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
         sim = simulation(coupling, end / steps, displacement=field(u), velocity=velocity)
@@ -104,11 +102,12 @@ def main() -> None:
     finest = options.steps * 16
     u_exact, v_exact, result = run(iterated, 8 * finest)
     print(
-        f"separation at section {result['separation'][0]} throughout; flow {1e6 * result['flow'].min():.1f} to "
-        f"{1e6 * result['flow'].max():.1f} cm3/s"
+        f"separation at section {result['separation'][0]} throughout; "
+        f"flow {1e6 * result['flow'].min():.1f} to {1e6 * result['flow'].max():.1f} cm3/s"
     )
     print(
-        "| coupling | step (us) | displacement | order | velocity | order | coupling alone: u | order | v | order | sweeps |"
+        "| coupling | step (us) | displacement | order | velocity | order "
+        "| coupling alone: u | order | v | order | sweeps |"
     )
     print("|" + " --- |" * 11)
     size_u, size_v = np.linalg.norm(u_exact - field(u)), np.linalg.norm(v_exact)

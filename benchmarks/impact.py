@@ -4,11 +4,11 @@ R1  periodic bar on a rigid obstacle (Dabaghi et al., arXiv 1601.00778): contact
 R2  bouncing bar under gravity (Doyen, Ern, Piperno 2011): impact for 1 < t < 5/3 with pressure rho c g t.
 R3  two equal bars that meet at 1 m/s: pressure rho c v / 2 for 2 L / c.
 
-Every bar is one hexahedron (six tetrahedra) across, nu = 0, on lateral rollers. Columns, as ratios to the exact
-value where there is one: duration from the first to the last step in contact, impulse over duration, median of the
-pressure while in contact, peak pressure, duty (share of the duration spent in contact; below 1 the contact
-chatters), deepest penetration in edges, energy at the end and its maximum over that at the start, the ledger's
-error over the largest energy with solves at 1e-13 and at 1e-8, and the time of a step.
+Every bar is one hexahedron (six tetrahedra) across, nu = 0, on lateral rollers. Columns, as ratios to the
+exact value where there is one: duration from the first to the last step in contact, impulse over duration,
+median of the pressure while in contact, peak pressure, duty (share of the duration spent in contact; below 1
+the contact chatters), deepest penetration in edges, energy at the end and its maximum over that at the start,
+the ledger's error over the largest energy with solves at 1e-13 and at 1e-8, and the time of a step.
 """
 
 from __future__ import annotations
@@ -301,7 +301,8 @@ def main() -> None:
     if options.periods:
         problem = problems(options.elements)["R1"]
         print(
-            f"\n| R1, {options.periods} periods | scheme | energy end | energy max | peak force | penetration |"
+            f"\n| R1, {options.periods} periods | scheme | energy end | energy max "
+            "| peak force | penetration |"
         )
         print("|" + " --- |" * 6)
         for label, enforcement in enforcements(problem.bar).items():

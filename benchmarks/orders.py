@@ -1,8 +1,8 @@
 """Order of each time scheme on a smooth forced motion, against the exact solution of the discretised block.
 
 A viscous block held at one side is driven at 60 Hz. Its steady motion u = Re z exp(i w t) with
-(K + i w C - w^2 M) z = F is exact for the mesh, every mode included; the run starts on it. Errors are relative
-to the amplitudes, after 24 ms; the order is log2 of the ratio to the line above.
+(K + i w C - w^2 M) z = F is exact for the mesh, every mode included; the run starts on it. Errors are
+relative to the amplitudes, after 24 ms; the order is log2 of the ratio to the line above.
 """
 
 from __future__ import annotations

@@ -226,6 +226,7 @@ class Airflow:
         air_density: typing.SupportsFloat | typing.SupportsIndex = 1.23,
         zero_flow_fraction: typing.SupportsFloat | typing.SupportsIndex = 0.5,
         area: str = "elliptic",
+        load_shape: str = "reference",
         coupling: Lagged | Extrapolated | Iterated = ...,
     ) -> None: ...
     @property
@@ -234,6 +235,8 @@ class Airflow:
     def area(self) -> str: ...
     @property
     def coupling(self) -> Lagged | Extrapolated | Iterated: ...
+    @property
+    def load_shape(self) -> str: ...
     @property
     def subglottal_pressure(self) -> float: ...
     @property
