@@ -1,0 +1,270 @@
+"""Runs of a larynx side by side, beside the published figures; differences between steps and between meshes.
+
+    python benchmarks/phonation.py runs/base runs/half_step runs/finer_mesh
+    python benchmarks/phonation.py --scene examples/normal_phonation.toml -o runs/study \\
+        --step "25 us" --mesh '{"around": 24, "body_rings": 3}'
+
+The second form makes the runs first: the scene itself, then one for each other step and each other mesh (mesh
+options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs whose scenes
+differ in the step alone, or in the mesh alone, are compared; with three levels the observed order follows,
+and the value extrapolated with it where the three are monotone. The level of a mesh is unknowns^(-1/3).
+Spreads are standard deviations between cycles. Runs that ended at different times are cut to the shortest
+one's with --common, so that the same stretch of each is measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import plica
+from plica import _engine as engine
+from plica.phonation.build import fixed_components
+from plica.phonation.measures import measure
+
+# Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
+QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
+    "fundamental frequency": ("fundamental_frequency", 1.0, "Hz", 2, "219", "284-290", "280-286"),
+    "open quotient": ("open_quotient", 1.0, "", 4, "0.87", "0.86-0.89", "0.75-0.77"),
+    "peak flow": ("peak_flow", 1e6, "cm3/s", 1, "500-600", "507-511", "594-601"),
+    "contact length fraction": ("contact_length_fraction", 1.0, "", 3, "0.40", "0.28-0.33", "0.57-0.61"),
+    "impulse per collision": ("contact_impulse", 1e6, "uN s", 3, "", "", ""),
+    "collision duration": ("contact_duration", 1e3, "ms", 3, "", "", ""),
+    "mean contact force": ("contact_force_left_mean", 1e3, "mN", 2, "", "", ""),
+    "peak contact pressure": ("peak_contact_pressure", 1e-3, "kPa", 3, "1.17", "0.7-1.0", "1.2-1.5"),
+    "converging while opening": ("converging_while_opening", 1.0, "", 2, "yes", "", ""),
+    "diverging while closing": ("diverging_while_closing", 1.0, "", 2, "yes", "", ""),
+}
+# Quantity: largest change between two levels, relative or not.
+LIMITS: dict[str, tuple[float, bool]] = {
+    "fundamental frequency": (0.01, True),
+    "open quotient": (0.02, False),
+    "peak flow": (0.02, True),
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run and what is looked at."""
+
+    name: str
+    run: plica.Run
+    measures: dict[str, Any]
+    unknowns: int
+    mean_edge: float  # m, of the interface
+    measured: float  # s, end of what was measured
+
+    def value(self, quantity: str) -> float | None:
+        """In the quantity's unit; None where the run does not determine it."""
+        key, factor, *_ = QUANTITIES[quantity]
+        found = self.measures.get(key, {}).get("value")
+        return None if found is None else factor * found
+
+    def text(self, quantity: str) -> str:
+        value = self.value(quantity)
+        if value is None:
+            return "-"
+        key, factor, _, digits, *_ = QUANTITIES[quantity]
+        spread = self.measures[key]["spread"]
+        return f"{value:.{digits}f}" + ("" if spread is None else f" +- {factor * spread:.{digits}f}")
+
+
+def mean_interface_edge(mesh: Any) -> float:
+    """Mean edge (m) of the surface named airway, six-node faces as four flat triangles."""
+    corners = np.asarray(engine.flat_triangles(mesh.surfaces["airway"]))
+    sides = np.concatenate((corners[:, :2], corners[:, 1:], corners[:, ::2]))
+    ends = np.asarray(mesh.points)[np.unique(np.sort(sides, axis=1), axis=0)]
+    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+
+
+class Cut:
+    """A run up to a time (s): what is measured of it."""
+
+    def __init__(self, run: plica.Run, until: float) -> None:
+        self._run = run
+        count = int(np.searchsorted(run.time, until * (1 + 1e-9), side="right"))
+        self.time = run.time[:count]
+        self.waveforms = {name: values[:count] for name, values in run.waveforms.items()}
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._run, name)
+
+
+def load(name: str, run: plica.Run, until: float) -> Case:
+    free = ~fixed_components(run.scene, run.mesh)
+    cut = Cut(run, until)
+    measures = {key: item.as_json() for key, item in measure(cut).items()}
+    edge = mean_interface_edge(run.mesh)
+    return Case(name, run, measures, int(free.sum()), edge, float(cut.time[-1]))
+
+
+def make(options: argparse.Namespace) -> list[tuple[str, Path]]:
+    """The runs of a scene, at its own step and mesh and at the others asked for."""
+    base = plica.Scene.load(options.scene).resolved()
+    base["output"] = {key: value for key, value in base.get("output", {}).items() if key == "every"}
+    variants = {"base": base}
+    for step in options.step:
+        scene = copy.deepcopy(base)
+        scene["time"]["step"] = step
+        variants[f"step {step}"] = scene
+    for number, mesh in enumerate(options.mesh, start=1):
+        scene = copy.deepcopy(base)
+        if mesh.lstrip().startswith("{"):
+            scene["mesh"]["options"] |= json.loads(mesh)
+        else:
+            scene["mesh"] = {"larynx": mesh, "order": base["mesh"]["order"]}
+        variants[f"mesh {number}"] = scene
+    made = []
+    for name, data in variants.items():
+        directory = options.output / name.replace(" ", "_")
+        plica.run(plica.Scene.model_validate(data), directory, resume=directory.exists())
+        made.append((name, directory))
+    return made
+
+
+def row(*cells: str) -> None:
+    print("| " + " | ".join(cells) + " |")
+
+
+def show_runs(cases: list[Case]) -> None:
+    head = ["", *(case.name for case in cases), "published", "prototype P", "prototype B"]
+    row(*head)
+    row(*["---"] * len(head))
+    blank = [""] * 3
+    cells = [np.asarray(case.run.mesh.cells) for case in cases]
+    orders = ["quadratic" if array.shape[1] == 10 else "linear" for array in cells]
+    row("tetrahedra", *(f"{len(a)}, {order}" for a, order in zip(cells, orders, strict=True)), *blank)
+    row("unknowns", *(str(case.unknowns) for case in cases), *blank)
+    row("step (us)", *(f"{1e6 * case.run.scene.time.step:g}" for case in cases), "50", "50", "50")
+    row("measured until (ms)", *(f"{1e3 * case.measured:.1f}" for case in cases), *blank)
+    row("state of the run", *(case.run.status for case in cases), *blank)
+    frequencies = [case.measures.get("fundamental_frequency", {}) for case in cases]
+    row("cycles", *(str(found.get("cycles", 0)) for found in frequencies), *blank)
+    for quantity, (_, _, unit, _, *reference) in QUANTITIES.items():
+        name = f"{quantity} ({unit})" if unit else quantity
+        row(name, *(case.text(quantity) for case in cases), *reference)
+
+    def plain(name: str, key: str, scale: Any = lambda case: 1.0, form: str = ".1e") -> None:
+        found = [case.measures.get(key, {}).get("value") for case in cases]
+        texts = [
+            "-" if value is None else f"{value / scale(case):{form}}"
+            for case, value in zip(cases, found, strict=True)
+        ]
+        row(name, *texts, *blank)
+
+    plain("deepest gap / mean interface edge", "deepest_gap", lambda case: case.mean_edge)
+    plain("largest multiplier (N)", "largest_multiplier")
+    plain("force balance", "contact_force_balance")
+    plain("ledger / largest energy", "ledger_error")
+    plain("share of steps with a frozen coupling", "coupling_frozen_fraction")
+    plain("inverted tissue cells", "inverted_tissue_max", form=".0f")
+    row("wall time (s)", *(f"{case.run.seconds:.0f}" for case in cases), *blank)
+    for case, found in zip(cases, frequencies, strict=True):
+        if found.get("note"):
+            print(f"\n{case.name}: {found['note']}.")
+        if case.run.failure:
+            print(f"\n{case.name} failed: {case.run.failure}")
+
+
+def families(cases: list[Case], table: str, key: str | None) -> Iterable[list[Case]]:
+    """Runs whose scenes are equal but for one entry."""
+    found: dict[str, list[Case]] = {}
+    for case in cases:
+        rest = copy.deepcopy(case.run.scene.resolved())
+        rest.pop("output", None)
+        rest["time"].pop("duration")
+        rest.pop(table) if key is None else rest[table].pop(key)
+        found.setdefault(json.dumps(rest, sort_keys=True), []).append(case)
+    return [family for family in found.values() if len(family) > 1]
+
+
+def level(case: Case, kind: str) -> float:
+    return case.run.scene.time.step if kind == "step" else case.unknowns ** (-1 / 3)
+
+
+def observed_order(h: list[float], values: list[float]) -> float | None:
+    """p of v(h) = v0 + c h^p through three levels, coarse to fine; None where they are not monotone."""
+    ratio = (values[0] - values[1]) / (values[1] - values[2]) if values[1] != values[2] else 0.0
+    if ratio <= 0:
+        return None
+    low, high = -10.0, 20.0
+    for _ in range(200):  # (h0^p - h1^p) / (h1^p - h2^p) grows with p
+        p = 0.5 * (low + high) or 1e-9
+        low, high = (p, high) if (h[0] ** p - h[1] ** p) / (h[1] ** p - h[2] ** p) < ratio else (low, p)
+    return 0.5 * (low + high)
+
+
+def show_differences(family: list[Case], kind: str) -> None:
+    family = sorted(family, key=lambda case: -level(case, kind))
+    print(f"\nBy the {kind}, from {family[0].name} to {family[-1].name}:\n")
+    if len({round(case.measured, 4) for case in family}) > 1:
+        print("These runs are of different length: differences may be those of a transient.\n")
+    pairs = list(pairwise(family))
+    head = ["", *(f"{a.name} to {b.name}" for a, b in pairs), "limit", "order", "extrapolated"]
+    row(*head)
+    row(*["---"] * len(head))
+    for quantity, (_, _, unit, digits, *_) in QUANTITIES.items():
+        values = [case.value(quantity) for case in family]
+        if any(value is None for value in values):
+            continue
+        limit, relative = LIMITS.get(quantity, (None, quantity != "open quotient"))
+        known = [value for value in values if value is not None]
+        cells = []
+        for a, b in pairwise(known):
+            change = (b - a) / abs(a) if relative and a else b - a
+            verdict = "" if limit is None else " (within)" if abs(change) <= limit else " (missed)"
+            cells.append((f"{100 * change:+.2f} %" if relative else f"{change:+.{digits}f}") + verdict)
+        order, exact = "", ""
+        if len(known) >= 3:
+            h = [level(case, kind) for case in family[-3:]]
+            p = observed_order(h, known[-3:])
+            order = "not monotone" if p is None else f"{p:.2f}"
+            if p is not None and p > 0:
+                rest = (known[-1] - known[-2]) * h[-1] ** p / (h[-2] ** p - h[-1] ** p)
+                exact = f"{known[-1] + rest:.{digits}f} {unit}".strip()
+        allowed = "" if limit is None else f"{100 * limit:g} %" if relative else f"{limit:g}"
+        row(f"{quantity} ({unit})" if unit else quantity, *cells, allowed, order, exact)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("runs", nargs="*", metavar="[NAME=]DIR", help="directories of runs")
+    parser.add_argument("--scene", type=Path, help="make runs of this scene")
+    parser.add_argument("-o", "--output", type=Path, help="where to make them")
+    parser.add_argument("--step", action="append", default=[], help="another step, e.g. '25 us'")
+    parser.add_argument("--mesh", action="append", default=[], help="other mesh options (JSON), or a preset")
+    parser.add_argument("--common", action="store_true", help="cut all runs to the shortest one's time")
+    parser.add_argument("--threads", type=int, default=1)
+    options = parser.parse_args()
+    if (options.scene is None) != (options.output is None):
+        parser.error("--scene and --output go together")
+    plica.set_threads(options.threads)
+    named: list[tuple[str, Path]] = []
+    for argument in options.runs:
+        name, _, directory = argument.rpartition("=")
+        named.append((name or Path(directory).name, Path(directory)))
+    if options.scene is not None:
+        named += make(options)
+    if not named:
+        parser.error("name directories of runs, or a scene")
+    runs = [(name, plica.Run.load(directory)) for name, directory in named]
+    until = min(float(run.time[-1]) for _, run in runs) if options.common else np.inf
+    cases = [load(name, run, until) for name, run in runs]
+    show_runs(cases)
+    for kind, table, key in (("step", "time", "step"), ("mesh", "mesh", None)):
+        for family in families(cases, table, key):
+            show_differences(family, kind)
+
+
+if __name__ == "__main__":
+    main()
