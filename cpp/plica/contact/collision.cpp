@@ -73,6 +73,33 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
   return keys.size() > known;
 }
 
+Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
+                                          double scale, std::vector<char> guess) {
+  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
+  LinearGaps gaps{std::vector<Vector3>(pairs.size()), Vector(count)};
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const Pair& pair = pairs[static_cast<std::size_t>(i)];
+    gaps.direction[static_cast<std::size_t>(i)] = pair.gradient;
+    gaps.free[i] = pair.gradient.dot(pair.offset(x_free));
+  }
+  constexpr int few_pivots = 30;
+  Complementarity solution = path_->solve(pairs, gaps, scale, guess, 0.1 * tolerance(), few_pivots);
+  if (solution.converged) return solution;
+
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const Pair& pair = pairs[static_cast<std::size_t>(i)];
+    gaps.direction[static_cast<std::size_t>(i)] = pair.normal;
+    gaps.free[i] = pair.gap(x) + pair.normal.dot(pair.offset(x_free) - pair.offset(x));
+  }
+  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(count);
+  solution = path_->solve(pairs, gaps, scale, std::move(guess), 0.1 * tolerance(), most_pivots);
+  solution.pivots += pivots;
+  if (!solution.converged)
+    throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(count) + " after " +
+                      std::to_string(solution.pivots) + " active sets. Try a smaller step.");
+  return solution;
+}
+
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
   constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
   const double reach = detector_.reach(before.x, x_free, before.depth);
@@ -122,17 +149,13 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
         if (const std::ptrdiff_t i = known(pair.key); i >= 0)
           pair.normal = (pair.normal + contacts.pairs[static_cast<std::size_t>(i)].normal).normalized();
 
-    Vector gap_free(static_cast<std::ptrdiff_t>(pairs.size()));
     std::vector<char> guess(pairs.size());
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-      // The gap now, less what the forces so far have moved the pair along its normal.
-      gap_free[i] = pairs[i].gap(x) + pairs[i].normal.dot(pairs[i].offset(x_free) - pairs[i].offset(x));
+    for (std::size_t i = 0; i < pairs.size(); ++i)
       guess[i] =
           contacts.passes == 0
-              ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || gap_free[i] < 0
+              ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || pairs[i].gap(x) < 0
               : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
-    }
-    Complementarity solution = path_->solve(pairs, gap_free, scale, std::move(guess), 0.1 * tolerance());
+    Complementarity solution = closing_forces(pairs, x, x_free, scale, std::move(guess));
     contacts.pivots += solution.pivots;
     contacts.pairs = std::move(pairs);
     contacts.force = std::move(solution.force);

@@ -47,6 +47,11 @@ class Collision {
   /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
   bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                       std::vector<std::int32_t>& keys);
+  /// Forces that close the pairs as linearised at x. By the gaps' own gradients first, which converges in few
+  /// passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
+  /// found, by the normals, exact in the gaps at x and symmetric.
+  Complementarity closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
+                                 double scale, std::vector<char> guess);
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;

@@ -1,16 +1,15 @@
 #include "plica/contact/complementarity.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "plica/core/error.hpp"
 
 namespace plica {
 
-Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance) {
+Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance, int most_pivots) {
   constexpr int block_exchanges = 3;
   const auto rows = static_cast<std::ptrdiff_t>(active.size());
-  const int most_pivots = 100 + 20 * static_cast<int>(rows);
 
   Complementarity result;
   Vector p(rows), w(rows);
@@ -45,7 +44,7 @@ Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double
 }
 
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
-                                      double gap_tolerance) {
+                                      double gap_tolerance, int most_pivots) {
   const double regularisation = 1e-9 * W.diagonal().maxCoeff();
   std::vector<std::ptrdiff_t> rows;
   const auto solve = [&](const std::vector<char>& active, Vector& p, Vector& w) {
@@ -56,18 +55,17 @@ Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q,
     if (!rows.empty()) {
       Eigen::MatrixXd W_active = W(rows, rows);
       W_active.diagonal().array() += regularisation;
-      const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(W_active);
-      if (factor.info() != Eigen::Success)
+      const Vector right = -q(rows);
+      const Vector solution = Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>(W_active).solve(right);
+      if (!solution.allFinite())
         throw SolveFailed(
-            "Contact: the compliance of the closed rows is not positive definite. A contact between two fully "
-            "fixed bodies? Otherwise tighten solver_tolerance.");
-      const Vector right = -q(rows), solution = factor.solve(right);
+            "Contact: the compliance of the closed rows is singular. A contact between two fully fixed bodies?");
       p(rows) = solution;
     }
     w.noalias() = W * p + q;
     for (const std::ptrdiff_t i : rows) w[i] = 0.0;
   };
-  return pivot(std::move(guess), solve, gap_tolerance);
+  return pivot(std::move(guess), solve, gap_tolerance, most_pivots);
 }
 
 }  // namespace plica

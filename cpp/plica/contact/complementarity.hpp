@@ -22,13 +22,14 @@ using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& 
 /// their number does not fall for three exchanges, the last infeasible row alone does (Murty's rule, finite
 /// for positive definite problems) until it falls. `active` is the first guess. w counts as >= 0 above
 /// -gap_tolerance.
-Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance);
+/// Ends unconverged after most_pivots active sets.
+Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance, int most_pivots);
 
-/// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense symmetric positive semi-definite W (r, r) m/N and q (r) m.
-/// Rows that repeat others make W singular, and columns solved for to 1e-12 leave it indefinite by about their
-/// condition times that: 1e-9 of its largest diagonal entry is added, so that such rows share the force; the
-/// motion is the same to that accuracy.
+/// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense W (r, r) m/N and q (r) m; a solution exists where W is
+/// symmetric positive semi-definite, and is looked for otherwise. Rows that repeat others make W singular, and
+/// columns solved for to 1e-12 leave it indefinite by about their condition times that: 1e-9 of its largest
+/// diagonal entry is added, so that such rows share the force; the motion is the same to that accuracy.
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
-                                      double gap_tolerance);
+                                      double gap_tolerance, int most_pivots);
 
 }  // namespace plica

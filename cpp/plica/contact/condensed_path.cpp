@@ -16,8 +16,8 @@ class CondensedPath final : public ContactPath {
     for (std::int32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
   }
 
-  Complementarity solve(const std::vector<Pair>& pairs, const Vector& gap_free, double scale,
-                        std::vector<char> guess, double gap_tolerance) override {
+  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
+                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
     touch(pairs);
     const auto rows = static_cast<std::ptrdiff_t>(pairs.size());
     // Column j of Y: displacement of the touched nodes under unit forces of pair j.
@@ -29,17 +29,14 @@ class CondensedPath final : public ContactPath {
     for (std::ptrdiff_t i = 0; i < rows; ++i) {
       const Pair& pair = pairs[i];
       const std::ptrdiff_t s = 3 * position_[local_[pair.slave]];
-      W.row(i).noalias() = scale * pair.normal.transpose() * Y.middleRows<3>(s);
+      const Vector3& direction = gaps.direction[static_cast<std::size_t>(i)];
+      W.row(i).noalias() = scale * direction.transpose() * Y.middleRows<3>(s);
       for (int k = 0; k < 3; ++k)
-        W.row(i).noalias() -= scale * pair.weights[k] * pair.normal.transpose() *
+        W.row(i).noalias() -= scale * pair.weights[k] * direction.transpose() *
                               Y.middleRows<3>(3 * position_[local_[pair.master[k]]]);
       if (pair.stiffness > 0) W(i, i) += 1.0 / pair.stiffness;
     }
-    Complementarity result = solve_complementarity(W, gap_free, std::move(guess), gap_tolerance);
-    if (!result.converged)
-      throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(rows) + " after " +
-                        std::to_string(result.pivots) + " active sets. Try a smaller step.");
-    return result;
+    return solve_complementarity(W, gaps.free, std::move(guess), gap_tolerance, most_pivots);
   }
 
   void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,

@@ -7,10 +7,11 @@ namespace plica {
 
 namespace {
 
-/// Sparse rows of G, held unknowns left out.
+/// A pair's row of G and column of N^T, held unknowns left out.
 struct Row {
   std::array<std::int32_t, 12> unknown{};
-  std::array<double, 12> value{};
+  std::array<double, 12> gap{};    // along the linear gap's direction
+  std::array<double, 12> force{};  // along the normal
 };
 
 class GmresPath final : public ContactPath {
@@ -26,27 +27,23 @@ class GmresPath final : public ContactPath {
     }
   }
 
-  Complementarity solve(const std::vector<Pair>& pairs, const Vector& gap_free, double scale,
-                        std::vector<char> guess, double gap_tolerance) override {
+  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
+                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
     rows_.clear();
-    for (const Pair& pair : pairs) rows_.push_back(row_of(pair));
+    for (std::size_t i = 0; i < pairs.size(); ++i) rows_.push_back(row_of(pairs[i], gaps.direction[i]));
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
       p.setZero();
       change_.setZero();
       std::vector<std::ptrdiff_t> closed;
       for (std::size_t i = 0; i < active.size(); ++i)
         if (active[i]) closed.push_back(static_cast<std::ptrdiff_t>(i));
-      if (!closed.empty()) saddle_point(pairs, closed, gap_free, scale, p);
+      if (!closed.empty()) saddle_point(pairs, closed, gaps.free, scale, p);
       for (std::size_t i = 0; i < pairs.size(); ++i) {
-        w[i] = gap_free[i] + scale * apply_row(rows_[i], change_);
+        w[i] = gaps.free[i] + scale * apply_row(rows_[i], change_);
         if (active[i]) w[i] = 0.0;
       }
     };
-    Complementarity result = pivot(std::move(guess), solve_active, gap_tolerance);
-    if (!result.converged)
-      throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
-                        " after " + std::to_string(result.pivots) + " GMRES solves. Try a smaller step.");
-    return result;
+    return pivot(std::move(guess), solve_active, gap_tolerance, most_pivots);
   }
 
   void move(const std::vector<Pair>&, const Vector&, double scale, const Points& x_free, Points& x) override {
@@ -55,14 +52,16 @@ class GmresPath final : public ContactPath {
   }
 
  private:
-  Row row_of(const Pair& pair) const {
+  Row row_of(const Pair& pair, const Vector3& direction) const {
     Row row;
     for (int k = 0; k < 4; ++k) {
       const std::int32_t node = k == 0 ? pair.slave : pair.master[k - 1];
       const double weight = k == 0 ? 1.0 : -pair.weights[k - 1];
       for (int c = 0; c < 3; ++c) {
         row.unknown[3 * k + c] = 3 * node + c;
-        row.value[3 * k + c] = supports_.fixed(3 * node + c) ? 0.0 : weight * pair.normal[c];
+        if (supports_.fixed(3 * node + c)) continue;
+        row.gap[3 * k + c] = weight * direction[c];
+        row.force[3 * k + c] = weight * pair.normal[c];
       }
     }
     return row;
@@ -70,7 +69,7 @@ class GmresPath final : public ContactPath {
 
   static double apply_row(const Row& row, const Vector& v) {
     double sum = 0;
-    for (int k = 0; k < 12; ++k) sum += row.value[k] * v[row.unknown[k]];
+    for (int k = 0; k < 12; ++k) sum += row.gap[k] * v[row.unknown[k]];
     return sum;
   }
 
@@ -78,11 +77,11 @@ class GmresPath final : public ContactPath {
     double sum = 0;
     for (int i = 0; i < 12; ++i)
       for (int j = 0; j < 12; ++j)
-        if (a.unknown[i] == b.unknown[j]) sum += a.value[i] * b.value[j] / diagonal_[a.unknown[i]];
+        if (a.unknown[i] == b.unknown[j]) sum += a.gap[i] * b.force[j] / diagonal_[a.unknown[i]];
     return sum;
   }
 
-  /// [A G^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
+  /// [A N^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
   /// largest entry of the second block, lets rows that depend on others share the force.
   void saddle_point(const std::vector<Pair>& pairs, const std::vector<std::ptrdiff_t>& closed,
                     const Vector& gap_free, double scale, Vector& p) {
@@ -101,7 +100,7 @@ class GmresPath final : public ContactPath {
       out.head(n) = product;
       for (std::ptrdiff_t i = 0; i < m; ++i) {
         const Row& row = rows_[closed[i]];
-        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.value[k] * in[n + i];
+        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.force[k] * in[n + i];
         out[n + i] = apply_row(row, head) - regularisation * in[n + i];
         const double stiffness = pairs[closed[i]].stiffness;
         if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);

@@ -9,18 +9,26 @@
 
 namespace plica {
 
+/// The gaps of pairs as linear functions of the positions: gap(x) = direction . (x_s - sum_k w_k x_k) + constant.
+struct LinearGaps {
+  std::vector<Vector3> direction;  // (pairs)
+  Vector free;                     // (pairs) m, without contact forces
+};
+
 /// How contact forces and the motion they cause are computed from the step's linear system
-/// A (a - a_free) = G^T p with x = x_free + scale (a - a_free), A symmetric positive definite.
-/// Implementations: condensed (compliance of the surface nodes, kept) and Krylov (the thesis's GMRES).
+/// A (a - a_free) = N^T p with x = x_free + scale (a - a_free), A symmetric positive definite; the columns of N^T
+/// push along the pairs' normals, the rows of G are the linear gaps' directions. Implementations: condensed
+/// (compliance of the surface nodes, kept) and Krylov (the thesis's GMRES).
 class ContactPath {
  public:
   virtual ~ContactPath() = default;
 
-  /// Forces p with 0 <= p, 0 <= gap_free + scale G A^-1 G^T p + p / stiffness, complementary (N; a pair of
-  /// stiffness 0 is exact). `guess` says which pairs start closed. Throws SolveFailed where no solution is found.
-  virtual Complementarity solve(const std::vector<Pair>& pairs, const Vector& gap_free, double scale,
-                                std::vector<char> guess, double gap_tolerance) = 0;
-  /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 G^T p.
+  /// Forces p with 0 <= p, 0 <= gaps.free + scale G A^-1 N^T p + p / stiffness, complementary (N; a pair of
+  /// stiffness 0 is exact). `guess` says which pairs start closed. Unconverged where most_pivots active sets hold
+  /// none.
+  virtual Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
+                                std::vector<char> guess, double gap_tolerance, int most_pivots) = 0;
+  /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
 };

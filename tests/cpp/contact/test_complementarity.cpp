@@ -59,7 +59,7 @@ TEST_CASE("pivoting finds the forces that trying every active set finds") {
     const Vector q = random.matrix(n, 1);
     std::vector<char> guess = none(n);
     for (auto& g : guess) g = static_cast<char>(random.generator() % 2);
-    const Complementarity found = solve_complementarity(W, q, guess, 0.0);
+    const Complementarity found = solve_complementarity(W, q, guess, 0.0, 1000);
     REQUIRE(found.converged);
     const Vector exact = enumerate(W, q);
     // 1e-9 of the largest diagonal entry is added; its effect grows with the condition, here at most about 1e3.
@@ -79,7 +79,7 @@ TEST_CASE("rows that repeat others share the force and the motion is unique") {
       G.row(distinct + i) = G.row(i % distinct);
       q[distinct + i] = q[i % distinct];
     }
-    const Complementarity found = solve_complementarity(G * G.transpose(), q, none(n), 1e-9);
+    const Complementarity found = solve_complementarity(G * G.transpose(), q, none(n), 1e-9, 1000);
     REQUIRE(found.converged);
     const Eigen::MatrixXd part = G.topRows(distinct);
     const Eigen::MatrixXd W = part * part.transpose();
@@ -95,8 +95,8 @@ TEST_CASE("the guess changes the way and not the answer") {
   const Eigen::MatrixXd B = random.matrix(30, 30);
   const Eigen::MatrixXd W = B * B.transpose() + 0.1 * Eigen::MatrixXd::Identity(30, 30);
   const Vector q = random.matrix(30, 1);
-  const Complementarity cold = solve_complementarity(W, q, none(30), 0.0);
-  const Complementarity warm = solve_complementarity(W, q, cold.active, 0.0);
+  const Complementarity cold = solve_complementarity(W, q, none(30), 0.0, 1000);
+  const Complementarity warm = solve_complementarity(W, q, cold.active, 0.0, 1000);
   CHECK(warm.pivots == 1);
   CHECK(cold.force == warm.force);
   CHECK(cold.force.minCoeff() >= 0);
@@ -107,11 +107,11 @@ TEST_CASE("the guess changes the way and not the answer") {
 
 TEST_CASE("open gaps need no force") {
   const Complementarity found =
-      solve_complementarity(Eigen::MatrixXd::Identity(3, 3), Vector::Constant(3, 0.1), none(3), 0.0);
+      solve_complementarity(Eigen::MatrixXd::Identity(3, 3), Vector::Constant(3, 0.1), none(3), 0.0, 1000);
   CHECK(found.force.isZero(0));
 }
 
 TEST_CASE("closed rows without compliance are an error") {
   const Eigen::MatrixXd W = Eigen::MatrixXd::Zero(2, 2);  // both bodies fully fixed
-  CHECK_THROWS_AS(solve_complementarity(W, Vector::Constant(2, -1.0), none(2), 0.0), SolveFailed);
+  CHECK_THROWS_AS(solve_complementarity(W, Vector::Constant(2, -1.0), none(2), 0.0, 1000), SolveFailed);
 }
