@@ -89,7 +89,6 @@ void KrylovOptions::validate() const {
 
 ConjugateGradient::ConjugateGradient(const BlockMatrix& A, KrylovOptions options) : A_(&A), options_(options) {
   options_.validate();
-  single_.assign(A.values().begin(), A.values().end());
   const NodePattern& p = *A.pattern();
   inverse_.resize(static_cast<std::size_t>(6 * p.rows()));
   for (std::int32_t i = 0; i < p.rows(); ++i) {
@@ -152,22 +151,46 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
   state.residual = std::sqrt(start.first) / b_norm;
   check_finite(state, b_norm, "|b|");
   check_finite(state, state.residual, "|b - A x| / |b|");
-  while (!(state.converged = state.residual <= options_.tolerance) && state.iterations < options_.max_iterations) {
-    correct(r, d, std::max(finest, 0.5 * options_.tolerance / state.residual), state);
+  std::call_once(single_made_, [this] { single_.assign(A_->values().begin(), A_->values().end()); });
+  const NodePattern& pattern = *A_->pattern();
+  const SingleRowProduct single_product = row_products().blocks_single;
+  const auto rounded = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
+    single_product(pattern.row_start.data(), pattern.column.data(), single_.data(), p, q, begin, end);
+  };
+  const auto exact = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
+    A_->multiply_rows(begin, end, p, q);
+  };
+  bool single = true;
+  while (state.residual > options_.tolerance && state.iterations < options_.max_iterations) {
+    const double before = state.residual, target = 0.5 * options_.tolerance / before;
+    const double curvature =
+        single ? correct(rounded, r, d, std::max(finest, target), state) : correct(exact, r, d, target, state);
+    if (!single) {
+      check_finite(state, curvature, "p^T A p");
+      if (curvature <= 0.0)
+        throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " + number(curvature) +
+                          " in iteration " + number(state.iterations) +
+                          ". Is the body held, and is every element the right way round?");
+    }
     x += d;
-    const double before = state.residual;
     state.residual = std::sqrt(residual(false).first) / b_norm;
+    const bool stagnates = !(curvature > 0.0) || !(state.residual <= 0.5 * before);
+    if (single && !(state.residual <= before)) {  // the rounded matrix led away
+      x -= d;
+      state.residual = std::sqrt(residual(false).first) / b_norm;
+    }
     check_finite(state, state.residual, "|b - A x| / |b|");
-    if (state.residual > 0.5 * before) break;  // round-off is reached
+    if (stagnates && !single) break;  // round-off is reached
+    single = single && !stagnates;
   }
   state.converged = state.residual <= options_.tolerance;
   return state;
 }
 
-void ConjugateGradient::correct(Vector& r, Vector& d, double target, Convergence& state) const {
+template <typename Product>
+double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, double target,
+                                  Convergence& state) const {
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
-  const NodePattern& pattern = *A_->pattern();
-  const SingleRowProduct product = row_products().blocks_single;
   Vector z(unknowns), p(unknowns), q(unknowns);
   std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
   const double* inverse = inverse_.data();
@@ -177,21 +200,15 @@ void ConjugateGradient::correct(Vector& r, Vector& d, double target, Convergence
     for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i], d[i] = 0.0;
     return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
   });
-  double rz = start.first;
+  double rz = start.first, pq = 1.0;
   const double enough = target * target * start.second;
   for (double rr = start.second; rr > enough && state.iterations < options_.max_iterations;) {
     ++state.iterations;
-    const double pq =
-        sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
-          product(pattern.row_start.data(), pattern.column.data(), single_.data(), p.data(), q.data(), begin, end);
-          return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
-        }).first;
-    check_finite(state, pq, "p^T A p");
-    if (pq <= 0.0) {
-      throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " + number(pq) +
-                        " in iteration " + number(state.iterations) +
-                        ". Is the body held, and is every element the right way round?");
-    }
+    pq = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
+           product(begin, end, p.data(), q.data());
+           return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
+         }).first;
+    if (!(pq > 0.0 && std::isfinite(pq))) break;
     const double alpha = rz / pq;
     const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
@@ -209,6 +226,7 @@ void ConjugateGradient::correct(Vector& r, Vector& d, double target, Convergence
       scale_and_add(beta, z.data() + at, p.data() + at, count);
     });
   }
+  return pq;
 }
 
 }  // namespace plica

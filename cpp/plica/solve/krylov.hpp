@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <mutex>
 
 #include "plica/core/block_matrix.hpp"
 
@@ -22,7 +23,9 @@ struct KrylovOptions {
 /// definite, constrained by Supports. Threaded, the same result for any number of threads.
 /// The iteration works on A rounded to single precision, half the bytes of a product that memory limits; the
 /// residual is then taken with A itself, and what is left is solved for again (iterative refinement), so the
-/// tolerance holds for A. Per iteration one product and five passes over vectors.
+/// tolerance holds for A. Where the rounded matrix is too coarse for that (badly conditioned A: it stagnates above
+/// the tolerance or is not positive definite), A itself finishes. Per iteration one product and five passes over
+/// vectors.
 class ConjugateGradient {
  public:
   /// A must outlive it; its diagonal blocks are read here, so it must not change afterwards. Throws SolveFailed
@@ -32,7 +35,8 @@ class ConjugateGradient {
   /// itself not positive definite (p^T A p <= 0) or a number is not finite.
   Convergence solve(const Vector& b, Vector& x) const;
   /// Solves for k right-hand sides (3 n, k) together: each product reads A once for all of them; each
-  /// column takes the same arithmetic whatever its company. X starts from zero.
+  /// column takes the same arithmetic whatever its company. X starts from zero. In double precision throughout;
+  /// Convergence::residual is the recursion's, which differs from |b - A x| / |b| by accumulated round-off.
   std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const;
   const KrylovOptions& options() const { return options_; }
   /// y = (3x3 diagonal blocks)^-1 r
@@ -41,11 +45,14 @@ class ConjugateGradient {
  private:
   const BlockMatrix* A_;
   KrylovOptions options_;
-  /// Solves A d = r to |r - A d| <= target |r| on the rounded matrix; r becomes the recursion's residual.
-  void correct(Vector& r, Vector& d, double target, Convergence& state) const;
+  /// Solves A d = r to |r - A d| <= target |r| with q = A p from product(begin, end, p, q) on node rows; r becomes
+  /// the recursion's residual. Stops where p^T A p is not positive and finite, and returns the last one.
+  template <typename Product>
+  double correct(const Product& product, Vector& r, Vector& d, double target, Convergence& state) const;
 
-  std::vector<float> single_;    // (9 entries) A rounded
-  std::vector<double> inverse_;  // (6 n) entries 00, 01, 02, 11, 12, 22 of the inverse diagonal blocks
+  mutable std::once_flag single_made_;
+  mutable std::vector<float> single_;  // (9 entries) A rounded, made by the first solve
+  std::vector<double> inverse_;        // (6 n) entries 00, 01, 02, 11, 12, 22 of the inverse diagonal blocks
 };
 
 /// Restarted GMRES with modified Gram-Schmidt for y = operator(x), left and right preconditioned by the

@@ -6,7 +6,11 @@
 #include "lattice.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/mesh/block.hpp"
+#include "plica/solve/factorization.hpp"
 #include "plica/solve/krylov.hpp"
+#include "plica/solve/supports.hpp"
+#include "plica/tissue/assembly.hpp"
 
 using namespace plica;
 using plica_test::random_vector;
@@ -69,6 +73,50 @@ TEST_CASE("a zero load gives zero whatever the start") {
   const Convergence end = ConjugateGradient(A, {}).solve(Vector::Zero(A.rows()), x);
   CHECK(end.converged);
   CHECK(x == Vector::Zero(A.rows()));
+}
+
+TEST_CASE("a matrix too badly conditioned for single precision is solved as the factorisation solves it") {
+  // Weak ground springs: the body almost floats, and the condition number is about 25 / ground. Rounded to single
+  // precision the matrix is off by some 1e-6, so it is wrong about the floating modes or not positive definite.
+  for (const double ground : {1e-6, 2.5e-8}) {
+    CAPTURE(ground);
+    const BlockMatrix A = spring_lattice(6, ground);
+    // A load that moves the body by some 1e3 spring lengths: the residual can be had to 1e-16 times that and the
+    // stiffness, below the tolerance.
+    const Vector b = random_vector(A.rows()) * 1e-3 + A * Vector::Constant(A.rows(), 1e3);
+    Vector x;
+    const Convergence end = ConjugateGradient(A, {1e-8, 2000}).solve(b, x);
+    CHECK(end.converged);
+    CHECK((b - A * x).norm() <= 1e-8 * b.norm());
+    const Vector direct = Factorization(A.to_sparse()).solve(b);
+    // The load is a sum over rows of cancelling terms, so that its round-off is felt in both solutions alike.
+    CHECK((x - direct).norm() <= 1e-6 * direct.norm());
+  }
+}
+
+TEST_CASE("a hardly compressible block and a step a hundred times longer converge too") {
+  for (const double nu : {0.45, 0.499})
+    for (const double step : {50e-6, 5e-3}) {
+      CAPTURE(nu);
+      CAPTURE(step);
+      const TetMesh mesh = block_mesh({{0, 0, 0}, {0.02, 0.01, 0.01}, {8, 4, 4}});
+      const Tissue tissue{{{Isotropic{20e3, nu}, 1040.0, 0.0}}, {"body"}, Indices::Zero(mesh.cell_count())};
+      const Assembler assembler(mesh);
+      BlockMatrix A = assembler.stiffness(tissue);
+      for (double& value : A.values()) value *= 0.25 * step * step;
+      const NodalMatrix M = assembler.mass(tissue);
+      for (std::size_t e = 0; e < M.values().size(); ++e)
+        for (int d = 0; d < 3; ++d) A.values()[9 * e + 4 * d] += M.values()[e];
+      Supports supports(mesh.node_count());
+      for (const auto node : mesh.node_set("x_min")) supports.fix(node);
+      supports.constrain(A);
+      Vector b = random_vector(A.rows());
+      supports.project(b);
+      Vector x;
+      const Convergence end = ConjugateGradient(A, {1e-8, 2000}).solve(b, x);
+      CHECK(end.converged);
+      CHECK((b - A * x).norm() <= 1e-8 * b.norm());
+    }
 }
 
 TEST_CASE("running out of iterations is data, not an exception") {
