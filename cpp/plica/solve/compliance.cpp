@@ -83,14 +83,6 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
   }
 }
 
-bool Compliance::has(std::int32_t local_node) const {
-  check_local(local_node);
-  for (int c = 0; c < 3; ++c) {
-    if (columns_[static_cast<std::size_t>(3 * local_node + c)].empty()) return false;
-  }
-  return true;
-}
-
 const double* Compliance::column(std::int32_t local_node, int component) const {
   check_local(local_node);
   if (component < 0 || component > 2) throw InvalidInput("Compliance", "component", component, "", "in [0, 3)");
@@ -100,10 +92,6 @@ const double* Compliance::column(std::int32_t local_node, int component) const {
                        "Call require.");
   }
   return values.data();
-}
-
-std::ptrdiff_t Compliance::column_count() const {
-  return std::count_if(columns_.begin(), columns_.end(), [](const auto& column) { return !column.empty(); });
 }
 
 }  // namespace plica

@@ -17,11 +17,8 @@ class Compliance {
   /// Makes sure that the three columns of each of these nodes (positions in nodes()) exist. Throws SolveFailed,
   /// with the node and component, where a column does not reach the tolerance.
   void require(const std::vector<std::int32_t>& local_nodes);
-  bool has(std::int32_t local_node) const;
   /// (3 nodes) displacement of all nodes under a unit force on component c of a node; must exist.
   const double* column(std::int32_t local_node, int component) const;
-  /// Columns that exist; each takes 24 bytes a node of nodes().
-  std::ptrdiff_t column_count() const;
 
  private:
   static constexpr std::size_t batch = BlockMatrix::pack;  // columns solved together: bounds the memory

@@ -243,22 +243,4 @@ Vector Assembler::traction(const Faces& faces, const Vector3& traction) const {
   return force;
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> Assembler::centroid_strain(const Vector& u) const {
-  if (u.size() != 3 * mesh_.node_count()) {
-    throw InvalidInput("centroid_strain", "size of u", static_cast<double>(u.size()), "",
-                       count(3 * mesh_.node_count()) + ", three a node");
-  }
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> strain(mesh_.cell_count(), 6);
-  const auto displacement = as_points(u);
-  for_each_cell(mesh_, [&](std::ptrdiff_t c, const Element& element) {
-    const auto gradients = element.centroid_gradients();
-    Matrix3 H = Matrix3::Zero();  // du/dx
-    for (int a = 0; a < element.nodes(); ++a) {
-      H += displacement.row(mesh_.cells(c, a)).transpose() * gradients.row(a);
-    }
-    strain.row(c) << H(0, 0), H(1, 1), H(2, 2), H(0, 1) + H(1, 0), H(1, 2) + H(2, 1), H(2, 0) + H(0, 2);
-  });
-  return strain;
-}
-
 }  // namespace plica

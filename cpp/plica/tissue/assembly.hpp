@@ -30,8 +30,6 @@ class Assembler {
   Vector body_force(const Tissue& tissue, const Vector3& acceleration) const;
   /// (3 n) N: consistent load of a constant traction (Pa) on faces of the reference surface.
   Vector traction(const Faces& faces, const Vector3& traction) const;
-  /// Strain (m, 6) (engineering Voigt) at the centroid of each cell under displacement u (3 n).
-  Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> centroid_strain(const Vector& u) const;
 
  private:
   friend class AffineStiffness;

@@ -27,7 +27,7 @@ Indices inner_unknowns(const Distorted& scene) {
 
 // Holds on curved inner elements too: isoparametric functions contain every affine field, and
 // grad N det J is a polynomial of degree 3 there, within the degree 5 of the rule.
-TEST_CASE("every constant strain of a distorted mesh gives exact stress and no inner nodal force") {
+TEST_CASE("every constant strain of a distorted mesh gives no inner nodal force and the exact energy") {
   for (const Kind kind : kinds) {
     const Distorted scene(kind);
     const Material material = scenes::oblique();
@@ -43,10 +43,6 @@ TEST_CASE("every constant strain of a distorted mesh gives exact stress and no i
       const Vector f = K * u;
       CHECK(f.norm() > 1e3);
       CHECK(f(inner).lpNorm<Eigen::Infinity>() < 1e-12 * f.lpNorm<Eigen::Infinity>());
-      const auto strain = assembler.centroid_strain(u);
-      const Vector6 exact = S * Vector6::Unit(component);
-      const double error = ((strain * S).rowwise() - exact.transpose()).rowwise().norm().maxCoeff();
-      CHECK(error < 1e-10 * exact.norm());
       // Energy of the constant strain, volume by the box.
       const double volume = scene.block.size[0] * scene.block.size[1] * scene.block.size[2];
       CHECK(u.dot(f) == doctest::Approx(volume * S(component, component)).epsilon(1e-12));
