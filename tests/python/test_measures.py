@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.phonation.cycles import autocorrelation_frequency, find_cycles, rising_crossings
 from plica.phonation.measures import measure, write_measures
-from plica.verify.analytic_run import AnalyticRun, Phonation, free_vibration
 
 # A frequency that no multiple of the step fits, so that nothing is exact by luck.
 base = Phonation(frequency=213.7)
@@ -284,16 +284,15 @@ def test_fewer_than_three_cycles_give_no_frequency_and_the_reason() -> None:
 
 def test_an_interrupted_run_is_measured_as_far_as_it_came() -> None:
     run = base.run()
-    waveforms = {name: np.array(values) for name, values in run.waveforms.items()}
-    for values in waveforms.values():
-        values[800:] = np.nan if values.dtype.kind == "f" else -1
-    time = run.time.copy()
-    time[800:] = np.nan
-    waveforms["flow"][799:] = np.nan  # the kill fell between two data sets of step 800
-    found = measure(dataclasses.replace(run, time=time, waveforms=waveforms))
+    waveforms = {name: values[:799] for name, values in run.waveforms.items()}
+    found = measure(dataclasses.replace(run, time=run.time[:799], waveforms=waveforms))
     assert found["steps"].value == 799
     assert found["fundamental_frequency"].value == pytest.approx(213.7, rel=1e-5)
     assert found["mean_iterations"].value == 9.0
+
+
+def test_tissue_is_judged_by_its_corners_and_the_measure_says_so() -> None:
+    assert "corners only" in measure(base.run())["inverted_tissue_max"].note
 
 
 def test_a_residual_that_never_has_a_value_shortens_nothing() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ from plica.phonation.glottal_measures import flow_measures, frequency_measures, 
 from plica.phonation.measure import Measure, whole
 from plica.phonation.run_data import RunData, reached
 from plica.phonation.solver_measures import energy_measures, solver_measures
+from plica.phonation.storage import replaced
 from plica.units import read_quantity
 
 __all__ = ["Measure", "measure", "steady_cycles", "write_measures"]
@@ -116,9 +116,11 @@ def write_measures(measures: Mapping[str, Measure], path: Path) -> Path:
         The file.
     """
     text = json.dumps({name: item.as_json() for name, item in measures.items()}, indent=2, allow_nan=False)
-    draft = path.with_name(path.name + ".part")
-    draft.write_text(text + "\n", encoding="utf-8")
-    os.replace(draft, path)
+
+    def fill(draft: Path) -> None:
+        draft.write_text(text + "\n", encoding="utf-8")
+
+    replaced(path, fill)
     return path
 
 

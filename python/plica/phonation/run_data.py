@@ -27,13 +27,14 @@ class MeshData(Protocol):
 class RunData(Protocol):
     """A run, finished or not, with its results in SI units.
 
-    Arrays may be as long as the run was meant to become; what was not reached is NaN (integers: -1).
-    A part that the scene does not have (airflow, contact) has no entries.
+    Arrays hold the steps and frames that were computed, however many were asked for. A waveform may be NaN
+    where it has no meaning, as the residual of a lagged coupling. A part that the scene does not have
+    (airflow, contact) has no entries.
     """
 
     @property
     def time(self) -> Array:
-        """(k) s, NaN where the run did not come to."""
+        """(k) s, of the steps that were computed."""
 
     @property
     def waveforms(self) -> Mapping[str, Array]:
@@ -78,25 +79,6 @@ def time_step(time: Floats) -> float:
 
 
 def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:
-    """Time and waveforms of the steps that were computed.
-
-    Parameters
-    ----------
-    run : RunData
-
-    Returns
-    -------
-    time : (k) s
-    waveforms : each with leading axis k
-        Cut before the first step whose time is not finite, and to the shortest waveform.
-    """
-    time = np.asarray(run.time, dtype=float)
-    count = time.size if np.isfinite(time).all() else int(np.argmin(np.isfinite(time)))
+    """Time (k) s and the waveforms, each with leading axis k, of the steps that were computed."""
     waveforms = {name: np.asarray(values) for name, values in run.waveforms.items() if name != "time"}
-    count = min([count, *(len(values) for values in waveforms.values())])
-    for values in waveforms.values():  # a kill may fall between two data sets of one step
-        if not len(values) or not np.isfinite(values[0]).all():
-            continue  # not a number by definition, e.g. the residual of a lagged coupling
-        while count and not np.isfinite(values[count - 1]).all():
-            count -= 1
-    return time[:count], {name: values[:count] for name, values in waveforms.items()}
+    return np.asarray(run.time, dtype=float), waveforms

@@ -51,5 +51,6 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
     for name, key, function in table:
         if key in waveforms:
             value = function(np.asarray(waveforms[key], dtype=float))
-            found[name] = whole(float(value), "1", "over all steps")
+            corners = "; judged by their corners only" if key == "inverted_tissue" else ""
+            found[name] = whole(float(value), "1", "over all steps" + corners)
     return found

@@ -1,1 +1,0 @@
-"""Cases whose results are known exactly."""
