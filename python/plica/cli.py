@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
@@ -13,6 +14,8 @@ from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
 __all__ = ["main"]
 
+_MAX_THREADS = 1024  # the engine's
+_DEFAULT_THREADS = 8  # at most
 _FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
 
 _MAIN_HELP = """\
@@ -117,7 +120,13 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--resume", action="store_true", help="continue the run in DIR from its newest checkpoint"
     )
-    run.add_argument("--threads", metavar="N", type=_count, help="threads; results do not depend on it")
+    run.add_argument(
+        "--threads",
+        metavar="N",
+        type=_count,
+        default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
+        help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
+    )
     run.add_argument("--quiet", action="store_true", help="no progress, no table")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
@@ -137,8 +146,8 @@ def _count(text: str) -> int:
         count = int(text)
     except ValueError:
         count = 0
-    if count < 1:
-        raise argparse.ArgumentTypeError(f"{text}; must be a whole number >= 1.")
+    if not 1 <= count <= _MAX_THREADS:
+        raise argparse.ArgumentTypeError(f"{text}; must be a whole number from 1 to {_MAX_THREADS}.")
     return count
 
 
@@ -149,8 +158,7 @@ def _run(options: argparse.Namespace) -> int:
     from plica.report import write_report
 
     scene = plica.Scene.load(options.scene)
-    if options.threads is not None:
-        plica.set_threads(options.threads)
+    plica.set_threads(options.threads)
     try:
         run = plica.run(scene, options.directory, resume=options.resume, progress=not options.quiet)
     except SolveFailed:
@@ -245,7 +253,7 @@ _MAIN_MEASURES = (
     "speed_quotient",
     "peak_flow",
     "mean_flow",
-    "peak_glottal_area",
+    "glottal_area_max",
     "amplitude_left",
     "amplitude_right",
     "peak_contact_pressure",

@@ -64,7 +64,10 @@ def read_quantity(value: object, unit: str) -> float:
     expected = f"a number in {unit} or a text with a unit of that kind" if unit else "a number"
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise ValueError(f"must be {expected}.")
-    number = float(value) if not isinstance(value, str) else _from_text(value, unit, expected)
+    try:
+        number = float(value) if not isinstance(value, str) else _from_text(value, unit, expected)
+    except ArithmeticError:  # beyond what a float, or a decimal, holds
+        number = math.inf
     if not math.isfinite(number):
         raise ValueError("must be finite.")
     return number

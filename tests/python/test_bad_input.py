@@ -175,6 +175,47 @@ SCENES: dict[str, tuple[str, str, str]] = {
         '[supports]\nfixed = ["wal"]\n[time]',
         'supports.fixed[0] = "wal"; must be one of ends, wall. Did',
     ),
+    "wall that is not held": (
+        "[time]",
+        '[supports]\nwall_from_y = "3 mm"\n[time]',
+        'supports.wall_from_y = 0.003; must be left out, or supports.fixed must have "wall".',
+    ),
+    "iterations": (
+        "[time]",
+        "[solver]\nmax_iterations = 99999999999\n[time]",
+        "solver.max_iterations = 99999999999; must be <= 1e+09.",
+    ),
+    "passes": (
+        "[contact.multipliers]",
+        "[contact]\nmultipliers = {}\nmax_passes = 4294967297",
+        "contact.max_passes = 4294967297; must be <= 1e+09.",
+    ),
+    "many lines": (AROUND, "around = 4294967304", "mesh.options.around = 4294967304; must be <= 1e+06."),
+    "beyond a float": (
+        PRESSURE,
+        "subglottal_pressure = 1" + 400 * "0",
+        "airflow.subglottal_pressure = 1000",
+    ),
+    "beyond a decimal": (
+        PRESSURE,
+        'subglottal_pressure = "1e9999999999999999999 kPa"',
+        "must be finite.",
+    ),
+    "frames between steps": (
+        "[time]",
+        '[output]\nevery = "0.12 ms"\n[time]',
+        "output.every = 0.00012; must be a whole number of steps of 5e-05 s.",
+    ),
+    "start between steps": (
+        "[time]",
+        '[output]\nevery = "0.1 ms"\nstart = "0.12 ms"\n[time]',
+        "output.start = 0.00012; must be a whole number of steps of 5e-05 s.",
+    ),
+    "probe in another unit": (
+        "[time]",
+        "[output]\nprobes = [[0, 0, 0], [0, 3, 0]]\n[time]",
+        "output.probes[1] = [0, 3, 0] m; must be in or near the mesh, which extends from [-0.0",
+    ),
     "no wall left": (
         "[time]",
         '[supports]\nfixed = ["wall"]\nwall_from_y = "2 cm"\n[time]',
@@ -406,8 +447,9 @@ def test_a_broken_result_file_is_refused(
     [
         (["run"], "the following arguments are required: SCENE"),
         (["run", "s.toml"], "required: -o/--output"),
-        (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number >= 1."),
-        (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number >= 1."),
+        (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number from 1 to 1024."),
+        (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
+        (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
         (["rnu"], "invalid choice: 'rnu'"),
         (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3"),
         ([], "required: COMMAND"),

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import plica
-from plica.cli import main
+from analytic_run import Phonation
+from plica.cli import _MAIN_MEASURES, main
+from plica.phonation.measures import measure
 
 
 @pytest.fixture
@@ -54,6 +56,10 @@ def test_measures_and_report_can_be_made_anew(
     assert "duration" in capsys.readouterr().out
     assert main(["report", str(tmp_path / "run")]) == 0
     assert "<html" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_the_main_measures_are_measures() -> None:
+    assert set(_MAIN_MEASURES) <= set(measure(Phonation().run()))
 
 
 def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

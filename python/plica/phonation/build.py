@@ -191,7 +191,19 @@ def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:
     """The node nearest to each probe point, (p)."""
     points = np.asarray(mesh.points)
     wanted = np.asarray(scene.output.probes, dtype=float).reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.1 * (high - low)
+    for k, point in enumerate(wanted):
+        if np.any(point < low - margin) or np.any(point > high + margin):
+            raise SceneError(
+                f"{scene.source}: output.probes[{k}] = {_place(point)} m; must be in or near the mesh, which "
+                f"extends from {_place(low)} to {_place(high)} m."
+            )
     return np.array([np.argmin(((points - point) ** 2).sum(axis=1)) for point in wanted], dtype=np.int32)
+
+
+def _place(point: NDArray[np.float64]) -> str:
+    return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
 
 
 def _scheme(scene: Scene) -> Any:

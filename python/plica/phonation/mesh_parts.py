@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from plica.phonation.part import Part, problem
 from plica.units import Length
@@ -15,7 +15,9 @@ __all__ = ["Block", "Blocks", "Larynx", "LarynxOptions", "Mesh", "MeshFile", "Si
 
 Order = Literal[1, 2]
 Name = Annotated[str, Field(min_length=1)]
-Count = Annotated[int, Field(ge=1)]
+MAX_LINES = 10**6
+"""Of mesh lines in one direction: beyond any memory, and well within the engine's 32 bits."""
+Count = Annotated[int, Field(ge=1, le=MAX_LINES)]
 PositiveLength = Annotated[Length, Field(gt=0)]
 Label = int | str
 
@@ -38,13 +40,13 @@ class LarynxOptions(Part):
     """[m] Of the embedding cylinder."""
     layer_thickness: PositiveLength | None = None
     """[m] Of the cover, and of the ligament."""
-    layers_from_section: Annotated[int, Field(ge=0)] | None = None
+    layers_from_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
     """Position in `sections` from which cover and ligament extend upward."""
-    layers_to_section: Annotated[int, Field(ge=0)] | None = None
+    layers_to_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
     """Position in `sections` to which they extend."""
     levels: tuple[Count, ...] | None = None
     """Subdivisions between consecutive sections, one fewer than sections."""
-    around: Annotated[int, Field(ge=8, multiple_of=4)] | None = None
+    around: Annotated[int, Field(ge=8, le=MAX_LINES, multiple_of=4)] | None = None
     """Mesh lines around the airway."""
     cover_rings: Count | None = None
     ligament_rings: Count | None = None
@@ -108,8 +110,8 @@ class Sides(Part):
 class MeshFile(Part):
     """A mesh of tetrahedra in any format that meshio reads, its labels mapped to names."""
 
-    file: Path
-    """Relative to the scene file."""
+    file: Annotated[Path, AfterValidator(Path.resolve)]
+    """Relative to the scene file, or for a part made in Python to the working directory; kept absolute."""
     unit: PositiveLength = 1.0
     """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
     labels: str | None = None

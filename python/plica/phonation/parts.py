@@ -44,7 +44,16 @@ __all__ = [
     "VolumePenalty",
 ]
 
+MAX_COUNT = 10**9
+"""Of a whole number that the engine takes, which has 32 bits."""
+
+Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 Components = Literal["x", "y", "z", "xy", "xz", "yz", "xyz"]
+
+
+def is_whole(count: float) -> bool:
+    """Whether a number of steps is whole but for round-off."""
+    return count < 2**53 and abs(count - round(count)) <= 1e-6 * count
 
 
 class Supports(Part):
@@ -55,7 +64,7 @@ class Supports(Part):
     components: dict[str, Components] = Field(default_factory=dict)
     """Node sets held in some components only, e.g. ``{"x_min": "x", "z_min": "yz"}``."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
-    """[m] Of the node set ``wall``, only nodes with |y| >= this are held. Larynx only."""
+    """[m] Of the node set ``wall``, only nodes with |y| >= this are held; it must be in `fixed`."""
 
 
 class Lagged(Part):
@@ -72,12 +81,10 @@ class Iterated(Part):
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default_factory=engine_default("Iterated", "tolerance")
     )
-    """[-] Change of the sections' displacement between sweeps at which iterating ends."""
-    max_sweeps: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Iterated", "max_sweeps"))
+    """[-] Largest change of a section's pressure between sweeps, in subglottal pressures, that ends them."""
+    max_sweeps: Count = Field(default_factory=engine_default("Iterated", "max_sweeps"))
     """Sweeps a step at most."""
-    freeze_after: Annotated[int, Field(ge=1)] = Field(
-        default_factory=engine_default("Iterated", "freeze_after")
-    )
+    freeze_after: Count = Field(default_factory=engine_default("Iterated", "freeze_after"))
     """Sweeps after which the separation section and the stop of the flow are held within a step."""
 
 
@@ -167,7 +174,7 @@ class Contact(OneOf):
         default_factory=engine_default("Contact", "tolerance")
     )
     """[-] Deepest gap left, relative to the mean edge of the interface."""
-    max_passes: Annotated[int, Field(ge=1)] = Field(default_factory=engine_default("Contact", "max_passes"))
+    max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
     """Rebuildings of the contact rows a step at most."""
 
     @model_validator(mode="after")
@@ -262,7 +269,7 @@ class Stepping(Part):
     @model_validator(mode="after")
     def _whole_steps(self) -> Self:
         count = self.duration / self.step
-        if count < 1 - 1e-9 or abs(count - round(count)) > 1e-6 * count:
+        if count < 1 - 1e-9 or not is_whole(count):
             raise problem(
                 f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration
             )
@@ -274,17 +281,18 @@ class Solver(Part):
 
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
     """[-] Relative residual."""
-    max_iterations: Annotated[int, Field(ge=1)] = 2000
+    max_iterations: Count = 2000
 
 
 class Output(Part):
     """What is stored beside the waveforms, which are stored every step."""
 
     every: Annotated[Time, Field(gt=0)] | None = None
-    """[s] Between stored displacement fields; left out, no fields are stored."""
+    """[s] Between stored displacement fields, whole steps; left out, no fields are stored."""
     start: Annotated[Time, Field(ge=0)] = 0.0
-    """[s] No fields before this time."""
+    """[s] No fields before this time, whole steps."""
     probes: tuple[tuple[Length, Length, Length], ...] = ()
-    """[m] The displacement of the node nearest to each point is stored every step."""
+    """[m] The displacement of the node nearest to each point, which must be in or near the mesh, is stored
+    every step."""
     checkpoint_every: Annotated[Time, Field(gt=0)] = 0.01
     """[s] Of simulated time between two checkpoints."""

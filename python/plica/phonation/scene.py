@@ -22,6 +22,7 @@ from plica.phonation.parts import (
     Solver,
     Stepping,
     Supports,
+    is_whole,
 )
 from plica.phonation.problems import describe
 from plica.phonation.tissue import Tissue
@@ -126,7 +127,7 @@ class Scene(Part):
         """
         try:
             data = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
+        except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
             raise SceneError(f"{where}: not TOML: {error}.") from None
         mesh = data.get("mesh")
         if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
@@ -193,10 +194,17 @@ class Scene(Part):
                     raise problem("must be left out: the pattern is that of a larynx.", "initial", name)
         if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
             raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
-        if self.output.every is not None and self.output.every < self.time.step * (1 - 1e-9):
-            raise problem(
-                f"must be >= time.step = {self.time.step:g} s.", "output", "every", value=self.output.every
-            )
+        wall_from_y = self.supports.wall_from_y if self.supports is not None else None
+        if self.supports is not None and wall_from_y is not None and "wall" not in self.supports.fixed:
+            relation = 'must be left out, or supports.fixed must have "wall".'
+            raise problem(relation, "supports", "wall_from_y", value=wall_from_y)
+        step = self.time.step
+        if self.output.every is not None and self.output.every < step * (1 - 1e-9):
+            raise problem(f"must be >= time.step = {step:g} s.", "output", "every", value=self.output.every)
+        for name in ("every", "start"):
+            value = getattr(self.output, name)
+            if value is not None and not is_whole(value / step):
+                raise problem(f"must be a whole number of steps of {step:g} s.", "output", name, value=value)
         for name in self.supports.components if self.supports is not None else ():
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
