@@ -15,11 +15,13 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import meshio
 import numpy as np
 import pytest
 
 import plica
 from plica import _engine
+from plica.cli import main
 from plica.phonation import checkpoint
 
 PROGRAM = """
@@ -67,13 +69,14 @@ def steps_stored(directory: Path) -> int:
 
 def kill_after(
     process: subprocess.Popen[str], directory: Path, steps: int, number: int = signal.SIGKILL
-) -> None:
-    """Send a signal as soon as so many steps are stored."""
+) -> bool:
+    """Send a signal as soon as so many steps are stored; whether it ended the process."""
     until = time.monotonic() + 60
     while process.poll() is None and steps_stored(directory) < steps and time.monotonic() < until:
         time.sleep(0.002)
     process.send_signal(number)
     process.communicate()
+    return process.returncode == -number
 
 
 def longer(scene: plica.Scene, factor: int) -> plica.Scene:
@@ -172,7 +175,8 @@ def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: 
 
 
 class StopsAfter:
-    """A simulation whose step number `last` + 1 fails, as the engine's do: what comes before is handed over."""
+    """A simulation whose step number `last` + 1 fails: what comes before is handed over, as the engine does
+    where a step has no solution, or lost, as it does where it refuses what it is given."""
 
     def __init__(self, last: int, error: type[BaseException] = plica.SolveFailed) -> None:
         self.last, self.error, self.made = last, error, _engine.Simulation
@@ -186,6 +190,9 @@ class StopsAfter:
 
             def advance(self, steps: int) -> Any:
                 good = last - inner.step_count
+                if issubclass(error, plica.InvalidInput) and good < steps:
+                    inner.advance(good)
+                    raise error("Contact: position is not finite.")
                 if good <= 0 < steps:
                     raise error(f"Simulation: no solution at t = {inner.time:g} s.")
                 return inner.advance(min(steps, good))
@@ -208,6 +215,73 @@ def test_a_step_that_fails_costs_no_step_before_it(
     assert all(np.array_equal(run[name], whole[name][:last]) for name in whole)
     plica.run(bar, tmp_path / "run", progress=False, resume=True)
     assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+@pytest.mark.parametrize("last", [1, 17, 39])
+def test_a_step_that_refuses_its_state_has_failed(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, last: int
+) -> None:
+    plica.run(bar, tmp_path / "whole", progress=False)
+    bar.save(tmp_path / "scene.toml")
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(last, plica.InvalidInput))
+    assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 1
+    monkeypatch.undo()
+    run = plica.Run.load(tmp_path / "run")
+    assert (run.status, run.steps, run.failure) == ("failed", last, "Contact: position is not finite.")
+    plica.run(bar, tmp_path / "run", progress=False, resume=True)
+    assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+def write_cube(path: Path, *, bottom: tuple[int, int] = (11, 11)) -> None:
+    """A cube with its tetrahedra labelled 1, the two triangles of its bottom as given, of its top 12."""
+    cube = plica.build_mesh(plica.Block(size=(0.01, 0.01, 0.01), divisions=(1, 1, 1)))
+    cells = [("tetra", np.asarray(cube.cells))]
+    cells += [("triangle", np.concatenate([cube.surfaces["z_min"], cube.surfaces["z_max"]]))]
+    labels = [np.ones(len(cells[0][1]), dtype=int), np.array([*bottom, 12, 12])]
+    meshio.Mesh(np.asarray(cube.points), cells, cell_data={"label": labels}).write(path)
+
+
+def on_a_file(file: str) -> plica.Scene:
+    return plica.Scene(
+        plica.MeshFile(file=file, layers={"body": 1}, surfaces={"bottom": 11, "ends": (11, 12)}),
+        {"body": plica.Tissue(E=20e3, nu=0.3)},
+        time=plica.Stepping(step=1e-4, duration=2e-3),
+        supports=plica.Supports(fixed=["bottom"]),
+        initial=plica.Initial(velocity={"body": (0.0, 0.0, 0.1)}),
+    )
+
+
+def test_a_scene_made_in_python_is_continued_from_elsewhere(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_cube(tmp_path / "cube.vtu")
+    scene = on_a_file("cube.vtu")
+    plica.run(scene, tmp_path / "whole", progress=False)
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(7))
+    with pytest.raises(plica.SolveFailed):
+        plica.run(scene, tmp_path / "run", progress=False)
+    monkeypatch.undo()
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert plica.Run.load(tmp_path / "run").scene == scene
+    plica.run(scene, tmp_path / "run", progress=False, resume=True)
+    assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+def test_a_run_is_not_continued_where_the_surfaces_have_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "cube.vtu"
+    write_cube(path)
+    scene = on_a_file(str(path))
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(7))
+    with pytest.raises(plica.SolveFailed):
+        plica.run(scene, tmp_path / "run", progress=False)
+    monkeypatch.undo()
+    write_cube(path, bottom=(11, 12))
+    with pytest.raises(plica.SceneError, match="surfaces are not those of the run"):
+        plica.run(scene, tmp_path / "run", progress=False, resume=True)
 
 
 def test_a_first_step_that_fails_leaves_nothing(
@@ -263,20 +337,23 @@ def test_one_process_at_a_time(bar: plica.Scene, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["bar", "colliding", "phonating"])
+@pytest.mark.parametrize(
+    ("name", "factor", "moments"), [("bar", 10, 3), ("colliding", 5, 3), ("phonating", 4, 5)]
+)
 def test_a_killed_run_can_be_read_and_continues_to_identical_results(
-    name: str, request: pytest.FixtureRequest, tmp_path: Path
+    name: str, factor: int, moments: int, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    scene = longer(request.getfixturevalue(name), 4)
+    scene = longer(request.getfixturevalue(name), factor)
     total = scene.time.steps
     scene.save(tmp_path / "scene.toml")
     plica.run(scene, tmp_path / "whole", progress=False)
     whole = plica.Run.load(tmp_path / "whole")
     seed = random.Random(name)
-    for attempt in range(3):
+    kills = 0
+    for attempt in range(moments):
         directory = tmp_path / f"run{attempt}"
         process = start(tmp_path / "scene.toml", directory)
-        kill_after(process, directory, seed.randrange(1, total))
+        kills += kill_after(process, directory, seed.randrange(1, total // 2))
         for _ in range(2):  # a second kill while it is being continued
             if steps_stored(directory) >= 0:
                 run = plica.Run.load(directory)
@@ -290,6 +367,7 @@ def test_a_killed_run_can_be_read_and_continues_to_identical_results(
         _, said = last.communicate()
         assert last.returncode == 0, said
         assert_identical(directory, tmp_path / "whole")
+    assert kills == moments  # each at its own moment, in the first half of the run
 
 
 @pytest.mark.slow

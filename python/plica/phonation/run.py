@@ -181,7 +181,7 @@ class _Runner:
             return results
         start = time.monotonic()
         before = self.simulation.state()
-        sample = self.simulation.advance(1)
+        sample = self._advanced(1)
         self.simulation.restore(before)
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
@@ -210,10 +210,26 @@ class _Runner:
         return (self.done // stride + 1) * stride
 
     def _steps(self, results: ResultFile, count: int) -> None:
-        """Advance by `count` steps, or by those before one that fails: the next call then raises SolveFailed."""
-        waveforms = self.simulation.advance(count)
+        """Advance by `count` steps, or by those before one that fails: the next call raises SolveFailed."""
+        waveforms = self._advanced(count)
         results.write_steps(self.done, waveforms)
         self.done += len(waveforms["time"])
+
+    def _advanced(self, count: int) -> dict[str, Any]:
+        """The engine's waveforms of these steps, or of those before one that fails.
+
+        The scene was checked when the simulation was made, so what the engine refuses later is the state
+        that a step came to: that step failed.
+        """
+        before = self.simulation.state()
+        try:
+            return self.simulation.advance(count)
+        except InvalidInput as error:
+            good = self.simulation.step_count - self.done
+            self.simulation.restore(before)
+            if good > 0:
+                return self.simulation.advance(good)
+            raise SolveFailed(str(error)) from None
 
     def _commit(self, results: ResultFile, *, to_disk: bool = False) -> None:
         frames = int(np.searchsorted(self.frames, self.done, side="right"))

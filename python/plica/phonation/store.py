@@ -117,6 +117,12 @@ class ResultFile:
         for name in ("points", "cells", "cell_layer", "cell_side"):
             if not np.array_equal(self._file[f"mesh/{name}"][()], np.asarray(getattr(mesh, name))):
                 return name
+        for kind in ("surfaces", "node_sets"):
+            stored, given = self._file[f"mesh/{kind}"], getattr(mesh, kind)
+            if set(stored) != set(given):
+                return kind
+            if not all(np.array_equal(stored[name][()], np.asarray(given[name])) for name in given):
+                return kind
         return ""
 
     @property
