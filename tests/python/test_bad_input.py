@@ -196,6 +196,8 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "subglottal_pressure = 1" + 400 * "0",
         "airflow.subglottal_pressure = 1000",
     ),
+    "thousands of digits": (PRESSURE, "subglottal_pressure = 1" + 5000 * "0", "s.toml: not TOML: Exceeds"),
+    "steps without number": ('duration = "1 ms"', "duration = 1e305", "must be a whole number of steps"),
     "beyond a decimal": (
         PRESSURE,
         'subglottal_pressure = "1e9999999999999999999 kPa"',

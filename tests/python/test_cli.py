@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -56,6 +57,26 @@ def test_measures_and_report_can_be_made_anew(
     assert "duration" in capsys.readouterr().out
     assert main(["report", str(tmp_path / "run")]) == 0
     assert "<html" in (tmp_path / "run" / "report.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("available", "options", "taken"), [(3, [], 3), (64, [], 8), (3, ["--threads", "5"], 5)]
+)
+def test_a_run_takes_the_processors_there_are(
+    scene_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    available: int,
+    options: list[str],
+    taken: int,
+) -> None:
+    found: list[int] = []
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: set(range(available)))
+    monkeypatch.setattr(plica, "set_threads", found.append)
+    (tmp_path / "file").write_text("")
+    # refused after the threads are set
+    assert main(["run", str(scene_file), "-o", str(tmp_path / "file"), *options]) == 2
+    assert found == [taken]
 
 
 def test_the_main_measures_are_measures() -> None:
