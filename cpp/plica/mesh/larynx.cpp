@@ -1,5 +1,6 @@
 #include "plica/mesh/larynx.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -7,6 +8,10 @@
 #include "plica/mesh/structured.hpp"
 
 namespace plica {
+
+namespace {
+constexpr double most_nodes = 5e7;  // node numbers and their products fit 32 bits
+}
 
 std::vector<Larynx::Section> Larynx::thesis_sections() {
   return {{-2.00e-2, 0.700e-2}, {-0.78e-2, 0.600e-2}, {-0.45e-2, 0.250e-2}, {-0.42e-2, 0.160e-2},
@@ -34,6 +39,11 @@ Larynx Larynx::thesis() {
 
 Larynx Larynx::refined(int factor) const {
   if (factor < 1) throw InvalidInput("Larynx::refined", "factor", factor, "", ">= 1");
+  double most = std::max({around, cover_rings, ligament_rings, body_rings});
+  for (const int count : levels) most = std::max<double>(most, count);
+  if (most * factor > most_nodes)
+    throw InvalidInput("Larynx::refined", "factor", factor, "",
+                       "<= 5e7 / " + number(most) + ", the largest number of levels, lines or rings");
   Larynx larynx = *this;
   for (int& count : larynx.levels) count *= factor;
   larynx.around *= factor;
@@ -47,8 +57,9 @@ void Larynx::validate() const {
   const auto positive = [](const std::string& name, double value) {
     if (!(value > 0) || !std::isfinite(value)) throw InvalidInput("Larynx", name, value, "m", "> 0");
   };
-  const auto at_least = [](const std::string& name, int value, int least) {
-    if (value < least) throw InvalidInput("Larynx", name, value, "", ">= " + std::to_string(least));
+  const auto at_least = [](const std::string& name, std::int64_t value, std::int64_t least) {
+    if (value < least)
+      throw InvalidInput("Larynx", name, static_cast<double>(value), "", ">= " + std::to_string(least));
   };
   const int count = static_cast<int>(sections.size());
   at_least("number of sections", count, 2);
@@ -72,7 +83,7 @@ void Larynx::validate() const {
     throw InvalidInput("Larynx", "number of levels", static_cast<double>(levels.size()), "",
                        std::to_string(count - 1), "There is one between any two consecutive sections.");
   for (int k = 0; k < count - 1; ++k) at_least("levels[" + std::to_string(k) + "]", levels[k], 1);
-  at_least("sum of levels", std::accumulate(levels.begin(), levels.end(), 0), 2);
+  at_least("sum of levels", std::accumulate(levels.begin(), levels.end(), std::int64_t{0}), 2);
   at_least("layers_from_section", layers_from_section, 0);
   at_least("layers_to_section", layers_to_section, layers_from_section + 1);
   if (layers_to_section > count - 1)
@@ -85,6 +96,10 @@ void Larynx::validate() const {
   at_least("cover_rings", cover_rings, 1);
   at_least("ligament_rings", ligament_rings, 1);
   at_least("body_rings", body_rings, 1);
+  double nodes = 1.0 + cover_rings + ligament_rings + body_rings;
+  nodes *= around * (1 + std::accumulate(levels.begin(), levels.end(), 0.0));
+  if (nodes > most_nodes)
+    throw InvalidInput("Larynx", "nodes", nodes, "", "<= 5e7", "Fewer levels, lines or rings are needed.");
 }
 
 namespace {

@@ -41,7 +41,8 @@ struct Larynx {
   static std::vector<Section> thesis_sections();
   static Larynx coarse();  // 4032 tetrahedra, 900 nodes
   static Larynx medium();  // 19440 tetrahedra, 4032 nodes
-  /// A level at each of the 52 sections: 55080 tetrahedra (54984 in Paper A, Sec. 3), 11232 nodes.
+  /// 52 levels as in the thesis, at its 52 sections except in the first and last interval, where they are graded:
+  /// 55080 tetrahedra (54984 in Paper A, Sec. 3), 11232 nodes.
   static Larynx thesis();
 };
 

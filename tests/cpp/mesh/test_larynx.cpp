@@ -271,3 +271,16 @@ TEST_CASE("options out of range are refused by name") {
   CHECK(refusal([](Larynx& l) { l.layer_thickness = 0; }) == "Larynx: layer_thickness = 0 m; must be > 0.");
   CHECK(refusal([](Larynx& l) { l.body_rings = 0; }) == "Larynx: body_rings = 0; must be >= 1.");
 }
+
+TEST_CASE("a larynx of more nodes than can be numbered is refused before anything overflows") {
+  Larynx larynx;
+  larynx.around = 400000000;
+  CHECK_THROWS_WITH_AS(larynx.validate(), doctest::Contains("must be <= 5e7"), InvalidInput);
+  larynx = Larynx{};
+  larynx.levels.front() = larynx.levels.back() = 2147483647;  // their sum is beyond 32 bits
+  CHECK_THROWS_WITH_AS(larynx.validate(), doctest::Contains("Fewer levels, lines or rings"), InvalidInput);
+  larynx = Larynx{};
+  larynx.cover_rings = larynx.ligament_rings = 2147483647;
+  CHECK_THROWS_AS(larynx.validate(), InvalidInput);
+  CHECK_THROWS_WITH_AS(Larynx{}.refined(2000000000), doctest::Contains("Larynx::refined: factor"), InvalidInput);
+}
