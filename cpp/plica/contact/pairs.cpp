@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "plica/core/error.hpp"
+
 namespace plica {
 
 namespace {
@@ -30,7 +32,22 @@ Vector3 gap_gradient(const Vector3& n, const Foot& foot, const Vector3& a, const
     const Vector3 e = (*corners[loaded[1]] - *corners[loaded[0]]).normalized();
     g = n - n.dot(e) * e;
   }
-  return g / g.dot(n);
+  // Where n lies nearly along those directions (or the triangle is flat) they say nothing of the distance.
+  const double along = g.dot(n);
+  return along >= 0.1 ? Vector3(g / along) : n;
+}
+
+Airway checked(Airway airway, std::ptrdiff_t node_count) {
+  const auto check = [&](const auto& cells, const char* name) {
+    for (std::ptrdiff_t i = 0; i < cells.size(); ++i)
+      if (const std::int32_t node = cells.data()[i]; node < 0 || node >= node_count)
+        throw InvalidInput("Airway", std::string("node of ") + name, node, "",
+                           "in [0, " + std::to_string(node_count) + ")", "The airway belongs to another mesh.");
+  };
+  check(airway.first, "first");
+  check(airway.second, "second");
+  check(airway.tets, "tets");
+  return airway;
 }
 
 }  // namespace
@@ -41,7 +58,7 @@ void Pair::add_force(double p, Vector& force) const {
 }
 
 Detector::Detector(Airway airway, const Points& reference)
-    : airway_(std::move(airway)),
+    : airway_(checked(std::move(airway), reference.rows())),
       first_(airway_.first, reference.rows()),
       second_(airway_.second, reference.rows()),
       foot_hint_(static_cast<std::size_t>(reference.rows()), -1),
@@ -89,7 +106,10 @@ Pair Detector::pair(std::int32_t slave, const Points& x) {
   const ContactSurface& own = on_first ? first_ : second_;
   const ContactSurface& other = on_first ? second_ : first_;
   std::int32_t& hint = foot_hint_[slave];
-  if (hint < 0) hint = other.triangle_at(other.contains(partner_[slave]) ? partner_[slave] : other.nodes()[0]);
+  if (hint < 0) {
+    const std::int32_t partner = partner_[slave];
+    hint = other.triangle_at(partner >= 0 && other.contains(partner) ? partner : other.nodes()[0]);
+  }
   const Foot foot = other.closest(x, x.row(slave), hint);
   hint = foot.triangle;
 
@@ -118,7 +138,6 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   if (!(n_first == 3 && n_second == 1) && !(n_first == 1 && n_second == 3)) return pair;
   const bool slave_first = n_first == 1;
   if (slave_first ? second_.contains(of_first[0]) : first_.contains(of_second[0])) return pair;
-  pair.key = tet;
   pair.slave = slave_first ? of_first[0] : of_second[0];
   for (int k = 0; k < 3; ++k) pair.master[k] = slave_first ? of_second[k] : of_first[k];
   pair.weights.setConstant(1.0 / 3.0);
@@ -129,6 +148,8 @@ Pair Detector::volume_pair(std::int32_t tet, const Points& x, double kappa) cons
   const Vector3 facing = other.normal(pair.master[0]) - own.normal(pair.slave);
   if (twice_area.dot(facing) < 0) twice_area = -twice_area;
   const double area = 0.5 * twice_area.norm();
+  if (!(area > 0)) return pair;  // a face without area pushes nothing
+  pair.key = tet;
   pair.normal = pair.gradient = twice_area / (2.0 * area);
   pair.stiffness = kappa * area / 12.0;
   return pair;

@@ -11,7 +11,7 @@ namespace plica {
 /// smooth normals: it does not jump from triangle to triangle, and a pair seen from either side is the same. The
 /// gap is the distance to the surface along n, gap = g . (x_s - sum_k w_k x_k), with g . n = 1 and g across the
 /// directions in which the foot follows the slave: along the triangle's own normal where the foot is inside,
-/// across the edge on an edge, n itself on a corner.
+/// across the edge on an edge, n itself on a corner (and where g is not within about 70 degrees of n).
 struct Pair {
   std::int32_t key = -1;    // what the pair stands for from pass to pass: its slave node, or its tetrahedron
   std::int32_t slave = -1;  // node
@@ -50,6 +50,7 @@ struct EdgeCrossing {
 /// Finds what overlaps: an inverted airway tetrahedron names candidates, the sign of the gap decides.
 class Detector {
  public:
+  /// Throws InvalidInput for a node number of the airway outside reference (n, 3), or an empty surface.
   Detector(Airway airway, const Points& reference);
 
   const Airway& airway() const { return airway_; }
@@ -75,7 +76,8 @@ class Detector {
   /// master's and the reversed slave's, so that a pair seen from either side is the same constraint.
   Pair pair(std::int32_t slave, const Points& x);
   /// The pair of the thesis's volume penalty (Eq. 28) for an airway tetrahedron with one node on one side:
-  /// weights 1/3, the face's own normal, gap = 3 V / A, stiffness kappa A / 12. Key -1 for edge to edge.
+  /// weights 1/3, the face's own normal, gap = 3 V / A, stiffness kappa A / 12. Key -1 for edge to edge, and for a
+  /// face without area.
   Pair volume_pair(std::int32_t tet, const Points& x, double kappa) const;
   /// Edge-to-edge tetrahedra whose edges have really crossed: the closest points of the two edges are
   /// inner ones and lie on the wrong side of each other.
