@@ -29,6 +29,14 @@ SideMeasure measure(const ContactSurface& surface, const Vector& force, const Po
   return side;
 }
 
+/// Sum over the nodes of one side, half of the force on a node common to both.
+Vector3 sum_of_forces(const ContactSurface& side, const ContactSurface& other, const Vector& force) {
+  Vector3 sum = Vector3::Zero();
+  for (const std::int32_t node : side.nodes())
+    sum += (other.contains(node) ? 0.5 : 1.0) * force.segment<3>(3 * node);
+  return sum;
+}
+
 }  // namespace
 
 ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
@@ -39,20 +47,16 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   const Contacts& contacts = step.contacts;
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
-  Vector nodal = Vector::Zero(x.size());
+  const Vector& nodal = state_.contact_force;
   for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
-    const Pair& pair = contacts.pairs[i];
-    const double p = contacts.force[static_cast<std::ptrdiff_t>(i)];
-    if (p == 0.0) continue;
+    if (contacts.force[static_cast<std::ptrdiff_t>(i)] == 0.0) continue;
     ++record.rows;
-    record.largest_multiplier = record.rows == 1 ? -p : std::max(record.largest_multiplier, -p);
-    pair.add_force(p, nodal);
-    Vector3 on_slave = p * pair.normal, on_master = Vector3::Zero();
-    for (int k = 0; k < 3; ++k) on_master -= p * pair.weights[k] * pair.normal;
-    const bool slave_first = detector.first().contains(pair.slave);
-    record.force_first += slave_first ? on_slave : on_master;
-    record.force_second += slave_first ? on_master : on_slave;
+    const std::int32_t slave = contacts.pairs[i].slave;
+    const double pull = -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal);
+    record.largest_multiplier = record.rows == 1 ? pull : std::max(record.largest_multiplier, pull);
   }
+  record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
+  record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
     const SideMeasure first = measure(detector.first(), nodal, x), second = measure(detector.second(), nodal, x);
     record.area = 0.5 * (first.area + second.area);

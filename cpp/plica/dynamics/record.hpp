@@ -15,8 +15,10 @@ struct FlowRecord {
 
 /// What contact did in a step, at x_{n+1}.
 struct ContactRecord {
-  Vector3 force_first = Vector3::Zero(), force_second = Vector3::Zero();  // N, summed over the nodes of each side
-  int rows = 0;                                                           // closed pairs
+  /// N, the nodal contact forces of the step summed over each side, held nodes included; a node common to both
+  /// sides counts half for either.
+  Vector3 force_first = Vector3::Zero(), force_second = Vector3::Zero();
+  int rows = 0;  // closed pairs
   int passes = 0;
   int pivots = 0;
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
@@ -25,7 +27,9 @@ struct ContactRecord {
   double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
   double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
   double edge_overlap_volume = 0.0;  // m^3, crossed edges
-  double largest_multiplier = 0.0;   // N, <= 0 where none is tensile
+  /// N, largest -f . n of the nodal contact force f at a slave node with its pair's normal n at x_{n+1}: <= 0
+  /// where none is pulled towards the other side.
+  double largest_multiplier = 0.0;
 };
 
 /// One step as it was.
