@@ -16,11 +16,14 @@ struct Lagged {};
 struct Extrapolated {};
 /// The load of the step's own positions at t_{n+1+alpha}: fixed point, accelerated by Anderson mixing. The load
 /// jumps where the section of least area changes or the flow stops, and a fixed point may then not exist: from
-/// sweep `freeze_after` on both are held as they are for the rest of the step, and the step is counted.
+/// sweep `freeze_after` on the section of separation and the stop by contact are held for the rest of the step
+/// (see Airflow::evaluate: the throat is then the least area up to that section, and a closed one still stops the
+/// flow), and the step is counted.
 struct Iterated {
   double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal pressures
   int max_sweeps = 40;      // > freeze_after
   int freeze_after = 8;     // >= 1
+  void validate() const;    // throws InvalidInput
 };
 using Coupling = std::variant<Lagged, Extrapolated, Iterated>;
 
@@ -42,6 +45,7 @@ struct Load {
   Vector3 traction = Vector3::Zero();  // Pa
   double frequency = 0.0;              // Hz, >= 0
   double phase = 0.0;                  // rad
+  void validate() const;               // throws InvalidInput
 };
 
 /// What is simulated. A part without a value does not exist: nothing of it is built or looked at.
@@ -55,6 +59,7 @@ struct Scene {
   std::optional<Vector3> gravity;      // m/s^2
   std::optional<Points> displacement;  // (n, 3) m at t = 0
   std::optional<Points> velocity;      // (n, 3) m/s at t = 0
+  void validate() const;               // throws InvalidInput: the mesh, and all that must fit it
 };
 
 }  // namespace plica

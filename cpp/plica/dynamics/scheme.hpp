@@ -5,7 +5,7 @@ namespace plica {
 
 /// Newmark's family (Paper A, Eq. 24); the trapezoidal rule by default.
 struct Newmark {
-  double beta = 0.25;  // > 0
+  double beta = 0.25;  // > 0, >= gamma / 2
   double gamma = 0.5;  // >= 1/2
 };
 

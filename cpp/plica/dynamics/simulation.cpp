@@ -47,22 +47,7 @@ BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const No
 }
 
 Scene checked(Scene scene) {
-  check(scene.mesh);
-  scene.tissue.validate(scene.mesh);
-  const std::ptrdiff_t n = scene.mesh.node_count();
-  if (scene.supports.size() != 3 * n)
-    throw InvalidInput("Scene", "supports", static_cast<double>(scene.supports.size()), "unknowns",
-                       "3 times the " + std::to_string(n) + " nodes");
-  const auto check_field = [&](const std::optional<Points>& field, const char* name) {
-    if (!field) return;
-    if (field->rows() != n)
-      throw InvalidInput("Scene", name, static_cast<double>(field->rows()), "rows",
-                         "one row a node (" + std::to_string(n) + ")");
-    if (!field->allFinite())
-      throw InvalidInput(std::string("Scene: ") + name + " has a value that is not finite.");
-  };
-  check_field(scene.displacement, "displacement");
-  check_field(scene.velocity, "velocity");
+  scene.validate();
   return scene;
 }
 
@@ -158,10 +143,31 @@ void Simulation::set_external_force(Vector force) {
 }
 
 void Simulation::restore(State state) {
-  if (state.displacement.size() != step_matrix_.rows())
-    throw InvalidInput("Simulation", "state", static_cast<double>(state.displacement.size()), "unknowns",
-                       std::to_string(step_matrix_.rows()), "It belongs to another scene.");
+  const std::pair<const char*, const Vector*> fields[] = {
+      {"displacement", &state.displacement},
+      {"velocity", &state.velocity},
+      {"acceleration", &state.acceleration},
+      {"load", &state.load},
+      {"contact_force", &state.contact_force},
+      {"elastic_force", &state.elastic_force},
+      {"weighted_elastic_force", &state.weighted_elastic_force},
+      {"viscous_force", &state.viscous_force},
+      {"inertial_force", &state.inertial_force}};
+  for (const auto& [name, values] : fields) {
+    if (values->size() != step_matrix_.rows())
+      throw InvalidInput("Simulation", std::string("size of the state's ") + name,
+                         static_cast<double>(values->size()), "", std::to_string(step_matrix_.rows()),
+                         "It belongs to another scene.");
+    if (!values->allFinite())
+      throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
+  }
+  if (state.step < 0)
+    throw InvalidInput("Simulation", "state's step", static_cast<double>(state.step), "", ">= 0");
+  if (!(state.depth >= 0) || !std::isfinite(state.depth))
+    throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
   state_ = std::move(state);
+  record_ = StepRecord{};
+  record_.time = time();
   if (collision_) collision_->detector().update(positions());
 }
 
@@ -174,14 +180,18 @@ Vector Simulation::scene_load(double t) const {
 }
 
 void Simulation::advance() {
+  const auto place_of_step = [&, next = state_.step + 1] {
+    return "Step " + std::to_string(next) + " (t = " + number(static_cast<double>(next) * options_.step) + " s): ";
+  };
   try {
     Step step(*this);
     couple(step);
     complete(step);
     finish(step);
   } catch (const SolveFailed& failure) {
-    throw SolveFailed("Step " + std::to_string(state_.step + 1) + " (t = " +
-                      number((static_cast<double>(state_.step) + 1) * options_.step) + " s): " + failure.what());
+    throw SolveFailed(place_of_step() + failure.what());
+  } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
+    throw SolveFailed(place_of_step() + failure.what());
   }
 }
 

@@ -36,7 +36,8 @@ class Simulation {
 
   double time() const { return static_cast<double>(state_.step) * options_.step; }
   const State& state() const { return state_; }
-  /// Continues from a state of a simulation of the same scene and options: the steps that follow are identical.
+  /// Continues from a state of a simulation of the same scene and options: the steps that follow are identical
+  /// (an external force is not part of it). record() is empty until the next step. Throws InvalidInput.
   void restore(State state);
   const StepRecord& record() const { return record_; }  // of the last step
   const StepTimes& times() const { return times_; }
@@ -57,7 +58,8 @@ class Simulation {
   Points positions() const;
   /// (n) Pa, contact force over tributary area at the nodes of the contact surfaces; zero elsewhere.
   Vector contact_pressure() const;
-  /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads.
+  /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
+  /// the next step on. Not part of State, so set it again after restore; not in the initial acceleration.
   void set_external_force(Vector force);
 
  private:

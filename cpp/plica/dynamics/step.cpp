@@ -122,11 +122,11 @@ void Simulation::iterate(Step& step, const Iterated& coupling) {
     flow.residual =
         (flow.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow_->options().subglottal_pressure;
     if (flow.residual <= coupling.tolerance) break;
-    if (flow.sweeps == coupling.max_sweeps)
+    if (flow.sweeps >= coupling.max_sweeps)
       throw SolveFailed("the flow coupling stopped at a pressure change of " + number(flow.residual) +
                         " subglottal pressures after " + std::to_string(flow.sweeps) + " sweeps (tolerance " +
                         number(coupling.tolerance) + "). Try a smaller step, or the extrapolated coupling.");
-    if (flow.sweeps == coupling.freeze_after) {
+    if (!flow.frozen && flow.sweeps >= coupling.freeze_after) {
       flow.frozen = true;
       separation = flow.state.separation;
       mixing.forget();

@@ -33,7 +33,8 @@ struct Simulation::Step {
   // The current iterate.
   Vector load;               // N, scene_load plus the flow's
   Vector free_acceleration;  // m/s^2, under `load` without contact forces
-  Points x;                  // (n, 3) m at t_{n+1}; with contact forces at the nodes of the contact surfaces only
+  Points x;                  // (n, 3) m at t_{n+1}; with contact forces at the nodes of the contact surfaces
+                             // and the airflow surface only
   Contacts contacts;
   std::optional<FlowRecord> flow;
   bool flow_stopped = false;

@@ -18,10 +18,20 @@ void check_equal(const State& a, const State& b) {
   CHECK(a.acceleration == b.acceleration);
   CHECK(a.load == b.load);
   CHECK(a.contact_force == b.contact_force);
+  CHECK(a.elastic_force == b.elastic_force);
+  CHECK(a.weighted_elastic_force == b.weighted_elastic_force);
+  CHECK(a.viscous_force == b.viscous_force);
+  CHECK(a.inertial_force == b.inertial_force);
   CHECK(a.closed == b.closed);
+  CHECK(a.depth == b.depth);
   CHECK(a.flow_stopped == b.flow_stopped);
-  CHECK(a.ledger.error() == b.ledger.error());
+  CHECK(a.ledger.kinetic == b.ledger.kinetic);
+  CHECK(a.ledger.elastic == b.ledger.elastic);
+  CHECK(a.ledger.load_work == b.ledger.load_work);
   CHECK(a.ledger.contact_work == b.ledger.contact_work);
+  CHECK(a.ledger.viscous_loss == b.ledger.viscous_loss);
+  CHECK(a.ledger.numerical_loss == b.ledger.numerical_loss);
+  CHECK(a.ledger.initial == b.ledger.initial);
 }
 
 }  // namespace
@@ -113,6 +123,82 @@ TEST_CASE("scenes that do not fit are refused") {
   CHECK_THROWS_AS(Simulation(scene, o), InvalidInput);
   Simulation held(scenes::held_block(), o);
   CHECK_THROWS_AS(held.restore(State{}), InvalidInput);
+}
+
+TEST_CASE("an airway of another mesh is refused") {
+  const Simulation::Options o = options(HilberHughesTaylor{}, 1e-4);
+  const Scene good = scenes::two_bars(4, Multipliers{});
+  for (const bool negative : {true, false}) {
+    const auto outside = negative ? -1 : static_cast<std::int32_t>(good.mesh.node_count());
+    for (int part = 0; part < 3; ++part) {
+      Scene scene = good;
+      Airway& airway = scene.contact->airway;
+      (part == 0 ? airway.first(0, 1) : part == 1 ? airway.second(0, 2) : airway.tets(0, 3)) = outside;
+      CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("must be in [0, 40)"), InvalidInput);
+      CHECK_THROWS_WITH_AS(Detector(airway, scene.mesh.points), doctest::Contains("belongs to another mesh"),
+                           InvalidInput);
+    }
+  }
+}
+
+TEST_CASE("couplings, loads and gravity outside their ranges are refused") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH_AS((Iterated{0.0, 40, 8}.validate()), doctest::Contains("tolerance = 0"), InvalidInput);
+  CHECK_THROWS_WITH_AS((Iterated{1e-5, 40, 0}.validate()), doctest::Contains("freeze_after = 0"), InvalidInput);
+  CHECK_THROWS_WITH_AS((Iterated{1e-5, 8, 8}.validate()), "Iterated: max_sweeps = 8; must be > freeze_after = 8.",
+                       InvalidInput);
+  const Simulation::Options o = options(HilberHughesTaylor{}, 1e-4);
+  Scene scene = scenes::small_larynx();
+  scene.airflow->coupling = Iterated{1e-5, 8, 8};
+  CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("max_sweeps"), InvalidInput);
+  scene = scenes::held_block();
+  scene.loads = {{"x_max", {0, nan, 0}, 0.0, 0.0}};
+  CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("Load: traction.y"), InvalidInput);
+  scene.loads = {{"x_max", {0, 1, 0}, -1.0, 0.0}};
+  CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("frequency = -1 Hz"), InvalidInput);
+  scene.loads = {{"x_max", {0, 1, 0}, 1.0, nan}};
+  CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("phase"), InvalidInput);
+  scene.loads.clear();
+  scene.gravity = Vector3(0, 0, nan);
+  CHECK_THROWS_WITH_AS(Simulation(scene, o), doctest::Contains("gravity"), InvalidInput);
+}
+
+TEST_CASE("a state with a part missing or not finite is refused and leaves the simulation as it was") {
+  Simulation simulation(scenes::held_block(), options(HilberHughesTaylor{}, 1e-4));
+  Vector force = Vector::Constant(simulation.step_matrix().rows(), 1e-4);
+  simulation.set_external_force(force);
+  simulation.advance();
+  const State good = simulation.state();
+  for (Vector State::*part :
+       {&State::displacement, &State::velocity, &State::acceleration, &State::load, &State::contact_force,
+        &State::elastic_force, &State::weighted_elastic_force, &State::viscous_force, &State::inertial_force}) {
+    State bad = good;
+    (bad.*part)[3] = std::numeric_limits<double>::infinity();
+    CHECK_THROWS_WITH_AS(simulation.restore(bad), doctest::Contains("not finite"), InvalidInput);
+    (bad.*part).conservativeResize(5);
+    CHECK_THROWS_WITH_AS(simulation.restore(bad), doctest::Contains("= 5; must be"), InvalidInput);
+  }
+  State bad = good;
+  bad.step = -1;
+  CHECK_THROWS_AS(simulation.restore(bad), InvalidInput);
+  bad = good;
+  bad.depth = -1e-6;
+  CHECK_THROWS_AS(simulation.restore(bad), InvalidInput);
+  check_equal(simulation.state(), good);
+  CHECK(simulation.record().iterations > 0);
+  simulation.restore(good);
+  CHECK(simulation.record().iterations == 0);
+  CHECK(simulation.record().time == simulation.time());
+}
+
+TEST_CASE("positions that diverge within a step fail the solve, with step and time") {
+  Simulation simulation(scenes::small_larynx(), options(HilberHughesTaylor{}, 1e-4, 1e-8));
+  State state = simulation.state();
+  state.velocity.setConstant(1e308);  // finite; the step's positions are not
+  state.displacement.setConstant(1e308);
+  state.acceleration.setConstant(1e308);
+  simulation.restore(state);
+  CHECK_THROWS_WITH_AS(simulation.advance(), doctest::Contains("Step 1 (t = 0.0001 s): "), SolveFailed);
 }
 
 TEST_CASE("a step whose solve does not converge names its time and leaves the last state") {

@@ -1,0 +1,51 @@
+#include "plica/dynamics/scene.hpp"
+
+#include <cmath>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+void Iterated::validate() const {
+  if (!(tolerance > 0) || !std::isfinite(tolerance))
+    throw InvalidInput("Iterated", "tolerance", tolerance, "subglottal pressures", "> 0 and finite");
+  if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
+  if (max_sweeps <= freeze_after)
+    throw InvalidInput("Iterated", "max_sweeps", max_sweeps, "",
+                       "> freeze_after = " + std::to_string(freeze_after));
+}
+
+void Load::validate() const {
+  for (int d = 0; d < 3; ++d)
+    if (!std::isfinite(traction[d]))
+      throw InvalidInput("Load", std::string("traction.") + "xyz"[d], traction[d], "Pa", "finite");
+  if (!(frequency >= 0) || !std::isfinite(frequency))
+    throw InvalidInput("Load", "frequency", frequency, "Hz", ">= 0 and finite");
+  if (!std::isfinite(phase)) throw InvalidInput("Load", "phase", phase, "rad", "finite");
+}
+
+void Scene::validate() const {
+  check(mesh);
+  tissue.validate(mesh);
+  const std::ptrdiff_t n = mesh.node_count();
+  if (supports.size() != 3 * n)
+    throw InvalidInput("Scene", "supports", static_cast<double>(supports.size()), "unknowns",
+                       "3 times the " + std::to_string(n) + " nodes");
+  if (airflow)
+    if (const auto* iterated = std::get_if<Iterated>(&airflow->coupling)) iterated->validate();
+  for (const Load& load : loads) load.validate();
+  if (gravity && !gravity->allFinite())
+    throw InvalidInput("Scene: gravity has a value that is not finite; must be finite.");
+  const auto check_field = [&](const std::optional<Points>& field, const char* name) {
+    if (!field) return;
+    if (field->rows() != n)
+      throw InvalidInput("Scene", name, static_cast<double>(field->rows()), "rows",
+                         "one row a node (" + std::to_string(n) + ")");
+    if (!field->allFinite())
+      throw InvalidInput(std::string("Scene: ") + name + " has a value that is not finite.");
+  };
+  check_field(displacement, "displacement");
+  check_field(velocity, "velocity");
+}
+
+}  // namespace plica
