@@ -43,7 +43,8 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
   std::vector<Pair> pairs;
   pairs.reserve(keys.size());
   if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_)) {
-    for (const std::int32_t tet : keys) pairs.push_back(detector_.volume_pair(tet, x, volume->kappa));
+    for (const std::int32_t tet : keys)
+      if (const Pair pair = detector_.volume_pair(tet, x, volume->kappa); pair.key >= 0) pairs.push_back(pair);
     return pairs;
   }
   const auto* penalty = std::get_if<Penalty>(&enforcement_);
