@@ -8,8 +8,10 @@ The second form makes the runs first: the scene itself, then one for each other 
 options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs whose scenes
 differ in the step alone, or in the mesh alone, are compared; with three levels the observed order follows,
 and the value extrapolated with it where the three are monotone. The level of a mesh is unknowns^(-1/3).
-Spreads are standard deviations between cycles. Runs that ended at different times are cut to the shortest
-one's with --common, so that the same stretch of each is measured.
+Spreads are standard deviations between cycles. A change is within a limit, or misses it, only where twice its
+standard error (spread / sqrt(cycles) of both runs) does not reach across the limit; else it is undecided. Runs
+that ended at different times are cut to the shortest one's with --common, so that the same stretch of each is
+measured.
 """
 
 from __future__ import annotations
@@ -67,6 +69,12 @@ class Case:
         key, factor, *_ = QUANTITIES[quantity]
         found = self.measures.get(key, {}).get("value")
         return None if found is None else factor * found
+
+    def error(self, quantity: str) -> float:
+        """Standard error of the mean, in the quantity's unit; infinite where nothing was averaged."""
+        key, factor, *_ = QUANTITIES[quantity]
+        found = self.measures[key]
+        return np.inf if found["spread"] is None else factor * found["spread"] / np.sqrt(found["cycles"])
 
     def text(self, quantity: str) -> str:
         value = self.value(quantity)
@@ -202,6 +210,14 @@ def observed_order(h: list[float], values: list[float]) -> float | None:
     return 0.5 * (low + high)
 
 
+def verdict(change: float, doubt: float, limit: float | None) -> str:
+    if limit is None:
+        return ""
+    if change + doubt <= limit:
+        return " (within)"
+    return " (missed)" if change - doubt > limit else " (undecided)"
+
+
 def show_differences(family: list[Case], kind: str) -> None:
     family = sorted(family, key=lambda case: -level(case, kind))
     print(f"\nBy the {kind}, from {family[0].name} to {family[-1].name}:\n")
@@ -218,10 +234,13 @@ def show_differences(family: list[Case], kind: str) -> None:
         limit, relative = LIMITS.get(quantity, (None, quantity != "open quotient"))
         known = [value for value in values if value is not None]
         cells = []
-        for a, b in pairwise(known):
-            change = (b - a) / abs(a) if relative and a else b - a
-            verdict = "" if limit is None else " (within)" if abs(change) <= limit else " (missed)"
-            cells.append((f"{100 * change:+.2f} %" if relative else f"{change:+.{digits}f}") + verdict)
+        for (first, second), (a, b) in zip(pairs, pairwise(known), strict=True):
+            size = abs(a) if relative and a else 1.0
+            change, doubt = (b - a) / size, 2 * np.hypot(first.error(quantity), second.error(quantity)) / size
+            text = f"{100 * change:+.2f} % +- {100 * doubt:.2f}"
+            if not (relative and a):
+                text = f"{change:+.{digits}f} +- {doubt:.{digits}f}"
+            cells.append(text + verdict(abs(change), doubt, limit))
         order, exact = "", ""
         if len(known) >= 3:
             h = [level(case, kind) for case in family[-3:]]
