@@ -1,9 +1,9 @@
 """Natural frequencies of the parametric larynx, outer wall held: linear and quadratic tetrahedra.
 
-The tissue is that of examples/thesis.toml, with the shear modulus across the fibre as printed, E / (1 + nu), so that
-the figures can be held against those an independent linear-element code gave for the symmetric modes:
-232.5, 270.9, 355.0, 410.0 Hz with 5,400 unknowns (a quarter of the larynx) and 218.8, 259.5, 328.3, 377.3 Hz
-with 90,000. A mode is symmetric where the folds move as mirror images.
+The tissue is that of examples/thesis.toml, with the shear modulus across the fibre as printed, E / (1 +
+nu), so that the figures can be held against those an independent linear-element code gave for the symmetric
+modes: 232.5, 270.9, 355.0, 410.0 Hz with 5,400 unknowns (a quarter of the larynx) and 218.8, 259.5, 328.3,
+377.3 Hz with 90,000. A mode is symmetric where the folds move as mirror images.
 """
 
 from __future__ import annotations

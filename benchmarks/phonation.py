@@ -4,14 +4,14 @@
     python benchmarks/phonation.py --scene examples/normal_phonation.toml -o runs/study \\
         --step "25 us" --mesh '{"around": 24, "body_rings": 3}'
 
-The second form makes the runs first: the scene itself, then one for each other step and each other mesh (mesh
-options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs whose scenes
-differ in the step alone, or in the mesh alone, are compared; with three levels the observed order follows,
-and the value extrapolated with it where the three are monotone. The level of a mesh is unknowns^(-1/3).
-Spreads are standard deviations between cycles. A change is within a limit, or misses it, only where twice its
-standard error (spread / sqrt(cycles) of both runs) does not reach across the limit; else it is undecided. Runs
-that ended at different times are cut to the shortest one's with --common, so that the same stretch of each is
-measured.
+The second form makes the runs first: the scene itself, then one for each other step and each other mesh
+(mesh options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs
+whose scenes differ in the step alone, or in the mesh alone, are compared; with three levels the observed
+order follows, and the value extrapolated with it where the three are monotone. The level of a mesh is
+unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a limit, or misses it,
+only where twice its standard error (spread / sqrt(cycles) of both runs) does not reach across the limit;
+else it is undecided. Runs that ended at different times are cut to the shortest one's with --common, so
+that the same stretch of each is measured.
 """
 
 from __future__ import annotations
