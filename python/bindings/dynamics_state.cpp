@@ -68,7 +68,8 @@ class Records {
       sections_ = simulation.airflow()->sections().count();
       for (const char* name : {"flow", "minimum_area", "coupling_residual"})
         flow_.push_back(table_.column<double>(name));
-      for (const char* name : {"separation", "flow_stopped", "coupling_sweeps", "coupling_frozen"})
+      for (const char* name :
+           {"separation", "flow_stopped", "coupling_sweeps", "coupling_frozen", "coupling_converged"})
         flow_counts_.push_back(table_.column<std::int32_t>(name));
       area_ = table_.column<double>("section_area", {sections_});
       pressure_ = table_.column<double>("section_pressure", {sections_});
@@ -112,7 +113,8 @@ class Records {
 
   void add_flow(std::ptrdiff_t k, const FlowRecord& flow) {
     put(flow_, k, {flow.state.flow, flow.state.area.minCoeff(), flow.residual});
-    put<std::int32_t>(flow_counts_, k, {flow.state.separation, flow.state.stopped, flow.sweeps, flow.frozen});
+    put<std::int32_t>(flow_counts_, k,
+                      {flow.state.separation, flow.state.stopped, flow.sweeps, flow.frozen, flow.converged});
     Eigen::Map<Vector>(area_ + k * sections_, sections_) = flow.state.area;
     Eigen::Map<Vector>(pressure_ + k * sections_, sections_) = flow.state.pressure;
     const Sections& sections = simulation_.airflow()->sections();

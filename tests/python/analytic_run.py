@@ -122,6 +122,7 @@ class Phonation:
             "coupling_sweeps": np.full(least.size, 3),
             "coupling_residual": np.full(least.size, 1e-7),
             "coupling_frozen": (np.arange(least.size) % 10 == 0).astype(int),
+            "coupling_converged": np.ones(least.size, dtype=int),
             "section_area": area,
             "section_pressure": np.where(upstream, self.subglottal_pressure * (1 - ratio**2), 0.0),
             "coronal_right": positions[0],

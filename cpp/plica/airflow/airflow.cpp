@@ -113,9 +113,9 @@ FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int
   state.area = areas;
   std::ptrdiff_t least = 0;
   const double least_area = areas.minCoeff(&least);
+  state.stopped = stopped;
   if (separation) {
     state.separation = *separation;
-    state.stopped = stopped || areas.head(*separation + 1).minCoeff() <= 0;
   } else {
     state.stopped = stopped || least_area <= 0;
     // Where the folds touch, several sections are closed to round-off: the flow meets the lowest of them first.
@@ -125,10 +125,10 @@ FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int
               areas.begin();
     state.separation = static_cast<int>(least);
   }
-  const double throat = state.stopped ? 0 : areas.head(state.separation + 1).minCoeff();
+  const double throat = state.stopped ? 0 : std::max(areas[state.separation], 0.0);
   state.pressure = Vector::Zero(areas.size());
   for (int i = 0; i < state.separation; ++i) {
-    const double ratio = state.stopped ? 0 : throat / areas[i];
+    const double ratio = throat < areas[i] ? throat / areas[i] : (throat > 0 ? 1.0 : 0.0);
     state.pressure[i] = options_.subglottal_pressure * (1 - ratio * ratio);
   }
   state.flow = std::sqrt(2 * options_.subglottal_pressure / options_.air_density) * throat;

@@ -50,8 +50,9 @@ class Airflow {
   Vector areas(const Points& x) const;
   /// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2);
   /// stopped, or a_min <= 0: p_i = p_s upstream, 0 from there on, no flow.
-  /// `separation`: the section to use instead of that of least area; a_min is then the least area up to it,
-  /// so that pressures stay within [0, p_s].
+  /// With a given `separation` both it and `stopped` are held, whatever the areas: a_min is then the area there
+  /// (at least 0) and a ratio above 1 counts as 1, so that pressures are continuous in the areas and within [0,
+  /// p_s].
   FlowState evaluate(const Vector& areas, bool stopped, std::optional<int> separation = std::nullopt) const;
   /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
   /// curved six-node faces are integrated as they are. `pressure` (s) Pa.

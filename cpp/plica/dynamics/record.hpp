@@ -11,6 +11,7 @@ struct FlowRecord {
   int sweeps = 0;
   double residual = 0.0;  // largest pressure change of the last sweep, in subglottal pressures
   bool frozen = false;    // separation and stop were held
+  bool converged = true;  // residual within the tolerance; if not, the step is one under a load that lags by it
 };
 
 /// What contact did in a step, at x_{n+1}.

@@ -111,21 +111,19 @@ void Simulation::iterate(Step& step, const Iterated& coupling) {
   Vector pressure = airflow_->evaluate(airflow_->areas(x), step.flow_stopped).pressure;
   Anderson mixing(depth);
   FlowRecord flow;
-  std::optional<int> separation;
+  std::optional<int> separation;  // once held
   for (flow.sweeps = 1;; ++flow.sweeps) {
     load_by_flow(step, x, pressure);
     move(step);
     const Stopwatch watch(times_.load);
     x = (1 + scheme_.alpha) * step.x - scheme_.alpha * step.x_previous;
     if (!flow.frozen) step.flow_stopped = flow_blocked(step);
-    flow.state = airflow_->evaluate(airflow_->areas(x), step.flow_stopped, separation);
+    const bool stopped = flow.frozen ? flow.state.stopped : step.flow_stopped;
+    flow.state = airflow_->evaluate(airflow_->areas(x), stopped, separation);
     flow.residual =
         (flow.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow_->options().subglottal_pressure;
-    if (flow.residual <= coupling.tolerance) break;
-    if (flow.sweeps >= coupling.max_sweeps)
-      throw SolveFailed("the flow coupling stopped at a pressure change of " + number(flow.residual) +
-                        " subglottal pressures after " + std::to_string(flow.sweeps) + " sweeps (tolerance " +
-                        number(coupling.tolerance) + "). Try a smaller step, or the extrapolated coupling.");
+    flow.converged = flow.residual <= coupling.tolerance;
+    if (flow.converged || flow.sweeps >= coupling.max_sweeps) break;
     if (!flow.frozen && flow.sweeps >= coupling.freeze_after) {
       flow.frozen = true;
       separation = flow.state.separation;

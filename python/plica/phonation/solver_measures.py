@@ -46,6 +46,7 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
         ("largest_iterations", "iterations", np.max),
         ("mean_coupling_sweeps", "coupling_sweeps", np.mean),
         ("coupling_frozen_fraction", "coupling_frozen", np.mean),
+        ("coupling_converged_fraction", "coupling_converged", np.mean),
         ("inverted_tissue_max", "inverted_tissue", np.max),
     )
     for name, key, function in table:

@@ -22,6 +22,7 @@ WAVEFORM_UNITS = {
     "coupling_sweeps": "1",
     "coupling_residual": "1",
     "coupling_frozen": "1",
+    "coupling_converged": "1",
     "section_area": "m^2",
     "section_pressure": "Pa",
     "coronal_right": "m",

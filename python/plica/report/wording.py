@@ -92,6 +92,7 @@ groups: dict[str, dict[str, str]] = {
         "largest_iterations": "… at most",
         "mean_coupling_sweeps": "Coupling sweeps per step",
         "coupling_frozen_fraction": "Steps with a frozen coupling",
+        "coupling_converged_fraction": "Steps with a converged coupling",
         "mean_contact_passes": "Contact passes per step",
         "inverted_tissue_max": "Inverted tissue cells, at most",
     },
