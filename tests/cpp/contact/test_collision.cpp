@@ -1,0 +1,179 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "plica/contact/collision.hpp"
+#include "plica/core/error.hpp"
+
+using namespace plica;
+
+namespace {
+
+/// Two unit squares of two triangles each that face each other along z, a unit apart; each node is held by a
+/// spring of its own, 1 N/m in every direction, or fixed.
+struct Squares {
+  Points reference = Points(8, 3);
+  Airway airway;
+  BlockMatrix stiffness{node_pattern()};
+  Supports supports{8};
+
+  explicit Squares(bool fix_first) {
+    for (int k = 0; k < 8; ++k) {
+      reference.row(k) << k % 2, k / 2 % 2, k / 4;
+      for (int c = 0; c < 3; ++c) stiffness.block(k)[4 * c] = 1.0;
+      if (fix_first && k < 4) supports.fix(k);
+    }
+    supports.constrain(stiffness);
+    Triangles first(2, 3), second(2, 3);
+    first << 0, 1, 3, 0, 3, 2;
+    second << 4, 7, 5, 4, 6, 7;
+    airway = matched_airway(reference, first, second, Vector3::UnitZ());
+  }
+
+  static Pattern node_pattern() {
+    auto pattern = std::make_shared<NodePattern>();
+    for (int k = 0; k <= 8; ++k) pattern->row_start.push_back(k);
+    for (int k = 0; k < 8; ++k) pattern->column.push_back(k);
+    return pattern;
+  }
+
+  /// The squares with their nodes at these heights.
+  Points at(const std::array<double, 8>& heights) const {
+    Points x = reference;
+    for (int k = 0; k < 8; ++k) x(k, 2) = heights[static_cast<std::size_t>(k)];
+    return x;
+  }
+};
+
+/// One problem that was put to a path, and how it ended.
+struct Question {
+  std::vector<Pair> pairs;
+  LinearGaps gaps;
+  bool converged;
+};
+
+/// The condensed path, which keeps the questions and the positions that each pass led to.
+class RecordingPath final : public ContactPath {
+ public:
+  struct Record {
+    std::vector<std::vector<Question>> passes{1};  // the last one is empty: the pass that only checks
+    std::vector<Points> x;                         // after each pass
+  };
+  RecordingPath(const Squares& squares, std::shared_ptr<Record> record)
+      : path_(condensed_path(squares.stiffness, squares.supports, Indices::LinSpaced(8, 0, 7), {1e-13, 100})),
+        record_(std::move(record)) {}
+
+  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
+                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
+    Complementarity solution = path_->solve(pairs, gaps, scale, std::move(guess), gap_tolerance, most_pivots);
+    record_->passes.back().push_back({pairs, gaps, solution.converged});
+    return solution;
+  }
+  void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,
+            Points& x) override {
+    path_->move(pairs, force, scale, x_free, x);
+    record_->passes.emplace_back();
+    record_->x.push_back(x);
+  }
+
+ private:
+  std::unique_ptr<ContactPath> path_;
+  std::shared_ptr<Record> record_;
+};
+
+/// A collision of the squares from their reference to x_free, with what its path was asked.
+struct Solved {
+  std::shared_ptr<RecordingPath::Record> record = std::make_shared<RecordingPath::Record>();
+  Contacts contacts;
+  Points x;
+  double tolerance;  // m
+
+  Solved(const Squares& squares, const Points& x_free) {
+    Collision collision(squares.airway, squares.reference, Multipliers{}, {},
+                        std::make_unique<RecordingPath>(squares, record));
+    tolerance = Collision::Options{}.tolerance * collision.detector().mean_edge();
+    const std::vector<std::int32_t> none;
+    contacts = collision.solve(x_free, 1.0, {squares.reference, none, 0.0}, x);
+  }
+};
+
+/// No pair is open further inside than the tolerance, none that presses is off the surface by more.
+void check_closed(const Squares& squares, const Solved& solved) {
+  Detector detector(squares.airway, squares.reference);
+  detector.update(solved.x);
+  CHECK(solved.contacts.force.minCoeff() >= 0);
+  CHECK(solved.contacts.force.maxCoeff() > 0.1);
+  for (std::size_t i = 0; i < solved.contacts.pairs.size(); ++i) {
+    const double gap = detector.pair(solved.contacts.pairs[i].slave, solved.x).gap(solved.x);
+    CHECK(gap >= -solved.tolerance);
+    if (solved.contacts.force[static_cast<std::ptrdiff_t>(i)] > 0) CHECK(gap <= solved.tolerance);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("rows of gap gradients without a solution give way to rows of normals in that pass alone") {
+  // A flat square sinks onto a fixed one with a corner bent down: its slaves are then the four nodes above and a
+  // node of the fixed square, and in one pass no set of them is consistent by gradients.
+  const Squares squares(true);
+  const Points x_free = squares.at({0, 0, -0.2, 0, -0.5, -0.5, -0.5, -0.5});
+  const Solved solved(squares, x_free);
+  int fell_back = 0;
+  for (std::size_t pass = 0; pass + 1 < solved.record->passes.size(); ++pass) {
+    CAPTURE(pass);
+    const auto& questions = solved.record->passes[pass];
+    for (std::size_t i = 0; i < questions[0].pairs.size(); ++i)
+      CHECK(questions[0].gaps.direction[i] == questions[0].pairs[i].gradient);
+    CHECK(questions.back().converged);
+    REQUIRE(questions.size() == (questions[0].converged ? 1 : 2));
+    if (questions[0].converged) continue;
+    ++fell_back;
+    REQUIRE(pass > 0);  // so that the gaps below are not those of x_free
+    const Points& x = solved.record->x[pass - 1];
+    const Question& by_normal = questions[1];
+    for (std::size_t i = 0; i < by_normal.pairs.size(); ++i) {
+      const Pair& pair = by_normal.pairs[i];
+      CHECK(by_normal.gaps.direction[i] == pair.normal);
+      // Moved back from x_free to x along its linear gap, a pair has its exact gap there.
+      const double moved = by_normal.gaps.direction[i].dot(pair.offset(x) - pair.offset(x_free));
+      CHECK(by_normal.gaps.free[static_cast<std::ptrdiff_t>(i)] + moved ==
+            doctest::Approx(pair.gap(x)).epsilon(1e-12).scale(1));
+    }
+  }
+  CHECK(fell_back == 1);
+  CHECK(solved.contacts.pivots > 30);  // the gradient's active sets are counted
+  CHECK(solved.contacts.passes < 10);
+  check_closed(squares, solved);
+}
+
+TEST_CASE("from the fourth pass on normals are the mean of their own and the last, which ends a swing") {
+  // Two squares on springs, bent towards each other at facing corners: with normals not relaxed the four closed
+  // pairs swing for ever.
+  const Squares squares(false);
+  const Points x_free = squares.at({0, 0, 0.4, 0, -0.3, -0.3, -0.7, -0.3});
+  const Solved solved(squares, x_free);
+  Detector detector(squares.airway, squares.reference);
+  int turned = 0;
+  std::vector<Pair> before;
+  for (std::size_t pass = 0; pass + 1 < solved.record->passes.size(); ++pass) {
+    CAPTURE(pass);
+    const Points& x = pass == 0 ? x_free : solved.record->x[pass - 1];
+    detector.update(x);
+    const std::vector<Pair>& pairs = solved.record->passes[pass].back().pairs;
+    for (const Pair& pair : pairs) {
+      const Vector3 own = detector.pair(pair.slave, x).normal;
+      const auto last =
+          std::find_if(before.begin(), before.end(), [&](const Pair& other) { return other.key == pair.key; });
+      const bool relaxed = pass >= 3 && last != before.end();
+      const Vector3 expected = relaxed ? Vector3((own + last->normal).normalized()) : own;
+      CHECK((pair.normal - expected).norm() < 1e-12);
+      turned += relaxed && (pair.normal - own).norm() > 1e-4;
+    }
+    before = pairs;
+  }
+  CHECK(turned >= 4);
+  CHECK(solved.contacts.passes < 15);
+  check_closed(squares, solved);
+}
