@@ -140,6 +140,22 @@ def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path
     assert np.abs(run["flow"]).max() > 0
 
 
+def test_steps_whose_coupling_does_not_converge_are_kept_and_counted(
+    phonating: plica.Scene, tmp_path: Path
+) -> None:
+    text = phonating.text().replace("max_sweeps = 40", "max_sweeps = 2")
+    scene = plica.Scene.from_text(text.replace("freeze_after = 8", "freeze_after = 1"))
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    assert (run.status, run.steps) == ("finished", 40)
+    converged, frozen = run["coupling_converged"] == 1, run["coupling_frozen"] == 1
+    assert 0 < converged.sum() < 40
+    np.testing.assert_array_equal(converged, run["coupling_residual"] <= 1e-5)
+    np.testing.assert_array_equal(frozen, run["coupling_sweeps"] == 2)
+    assert frozen[~converged].all()
+    assert run.measures["coupling_converged_fraction"]["value"] == pytest.approx(converged.mean())
+    assert run.measures["coupling_frozen_fraction"]["value"] == pytest.approx(frozen.mean())
+
+
 def test_paraviews_index_points_at_what_is_there(colliding: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(colliding, tmp_path / "run", progress=False)
     tree = ElementTree.parse(tmp_path / "run" / "fields.xdmf")
