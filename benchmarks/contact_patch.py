@@ -1,0 +1,140 @@
+"""R9, the contact patch test: uniform pressure through a flat interface between two meshes.
+
+Two unit cubes of n^3 hexahedra each, E = 20 kPa, nu = 0.3, touch at x = 0. One is held at its far end, the
+other pressed there; both swell freely between rollers. Exact is a uniform stress, whose displacement linear
+and quadratic tetrahedra contain. Errors are those of the state of rest: of the stress in the energy norm, and
+the largest at the corners of a cell (of the pressure); of the displacement (of the shortening); of the nodal
+forces at the interface (of the largest exact one).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from plica import _engine as engine
+
+E, NU, DENSITY = 20e3, 0.3, 1040.0
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # with a node in the middle
+
+
+def flat_triangles(faces: np.ndarray) -> np.ndarray:
+    """Six-node faces as four flat triangles, three-node faces as they are."""
+    if faces.shape[1] == 3:
+        return faces
+    a, b, c, ab, bc, ca = faces.T
+    return np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+
+
+def air_between(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Any:
+    """A tetrahedron of air for each node and the triangle that it lies over: it names them as candidates."""
+
+    def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+    tets = []
+    for surface, other in ((first, second), (second, first)):
+        a, b, c = (points[surface[:, k], 1:] for k in range(3))
+        for node in np.unique(other):
+            to_node = points[node, 1:] - a
+            area = cross(b - a, c - a)
+            weights = np.stack([cross(to_node, c - a) / area, cross(b - a, to_node) / area])
+            inside = np.minimum(weights.min(axis=0), 1 - weights.sum(axis=0))
+            tets.append([*surface[np.argmax(inside)], node])
+    return engine.Airway(first, second, np.array(tets, np.int32))
+
+
+def largest_stress_error(mesh: Any, displacement: np.ndarray, pressure: float) -> float:
+    """Largest component of sigma + pressure e_x e_x at the cells' corners, of the pressure."""
+    points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
+    corners = points[cells[:, :4]]
+    inner = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
+    linear = np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)  # gradients, (m, 4, 3)
+    mu, lame = E / 2 / (1 + NU), E * NU / (1 + NU) / (1 - 2 * NU)
+    worst = 0.0
+    for corner in range(4):
+        gradients = linear
+        if cells.shape[1] == 10:
+            at_corners = [(4 * (k == corner) - 1) * linear[:, k] for k in range(4)]
+            between = [4 * ((i == corner) * linear[:, j] + (j == corner) * linear[:, i]) for i, j in EDGES]
+            gradients = np.stack(at_corners + between, axis=1)
+        gradient = np.einsum("mnc,mnd->mcd", displacement[cells], gradients)
+        strain = (gradient + gradient.transpose(0, 2, 1)) / 2
+        stress = 2 * mu * strain + lame * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        stress[:, 0, 0] += pressure
+        worst = max(worst, float(np.abs(stress).max()))
+    return worst / pressure
+
+
+def patch(order: int, first: int, second: int, enforcement: Any, strain: float) -> list[float]:
+    """The errors of the module's head, and the closed rows."""
+    cubes = [
+        engine.block_mesh(corner=(x, 0, 0), size=(1, 1, 1), divisions=(n, n, n))
+        for x, n in ((-1, first), (0, second))
+    ]
+    if order == 2:
+        cubes = [engine.to_quadratic(cube) for cube in cubes]
+    mesh = engine.combine(*cubes, "a.", "b.")
+    points = np.asarray(mesh.points)
+    fixed = np.zeros(points.shape, bool)
+    fixed[mesh.node_sets["a.x_min"], 0] = True
+    for side in "ab":
+        fixed[mesh.node_sets[f"{side}.y_min"], 1] = True
+        fixed[mesh.node_sets[f"{side}.z_min"], 2] = True
+    surfaces = [flat_triangles(np.asarray(mesh.surfaces[name])) for name in ("a.x_max", "b.x_min")]
+    if first == second:
+        airway = engine.matched_airway(points, *surfaces, (1, 0, 0))
+    else:
+        airway = air_between(points, *surfaces)
+    transit = np.sqrt(DENSITY / E)
+    material = engine.Material(engine.Isotropic(E, NU), density=DENSITY, viscosity=0.2 * E * transit)
+    pressure = strain * E
+    sim = engine.Simulation(
+        mesh,
+        [material],
+        ["cubes"],
+        np.zeros(len(mesh.cells), int),
+        fixed,
+        scheme=engine.Newmark(beta=1.0, gamma=1.5),  # ends fast motion within two steps
+        step=5 * transit,
+        solver_tolerance=1e-12,
+        max_iterations=20000,
+        contact=engine.Contact(airway=airway, enforcement=enforcement, tolerance=1e-3 * strain),
+        loads=[engine.Load(surface="b.x_max", traction=(-pressure, 0, 0))],
+    )
+    rows = sim.advance(25)["contact_rows"][-1]
+    exact = strain * np.stack([-(points[:, 0] + 1), NU * points[:, 1], NU * points[:, 2]], axis=1)
+    stiffness = csr_array(sim.stiffness, shape=(points.size, points.size))
+    error, forces = (np.asarray(sim.displacement) - exact).ravel(), stiffness @ exact.ravel()
+    side = np.asarray(mesh.node_sets["a.x_max"])
+    exact_force = forces.reshape(-1, 3)[side, 0]
+    off_force = np.asarray(sim.contact_force)[side, 0] - exact_force
+    return [
+        float(rows),
+        float(np.sqrt(error @ (stiffness @ error) / (exact.ravel() @ forces))),
+        largest_stress_error(mesh, np.asarray(sim.displacement), pressure),
+        float(np.abs(error).max() / (2 * strain)),
+        float(np.abs(off_force).max() / np.abs(exact_force).max()),
+    ]
+
+
+if __name__ == "__main__":
+    contacts = {"multipliers": engine.Multipliers(), "penalty": engine.Penalty(stiffness=100 * E)}
+    cases = [
+        ("linear", 1, "multipliers", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
+        ("linear", 1, "penalty", ((2, 2), (2, 4), (2, 3), (4, 6))),
+        ("quadratic", 2, "multipliers", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
+        ("quadratic", 2, "penalty", ((2, 2), (2, 3))),
+    ]
+    print(
+        "| elements | cubes of | contact | rows | stress, energy norm | stress, largest "
+        "| displacement | nodal force |"
+    )
+    print("|" + " --- |" * 8)
+    for name, order, contact, pairs in cases:
+        for first, second in pairs:
+            rows, *errors = patch(order, first, second, contacts[contact], 1e-6)
+            values = " | ".join(f"{error:.1e}" for error in errors)
+            print(f"| {name} | {first}^3, {second}^3 | {contact} | {rows:.0f} | {values} |", flush=True)
