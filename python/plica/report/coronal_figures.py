@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from plica.report.drawing import Drawing, air, blue, draw, grey, red, rim, tissue
+from plica.report.drawing import Drawing, air, blue, draw, grey, over_time, red, rim, tissue
 from plica.report.reading import Reading
 
 
@@ -28,9 +28,7 @@ def kymogram(reading: Reading) -> Drawing:
         axes.plot(time, right, color=rim, lw=0.6)
         axes.plot(time, left, color=rim, lw=0.6)
         axes.set_ylim(-reach, reach)
-        axes.margins(x=0)
-        axes.set_xlabel("time (ms)")
-        axes.set_ylabel("x (mm), left < 0 < right")
+        over_time((axes, "x (mm), left < 0 < right"))
 
     caption = (
         "As in videokymography: the line y = 0 from above, each edge its most medial point. Dark: airway."
@@ -92,8 +90,7 @@ def pressure_map(reading: Reading) -> Drawing:
             axes.plot(time, edge, color="white", lw=1, drawstyle="steps-mid")
         axes.set_ylim(1e3 * low, 1e3 * high)
         axes.set_xlim(time[0], time[-1])
-        axes.set_xlabel("time (ms)")
-        axes.set_ylabel("z (mm)")
+        over_time((axes, "z (mm)"))
         figure.colorbar(image, ax=axes, label="pressure (kPa)", pad=0.01)
 
     caption = (

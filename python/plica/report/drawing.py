@@ -86,6 +86,14 @@ def inline_svg(text: str, alt: str) -> str:
     return text.replace("<svg", f'<svg role="img" aria-label="{name}"', 1)
 
 
+def over_time(*panels: tuple[Axes, str]) -> None:
+    """Name what each panel (axes, name) shows, and below the last one the time (ms) that all of them span."""
+    for axes, name in panels:
+        axes.set_ylabel(name)
+        axes.margins(x=0)
+    panels[-1][0].set_xlabel("time (ms)")
+
+
 def line(axes: Axes, time: Floats, values: Floats, **options: Any) -> None:
     """A line in which at most 1500 intervals keep their least and largest value."""
     most = 1500

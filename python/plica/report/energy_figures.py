@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from plica.phonation.free_measures import most_mobile
 from plica.phonation.run_data import time_step
-from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, purple, red
 from plica.report.reading import Reading
 
 
@@ -39,10 +39,7 @@ def energy_ledger(reading: Reading) -> Drawing:
             line(bottom, time[shown], error[shown], color=grey, lw=0.9)
             bottom.set_yscale("log")
             bottom.set_ylim(bottom=max(float(error[shown].min()), 1e-6 * float(error.max())))
-        for axes, name in ((top, "energy (µJ)"), (middle, "since t = 0 (µJ)"), (bottom, "ledger error (–)")):
-            axes.set_ylabel(name)
-            axes.margins(x=0)
-        bottom.set_xlabel("time (ms)")
+        over_time((top, "energy (µJ)"), (middle, "since t = 0 (µJ)"), (bottom, "ledger error (–)"))
 
     caption = "Each term from its own formula. Ledger error: what does not balance, over the largest energy."
     alt = "Three panels over time: energies, cumulative works and losses, ledger error."
@@ -60,9 +57,7 @@ def probe_motion(reading: Reading) -> Drawing:
         for other in others:
             line(axes, 1e3 * reading.time, 1e6 * probes[:, other, component], color=grey, lw=0.8)
         line(axes, 1e3 * reading.time, 1e6 * probes[:, probe, component], color=blue)
-        axes.set_xlabel("time (ms)")
-        axes.set_ylabel(f"displacement in {'xyz'[component]} (µm)")
-        axes.margins(x=0)
+        over_time((axes, f"displacement in {'xyz'[component]} (µm)"))
 
     caption = f"Blue: probe {probe}, which moves most." + (" Grey: other probes." if others else "")
     return draw("Probes", caption, "Displacement of the probes over time.", (9.2, 2.8), paint)

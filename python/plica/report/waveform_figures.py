@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from plica.phonation.contact_measures import moving_average, pressure_window
 from plica.phonation.glottal_measures import open_area
 from plica.phonation.run_data import time_step
-from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
 from plica.report.reading import Reading
 
 
@@ -30,11 +30,9 @@ def glottal_waveforms(reading: Reading) -> Drawing:
         top, bottom = figure.subplots(2, 1, sharex=True)
         top.plot(time, 1e6 * open_area(reading.waveforms)[part], color=blue)
         bottom.plot(time, 1e6 * reading.wave("flow")[part], color=red)
-        for axes, name in ((top, "glottal area (mm²)"), (bottom, "flow (cm³/s)")):
-            axes.set_ylabel(name)
-            axes.margins(x=0)
+        over_time((top, "glottal area (mm²)"), (bottom, "flow (cm³/s)"))
+        for axes in (top, bottom):
             shade(axes, reading, part)
-        bottom.set_xlabel("time (ms)")
 
     caption = (
         "The smallest section area and the flow through it. Shaded: closed, or the flow stopped by contact."
@@ -49,9 +47,7 @@ def whole_run(reading: Reading) -> Drawing:
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         line(axes, 1e3 * reading.time, 1e6 * open_area(reading.waveforms), color=blue, lw=0.9)
-        axes.set_ylabel("glottal area (mm²)")
-        axes.set_xlabel("time (ms)")
-        axes.margins(x=0)
+        over_time((axes, "glottal area (mm²)"))
         if reading.cycles.count:
             ends = 1e3 * reading.cycles.starts[[0, -1]]
             axes.axvspan(*ends, color=green, alpha=0.13, lw=0)
@@ -76,15 +72,11 @@ def contact_forces(reading: Reading) -> Drawing:
         top.plot(time, left, color=blue)
         top.plot(time, right, color=red)
         label_ends(top, (("left fold", blue), ("right fold", red)))
-        top.set_ylabel("force in x (mN)")
         bottom.plot(time, pressure[part], color=grey, lw=0.9)
         bottom.plot(time, moving_average(pressure, count)[part], color=green)
         averaged = f"mean over {1e3 * count * step:.2g} ms"
         label_ends(bottom, (("single step", grey), (averaged, green)))
-        bottom.set_ylabel("peak pressure (kPa)")
-        bottom.set_xlabel("time (ms)")
-        for axes in (top, bottom):
-            axes.margins(x=0)
+        over_time((top, "force in x (mN)"), (bottom, "peak pressure (kPa)"))
 
     caption = (
         "Total contact force on each fold, positive to the patient's right, and the largest nodal contact "
