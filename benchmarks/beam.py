@@ -11,20 +11,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
+from body import Body, held
 from scipy.sparse.linalg import eigsh
 
 from plica import _engine as engine
 
 
-def matrices(mesh: Any, material: Any, fixed: np.ndarray) -> tuple[np.ndarray, list[Any]]:
-    """Free unknowns, and M, K (and C) on them."""
-    sim = engine.Simulation(
-        mesh, [material], ["body"], np.zeros(len(mesh.cells), int), fixed, scheme=engine.Newmark(), step=1e-4
-    )
-    free = np.flatnonzero(~fixed.ravel())
-    parts = [sim.mass, sim.stiffness] + ([sim.viscosity] if sim.viscosity else [])
-    return free, [csr_array(m, shape=(fixed.size, fixed.size))[free][:, free].tocsc() for m in parts]
+def matrices(body: Body) -> list[Any]:
+    """M, K (and C) on the free unknowns."""
+    sim = body.simulation(scheme=engine.Newmark(), step=1e-4)
+    return [body.on_free(m) for m in (sim.mass, sim.stiffness, sim.viscosity) if m]
 
 
 def block(size: tuple[float, float, float], divisions: tuple[int, int, int], order: int) -> Any:
@@ -34,6 +30,7 @@ def block(size: tuple[float, float, float], divisions: tuple[int, int, int], ord
 
 def cantilever() -> None:
     E, density, length = 20e3, 1040.0, 20.0
+    material = engine.Material(engine.Isotropic(E, 0.0), density=density, viscosity=0.0)
     betas = np.array([1.875104, 4.694091, 7.854757])
     theory = betas**2 / (2 * np.pi * length**2) * np.sqrt(E / density / 12.0)
     meshes = {
@@ -44,23 +41,18 @@ def cantilever() -> None:
     unknowns: dict[tuple[int, tuple[int, int, int]], int] = {}
     for order, divisions in ((o, d) for o, many in meshes.items() for d in many):
         mesh = block((length, 1.0, 1.0), divisions, order)
-        fixed = np.zeros((len(mesh.points), 3), bool)
-        fixed[mesh.node_sets["x_min"]] = True
-        free, (mass, stiffness) = matrices(
-            mesh, engine.Material(engine.Isotropic(E, 0.0), density=density, viscosity=0.0), fixed
-        )
+        body = Body(mesh, material, held(mesh, "x_min"))
+        mass, stiffness = matrices(body)
         values, modes = eigsh(stiffness, k=9, M=mass, sigma=0.0)
         # Bending along y and z come in pairs; torsion and stretching do not bend.
         bending = []
         for value, mode in zip(values, modes.T, strict=True):
-            shape = np.zeros(fixed.size)
-            shape[free] = mode
-            tip = shape.reshape(-1, 3)[np.abs(mesh.points[:, 0] - length) < 1e-9].mean(axis=0)
+            tip = body.field(mode)[np.abs(mesh.points[:, 0] - length) < 1e-9].mean(axis=0)
             if np.hypot(tip[1], tip[2]) > 0.2 * np.abs(mode).max():
                 bending.append(np.sqrt(value) / 2 / np.pi)
         # The diagonals of the cells set the two planes apart: the mean of a pair.
         found[order, divisions] = np.array(bending[:6]).reshape(3, 2).mean(axis=1)
-        unknowns[order, divisions] = len(free)
+        unknowns[order, divisions] = len(body.free)
     coarse, fine = found[2, (40, 2, 2)], found[2, (80, 4, 4)]
     coarser = found[2, (20, 1, 1)]
     rates = np.log2((coarser - coarse) / (coarse - fine))
@@ -114,14 +106,15 @@ def shear_mode() -> None:
             fixed[x < 1e-9] = True
             ends = (y < 1e-9) | (y > length - 1e-9)
             fixed[np.ix_(ends, [0, 2])] = True
-            free, (mass, stiffness, viscosity) = matrices(mesh, material, fixed)
+            body = Body(mesh, material, fixed)
+            mass, stiffness, viscosity = matrices(body)
             errors, damping = [], 0.0
             for half, m in ((1, 0), (2, 0), (1, 1)):
                 a, b = (2 * half - 1) * np.pi / (2 * depth), m * np.pi / thick
                 omega = np.sqrt(mu / density * (a**2 + b**2))
                 shape = np.zeros((len(x), 3))
                 shape[:, 1] = np.sin(a * x) * np.cos(b * z)
-                exact = shape.ravel()[free]
+                exact = shape.ravel()[body.free]
                 values, modes = eigsh(stiffness, k=12, M=mass, sigma=omega**2)
                 overlap = np.abs(modes.T @ (mass @ exact)) / np.sqrt(exact @ (mass @ exact))
                 best = int(np.argmax(overlap))

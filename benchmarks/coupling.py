@@ -14,7 +14,7 @@ import argparse
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
+from body import Body, advanced, held
 from scipy.sparse.linalg import eigsh, factorized
 
 from plica import _engine as engine
@@ -32,20 +32,12 @@ def main() -> None:
     end = options.milliseconds * 1e-3
 
     mesh = engine.larynx_mesh(**engine.larynx_preset("coarse"))
-    fixed = np.zeros((len(mesh.points), 3), bool)
-    fixed[mesh.node_sets["wall"]] = True
     material = engine.Material(engine.Isotropic(12e3, 0.45), density=1040.0, viscosity=1.0)
-    n = fixed.size
-    free = np.flatnonzero(~fixed.ravel())
+    body = Body(mesh, material, held(mesh, "wall"))
 
     def simulation(coupling: Any, step: float, **initial: Any) -> Any:
         airflow = engine.Airflow(subglottal_pressure=PRESSURE, coupling=coupling)
-        return engine.Simulation(
-            mesh,
-            [material],
-            ["tissue"],
-            np.zeros(len(mesh.cells), int),
-            fixed,
+        return body.simulation(
             scheme=engine.HilberHughesTaylor(alpha=-0.3),
             step=step,
             solver_tolerance=1e-12,
@@ -53,20 +45,13 @@ def main() -> None:
             **initial,
         )
 
-    def field(values: np.ndarray) -> np.ndarray:
-        full = np.zeros(n)
-        full[free] = values
-        return full.reshape(-1, 3)
-
     probe = simulation(engine.Lagged(), 1e-4)
-    mass, stiffness = (
-        csr_array(m, shape=(n, n))[free][:, free].tocsc() for m in (probe.mass, probe.stiffness)
-    )
+    mass, stiffness = (body.on_free(m) for m in (probe.mass, probe.stiffness))
     solve = factorized(stiffness)
-    u = np.zeros(len(free))
+    u = np.zeros(len(body.free))
     for _ in range(60):  # equilibrium K u = f(u)
-        force = np.asarray(simulation(engine.Lagged(), 1e-4, displacement=field(u)).state()["load"])[free]
-        change = solve(force) - u
+        load = simulation(engine.Lagged(), 1e-4, displacement=body.field(u)).state()["load"]
+        change = solve(np.asarray(load)[body.free]) - u
         u += change
         if np.abs(change).max() < 1e-13:
             break
@@ -78,7 +63,7 @@ def main() -> None:
     values, modes = eigsh(stiffness, k=6, M=mass, sigma=0.0)
     x = np.asarray(mesh.points)
     for value, mode in zip(values, modes.T, strict=True):
-        shape, frequency = field(mode), np.sqrt(value) / 2 / np.pi
+        shape, frequency = body.field(mode), np.sqrt(value) / 2 / np.pi
         if abs((np.sign(x[:, 0]) * shape[:, 0]).sum()) > 0.5 * np.abs(shape[:, 0]).sum():
             break
     else:
@@ -88,10 +73,8 @@ def main() -> None:
     print(f"mode at {frequency:.1f} Hz, {PRESSURE:g} Pa, at rest displaced by {1e3 * np.abs(u).max():.3f} mm")
 
     def run(coupling: Any, steps: int) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
-        sim = simulation(coupling, end / steps, displacement=field(u), velocity=velocity)
-        result = sim.advance(steps)
-        if len(result["time"]) < steps:
-            sim.advance(1)  # raises what ended the run
+        sim = simulation(coupling, end / steps, displacement=body.field(u), velocity=velocity)
+        result = advanced(sim, steps)
         if np.unique(result["separation"]).size != 1 or result["flow_stopped"].any():
             raise RuntimeError(
                 f"the flow separates at sections {np.unique(result['separation'])}: choose a smaller motion"
@@ -110,7 +93,7 @@ def main() -> None:
         "| coupling alone: u | order | v | order | sweeps |"
     )
     print("|" + " --- |" * 11)
-    size_u, size_v = np.linalg.norm(u_exact - field(u)), np.linalg.norm(v_exact)
+    size_u, size_v = np.linalg.norm(u_exact - body.field(u)), np.linalg.norm(v_exact)
     counts = [options.steps * 2**k for k in range(5)]
     converged = {steps: run(iterated, steps) for steps in counts}
     for name, coupling in {

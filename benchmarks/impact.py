@@ -22,16 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from body import SCHEMES, Body, advanced
 
 from plica import _engine as engine
-
-SCHEMES: dict[str, Any] = {
-    "HHT(-0.3)": engine.HilberHughesTaylor(alpha=-0.3),
-    "HHT(-1/3)": engine.HilberHughesTaylor(alpha=-1 / 3),
-    "HHT(-0.1)": engine.HilberHughesTaylor(alpha=-0.1),
-    "trapezoidal": engine.Newmark(),
-    "Newmark(1, 3/2)": engine.Newmark(beta=1.0, gamma=1.5),
-}
 
 
 @dataclass(frozen=True)
@@ -87,12 +80,7 @@ def simulation(
     **initial: Any,
 ) -> Any:
     material = engine.Material(engine.Isotropic(bar.E, 0.0), density=bar.density, viscosity=0.0)
-    return engine.Simulation(
-        mesh,
-        [material],
-        ["bar"],
-        np.zeros(len(mesh.cells), int),
-        fixed,
+    return Body(mesh, material, fixed).simulation(
         scheme=scheme,
         step=bar.step,
         solver_tolerance=tolerance,
@@ -181,10 +169,8 @@ def run(
     sim = problem.build(bar, scheme, enforcement, tolerance)
     steps = round((duration or problem.duration) / bar.step)
     start = time.perf_counter()
-    result = sim.advance(steps)
+    result = advanced(sim, steps)
     seconds = time.perf_counter() - start
-    if len(result["time"]) < steps:
-        sim.advance(1)  # raises what ended the run
     t = result["time"]
     pressure = np.abs(result["contact_force_first"][:, 0]) / bar.edge**2
     energy = result["kinetic_energy"] + result["elastic_energy"]
