@@ -42,6 +42,17 @@ duration = "1 ms"
 PRESSURE = 'subglottal_pressure = "0.8 kPa"'
 AROUND = "around = 8"
 
+
+def pressure(value: str) -> tuple[str, str]:
+    """Another subglottal pressure in place of the good one."""
+    return PRESSURE, f"subglottal_pressure = {value}"
+
+
+def added(table: str) -> tuple[str, str]:
+    """A table that the good scene does not have."""
+    return "[time]", f"{table}\n[time]"
+
+
 SCENES: dict[str, tuple[str, str, str]] = {
     "syntax": (
         "[airflow]",
@@ -55,32 +66,12 @@ SCENES: dict[str, tuple[str, str, str]] = {
         'tissue.ligament.mu_fiber is not known. Did you mean "mu_fibre"?',
     ),
     "missing key": ('duration = "1 ms"', "", "s.toml: time.duration is missing."),
-    "wrong sign": (
-        PRESSURE,
-        "subglottal_pressure = -800",
-        "airflow.subglottal_pressure = -800; must be > 0. Is the sign",
-    ),
-    "wrong dimension": (
-        PRESSURE,
-        'subglottal_pressure = "8 kHz"',
-        "must be a number in Pa or a text with a unit of that",
-    ),
-    "unknown unit": (
-        PRESSURE,
-        'subglottal_pressure = "1 kpa"',
-        '"kpa" is not known. Upper and lower case differ.',
-    ),
-    "no unit": (PRESSURE, 'subglottal_pressure = "800"', "the text has no unit."),
-    "not a number": (
-        PRESSURE,
-        "subglottal_pressure = true",
-        "airflow.subglottal_pressure = true; must be a number in Pa",
-    ),
-    "not finite": (
-        PRESSURE,
-        "subglottal_pressure = nan",
-        "airflow.subglottal_pressure = NaN; must be finite.",
-    ),
+    "wrong sign": (*pressure("-800"), "airflow.subglottal_pressure = -800; must be > 0. Is the sign"),
+    "wrong dimension": (*pressure('"8 kHz"'), "must be a number in Pa or a text with a unit of that"),
+    "unknown unit": (*pressure('"1 kpa"'), '"kpa" is not known. Upper and lower case differ.'),
+    "no unit": (*pressure('"800"'), "the text has no unit."),
+    "not a number": (*pressure("true"), "airflow.subglottal_pressure = true; must be a number in Pa"),
+    "not finite": (*pressure("nan"), "airflow.subglottal_pressure = NaN; must be finite."),
     "a number for a table": (
         "[airflow]\n" + PRESSURE,
         "[airflow.coupling]\nextrapolated = 3",
@@ -165,24 +156,17 @@ SCENES: dict[str, tuple[str, str, str]] = {
         '"1.01 ms"',
         "time.duration = 0.00101; must be a whole number of steps of 5e-05 s.",
     ),
-    "output": (
-        "[time]",
-        '[output]\nevery = "1 us"\n[time]',
-        "output.every = 1e-06; must be >= time.step = 5e-05 s.",
-    ),
+    "output": (*added('[output]\nevery = "1 us"'), "output.every = 1e-06; must be >= time.step = 5e-05 s."),
     "node set": (
-        "[time]",
-        '[supports]\nfixed = ["wal"]\n[time]',
+        *added('[supports]\nfixed = ["wal"]'),
         'supports.fixed[0] = "wal"; must be one of ends, wall. Did',
     ),
     "wall that is not held": (
-        "[time]",
-        '[supports]\nwall_from_y = "3 mm"\n[time]',
+        *added('[supports]\nwall_from_y = "3 mm"'),
         'supports.wall_from_y = 0.003; must be left out, or supports.fixed must have "wall".',
     ),
     "iterations": (
-        "[time]",
-        "[solver]\nmax_iterations = 99999999999\n[time]",
+        *added("[solver]\nmax_iterations = 99999999999"),
         "solver.max_iterations = 99999999999; must be <= 1e+09.",
     ),
     "passes": (
@@ -191,51 +175,36 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "contact.max_passes = 4294967297; must be <= 1e+09.",
     ),
     "many lines": (AROUND, "around = 4294967304", "mesh.options.around = 4294967304; must be <= 1e+06."),
-    "beyond a float": (
-        PRESSURE,
-        "subglottal_pressure = 1" + 400 * "0",
-        "airflow.subglottal_pressure = 1000",
-    ),
-    "thousands of digits": (PRESSURE, "subglottal_pressure = 1" + 5000 * "0", "s.toml: not TOML: Exceeds"),
+    "beyond a float": (*pressure("1" + 400 * "0"), "airflow.subglottal_pressure = 1000"),
+    "thousands of digits": (*pressure("1" + 5000 * "0"), "s.toml: not TOML: Exceeds"),
     "steps without number": ('duration = "1 ms"', "duration = 1e305", "must be a whole number of steps"),
-    "beyond a decimal": (
-        PRESSURE,
-        'subglottal_pressure = "1e9999999999999999999 kPa"',
-        "must be finite.",
-    ),
+    "beyond a decimal": (*pressure('"1e9999999999999999999 kPa"'), "must be finite."),
     "frames between steps": (
-        "[time]",
-        '[output]\nevery = "0.12 ms"\n[time]',
+        *added('[output]\nevery = "0.12 ms"'),
         "output.every = 0.00012; must be a whole number of steps of 5e-05 s.",
     ),
     "start between steps": (
-        "[time]",
-        '[output]\nevery = "0.1 ms"\nstart = "0.12 ms"\n[time]',
+        *added('[output]\nevery = "0.1 ms"\nstart = "0.12 ms"'),
         "output.start = 0.00012; must be a whole number of steps of 5e-05 s.",
     ),
     "probe in another unit": (
-        "[time]",
-        "[output]\nprobes = [[0, 0, 0], [0, 3, 0]]\n[time]",
+        *added("[output]\nprobes = [[0, 0, 0], [0, 3, 0]]"),
         "output.probes[1] = [0, 3, 0] m; must be in or near the mesh, which extends from [-0.0",
     ),
     "no wall left": (
-        "[time]",
-        '[supports]\nfixed = ["wall"]\nwall_from_y = "2 cm"\n[time]',
+        *added('[supports]\nfixed = ["wall"]\nwall_from_y = "2 cm"'),
         "must leave a node of the wall",
     ),
     "component": (
-        "[time]",
-        '[supports]\ncomponents = { wall = "w" }\n[time]',
+        *added('[supports]\ncomponents = { wall = "w" }'),
         'supports.components.wall = "w"; must be',
     ),
     "load surface": (
-        "[time]",
-        '[[loads]]\nsurface = "x"\ntraction = [0, 0, 1]\n[time]',
+        *added('[[loads]]\nsurface = "x"\ntraction = [0, 0, 1]'),
         'loads[0].surface = "x"; must be',
     ),
     "load length": (
-        "[time]",
-        '[[loads]]\nsurface = "airway"\ntraction = [1, 0]\n[time]',
+        *added('[[loads]]\nsurface = "airway"\ntraction = [1, 0]'),
         "loads[0].traction[2] is missing.",
     ),
     "no such mesh file": (
@@ -256,6 +225,15 @@ def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], code: int 
     return said.err
 
 
+def refused_scene(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """The complaint about a scene that is not run; it names the file, and nothing is left."""
+    (folder / "s.toml").write_text(text)
+    said = refused(["run", str(folder / "s.toml"), "-o", str(folder / "run")], capsys)
+    assert said.startswith("plica: s.toml: ")
+    assert not (folder / "run").exists()
+    return said
+
+
 def test_the_scene_that_is_made_bad_is_good(tmp_path: Path) -> None:
     plica.build_simulation(plica.Scene.from_text(LARYNX))
     assert len(SCENES) >= 20
@@ -265,12 +243,9 @@ def test_the_scene_that_is_made_bad_is_good(tmp_path: Path) -> None:
 def test_a_bad_scene_is_one_sentence(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad, sentence = SCENES[kind]
     assert good in LARYNX
-    (tmp_path / "s.toml").write_text(LARYNX.replace(good, bad, 1))
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
+    said = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
     assert sentence in said
-    assert said.startswith("plica: s.toml: ")
     assert len(said.splitlines()) == 1
-    assert not (tmp_path / "run").exists()
 
 
 BLOCK = """
@@ -384,11 +359,7 @@ def test_a_bad_mesh_file_is_one_sentence(
     mesh = block_mesh()
     spoil(mesh)
     mesh.write(tmp_path / "m.vtu")
-    (tmp_path / "s.toml").write_text(BLOCK.replace(good, bad, 1))
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
-    assert sentence in said
-    assert said.startswith("plica: s.toml: ")
-    assert not (tmp_path / "run").exists()
+    assert sentence in refused_scene(BLOCK.replace(good, bad, 1), tmp_path, capsys)
 
 
 @pytest.mark.parametrize(("name", "content"), [("m.vtu", "not a mesh"), ("m.xyz", "1 2 3"), ("m.msh", "")])
