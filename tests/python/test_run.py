@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -231,6 +232,51 @@ def test_a_step_that_fails_costs_no_step_before_it(
     assert all(np.array_equal(run[name], whole[name][:last]) for name in whole)
     plica.run(bar, tmp_path / "run", progress=False, resume=True)
     assert_identical(tmp_path / "run", tmp_path / "whole")
+
+
+def forget_waveform(directory: Path) -> None:
+    """As if an older version had written the run, which did not record this yet."""
+    with h5py.File(directory / "results.h5", "r+") as file:
+        del file["waveforms/inverted_tissue"]
+
+
+def forget_state(directory: Path) -> None:
+    """As if an older version had written the checkpoints, which did not need this yet."""
+    held = checkpoint.newest(directory)
+    assert held is not None
+    for slot in directory.glob("checkpoint-*.h5"):
+        slot.unlink()
+    state = {name: values for name, values in held.state.items() if name != "depth"}
+    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, held.scene, state))
+
+
+@pytest.mark.parametrize(
+    ("forget", "name"),
+    [(forget_waveform, "inverted_tissue"), (forget_state, "depth")],
+    ids=["waveform", "state"],
+)
+def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
+    bar: plica.Scene,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    forget: Callable[[Path], None],
+    name: str,
+) -> None:
+    directory = tmp_path / "run"
+    bar.save(tmp_path / "scene.toml")
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(17))
+    with pytest.raises(plica.SolveFailed):
+        plica.run(bar, directory, progress=False)
+    monkeypatch.undo()
+    forget(directory)
+    before = {path.name: path.read_bytes() for path in directory.iterdir()}
+    assert main(["run", str(tmp_path / "scene.toml"), "-o", str(directory), "--resume", "--quiet"]) == 2
+    assert capsys.readouterr().err == (
+        f"plica: {directory}: cannot be continued: there is no {name} in it. "
+        "An older version of plica wrote it. Run the scene anew into another directory.\n"
+    )
+    assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
 
 
 @pytest.mark.parametrize("last", [1, 17, 39])

@@ -50,7 +50,8 @@ def run(scene: Scene, directory: str | Path, *, resume: bool = False, progress: 
     Raises
     ------
     InvalidInput
-        The directory holds a run (without `resume`) or that of another scene; nothing of it is touched.
+        The directory holds a run (without `resume`), that of another scene, or one of an older version that
+        lacks what is stored now; nothing of it is touched.
     SolveFailed
         A step has no solution. What was computed until then is stored.
     KeyboardInterrupt
@@ -167,18 +168,7 @@ class _Runner:
         """The result file, at the newest checkpoint; a new one where there is none."""
         path = self.directory / "results.h5"
         if path.exists():
-            results = ResultFile(path)
-            different = results.mesh_differs(self.mesh)
-            if different:
-                raise SceneError(
-                    f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?"
-                )
-            held = checkpoint.newest(self.directory)
-            if held is not None and held.scene == self.digest:
-                self.simulation.restore(dict(held.state))
-                self.done = held.steps
-            self.seconds = results.seconds
-            return results
+            return self._reopen(path)
         start = time.monotonic()
         before = self.simulation.state()
         sample = self._advanced(1)
@@ -186,6 +176,31 @@ class _Runner:
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
         self.seconds = time.monotonic() - start
+        return results
+
+    def _reopen(self, path: Path) -> ResultFile:
+        """The result file that is there, which must be one that this scene and this version continue."""
+        results = ResultFile(path)
+        different = results.mesh_differs(self.mesh)
+        if different:
+            raise SceneError(
+                f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?"
+            )
+        held = checkpoint.newest(self.directory)
+        if held is not None and held.scene != self.digest:
+            held = None
+        missing = results.missing(self.simulation.advance(0))
+        if held is not None:
+            missing += [name for name in self.simulation.state() if name not in held.state]
+        if missing:
+            raise InvalidInput(
+                f"{self.directory}: cannot be continued: there is no {' or '.join(missing)} in it. "
+                "An older version of plica wrote it. Run the scene anew into another directory."
+            )
+        if held is not None:
+            self.simulation.restore(dict(held.state))
+            self.done = held.steps
+        self.seconds = results.seconds
         return results
 
     def _advance(self, results: ResultFile) -> None:

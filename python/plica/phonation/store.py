@@ -7,7 +7,7 @@ file can be read after a kill at any moment, and the counters never promise what
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -124,6 +124,10 @@ class ResultFile:
             if not all(np.array_equal(stored[name][()], np.asarray(given[name])) for name in given):
                 return kind
         return ""
+
+    def missing(self, waveforms: Iterable[str]) -> list[str]:
+        """Those of the waveforms that the file has no data set for."""
+        return [name for name in waveforms if name not in self._file["waveforms"]]
 
     @property
     def seconds(self) -> float:
