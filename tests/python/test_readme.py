@@ -3,8 +3,11 @@
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from plica.cli import main
 
 _ROOT = Path(__file__).parents[2]
 _README = (_ROOT / "README.md").read_text(encoding="utf-8")
@@ -14,6 +17,12 @@ def _block(language: str) -> str:
     found = re.search(rf"```{language}\n(.*?)```", _README, re.DOTALL)
     assert found is not None
     return found[1]
+
+
+def test_the_readme_goes_from_one_sentence_to_what_is_left_out():
+    parts = ["**Plica", "](docs/images/", "```sh", "```python", "```cpp", "## What it does not do"]
+    places = [_README.index(part) for part in parts]
+    assert places == sorted(places)
 
 
 def test_cpp_of_the_readme_is_the_example_that_the_consumer_builds():
@@ -27,6 +36,23 @@ def test_python_of_the_readme_runs_and_the_folds_are_blown_open(capsys: pytest.C
     assert printed is not None
     at_rest = math.pi * 0.25e-3 * 7e-3 * math.sqrt(2 * 800.0 / 1.23)  # m^3/s: area of S26, Bernoulli's speed
     assert float(printed[1]) > 1.1 * 1e6 * at_rest
+    said = re.search(r"Both print the same number, ([0-9.]+) ml/s", _README)
+    assert said is not None
+    assert float(printed[1]) == pytest.approx(float(said[1]), abs=0.005)  # as many digits as are said
+
+
+def test_python_of_the_readme_stores_a_run_in_place_of_its_last_two_lines(tmp_path: Path):
+    lines = _block("python").replace('"10 ms"', '"0.5 ms"').splitlines()[:-2]
+    call = re.search(r'`(plica\.run\(scene, )"runs/mine"\)`', _README)
+    assert call is not None
+    names: dict[str, Any] = {}
+    exec("\n".join([*lines, f"run = {call[1]}{str(tmp_path / 'mine')!r}, progress=False)"]), names)
+    run = names["run"]
+    assert run["flow"].shape == (10,)
+    assert run.to_xarray()["flow"].attrs["units"] == "m^3/s"
+    assert "peak_flow" in run.measures
+    assert main(["report", str(tmp_path / "mine")]) == 0
+    assert (tmp_path / "mine" / "report.html").exists()
 
 
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"(?<!!)\[[^]]*\]\(([^)#:]+)\)", _README))))
