@@ -291,10 +291,6 @@ def test_an_interrupted_run_is_measured_as_far_as_it_came() -> None:
     assert found["mean_iterations"].value == 9.0
 
 
-def test_tissue_is_judged_by_its_corners_and_the_measure_says_so() -> None:
-    assert "corners only" in measure(base.run())["inverted_tissue_max"].note
-
-
 def test_a_residual_that_never_has_a_value_shortens_nothing() -> None:
     run = base.run()
     residual = np.full(run.time.size, np.nan)

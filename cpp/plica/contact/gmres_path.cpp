@@ -7,6 +7,10 @@ namespace plica {
 
 namespace {
 
+/// Vectors kept: a cycle that ends before A's own spectrum is resolved (70 iterations of conjugate gradients at
+/// the thesis's size) loses the rows and stagnates. 8 n bytes each.
+constexpr int restart = 300;
+
 /// A pair's row of G and column of N^T, held unknowns left out.
 struct Row {
   std::array<std::int32_t, 12> unknown{};
@@ -106,7 +110,7 @@ class GmresPath final : public ContactPath {
         if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);
       }
     };
-    const Convergence end = gmres(apply, P, b, y, options_);
+    const Convergence end = gmres(apply, P, b, y, options_, restart);
     if (!end.converged)
       throw SolveFailed("Contact: GMRES stopped at residual " + number(end.residual) + " after " +
                         std::to_string(end.iterations) + " iterations (tolerance " + number(options_.tolerance) +

@@ -197,6 +197,15 @@ double Detector::reach(const Points& before, const Points& x, double depth) cons
   return 2 * std::sqrt(largest) + depth;
 }
 
+Detector::Deepest Detector::deepest(const Points& x, double reach) {
+  Deepest found;
+  for (const ContactSurface* side : {&first_, &second_})
+    for (const std::int32_t node : candidates(*side))
+      if (const Pair by_node = pair(node, x); by_node.penetrates(x, reach) && by_node.gap(x) < found.gap)
+        found = {node, by_node.gap(x)};
+  return found;
+}
+
 double Detector::overlap_volume(const Points& x, double reach) {
   double sum = 0;
   for (const std::int32_t t : inverted_) {

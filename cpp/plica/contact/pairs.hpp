@@ -82,6 +82,12 @@ class Detector {
   /// Edge-to-edge tetrahedra whose edges have really crossed: the closest points of the two edges are
   /// inner ones and lie on the wrong side of each other.
   std::vector<EdgeCrossing> edge_crossings(const Points& x, double reach) const;
+  /// The node that is deepest inside the other surface, and its gap (m, < 0); node -1 and gap 0 where none is.
+  struct Deepest {
+    std::int32_t node = -1;
+    double gap = 0.0;
+  };
+  Deepest deepest(const Points& x, double reach);
   /// Sum of |V| over inverted tetrahedra with one node on one side whose slave penetrates, m^3.
   double overlap_volume(const Points& x, double reach);
   /// Largest depth (m) that two surfaces can have at x if they were `depth` (m) deep at `before`: twice the

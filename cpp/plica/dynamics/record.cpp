@@ -63,10 +63,7 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
     record.length = std::max(first.y_max, second.y_max) - std::min(first.y_min, second.y_min);
     record.peak_pressure = std::max(first.peak, second.peak);
   }
-  for (const ContactSurface* side : {&detector.first(), &detector.second()})
-    for (const std::int32_t node : detector.candidates(*side))
-      if (const Pair pair = detector.pair(node, x); pair.penetrates(x, reach))
-        record.deepest_gap = std::min(record.deepest_gap, pair.gap(x));
+  record.deepest_gap = detector.deepest(x, reach).gap;
   record.overlap_volume = detector.overlap_volume(x, reach);
   for (const EdgeCrossing& crossing : detector.edge_crossings(x, reach))
     record.edge_overlap_volume += crossing.volume;

@@ -37,7 +37,7 @@ struct ContactRecord {
 struct StepRecord {
   double time = 0.0;        // s, of the new state
   int iterations = 0;       // conjugate gradients, over all solves of the step
-  int inverted_tissue = 0;  // tissue cells inside out
+  int inverted_tissue = 0;  // tissue cells inside out or folded over, judged at their nodes
   std::optional<FlowRecord> flow;
   std::optional<ContactRecord> contact;
 };

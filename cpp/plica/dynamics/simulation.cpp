@@ -128,10 +128,23 @@ Simulation::Simulation(Scene scene, Options options)
   ledger.kinetic = 0.5 * state_.velocity.dot(mass_ * state_.velocity);
   ledger.elastic = 0.5 * state_.displacement.dot(state_.elastic_force);
   ledger.initial = ledger.kinetic + ledger.elastic;
-  if (collision_) collision_->detector().update(positions());
+  if (collision_) start_apart();
 }
 
 Simulation::~Simulation() = default;
+
+/// Surfaces that overlap at t = 0 would be thrown apart by a force that nothing has done work for.
+void Simulation::start_apart() {
+  Detector& detector = collision_->detector();
+  const Points x = positions();
+  detector.update(x);
+  const auto [node, gap] = detector.deepest(x, detector.reach(scene_.mesh.points, x, 0.0));
+  if (-gap > scene_.contact->options.tolerance * detector.mean_edge())
+    throw InvalidInput("Scene",
+                       "gap at node " + std::to_string(node) + " displaced to (" + number(x(node, 0)) + ", " +
+                           number(x(node, 1)) + ", " + number(x(node, 2)) + ") m",
+                       gap, "m", ">= 0 at t = 0", "Reduce the initial displacement.");
+}
 
 Points Simulation::positions() const { return scene_.mesh.points + as_points(state_.displacement); }
 
@@ -220,7 +233,7 @@ void Simulation::finish(Step& step) {
   record_.flow = step.flow;
   const Stopwatch watch(times_.record);
   const Points x = positions();
-  record_.inverted_tissue = static_cast<int>((signed_volumes(x, scene_.mesh.cells).array() <= 0).count());
+  record_.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells));
   if (collision_) {
     record_.contact = contact_record(step, x);
     state_.depth = -record_.contact->deepest_gap;

@@ -75,6 +75,7 @@ class Simulation {
   bool flow_blocked(const Step& step);
   Points extrapolated_positions(const Step& step) const;
   // simulation.cpp and record.cpp: what is kept of it
+  void start_apart();
   Vector scene_load(double t) const;
   void finish(Step& step);
   void update_ledger(const State& before);

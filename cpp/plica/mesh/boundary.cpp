@@ -1,4 +1,3 @@
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "plica/core/error.hpp"
@@ -24,18 +23,6 @@ const typename Map::mapped_type& named(const Map& map, const std::string& name, 
 const Faces& TetMesh::surface(const std::string& name) const { return named(surfaces, name, "surface"); }
 
 const Indices& TetMesh::node_set(const std::string& name) const { return named(node_sets, name, "node_set"); }
-
-Vector signed_volumes(const Points& x, const Cells& cells) {
-  Vector volumes(cells.rows());
-  for (Eigen::Index e = 0; e < cells.rows(); ++e) {
-    const Vector3 origin = x.row(cells(e, 0));
-    const Vector3 a = x.row(cells(e, 1)).transpose() - origin;
-    const Vector3 b = x.row(cells(e, 2)).transpose() - origin;
-    const Vector3 c = x.row(cells(e, 3)).transpose() - origin;
-    volumes[e] = a.cross(b).dot(c) / 6;
-  }
-  return volumes;
-}
 
 Boundary boundary(const Cells& cells) {
   struct Use {

@@ -72,22 +72,6 @@ void check_indices(const TetMesh& mesh) {
   }
 }
 
-/// det dx/dxi of a quadratic tetrahedron at barycentric coordinates L; 6 V everywhere where its sides are
-/// straight.
-double jacobian(const TetMesh& mesh, Eigen::Index e, const Eigen::Vector4d& L) {
-  // dx/dL_i for independent L: corners N = L (2 L - 1), mid-side nodes N = 4 L_a L_b.
-  Eigen::Matrix<double, 4, 3> d;
-  for (int k = 0; k < 4; ++k) d.row(k) = (4 * L[k] - 1) * mesh.points.row(mesh.cells(e, k));
-  for (int k = 0; k < 6; ++k) {
-    const auto [a, b] = tet_edges[k];
-    d.row(a) += 4 * L[b] * mesh.points.row(mesh.cells(e, 4 + k));
-    d.row(b) += 4 * L[a] * mesh.points.row(mesh.cells(e, 4 + k));
-  }
-  Matrix3 columns;
-  for (int k = 0; k < 3; ++k) columns.col(k) = (d.row(k + 1) - d.row(0)).transpose();
-  return columns.determinant();
-}
-
 void check_volumes(const TetMesh& mesh) {
   const Vector volumes = signed_volumes(mesh.points, mesh.cells);
   for (Eigen::Index e = 0; e < mesh.cell_count(); ++e) {
@@ -101,12 +85,7 @@ void check_volumes(const TetMesh& mesh) {
     if (volumes[e] <= flat) refuse(cell_name(mesh, e) + value, "It is flat: remove it or move a node.");
     if (mesh.order() == 1) continue;
     for (int k = 0; k < 10; ++k) {
-      Eigen::Vector4d place = Eigen::Vector4d::Zero();
-      if (k < 4)
-        place[k] = 1;
-      else
-        for (const int corner : tet_edges[k - 4]) place[corner] = 0.5;
-      const double local = jacobian(mesh, e, place);
+      const double local = jacobian_at_node(mesh.points, mesh.cells, e, k);
       if (!(local > flat))
         refuse(cell_name(mesh, e) + " folds over at its " + node_name(mesh, mesh.cells(e, k)) +
                    ": det dx/dxi = " + number(local) + " m^3; must be > 0",

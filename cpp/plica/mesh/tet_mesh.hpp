@@ -32,6 +32,11 @@ struct TetMesh {
 /// Corners only. O(m).
 Vector signed_volumes(const Points& x, const Cells& cells);
 
+/// det dx/dxi of cell e at one of its nodes k, m^3: 6 V everywhere in a cell with straight sides.
+double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k);
+/// Cells whose det dx/dxi is not positive at one of their nodes: inside out, or folded over there. O(m).
+std::ptrdiff_t folded_cells(const Points& x, const Cells& cells);
+
 /// Faces (f, 3 or 6) that belong to one cell only, outward; the cell of each in `cell_of_face`. O(m log m).
 struct Boundary {
   Faces faces;

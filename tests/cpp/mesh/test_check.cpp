@@ -86,6 +86,21 @@ TEST_CASE("inverted, flat and folded cells are refused with their places") {
   CHECK_SAYS(gmsh, "Gmsh exchanges the last two");
 }
 
+TEST_CASE("folded cells are counted, also those whose corners are in order") {
+  const TetMesh linear = cube(), quadratic = to_quadratic(cube());
+  CHECK(folded_cells(linear.points, linear.cells) == 0);
+  CHECK(folded_cells(quadratic.points, quadratic.cells) == 0);
+  Points x = linear.points;
+  x.col(2) *= -1;
+  CHECK(folded_cells(x, linear.cells) == linear.cell_count());
+  x = quadratic.points;
+  const auto a = quadratic.cells(0, 0), b = quadratic.cells(0, 1), middle = quadratic.cells(0, 4);
+  x.row(middle) = 0.9 * x.row(a) + 0.1 * x.row(b);
+  const auto around = (quadratic.cells.array() == middle).rowwise().any().count();  // the cells at that edge
+  CHECK(signed_volumes(x, quadratic.cells).minCoeff() > 0);
+  CHECK(folded_cells(x, quadratic.cells) == around);
+}
+
 TEST_CASE("a mid-side node moved by less than a quarter of its edge is accepted") {
   TetMesh mesh = to_quadratic(cube());
   mesh.points.row(mesh.cells(0, 4)) =

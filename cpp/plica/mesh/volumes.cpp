@@ -1,0 +1,57 @@
+#include <Eigen/Dense>
+#include <atomic>
+
+#include "plica/core/threads.hpp"
+#include "plica/mesh/edges.hpp"
+#include "plica/mesh/tet_mesh.hpp"
+
+namespace plica {
+
+Vector signed_volumes(const Points& x, const Cells& cells) {
+  Vector volumes(cells.rows());
+  for (Eigen::Index e = 0; e < cells.rows(); ++e) {
+    const Vector3 origin = x.row(cells(e, 0));
+    const Vector3 a = x.row(cells(e, 1)).transpose() - origin;
+    const Vector3 b = x.row(cells(e, 2)).transpose() - origin;
+    const Vector3 c = x.row(cells(e, 3)).transpose() - origin;
+    volumes[e] = a.cross(b).dot(c) / 6;
+  }
+  return volumes;
+}
+
+double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k) {
+  Eigen::Vector4d L = Eigen::Vector4d::Zero();  // barycentric coordinates of the node
+  if (k < 4) {
+    L[k] = 1;
+  } else {
+    for (const int corner : tet_edges[k - 4]) L[corner] = 0.5;
+  }
+  // dx/dL_i for independent L: corners N = L (2 L - 1), mid-side nodes N = 4 L_a L_b; linear: N = L.
+  const bool quadratic = cells.cols() == 10;
+  Eigen::Matrix<double, 4, 3> d;
+  for (int i = 0; i < 4; ++i) d.row(i) = (quadratic ? 4 * L[i] - 1 : 1.0) * x.row(cells(e, i));
+  for (int i = 0; quadratic && i < 6; ++i) {
+    const auto [a, b] = tet_edges[i];
+    d.row(a) += 4 * L[b] * x.row(cells(e, 4 + i));
+    d.row(b) += 4 * L[a] * x.row(cells(e, 4 + i));
+  }
+  Matrix3 columns;
+  for (int i = 0; i < 3; ++i) columns.col(i) = (d.row(i + 1) - d.row(0)).transpose();
+  return columns.determinant();
+}
+
+std::ptrdiff_t folded_cells(const Points& x, const Cells& cells) {
+  const int places = cells.cols() == 10 ? 10 : 1;  // constant in a linear cell
+  std::atomic<std::ptrdiff_t> folded = 0;
+  for_chunks(cells.rows(), 1024, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (std::ptrdiff_t e = begin; e < end; ++e)
+      for (int k = 0; k < places; ++k)
+        if (!(jacobian_at_node(x, cells, e, k) > 0)) {
+          ++folded;
+          break;
+        }
+  });
+  return folded;
+}
+
+}  // namespace plica

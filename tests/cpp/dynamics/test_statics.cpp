@@ -1,0 +1,80 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "plica/core/error.hpp"
+#include "plica/dynamics/statics.hpp"
+#include "scenes.hpp"
+
+using namespace plica;
+using scenes::options;
+
+namespace {
+
+/// A quadratic bar of 20 mm along x, held at x = 0, its sides on rollers, nu = 0, gravity along it.
+Scene hanging_bar() {
+  Scene scene =
+      scenes::tissue_scene(to_quadratic(block_mesh({{0, 0, 0}, {0.02, 0.01, 0.01}, {3, 1, 1}})), 0.0, 0.0);
+  for (const auto node : scene.mesh.node_set("x_min")) scene.supports.fix(node);
+  scene.gravity = Vector3(9.81, 0, 0);
+  return scene;
+}
+
+std::string refusal(const Scene& scene) {
+  try {
+    equilibrium(scene);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+#define CHECK_SAYS(text, part) CHECK_MESSAGE((text).find(part) != std::string::npos, (text))
+
+}  // namespace
+
+TEST_CASE("a hanging bar stretches as its closed form says") {
+  Scene scene = hanging_bar();
+  scene.loads = {{"x_max", {50, 0, 0}, 80.0, 0.4}};  // at t = 0: 50 cos(0.4) Pa
+  const Points u = equilibrium(scene);
+  const double L = 0.02, E = 20e3, rho = 1040;
+  for (std::ptrdiff_t i = 0; i < u.rows(); ++i) {
+    const double x = scene.mesh.points(i, 0);
+    const double exact = rho * 9.81 * (L * x - x * x / 2) / E + 50 * std::cos(0.4) * x / E;
+    CHECK((u.row(i).transpose() - Vector3(exact, 0, 0)).norm() < 1e-12 * L);
+  }
+}
+
+TEST_CASE("a body let go in its equilibrium stays there") {
+  Scene scene = hanging_bar();
+  scene.displacement = equilibrium(scene);
+  Simulation simulation(scene, options(HilberHughesTaylor{}, 1e-4));
+  for (int k = 0; k < 50; ++k) simulation.advance();
+  const Points moved = as_points(simulation.state().displacement) - *scene.displacement;
+  CHECK(moved.cwiseAbs().maxCoeff() < 1e-10 * scene.displacement->cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("a body that can move without strain has no equilibrium, and the message says how it moves") {
+  Scene free = hanging_bar();
+  free.supports = Supports(free.mesh.node_count());
+  CHECK_SAYS(refusal(free), "Scene: the body of node 0, centred at (0.01, 0.005, 0.005) m, can ");
+
+  Scene sliding = free;
+  for (const auto node : free.mesh.node_set("x_min")) {
+    sliding.supports.fix(node, 0);
+    sliding.supports.fix(node, 1);
+  }
+  CHECK_SAYS(refusal(sliding), "shift along (0, 0, ");
+
+  Scene hinged = free;  // about the edge x = 0, y = 0
+  for (const auto node : free.mesh.node_set("x_min"))
+    if (free.mesh.points(node, 1) == 0) hinged.supports.fix(node);
+  CHECK_SAYS(refusal(hinged), "turn about (0, 0, ");
+
+  Scene two = scenes::two_cubes(Multipliers{});
+  two.supports = Supports(two.mesh.node_count());
+  for (const auto node : two.mesh.node_set("a.x_min")) two.supports.fix(node);
+  CHECK_SAYS(refusal(two), "must be held for an equilibrium");  // the second cube
+  for (const auto node : two.mesh.node_set("b.x_max")) two.supports.fix(node);
+  CHECK(refusal(two) == "accepted");
+}
