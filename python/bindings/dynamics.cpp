@@ -2,6 +2,7 @@
 #include "dynamics_state.hpp"
 #include "engine.hpp"
 #include "plica/dynamics/simulation.hpp"
+#include "plica/dynamics/statics.hpp"
 
 using namespace plica;
 using namespace plica::python;
@@ -137,10 +138,12 @@ void bind_enforcement(py::module_& engine) {
       .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; });
 }
 
-Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed,
-                     std::ptrdiff_t nodes) {
+using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;
+using Vec3 = std::array<double, 3>;
+
+Supports to_supports(const Held& fixed, std::ptrdiff_t nodes) {
   if (fixed.ndim() != 2 || fixed.shape(0) != nodes || fixed.shape(1) != 3)
-    wrong_shape("Simulation", "fixed", fixed, "(" + std::to_string(nodes) + ", 3)");
+    wrong_shape("Scene", "fixed", fixed, "(" + std::to_string(nodes) + ", 3)");
   Supports supports(nodes);
   for (std::int32_t i = 0; i < nodes; ++i)
     for (int c = 0; c < 3; ++c)
@@ -148,25 +151,43 @@ Supports to_supports(const py::array_t<bool, py::array::c_style | py::array::for
   return supports;
 }
 
-using Vec3 = std::array<double, 3>;
-
-std::unique_ptr<SteppedSimulation> make_simulation(
-    const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-    const py::array& cell_material, const py::array_t<bool, py::array::c_style | py::array::forcecast>& fixed,
-    const TimeScheme& scheme, double step, double tolerance, int max_iterations, bool lumped_mass,
-    std::optional<AirflowPart> airflow, std::optional<ContactPart> contact, std::vector<Load> loads,
-    std::optional<Vec3> gravity, std::optional<RealArray> displacement, std::optional<RealArray> velocity,
-    std::optional<py::array> probes) {
+Scene make_scene(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
+                 const py::array& cell_material, const Held& fixed, std::vector<Load> loads,
+                 const std::optional<Vec3>& gravity) {
   Scene scene{mesh,
-              {std::move(materials), std::move(names), to_indices(cell_material, "Simulation", "cell_material")},
+              {std::move(materials), std::move(names), to_indices(cell_material, "Scene", "cell_material")},
               to_supports(fixed, mesh.node_count()),
-              std::move(airflow),
-              std::move(contact),
+              std::nullopt,
+              std::nullopt,
               std::move(loads),
               std::nullopt,
               std::nullopt,
               std::nullopt};
   if (gravity) scene.gravity = Vector3((*gravity)[0], (*gravity)[1], (*gravity)[2]);
+  return scene;
+}
+
+py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> materials,
+                                   std::vector<std::string> names, const py::array& cell_material,
+                                   const Held& fixed, std::vector<Load> loads, const std::optional<Vec3>& gravity) {
+  const Scene scene =
+      make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
+  return give([&] {
+    const Released released;
+    return equilibrium(scene);
+  }());
+}
+
+std::unique_ptr<SteppedSimulation> make_simulation(
+    const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
+    const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance, int max_iterations, bool lumped_mass,
+    std::optional<AirflowPart> airflow, std::optional<ContactPart> contact, std::vector<Load> loads,
+    std::optional<Vec3> gravity, std::optional<RealArray> displacement, std::optional<RealArray> velocity,
+    std::optional<py::array> probes) {
+  Scene scene =
+      make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
+  scene.airflow = std::move(airflow);
+  scene.contact = std::move(contact);
   if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
   Simulation::Options options;
@@ -191,6 +212,9 @@ Points matrix_of(const Vector& nodal) { return as_points(nodal); }
 void bind_dynamics(py::module_& engine) {
   bind_options(engine);
   bind_enforcement(engine);
+  engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
+             py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
+             py::arg("gravity") = py::none());
   const Simulation::Options options;
   py::class_<SteppedSimulation>(engine, "Simulation")
       .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),

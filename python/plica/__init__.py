@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StorageFailed
-from plica.phonation.build import build_simulation
+from plica.phonation.build import build_simulation, equilibrium
 from plica.phonation.mesh_parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
 from plica.phonation.mesh_source import build_mesh
 from plica.phonation.parts import (
@@ -82,6 +82,7 @@ __all__ = [
     "build_info",
     "build_mesh",
     "build_simulation",
+    "equilibrium",
     "run",
     "set_threads",
 ]

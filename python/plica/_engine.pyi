@@ -35,6 +35,7 @@ __all__: list[str] = [
     "check_mesh",
     "combine",
     "elasticity_matrix",
+    "equilibrium",
     "flat_triangles",
     "larynx_defaults",
     "larynx_mesh",
@@ -375,6 +376,19 @@ def combine(
     first: TetMesh, second: TetMesh, first_prefix: str = "a.", second_prefix: str = "b."
 ) -> TetMesh: ...
 def elasticity_matrix(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
+def equilibrium(
+    mesh: TetMesh,
+    materials: collections.abc.Sequence[Material],
+    material_names: collections.abc.Sequence[str],
+    cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+    *,
+    loads: collections.abc.Sequence[Load] = [],
+    gravity: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+    ]
+    | None = None,
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def flat_triangles(
     faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.int32]: ...

@@ -107,6 +107,18 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "mesh.larynx = \"huge\"; must be 'coarse', 'medium' or 'thesis'.",
     ),
     "order": ('larynx = "coarse"', 'larynx = "coarse"\norder = 3', "mesh.order = 3; must be 1 or 2."),
+    "folds that overlap at the start": (
+        *added('[initial]\nopening_displacement = "-1 mm"'),
+        "m; must be >= 0 at t = 0. Reduce the initial displacement.",
+    ),
+    "an equilibrium and a displacement": (
+        *added('[initial]\nequilibrium = true\nopening_displacement = "1 mm"'),
+        "initial.opening_displacement: must be left out: initial.equilibrium finds it.",
+    ),
+    "an equilibrium of a body without support": (
+        *added("[supports]\nfixed = []\n[initial]\nequilibrium = true"),
+        "without strain; must be held for an equilibrium. Hold more of its nodes",
+    ),
     "mesh lines": (AROUND, "around = 10", "mesh.options.around = 10; must be a multiple of 4."),
     "levels": ("levels = [1, 1,", "levels = [1,", "s.toml: mesh: Larynx: number of levels = 9; must be 10."),
     "larynx too narrow": (

@@ -156,6 +156,20 @@ def test_the_opening_pattern_is_one_at_the_upper_edge_and_zero_at_the_wall(
     assert (pattern[points[:, 0] > 0].sum() + pattern[points[:, 0] < 0].sum()) == pytest.approx(0, abs=1e-12)
 
 
+def test_a_bar_starts_from_its_equilibrium_and_stays_there(bar: plica.Scene) -> None:
+    data = bar.resolved()
+    data["loads"] = [{"surface": "x_max", "traction": [50.0, 0.0, 0.0]}]
+    data["initial"] = {"equilibrium": True}
+    loaded = plica.Scene.model_validate(data)
+    found = plica.equilibrium(loaded)
+    simulation = plica.build_simulation(loaded)
+    np.testing.assert_array_equal(np.asarray(simulation.displacement), found)
+    assert np.abs(found).max() > 1e-6
+    simulation.advance(20)
+    moved = np.abs(np.asarray(simulation.displacement) - found).max()
+    assert moved < 1e-7 * np.abs(found).max()
+
+
 def test_initial_fields_vanish_where_held(bar: plica.Scene) -> None:
     mesh = plica.build_mesh(bar.mesh)
     fixed = fixed_components(bar, mesh)

@@ -26,7 +26,7 @@ from plica.phonation.parts import (
 from plica.phonation.scene import Scene
 from plica.phonation.tissue import Tissue
 
-__all__ = ["build_simulation", "fixed_components", "materials_of", "probe_nodes"]
+__all__ = ["build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
 
 Side = Literal["none", "left", "right"]
 _SIDES: tuple[Side, ...] = ("none", "left", "right")
@@ -52,18 +52,15 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
         Where the scene names what its mesh does not have.
     """
     mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
-    materials, names, cell_material = materials_of(scene, mesh)
-    fixed = fixed_components(scene, mesh)
-    displacement, velocity = initial_fields(scene, mesh, fixed)
+    body = _body(scene, mesh)
+    displacement, velocity = initial_fields(scene, mesh, body["fixed"])
+    if scene.initial is not None and scene.initial.equilibrium:
+        displacement = _at_rest(scene, body)
     parts: dict[str, Any] = {}
     if scene.airflow is not None:
         parts["airflow"] = _airflow(scene, scene.airflow, mesh)
     if scene.contact is not None:
         parts["contact"] = _contact(scene, scene.contact, mesh)
-    if scene.loads:
-        parts["loads"] = _loads(scene, mesh)
-    if scene.gravity is not None:
-        parts["gravity"] = scene.gravity
     if displacement is not None:
         parts["displacement"] = displacement
     if velocity is not None:
@@ -72,11 +69,7 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
         parts["probes"] = probe_nodes(scene, mesh)
     try:
         return _engine.Simulation(
-            mesh=mesh,
-            materials=materials,
-            material_names=names,
-            cell_material=cell_material,
-            fixed=fixed,
+            **body,
             scheme=_scheme(scene),
             step=scene.time.step,
             solver_tolerance=scene.solver.tolerance,
@@ -86,6 +79,51 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
         )
     except InvalidInput as error:
         raise _located(scene, error) from None
+
+
+def equilibrium(scene: Scene, mesh: _engine.TetMesh | None = None) -> NDArray[np.float64]:
+    """The displacement at rest under the scene's gravity and loads at t = 0, K u = f.
+
+    Airflow, contact and the initial fields are left out.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : TetMesh, optional
+        The scene's mesh where it is built already.
+
+    Returns
+    -------
+    ndarray (n, 3)
+        m.
+
+    Raises
+    ------
+    SceneError
+        Where the supports let a body move without strain, or the scene names what its mesh does not have.
+    """
+    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source) if mesh is None else mesh))
+
+
+def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
+    try:
+        return _engine.equilibrium(**body)
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
+    """What stands without airflow and contact: mesh, tissue, supports, loads, gravity."""
+    materials, names, cell_material = materials_of(scene, mesh)
+    return {
+        "mesh": mesh,
+        "materials": materials,
+        "material_names": names,
+        "cell_material": cell_material,
+        "fixed": fixed_components(scene, mesh),
+        "loads": _loads(scene, mesh),
+        "gravity": scene.gravity,
+    }
 
 
 def _located(scene: Scene, error: InvalidInput) -> SceneError:

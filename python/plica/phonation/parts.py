@@ -207,6 +207,8 @@ class Initial(Part):
     """[m/s] Uniform over the nodes of a layer, e.g. ``{"a": (35, 0, 0)}``."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer."""
+    equilibrium: bool = False
+    """Start from the displacement at rest under gravity and loads, without airflow and contact."""
 
 
 class Load(Part):

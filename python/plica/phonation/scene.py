@@ -192,6 +192,10 @@ class Scene(Part):
             for name in ("opening_velocity", "opening_displacement"):
                 if getattr(self.initial, name) is not None:
                     raise problem("must be left out: the pattern is that of a larynx.", "initial", name)
+        if self.initial is not None and self.initial.equilibrium:
+            for name in ("opening_displacement", "displacement"):
+                if getattr(self.initial, name):
+                    raise problem("must be left out: initial.equilibrium finds it.", "initial", name)
         if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
             raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
         wall_from_y = self.supports.wall_from_y if self.supports is not None else None
