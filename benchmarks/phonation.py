@@ -9,9 +9,10 @@ The second form makes the runs first: the scene itself, then one for each other 
 whose scenes differ in the step alone, or in the mesh alone, are compared; with three levels the observed
 order follows, and the value extrapolated with it where the three are monotone. The level of a mesh is
 unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a limit, or misses it,
-only where twice its standard error (spread / sqrt(cycles) of both runs) does not reach across the limit;
-else it is undecided. Runs that ended at different times are cut to the shortest one's with --common, so
-that the same stretch of each is measured.
+only where twice its standard error does not reach across the limit; else it is undecided. Successive cycles
+are not independent (those of a period-doubled orbit alternate), so the standard error of a mean is that of
+the means of blocks of four cycles. Runs that ended at different times are cut to the shortest one's with
+--common, so that the same stretch of each is measured; --from leaves out the start.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ import numpy as np
 import plica
 from plica import _engine as engine
 from plica.phonation.build import fixed_components
-from plica.phonation.measures import measure
+from plica.phonation.cycles import Cycles
+from plica.phonation.measures import measure, steady_cycles
 
 # Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
 QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
@@ -63,6 +65,7 @@ class Case:
     unknowns: int
     mean_edge: float  # m, of the interface
     measured: float  # s, end of what was measured
+    blocks: list[dict[str, Any]]  # measures of every four of the cycles
 
     def value(self, quantity: str) -> float | None:
         """In the quantity's unit; None where the run does not determine it."""
@@ -73,8 +76,8 @@ class Case:
     def error(self, quantity: str) -> float:
         """Standard error of the mean, in the quantity's unit; infinite where nothing was averaged."""
         key, factor, *_ = QUANTITIES[quantity]
-        found = self.measures[key]
-        return np.inf if found["spread"] is None else factor * found["spread"] / np.sqrt(found["cycles"])
+        means = [block[key].value for block in self.blocks if block[key].value is not None]
+        return np.inf if len(means) < 3 else factor * float(np.std(means, ddof=1)) / np.sqrt(len(means))
 
     def text(self, quantity: str) -> str:
         value = self.value(quantity)
@@ -94,24 +97,26 @@ def mean_interface_edge(mesh: Any) -> float:
 
 
 class Cut:
-    """A run up to a time (s): what is measured of it."""
+    """A run between two times (s) as one that begins at the first: what is measured of it."""
 
-    def __init__(self, run: plica.Run, until: float) -> None:
+    def __init__(self, run: plica.Run, start: float, until: float) -> None:
         self._run = run
-        count = int(np.searchsorted(run.time, until * (1 + 1e-9), side="right"))
-        self.time = run.time[:count]
-        self.waveforms = {name: values[:count] for name, values in run.waveforms.items()}
+        first, last = np.searchsorted(run.time, [start, until * (1 + 1e-9)], side="right")
+        self.time = run.time[first:last] - start
+        self.waveforms = {name: values[first:last] for name, values in run.waveforms.items()}
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._run, name)
 
 
-def load(name: str, run: plica.Run, until: float) -> Case:
+def load(name: str, run: plica.Run, start: float, until: float) -> Case:
     free = ~fixed_components(run.scene, run.mesh)
-    cut = Cut(run, until)
+    cut = Cut(run, start, until)
     measures = {key: item.as_json() for key, item in measure(cut).items()}
     edge = mean_interface_edge(run.mesh)
-    return Case(name, run, measures, int(free.sum()), edge, float(cut.time[-1]))
+    starts = steady_cycles(cut).starts
+    blocks = [measure(cut, Cycles(starts[k : k + 5])) for k in range(0, starts.size - 4, 4)]
+    return Case(name, run, measures, int(free.sum()), edge, start + float(cut.time[-1]), blocks)
 
 
 def make(options: argparse.Namespace) -> list[tuple[str, Path]]:
@@ -263,6 +268,7 @@ def main() -> None:
     parser.add_argument("--step", action="append", default=[], help="another step, e.g. '25 us'")
     parser.add_argument("--mesh", action="append", default=[], help="other mesh options (JSON), or a preset")
     parser.add_argument("--common", action="store_true", help="cut all runs to the shortest one's time")
+    parser.add_argument("--from", type=float, default=0.0, dest="start", help="s, where measuring starts")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     if (options.scene is None) != (options.output is None):
@@ -278,7 +284,7 @@ def main() -> None:
         parser.error("name directories of runs, or a scene")
     runs = [(name, plica.Run.load(directory)) for name, directory in named]
     until = min(float(run.time[-1]) for _, run in runs) if options.common else np.inf
-    cases = [load(name, run, until) for name, run in runs]
+    cases = [load(name, run, options.start, until) for name, run in runs]
     show_runs(cases)
     for kind, table, key in (("step", "time", "step"), ("mesh", "mesh", None)):
         for family in families(cases, table, key):

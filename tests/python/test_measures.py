@@ -138,6 +138,16 @@ def test_each_collision_has_its_impulse_duration_and_forces() -> None:
     assert found["collisions"].value == 13
 
 
+def test_a_violent_start_does_not_hide_the_collisions_that_follow() -> None:
+    run = base.run()
+    found = measure(run)
+    for side in ("first", "second"):
+        run.waveforms[f"contact_force_{side}"][3] = 1e4 * run.waveforms[f"contact_force_{side}"].max(axis=0)
+    violent = measure(run)
+    for name in ("contact_impulse", "contact_duration"):
+        assert violent[name].value == pytest.approx(found[name].value, rel=1e-12)
+
+
 def test_a_chattering_contact_is_one_collision() -> None:
     run = base.run()
     force = run.waveforms["contact_force_first"].copy()

@@ -1,7 +1,9 @@
 """Measures of the collisions between the folds.
 
-A collision lasts as long as the contact force on the left (first) fold exceeds 1 % of its largest value in
-the run; losses of contact shorter than 5 % of the period (or of the record, without cycles) are part of it.
+A collision lasts as long as the contact force on the left (first) fold exceeds 1 % of a steady cycle's peak,
+the median over the cycles with contact, so that a violent start does not hide what follows; without such
+cycles, of its largest value. Losses of contact shorter than a quarter of the period (or of the
+record) are part of it: where the folds close in parts, one after the other, that is one collision.
 Forces belong to whole steps: an impulse is the sum of force times step, a duration is a number of steps.
 """
 
@@ -15,18 +17,20 @@ from plica.phonation.cycles import Cycles
 from plica.phonation.measure import Measure, absent, average, per_cycle, whole
 from plica.phonation.run_data import Array, Floats, time_step
 
-force_level = 0.01  # of the largest force in the run: contact
-bridged = 0.05  # of the period: losses of contact within a collision
+force_level = 0.01  # of a steady cycle's peak force: contact
+bridged = 0.25  # of the period: losses of contact within a collision
 pressure_window = 0.2e-3  # s, averaging time of the peak contact pressure
 
 
-def collisions(time: Floats, force: Floats, gap: float) -> list[slice]:
+def collisions(time: Floats, force: Floats, level: float, gap: float) -> list[slice]:
     """Samples of each complete collision.
 
     Parameters
     ----------
     time : (k) s
     force : (k) N, magnitude
+    level : float
+        N, >= 0, contact is above it.
     gap : float
         s, losses of contact up to this long are bridged.
 
@@ -35,9 +39,9 @@ def collisions(time: Floats, force: Floats, gap: float) -> list[slice]:
     list of slice
         Without a collision that is still going on at the end of the record, or was at its beginning.
     """
-    if force.size < 2 or not force.max() > 0:
+    touching = np.flatnonzero(force > level)
+    if not touching.size:
         return []
-    touching = np.flatnonzero(force > force_level * force.max())
     breaks = np.flatnonzero(np.diff(time[touching]) > gap + 1.5 * time_step(time))
     first = touching[np.concatenate(([0], breaks + 1))]
     last = touching[np.concatenate((breaks, [touching.size - 1]))]
@@ -71,7 +75,9 @@ def contact_measures(
     if not size.size or not size.max() > 0:
         return _without_collision(waveforms, fold_length)
     period = float(cycles.periods.mean()) if cycles.count else float(time[-1] - time[0])
-    found = collisions(time, size, bridged * period)
+    peaks = np.array([size[part].max() for part in cycles.samples(time)]) if cycles.count else np.empty(0)
+    peak = np.median(peaks[peaks > 0]) if peaks.any() else size.max()
+    found = collisions(time, size, force_level * float(peak), bridged * period)
     chosen = _steady(found, time, cycles)
     return (
         _collision_measures(time, left, right, chosen, len(found))

@@ -46,13 +46,15 @@ def steady_cycles(run: RunData) -> Cycles:
     return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in")
 
 
-def measure(run: RunData) -> dict[str, Measure]:
+def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:
     """Everything that is measured of a run, in SI units.
 
     Parameters
     ----------
     run : RunData
         Finished, interrupted or failed; the steps that were computed are used.
+    cycles : Cycles, optional
+        Of the glottal area, to average over; the steady ones unless given.
 
     Returns
     -------
@@ -64,7 +66,7 @@ def measure(run: RunData) -> dict[str, Measure]:
     if not time.size:
         return {"steps": whole(0, "1", "no step was computed")}
     found: dict[str, Measure] = {}
-    cycles = steady_cycles(run)
+    cycles = steady_cycles(run) if cycles is None else cycles
     if "minimum_area" in waveforms:
         found |= frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
         found |= quotient_measures(time, waveforms, cycles)
