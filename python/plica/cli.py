@@ -83,12 +83,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _say("there is not enough memory. Take a coarser mesh.", _FAILED)
     except KeyboardInterrupt as stop:
-        where = f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume"
-        said = str(stop) or "stopped"
-        return _say(said + "." + (where if options.command is _run else ""), _INTERRUPTED)
+        return _say(f"{str(stop) or 'stopped'}.{_way_on(options)}", _INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
         return _FAILED
+
+
+def _way_on(options: argparse.Namespace) -> str:
+    """How to continue a run that has begun; nothing where there is none."""
+    if options.command is not _run or not (options.directory / "scene.toml").exists():
+        return ""
+    return f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume"
 
 
 def _say(text: str, code: int) -> int:

@@ -123,6 +123,57 @@ def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) ->
         assert "example" in said
 
 
+def stop(*args: object, **fields: object) -> None:
+    """What Ctrl-C does to whoever is computing."""
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("command", "busy"),
+    [("mesh", "build_mesh"), ("info", "build_info"), ("report", "Run"), ("measures", "Run")],
+)
+def test_ctrl_c_is_one_sentence_in_every_command(
+    scene_file: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    busy: str,
+) -> None:
+    if busy == "Run":
+        monkeypatch.setattr(plica.Run, "load", stop)
+    else:
+        monkeypatch.setattr(plica, busy, stop)
+    assert main([command] if command == "info" else [command, str(scene_file)]) == 130
+    assert capsys.readouterr().err == "plica: stopped.\n"
+
+
+@pytest.mark.parametrize("busy", ["build_mesh", "build_simulation"])
+def test_ctrl_c_before_the_first_step_leaves_nothing_and_promises_nothing(
+    scene_file: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    busy: str,
+) -> None:
+    monkeypatch.setattr(f"plica.phonation.run.{busy}", stop)
+    assert main(["run", str(scene_file), "-o", str(tmp_path / "run")]) == 130
+    assert capsys.readouterr().err == "plica: stopped.\n"
+    assert not (tmp_path / "run").exists()
+
+
+def test_ctrl_c_in_a_run_says_how_to_continue_it(
+    scene_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command = ["run", str(scene_file), "-o", str(tmp_path / "run"), "--quiet"]
+    with monkeypatch.context() as patch:
+        patch.setattr("plica.phonation.run._Runner._advance", stop)
+        assert main(command) == 130
+    said = capsys.readouterr().err
+    assert said == f"plica: stopped. Continue with --resume: plica {' '.join(command[:4])} --resume\n"
+    assert main([*command, "--resume"]) == 0
+    assert plica.Run.load(tmp_path / "run").steps == 40
+
+
 def test_the_command_is_a_module_too() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "plica.cli", "info"], capture_output=True, text=True, check=True

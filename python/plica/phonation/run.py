@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, SolveFailed, StorageFailed
+from plica.errors import InvalidInput, SceneError, SolveFailed
 from plica.phonation import checkpoint, store
 from plica.phonation.build import build_simulation
 from plica.phonation.checkpoint import Checkpoint
@@ -117,7 +117,7 @@ def _made(directory: Path) -> Iterator[None]:
         directory.mkdir(parents=True, exist_ok=True)
     try:
         yield
-    except (InvalidInput, SolveFailed, StorageFailed):
+    except BaseException:  # Ctrl-C too
         left = list(directory.iterdir())
         if new and {path.name for path in left} <= {".lock", "scene.toml"}:
             for path in left:
