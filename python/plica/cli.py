@@ -132,7 +132,7 @@ def _parser() -> argparse.ArgumentParser:
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
         help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
     )
-    run.add_argument("--quiet", action="store_true", help="no progress, no table")
+    run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
@@ -159,6 +159,7 @@ def _count(text: str) -> int:
 def _run(options: argparse.Namespace) -> int:
     import plica
     from plica.phonation.measures import measure, write_measures
+    from plica.phonation.solver_measures import doubts
     from plica.phonation.storage import storage_errors
     from plica.report import write_report
 
@@ -176,7 +177,7 @@ def _run(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(_table({name: item.as_json() for name, item in measures.items()}, short=True))
         print(f"\nreport: {report}")
-    return 0
+    return _say(doubts(run), 0)
 
 
 def _conclude(directory: Path) -> None:

@@ -123,6 +123,20 @@ def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) ->
         assert "example" in said
 
 
+@pytest.mark.slow
+def test_a_finished_run_counts_its_steps_in_doubt(
+    phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = phonating.text().replace("max_sweeps = 40", "max_sweeps = 2")
+    (tmp_path / "s.toml").write_text(text.replace("freeze_after = 8", "freeze_after = 1"))
+    assert main(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 0
+    count = int((plica.Run.load(tmp_path / "run")["coupling_converged"] == 0).sum())
+    sentence = f"Caution: in {count} of 40 steps the coupling of airflow and tissue did not converge."
+    assert count > 0
+    assert capsys.readouterr().err == f"plica: {sentence}\n"
+    assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+
+
 def stop(*args: object, **fields: object) -> None:
     """What Ctrl-C does to whoever is computing."""
     raise KeyboardInterrupt

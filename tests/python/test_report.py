@@ -152,6 +152,36 @@ def test_a_failed_run_says_why() -> None:
     )
 
 
+def doubtful(run: AnalyticRun, unconverged: int, inverted: int) -> AnalyticRun:
+    """The run with so many last steps without a converged coupling, and with 1, 2, ... inverted cells."""
+    late = np.maximum(np.arange(run.time.size) - run.time.size + 1 + inverted, 0)
+    converged = np.arange(run.time.size) < run.time.size - unconverged
+    found = {"coupling_converged": converged.astype(np.int32), "inverted_tissue": late.astype(np.int32)}
+    return dataclasses.replace(run, waveforms={**run.waveforms, **found})
+
+
+UNCONVERGED = "in 7 of 1200 steps the coupling of airflow and tissue did not converge"
+INVERTED = "in 3 of 1200 steps tissue cells were inverted, 3 at most"
+
+
+@pytest.mark.parametrize(
+    ("unconverged", "inverted", "said"),
+    [
+        (7, 0, f"Caution: {UNCONVERGED}."),
+        (0, 3, f"Caution: {INVERTED}."),
+        (7, 3, f"Caution: {UNCONVERGED}, and {INVERTED}."),
+    ],
+)
+def test_the_banner_counts_the_steps_in_doubt(unconverged: int, inverted: int, said: str) -> None:
+    assert banner(read(doubtful(base.run(), unconverged, inverted))) == said
+
+
+def test_a_part_of_a_run_may_be_in_doubt_too() -> None:
+    said = banner(read(cut(doubtful(base.run(), 1200, 0), 700)))
+    assert said.startswith("This run is not complete")
+    assert said.endswith("Caution: in 700 of 700 steps the coupling of airflow and tissue did not converge.")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("steps", [0, 1, 40])
 def test_a_run_of_any_length_gives_a_page(tmp_path: Path, steps: int) -> None:

@@ -54,3 +54,22 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
             value = function(np.asarray(waveforms[key], dtype=float))
             found[name] = whole(float(value), "1", "over all steps")
     return found
+
+
+def doubts(waveforms: Mapping[str, Array]) -> str:
+    """One sentence that counts the steps not to be trusted; empty where there are none."""
+    found = []
+    if "coupling_converged" in waveforms:
+        converged = np.asarray(waveforms["coupling_converged"]) != 0
+        if not converged.all():
+            found.append(
+                f"in {np.sum(~converged)} of {converged.size} steps the coupling of airflow and tissue did "
+                "not converge"
+            )
+    inverted = np.asarray(waveforms.get("inverted_tissue", []))
+    if inverted.any():
+        found.append(
+            f"in {np.count_nonzero(inverted)} of {inverted.size} steps tissue cells were inverted, "
+            f"{inverted.max()} at most"
+        )
+    return f"Caution: {', and '.join(found)}." if found else ""

@@ -9,6 +9,7 @@ from pathlib import Path
 import jinja2
 
 from plica.phonation.run_data import RunData
+from plica.phonation.solver_measures import doubts
 from plica.report.coronal_figures import kymogram, pressure_map, trajectories
 from plica.report.cycle_figure import coronal_cycle, superior_cycle
 from plica.report.drawing import Drawing
@@ -53,7 +54,11 @@ def write_report(run: RunData, path: Path) -> Path:
 
 
 def banner(reading: Reading) -> str:
-    """What a reader must know first of a run that did not come to its end; empty for one that did."""
+    """What a reader must know first: that the run did not come to its end, which steps are in doubt."""
+    return " ".join(filter(None, (_incomplete(reading), doubts(reading.waveforms))))
+
+
+def _incomplete(reading: Reading) -> str:
     done, asked = reading.time.size, reading.run.steps_asked
     came = f"{done} of {asked} steps" + (f", to {number(1e3 * float(reading.time[-1]))} ms" if done else "")
     if reading.run.failure:
