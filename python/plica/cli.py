@@ -67,6 +67,9 @@ Builds or reads the mesh of SCENE, checks it, and prints its counts, quality and
 examples:
   plica mesh scene.toml
   plica mesh scene.toml -o mesh.vtu             any format that meshio writes, by the suffix
+
+-o writes nodes and tetrahedra, each of these with the number of its layer (from 0, in the order printed) and
+of its side (1 left, 2 right); no surfaces, no node sets, no names of layers.
 """
 
 
@@ -204,7 +207,7 @@ def _mesh(options: argparse.Namespace) -> int:
     print(mesh_summary(mesh))
     if options.output is not None:
         write_mesh(mesh, options.output)
-        print(f"written: {options.output}")
+        print(f"written: {options.output} (without surfaces, node sets and names of layers)")
     return 0
 
 

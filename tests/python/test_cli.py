@@ -86,14 +86,16 @@ def test_the_main_measures_are_measures() -> None:
 def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["mesh", str(scene_file)]) == 0
     said = capsys.readouterr().out
-    assert "24 linear tetrahedra, 20 nodes, 60 unknowns, 10 x 2 x 2 mm" in said
+    assert "24 linear tetrahedra, 20 nodes, 60 displacement components before supports, 10 x 2 x 2 mm" in said
     assert "40.00 mm^3" in said
     assert "x_min" in said
 
 
 @pytest.mark.parametrize("suffix", ["vtu", "msh", "vtk"])
 @pytest.mark.parametrize("order", [1, 2])
-def test_mesh_writes_what_meshio_reads(scene_file: Path, tmp_path: Path, suffix: str, order: int) -> None:
+def test_mesh_writes_what_meshio_reads(
+    scene_file: Path, tmp_path: Path, suffix: str, order: int, capsys: pytest.CaptureFixture[str]
+) -> None:
     scene_file.write_text(scene_file.read_text().replace("order = 1", f"order = {order}"))
     path = tmp_path / f"mesh.{suffix}"
     assert main(["mesh", str(scene_file), "-o", str(path)]) == 0
@@ -101,6 +103,7 @@ def test_mesh_writes_what_meshio_reads(scene_file: Path, tmp_path: Path, suffix:
     read = meshio.read(path)
     np.testing.assert_allclose(read.points, built.points, atol=1e-15)
     assert np.array_equal(read.cells[0].data, built.cells)
+    assert "without surfaces, node sets and names of layers" in capsys.readouterr().out
 
 
 def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[str]) -> None:

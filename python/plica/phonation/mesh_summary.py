@@ -34,7 +34,8 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
     extent = " x ".join(f"{1e3 * length:.4g}" for length in np.ptp(points, axis=0))
     low, middle = ratio.min(), np.median(ratio)
     lines = [
-        f"{len(cells)} {kind} tetrahedra, {len(points)} nodes, {3 * len(points)} unknowns, {extent} mm",
+        f"{len(cells)} {kind} tetrahedra, {len(points)} nodes, {3 * len(points)} displacement components "
+        f"before supports, {extent} mm",
         f"quality (mean ratio, 1 is best): least {low:.3f} in cell {ratio.argmin()}, median {middle:.3f}",
         "",
         f"{'layer':<20}{'tetrahedra':>12}{'left':>10}{'right':>10}{'volume':>16}",
@@ -51,7 +52,10 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
 
 
 def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
-    """Write the mesh with its layers and sides as cell data, in the format that the suffix names."""
+    """Write the mesh with the numbers of its layers and sides as cell data, in the format of the suffix.
+
+    Surfaces, node sets and the names of layers are not written.
+    """
     import meshio
 
     kind = "tetra10" if mesh.order == 2 else "tetra"
