@@ -162,6 +162,16 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "[time]\nscheme = { hht = { alpha = -1 } }",
         "time.scheme.hht.alpha = -1; must be >= -0.33",
     ),
+    "Newmark below its stability": (
+        "[time]",
+        "[time]\nscheme = { newmark = { beta = 1.2, gamma = 2.5 } }",
+        "time.scheme.newmark.beta = 1.2; must be >= gamma / 2 = 1.25, or the step is limited.",
+    ),
+    "Newmark that creates energy": (
+        "[time]",
+        "[time]\nscheme = { newmark = { gamma = 0.4 } }",
+        "time.scheme.newmark.gamma = 0.4; must be >= 0.5.",
+    ),
     "step": ('step = "50 us"', 'step = "0 us"', 'time.step = "0 us"; must be > 0.'),
     "duration": (
         '"1 ms"',

@@ -81,7 +81,22 @@ def test_defaults_are_the_engines() -> None:
     for name in ("surface", "subglottal_pressure", "air_density", "zero_flow_fraction", "area"):
         assert getattr(airflow, name) == getattr(engine, name)
     assert plica.HilberHughesTaylor().alpha == _engine.HilberHughesTaylor().alpha
+    assert plica.Penalty().stiffness == _engine.Penalty().stiffness > 0
+    assert plica.VolumePenalty().kappa == _engine.VolumePenalty().kappa > 0
     assert plica.Tissue(E=1.0, nu=0.0).density == _engine.Material(_engine.Isotropic()).density
+
+
+@pytest.mark.parametrize("name", ["penalty", "volume_penalty"])
+def test_a_penalty_is_named_like_any_other_contact(name: str) -> None:
+    assert plica.Contact.model_validate(name) == plica.Contact.model_validate({name: {}})
+
+
+@pytest.mark.parametrize(("beta", "gamma"), [(1.0, 2.0), (40.0, 3.0)])
+def test_newmark_is_limited_by_its_stability_alone(bar: plica.Scene, beta: float, gamma: float) -> None:
+    time = plica.Stepping(step=1e-4, duration=4e-3, scheme=plica.Newmark(beta=beta, gamma=gamma))
+    found = plica.build_simulation(plica.Scene(**{**dict(bar), "time": time})).advance(2)
+    assert np.isfinite(found["kinetic_energy"]).all()
+    assert found["numerical_loss"][-1] > 0
 
 
 def test_a_part_speaks_for_itself() -> None:

@@ -142,15 +142,17 @@ class Multipliers(Part):
 class Penalty(Part):
     """A spring at each node that penetrates (Paper A, Eq. 22)."""
 
-    stiffness: Annotated[Stiffness, Field(gt=0)]
+    stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
+        default_factory=engine_default("Penalty", "stiffness")
+    )
     """[N/m] A node."""
 
 
 class VolumePenalty(Part):
     """Forces proportional to the volume of inverted airway tetrahedra (Paper A, Eq. 28)."""
 
-    kappa: Annotated[PerLength, Field(gt=0)]
-    """[Pa/m]"""
+    kappa: Annotated[PerLength, Field(gt=0)] = Field(default_factory=engine_default("VolumePenalty", "kappa"))
+    """[Pa/m] Four times the force on the penetrating node over the inverted volume."""
 
 
 class Contact(OneOf):
@@ -236,12 +238,17 @@ class HilberHughesTaylor(Part):
 class Newmark(Part):
     """Newmark's family; beta = 1/4, gamma = 1/2 is the trapezoidal rule, which creates energy at impact."""
 
-    beta: Annotated[Number, Field(gt=0, le=1)] = Field(default_factory=engine_default("Newmark", "beta"))
+    beta: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Newmark", "beta"))
+    """[-] At least gamma / 2."""
+    gamma: Annotated[Number, Field(ge=0.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
     """[-]"""
-    gamma: Annotated[Number, Field(ge=0.5, le=1.5)] = Field(
-        default_factory=engine_default("Newmark", "gamma")
-    )
-    """[-]"""
+
+    @model_validator(mode="after")
+    def _is_stable(self) -> Self:
+        if 2 * self.beta < self.gamma:
+            relation = f"must be >= gamma / 2 = {self.gamma / 2:g}, or the step is limited."
+            raise problem(relation, "beta", value=self.beta)
+        return self
 
 
 class Scheme(OneOf):
