@@ -209,6 +209,19 @@ def test_one_side_can_have_its_own_tissue(phonating: plica.Scene) -> None:
     assert materials[2].elasticity.mu is None
 
 
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_layer_without_tissue_is_shown_by_its_first_cell(colliding: plica.Scene, order: int) -> None:
+    blocks = plica.Blocks(**{**dict(colliding.mesh), "order": order})
+    scene = plica.Scene(blocks, {"a": colliding.tissue["a"]}, time=colliding.time)
+    # hexahedra of 10/6 x 2 x 2 mm, 36 tetrahedra in "a"; "b" begins at x = 10.1 mm
+    with pytest.raises(plica.SceneError, match=r"36 tetrahedra .* the first is cell 36 at \[") as raised:
+        plica.build_simulation(scene)
+    place = [float(text) for text in str(raised.value).split("at [")[1].split("]")[0].split(", ")]
+    corners = np.asarray(plica.build_mesh(blocks).points)[np.asarray(plica.build_mesh(blocks).cells)[36, :4]]
+    np.testing.assert_allclose(place, corners.mean(axis=0), rtol=1e-5)
+    assert 0.0101 < place[0] < 0.0101 + 0.010 / 6
+
+
 def test_probes_are_the_nearest_nodes(bar: plica.Scene) -> None:
     mesh = plica.build_mesh(bar.mesh)
     nodes = probe_nodes(bar, mesh)

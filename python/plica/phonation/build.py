@@ -152,9 +152,11 @@ def materials_of(
             if not cells.any():
                 continue
             given = ", ".join(scene.tissue)
+            first = int(cells.argmax())
+            centre = np.asarray(mesh.points)[np.asarray(mesh.cells)[first, :4]].mean(axis=0)
             raise SceneError(
                 f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in "
-                f"that layer; the scene has {given}."
+                f"that layer, the first is cell {first} at {_place(centre)} m; the scene has {given}."
             )
         tissue = scene.tissue[layer]
         one = tissue.left is None and tissue.right is None
