@@ -43,6 +43,8 @@ a unit:
   step = "50 us"
   duration = "0.1 s"
 
+Every key, waveform and measure, with its unit: docs/scene.md of the sources.
+
 Exit codes: 0 done, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
 """
 

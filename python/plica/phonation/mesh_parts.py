@@ -49,8 +49,11 @@ class LarynxOptions(Part):
     around: Annotated[int, Field(ge=8, le=MAX_LINES, multiple_of=4)] | None = None
     """Mesh lines around the airway."""
     cover_rings: Count | None = None
+    """Rings of cells across the cover."""
     ligament_rings: Count | None = None
+    """Across the ligament."""
     body_rings: Count | None = None
+    """Across the body."""
 
 
 class Larynx(Part):
@@ -74,9 +77,9 @@ class Block(Part):
     """
 
     corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    """[m]"""
+    """[m] Its least x, y and z."""
     size: tuple[PositiveLength, PositiveLength, PositiveLength]
-    """[m]"""
+    """[m] Along x, y and z."""
     divisions: tuple[Count, Count, Count] = (1, 1, 1)
     """Hexahedra along x, y and z, of six tetrahedra each."""
     order: Order = 1
@@ -87,6 +90,7 @@ class Blocks(Part):
     """Two boxes side by side. Each is a layer of its name; its sides are ``name.x_min``, ..."""
 
     blocks: Annotated[dict[Name, Block], Field(min_length=2, max_length=2)]
+    """Layer name to its box."""
     order: Order = 1
     """2: quadratic tetrahedra."""
 
@@ -104,14 +108,17 @@ class Sides(Part):
     """Cell labels of the file that belong to each fold."""
 
     left: Labels
+    """Label, or labels, of the left fold."""
     right: Labels
+    """Of the right fold."""
 
 
 class MeshFile(Part):
     """A mesh of tetrahedra in any format that meshio reads, its labels mapped to names."""
 
     file: Annotated[Path, AfterValidator(Path.resolve)]
-    """Relative to the scene file, or for a part made in Python to the working directory; kept absolute."""
+    """Its path, relative to the scene file or, of a part made in Python, to the working directory; kept
+    absolute."""
     unit: PositiveLength = 1.0
     """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
     labels: str | None = None

@@ -60,9 +60,9 @@ class Supports(Part):
     """Where the tissue is held."""
 
     fixed: tuple[str, ...] = ()
-    """Node sets held in all three components, e.g. ``("wall",)``."""
+    """Node sets held in all three components, e.g. ``["wall"]``."""
     components: dict[str, Components] = Field(default_factory=dict)
-    """Node sets held in some components only, e.g. ``{"x_min": "x", "z_min": "yz"}``."""
+    """Node sets held in some components only, e.g. ``{x_min = "x", z_min = "yz"}`` (in Python a dict)."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
     """[m] Of the node set ``wall``, only nodes with |y| >= this are held; it must be in `fixed`."""
 
@@ -113,7 +113,7 @@ class Airflow(Part):
     air_density: Annotated[Density, Field(gt=0)] = Field(
         default_factory=engine_default("Airflow", "air_density")
     )
-    """[kg/m^3]"""
+    """[kg/m^3] Mass per volume of the air."""
     zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
         default_factory=engine_default("Airflow", "zero_flow_fraction")
     )
@@ -125,7 +125,7 @@ class Airflow(Part):
     )
     """Surface the pressure acts on: at rest, consistent with linear tissue, or deformed (Paper A, Eq. 17)."""
     coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
-    """In time."""
+    """How the load follows the motion in time."""
 
 
 class Multipliers(Part):
@@ -145,7 +145,7 @@ class Penalty(Part):
     stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
         default_factory=engine_default("Penalty", "stiffness")
     )
-    """[N/m] A node."""
+    """[N/m] Of the spring at one node."""
 
 
 class VolumePenalty(Part):
@@ -206,7 +206,7 @@ class Initial(Part):
     opening_displacement: Length | None = None
     """[m] Size of the opening pattern; larynx only."""
     velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
-    """[m/s] Uniform over the nodes of a layer, e.g. ``{"a": (35, 0, 0)}``."""
+    """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict)."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer."""
     equilibrium: bool = False
@@ -217,13 +217,13 @@ class Load(Part):
     """A traction prescribed on a surface, t(t) = traction * cos(2 pi frequency t + phase)."""
 
     surface: str
-    """Of the mesh."""
+    """The surface of the mesh."""
     traction: tuple[Pressure, Pressure, Pressure]
     """[Pa] Force per reference area."""
     frequency: Annotated[Frequency, Field(ge=0)] = 0.0
-    """[Hz] 0: constant."""
+    """[Hz] Of the traction in time; 0: constant."""
     phase: Number = 0.0
-    """[rad]"""
+    """[rad] Of the traction at t = 0."""
 
 
 class HilberHughesTaylor(Part):
@@ -232,16 +232,16 @@ class HilberHughesTaylor(Part):
     alpha: Annotated[Number, Field(ge=-1 / 3, le=0)] = Field(
         default_factory=engine_default("HilberHughesTaylor", "alpha")
     )
-    """[-]"""
+    """[-] From -1/3, most damping of short waves, to 0, none."""
 
 
 class Newmark(Part):
     """Newmark's family; beta = 1/4, gamma = 1/2 is the trapezoidal rule, which creates energy at impact."""
 
     beta: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Newmark", "beta"))
-    """[-] At least gamma / 2."""
+    """[-] Weight of the new acceleration in the displacement; at least gamma / 2."""
     gamma: Annotated[Number, Field(ge=0.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
-    """[-]"""
+    """[-] Weight of the new acceleration in the velocity; above 1/2 the scheme damps, to first order."""
 
     @model_validator(mode="after")
     def _is_stable(self) -> Self:
@@ -263,12 +263,13 @@ class Stepping(Part):
     """Time stepping with a constant step."""
 
     step: Annotated[Time, Field(gt=0)]
-    """[s]"""
+    """[s] Between two instants."""
     duration: Annotated[Time, Field(gt=0)]
-    """[s]"""
+    """[s] Simulated in all, whole steps."""
     scheme: Scheme = Field(default_factory=lambda: Scheme(hht=HilberHughesTaylor()))
+    """The time scheme."""
     mass: Literal["consistent", "lumped"] = "consistent"
-    """Lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
+    """The mass matrix; lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
 
     @property
     def steps(self) -> int:
@@ -291,6 +292,7 @@ class Solver(Part):
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
     """[-] Relative residual."""
     max_iterations: Count = 2000
+    """Of one solution; beyond them the step fails."""
 
 
 class Output(Part):

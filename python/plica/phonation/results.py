@@ -174,7 +174,12 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def waveforms(self) -> dict[str, NDArray[Any]]:
-        """What was recorded every step, by name; the leading axis is the step, SI units (see `units`)."""
+        """What was recorded every step, by name; the leading axis is the step, SI units (see `units`).
+
+        `flow`, `minimum_area`, `separation`, `section_area`, `section_pressure` and `flow_stopped` belong to
+        t_{n+1+alpha}, the instant at which the time scheme balances forces (with lagged coupling to t_n); all
+        else to the end of the step t_{n+1}, which is `time`. docs/scene.md says what each is.
+        """
         with h5py.File(self.path, "r", locking=False) as file:
             return {name: data[: self.steps] for name, data in file["waveforms"].items()}
 

@@ -65,15 +65,15 @@ class Scene(Part):
     supports: Supports | None = None
     """Where the tissue is held; a larynx is held at its wall unless this says otherwise."""
     airflow: Airflow | None = None
-    """Left out: none."""
+    """Air that drives the tissue; left out: none."""
     contact: Contact | None = None
-    """Left out: bodies pass through each other."""
+    """Between two surfaces; left out: bodies pass through each other."""
     loads: tuple[Load, ...] = ()
     """Prescribed tractions."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
-    """[m/s^2]"""
+    """[m/s^2] Acceleration of free fall, as x, y, z; left out: none."""
     initial: Initial | None = None
-    """Left out: rest."""
+    """Displacement and velocity at t = 0; left out: rest."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()

@@ -36,9 +36,9 @@ class Tissue(Part):
     nu: Number
     """[-] Poisson's ratio, across the fibre."""
     E_fibre: Annotated[Pressure, Field(gt=0)] | None = None
-    """[Pa] Along the fibre (E')."""
+    """[Pa] Young's modulus along the fibre (E')."""
     nu_fibre: Number | None = None
-    """[-] Along the fibre (nu')."""
+    """[-] Poisson's ratio along the fibre (nu')."""
     mu_fibre: Annotated[Pressure, Field(gt=0)] | None = None
     """[Pa] Shear modulus along the fibre (mu')."""
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
@@ -46,11 +46,11 @@ class Tissue(Part):
     fibre: tuple[Number, Number, Number] | None = None
     """[-] Direction, of any length; left out: y, from back to front."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
-    """[kg/m^3]"""
+    """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(
         default_factory=engine_default("Material", "viscosity")
     )
-    """[Pa s] Times the strain-rate tensor."""
+    """[Pa s] The viscous stress is this times the strain-rate tensor."""
     left: TissueSide | None = None
     """What differs where x < 0."""
     right: TissueSide | None = None
