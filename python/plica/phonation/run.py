@@ -171,7 +171,7 @@ class _Runner:
             return self._reopen(path)
         start = time.monotonic()
         before = self.simulation.state()
-        sample = self._advanced(1)
+        sample = self.simulation.advance(1)
         self.simulation.restore(before)
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
@@ -226,25 +226,9 @@ class _Runner:
 
     def _steps(self, results: ResultFile, count: int) -> None:
         """Advance by `count` steps, or by those before one that fails: the next call raises SolveFailed."""
-        waveforms = self._advanced(count)
+        waveforms = self.simulation.advance(count)
         results.write_steps(self.done, waveforms)
         self.done += len(waveforms["time"])
-
-    def _advanced(self, count: int) -> dict[str, Any]:
-        """The engine's waveforms of these steps, or of those before one that fails.
-
-        The scene was checked when the simulation was made, so what the engine refuses later is the state
-        that a step came to: that step failed.
-        """
-        before = self.simulation.state()
-        try:
-            return self.simulation.advance(count)
-        except InvalidInput as error:
-            good = self.simulation.step_count - self.done
-            self.simulation.restore(before)
-            if good > 0:
-                return self.simulation.advance(good)
-            raise SolveFailed(str(error)) from None
 
     def _commit(self, results: ResultFile, *, to_disk: bool = False) -> None:
         frames = int(np.searchsorted(self.frames, self.done, side="right"))
