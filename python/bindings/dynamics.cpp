@@ -169,7 +169,8 @@ Scene make_scene(const TetMesh& mesh, std::vector<Material> materials, std::vect
 
 py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> materials,
                                    std::vector<std::string> names, const py::array& cell_material,
-                                   const Held& fixed, std::vector<Load> loads, const std::optional<Vec3>& gravity) {
+                                   const Held& fixed, std::vector<Load> loads,
+                                   const std::optional<Vec3>& gravity) {
   const Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   return give([&] {
@@ -180,10 +181,10 @@ py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> ma
 
 std::unique_ptr<SteppedSimulation> make_simulation(
     const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
-    const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance, int max_iterations, bool lumped_mass,
-    std::optional<AirflowPart> airflow, std::optional<ContactPart> contact, std::vector<Load> loads,
-    std::optional<Vec3> gravity, std::optional<RealArray> displacement, std::optional<RealArray> velocity,
-    std::optional<py::array> probes) {
+    const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance,
+    int max_iterations, bool lumped_mass, std::optional<AirflowPart> airflow, std::optional<ContactPart> contact,
+    std::vector<Load> loads, std::optional<Vec3> gravity, std::optional<RealArray> displacement,
+    std::optional<RealArray> velocity, std::optional<py::array> probes) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);
