@@ -42,7 +42,7 @@ CONTACTS: dict[str, dict[str, Any]] = {
 COUPLINGS = ("iterated", "lagged")
 CASES = [f"{contact}, {coupling}" for coupling in COUPLINGS for contact in CONTACTS]
 ABSENT = ["no contact, iterated", "condensed, no airflow", "no contact, no airflow"]
-PARTS = ("residual", "load", "solve", "contact", "ledger", "record")
+PARTS = ("residual", "load", "solve", "detection", "contact", "ledger", "record")
 CLOSING = -1.0  # m/s
 SEARCHED = 40  # steps, for the ones with the most contact rows
 

@@ -210,11 +210,12 @@ py::dict SteppedSimulation::info() const {
 }
 
 py::dict SteppedSimulation::times() const {
-  const StepTimes& t = simulation_.times();
+  const StepTimes t = simulation_.times();
   py::dict times;
   times["residual"] = t.residual;
   times["load"] = t.load;
   times["solve"] = t.solve;
+  times["detection"] = t.detection;
   times["contact"] = t.contact;
   times["ledger"] = t.ledger;
   times["record"] = t.record;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/stopwatch.hpp"
 
 namespace plica {
 
@@ -40,6 +41,7 @@ Collision::Collision(Airway airway, const Points& reference, Enforcement enforce
 }
 
 std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys) {
+  const Stopwatch watch(detection_time_);
   std::vector<Pair> pairs;
   pairs.reserve(keys.size());
   if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_)) {
@@ -55,8 +57,14 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
   return pairs;
 }
 
+void Collision::update_detector(const Points& x) {
+  const Stopwatch watch(detection_time_);
+  detector_.update(x);
+}
+
 bool Collision::add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                                std::vector<std::int32_t>& keys) {
+  const Stopwatch watch(detection_time_);
   const std::size_t known = keys.size();
   const auto add = [&](std::int32_t key) {
     const auto at = std::lower_bound(keys.begin(), keys.end(), key);
@@ -120,7 +128,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
       const std::ptrdiff_t i = known(key);
       return i < 0 ? 0.0 : contacts.force[i];
     };
-    detector_.update(x);
+    update_detector(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
     std::vector<Pair> pairs = pairs_at(x, keys);
     double worst = 0;

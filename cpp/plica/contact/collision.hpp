@@ -32,6 +32,8 @@ class Collision {
 
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
+  /// Seconds that solve() has spent on finding pairs, since construction.
+  double detection_time() const { return detection_time_; }
 
   /// What is known from the step before.
   struct Before {
@@ -43,6 +45,7 @@ class Collision {
   Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
 
  private:
+  void update_detector(const Points& x);
   std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
   /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
   bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
@@ -55,6 +58,7 @@ class Collision {
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
+  double detection_time_ = 0.0;
   Enforcement enforcement_;
   Options options_;
   std::unique_ptr<ContactPath> path_;

@@ -87,6 +87,18 @@ void ContactSurface::update(const Points& x) {
 const Vector3& ContactSurface::normal(std::int32_t node) const { return normals_[local_[node]]; }
 double ContactSurface::tributary_area(std::int32_t node) const { return areas_[local_[node]]; }
 
+std::pair<double, double> ContactSurface::tributary_stretch(std::int32_t node, const Points& x) const {
+  const std::int32_t local = local_[static_cast<std::size_t>(node)];
+  const double y = x(node, 1);
+  double low = y, high = y;
+  for (std::int32_t k = fan_start_[local]; k < fan_start_[local + 1]; ++k)
+    for (const std::int32_t other : triangles_.row(fan_[k])) {
+      low = std::min(low, x(other, 1));
+      high = std::max(high, x(other, 1));
+    }
+  return {0.5 * (y + low), 0.5 * (y + high)};
+}
+
 Vector3 ContactSurface::normal(const Foot& foot) const {
   Vector3 n = Vector3::Zero();
   for (int k = 0; k < 3; ++k) n += foot.weights[k] * normal(triangles_(foot.triangle, k));

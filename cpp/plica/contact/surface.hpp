@@ -28,6 +28,9 @@ class ContactSurface {
   void update(const Points& x);
   const Vector3& normal(std::int32_t node) const;
   double tributary_area(std::int32_t node) const;
+  /// The stretch of y (m, m) that a node stands for: half the way to the least and to the largest y of its
+  /// triangles.
+  std::pair<double, double> tributary_stretch(std::int32_t node, const Points& x) const;
   /// Unit normal at a foot: the node normals, interpolated. Continuous over the surface.
   Vector3 normal(const Foot& foot) const;
 

@@ -1,6 +1,7 @@
 #include "plica/dynamics/record.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "plica/dynamics/step.hpp"
 
@@ -8,10 +9,12 @@ namespace plica {
 
 namespace {
 
-/// Loaded tributary area, anteroposterior extent and peak pressure of one side.
+using Interval = std::pair<double, double>;
+
+/// Loaded tributary area, the stretches of y that the loaded nodes stand for, and peak pressure of one side.
 struct SideMeasure {
-  double area = 0.0, y_min = 0.0, y_max = 0.0, peak = 0.0;
-  bool loaded = false;
+  double area = 0.0, peak = 0.0;
+  std::vector<Interval> stretches;
 };
 
 SideMeasure measure(const ContactSurface& surface, const Vector& force, const Points& x) {
@@ -19,14 +22,23 @@ SideMeasure measure(const ContactSurface& surface, const Vector& force, const Po
   for (const std::int32_t node : surface.nodes()) {
     const double pressing = force.segment<3>(3 * node).norm();
     if (pressing == 0.0) continue;
-    const double area = surface.tributary_area(node), y = x(node, 1);
+    const double area = surface.tributary_area(node);
     side.area += area;
     side.peak = std::max(side.peak, pressing / area);
-    side.y_min = side.loaded ? std::min(side.y_min, y) : y;
-    side.y_max = side.loaded ? std::max(side.y_max, y) : y;
-    side.loaded = true;
+    side.stretches.push_back(surface.tributary_stretch(node, x));
   }
   return side;
+}
+
+/// Length of the union, m.
+double covered(std::vector<Interval> stretches) {
+  std::sort(stretches.begin(), stretches.end());
+  double sum = 0.0, end = -std::numeric_limits<double>::infinity();
+  for (const auto& [from, to] : stretches) {
+    sum += std::max(0.0, to - std::max(from, end));
+    end = std::max(end, to);
+  }
+  return sum;
 }
 
 /// Sum over the nodes of one side, half of the force on a node common to both.
@@ -60,7 +72,9 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   if (record.rows > 0) {
     const SideMeasure first = measure(detector.first(), nodal, x), second = measure(detector.second(), nodal, x);
     record.area = 0.5 * (first.area + second.area);
-    record.length = std::max(first.y_max, second.y_max) - std::min(first.y_min, second.y_min);
+    std::vector<Interval> both = first.stretches;
+    both.insert(both.end(), second.stretches.begin(), second.stretches.end());
+    record.length = covered(std::move(both));
     record.peak_pressure = std::max(first.peak, second.peak);
   }
   record.deepest_gap = detector.deepest(x, reach).gap;

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 
 #include "plica/airflow/airflow.hpp"
@@ -9,7 +10,8 @@ namespace plica {
 struct FlowRecord {
   FlowState state;
   int sweeps = 0;
-  double residual = 0.0;  // largest pressure change of the last sweep, in subglottal pressures
+  /// Largest pressure change of the last sweep, in subglottal pressures; NaN where the coupling does not iterate.
+  double residual = std::numeric_limits<double>::quiet_NaN();
   bool frozen = false;    // separation and stop were held
   bool converged = true;  // residual within the tolerance; if not, the step is one under a load that lags by it
 };
@@ -23,7 +25,7 @@ struct ContactRecord {
   int passes = 0;
   int pivots = 0;
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
-  double length = 0.0;               // m, anteroposterior extent of the loaded nodes
+  double length = 0.0;               // m, anteroposterior; a node stands for half the way to its neighbours
   double peak_pressure = 0.0;        // Pa, nodal force over tributary area
   double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
   double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
@@ -44,12 +46,13 @@ struct StepRecord {
 
 /// Seconds spent since construction, by part.
 struct StepTimes {
-  double residual = 0.0;  // K, C products of the right-hand side
-  double load = 0.0;      // sections, pressure, surface traction
-  double solve = 0.0;     // conjugate gradients
-  double contact = 0.0;   // detection and contact forces
-  double ledger = 0.0;    // products and sums of the energy ledger
-  double record = 0.0;    // contact measures, inverted tissue
+  double residual = 0.0;   // K, C products of the right-hand side
+  double load = 0.0;       // sections, pressure, surface traction
+  double solve = 0.0;      // conjugate gradients
+  double detection = 0.0;  // inverted tetrahedra, candidates, pairs
+  double contact = 0.0;    // the forces of these pairs
+  double ledger = 0.0;     // products and sums of the energy ledger
+  double record = 0.0;     // contact measures, inverted tissue
 };
 
 }  // namespace plica

@@ -104,7 +104,7 @@ Simulation::Simulation(Scene scene, Options options)
   state_.velocity = scene_.velocity ? Vector(as_vector(*scene_.velocity)) : Vector::Zero(3 * n);
   scene_.supports.project(state_.displacement);
   scene_.supports.project(state_.velocity);
-  state_.contact_force = Vector::Zero(3 * n);
+  if (collision_) state_.contact_force = Vector::Zero(3 * n);
   state_.load = scene_load(0.0);
   if (airflow_) {
     const Points x = positions();
@@ -112,10 +112,11 @@ Simulation::Simulation(Scene scene, Options options)
   }
   state_.elastic_force = stiffness_ * state_.displacement;
   state_.weighted_elastic_force = state_.elastic_force;
-  state_.viscous_force = viscosity_ ? Vector(*viscosity_ * state_.velocity) : Vector::Zero(3 * n);
+  if (viscosity_) state_.viscous_force = *viscosity_ * state_.velocity;
 
   // M a_0 = f_0 - C v_0 - K u_0 (Eq. 2.42)
-  Vector rhs = state_.load - state_.viscous_force - state_.elastic_force;
+  Vector rhs = state_.load - state_.elastic_force;
+  if (viscosity_) rhs -= state_.viscous_force;
   scene_.supports.project(rhs);
   const BlockMatrix constrained_mass = combine_matrices(1, mass_, 0, std::nullopt, 0, stiffness_, scene_.supports);
   state_.acceleration = Vector::Zero(3 * n);
@@ -146,6 +147,15 @@ void Simulation::start_apart() {
                        gap, "m", ">= 0 at t = 0", "Reduce the initial displacement.");
 }
 
+StepTimes Simulation::times() const {
+  StepTimes times = times_;
+  if (collision_) {
+    times.detection = collision_->detection_time();
+    times.contact -= times.detection;
+  }
+  return times;
+}
+
 Points Simulation::positions() const { return scene_.mesh.points + as_points(state_.displacement); }
 
 void Simulation::set_external_force(Vector force) {
@@ -167,9 +177,12 @@ void Simulation::restore(State state) {
       {"viscous_force", &state.viscous_force},
       {"inertial_force", &state.inertial_force}};
   for (const auto& [name, values] : fields) {
-    if (values->size() != step_matrix_.rows())
+    const bool absent =
+        (values == &state.contact_force && !collision_) || (values == &state.viscous_force && !viscosity_);
+    const std::ptrdiff_t size = absent ? 0 : step_matrix_.rows();
+    if (values->size() != size)
       throw InvalidInput("Simulation", std::string("size of the state's ") + name,
-                         static_cast<double>(values->size()), "", std::to_string(step_matrix_.rows()),
+                         static_cast<double>(values->size()), "", std::to_string(size),
                          "It belongs to another scene.");
     if (!values->allFinite())
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
@@ -248,8 +261,7 @@ void Simulation::update_ledger(const State& before) {
   const Vector da = now.acceleration - before.acceleration;
   now.elastic_force = stiffness_ * now.displacement;
   now.weighted_elastic_force = (1 + alpha) * now.elastic_force - alpha * before.elastic_force;
-  now.viscous_force = viscosity_ ? Vector(*viscosity_ * ((1 + alpha) * now.velocity - alpha * before.velocity))
-                                 : Vector::Zero(du.size());
+  if (viscosity_) now.viscous_force = *viscosity_ * Vector((1 + alpha) * now.velocity - alpha * before.velocity);
   now.inertial_force = mass_ * now.acceleration;
 
   Ledger& ledger = now.ledger;

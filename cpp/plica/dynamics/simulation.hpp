@@ -40,7 +40,7 @@ class Simulation {
   /// (an external force is not part of it). record() is empty until the next step. Throws InvalidInput.
   void restore(State state);
   const StepRecord& record() const { return record_; }  // of the last step
-  const StepTimes& times() const { return times_; }
+  StepTimes times() const;
 
   const Scene& scene() const { return scene_; }
   const Options& options() const { return options_; }

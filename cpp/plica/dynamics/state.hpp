@@ -19,7 +19,8 @@ struct Ledger {
   }
 };
 
-/// Everything the next step depends on. Nodal vectors are (3 n).
+/// Everything the next step depends on. Nodal vectors are (3 n); contact_force is empty where the scene has no
+/// contact, viscous_force where no material is viscous.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2

@@ -59,7 +59,7 @@ void Simulation::move(Step& step) {
 }
 
 void Simulation::complete(Step& step) {
-  step.contact_force = Vector::Zero(step.load.size());
+  if (collision_) step.contact_force = Vector::Zero(step.load.size());
   step.acceleration = step.free_acceleration;
   if (!step.contacts.any_force()) return;
   for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i)
@@ -92,7 +92,7 @@ void Simulation::couple(Step& step) {
   const Coupling& coupling = scene_.airflow->coupling;
   if (const auto* iterated = std::get_if<Iterated>(&coupling)) return iterate(step, *iterated);
   const Points x = std::holds_alternative<Lagged>(coupling) ? step.x_previous : extrapolated_positions(step);
-  step.flow = FlowRecord{airflow_->evaluate(airflow_->areas(x), step.flow_stopped), 1, 0.0, false};
+  step.flow = FlowRecord{airflow_->evaluate(airflow_->areas(x), step.flow_stopped), 1};
   load_by_flow(step, x, step.flow->state.pressure);
   move(step);
   step.flow_stopped = flow_blocked(step);

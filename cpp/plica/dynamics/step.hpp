@@ -1,22 +1,8 @@
 #pragma once
-#include <chrono>
-
+#include "plica/core/stopwatch.hpp"
 #include "plica/dynamics/simulation.hpp"
 
 namespace plica {
-
-/// Adds the time until it goes out of scope to a sum of seconds.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& sum) : sum_(sum), start_(std::chrono::steady_clock::now()) {}
-  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& sum_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 /// One step in the making: M a + C V + K U = load + contact_force with U = (1+alpha) u_{n+1} - alpha u_n, V
 /// likewise.
@@ -41,7 +27,7 @@ struct Simulation::Step {
   int iterations = 0;
 
   // The result.
-  Vector contact_force;  // N, (3 n)
+  Vector contact_force;  // N, (3 n); empty without contact
   Vector acceleration;   // m/s^2
 };
 

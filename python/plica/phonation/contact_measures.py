@@ -2,8 +2,8 @@
 
 A collision lasts as long as the contact force on the left (first) fold exceeds 1 % of a steady cycle's peak,
 the median over the cycles with contact, so that a violent start does not hide what follows; without such
-cycles, of its largest value. Losses of contact shorter than a quarter of the period (or of the
-record) are part of it: where the folds close in parts, one after the other, that is one collision.
+cycles, of its largest value. Losses of contact shorter than a quarter of the period are part of it: where
+the folds close in parts, one after the other, that is one collision. Without cycles no loss is.
 Forces belong to whole steps: an impulse is the sum of force times step, a duration is a number of steps.
 """
 
@@ -74,7 +74,7 @@ def contact_measures(
     size = np.linalg.norm(left, axis=1)
     if not size.size or not size.max() > 0:
         return _without_collision(waveforms, fold_length)
-    period = float(cycles.periods.mean()) if cycles.count else float(time[-1] - time[0])
+    period = float(cycles.periods.mean()) if cycles.count else 0.0
     peaks = np.array([size[part].max() for part in cycles.samples(time)]) if cycles.count else np.empty(0)
     peak = np.median(peaks[peaks > 0]) if peaks.any() else size.max()
     found = collisions(time, size, force_level * float(peak), bridged * period)
@@ -106,7 +106,10 @@ def _collision_measures(
 ) -> dict[str, Measure]:
     found = {"collisions": whole(count, "1", "complete collisions in the whole run")}
     step = time_step(time)
-    note = "over the collisions of the steady cycles"
+    note = (
+        "over the collisions of the steady cycles; in contact above 1 % of the peak force, losses of contact "
+        "below a quarter of the period bridged"
+    )
     if not chosen:
         reason = "no complete collision in the steady cycles"
         units = {"contact_impulse": "N s", "contact_duration": "s"}
