@@ -281,7 +281,7 @@ class Contact:
         airway: Airway,
         enforcement: Multipliers | Penalty | VolumePenalty,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
-        max_passes: typing.SupportsInt | typing.SupportsIndex = 50,
+        max_passes: typing.SupportsInt | typing.SupportsIndex = 200,
     ) -> None: ...
     @property
     def max_passes(self) -> int: ...
