@@ -3,7 +3,8 @@
 A collision lasts as long as the contact force on the left (first) fold exceeds 1 % of a steady cycle's peak,
 the median over the cycles with contact, so that a violent start does not hide what follows; without such
 cycles, of its largest value. Losses of contact shorter than a quarter of the period are part of it: where
-the folds close in parts, one after the other, that is one collision. Without cycles no loss is.
+the folds close in parts, one after the other, that is one collision. Without cycles those
+shorter than 5 % of the record are.
 Forces belong to whole steps: an impulse is the sum of force times step, a duration is a number of steps.
 """
 
@@ -19,6 +20,7 @@ from plica.phonation.run_data import Array, Floats, time_step
 
 force_level = 0.01  # of a steady cycle's peak force: contact
 bridged = 0.25  # of the period: losses of contact within a collision
+bridged_of_record = 0.05  # the same without cycles, of the record
 pressure_window = 0.2e-3  # s, averaging time of the peak contact pressure
 
 
@@ -74,10 +76,11 @@ def contact_measures(
     size = np.linalg.norm(left, axis=1)
     if not size.size or not size.max() > 0:
         return _without_collision(waveforms, fold_length)
-    period = float(cycles.periods.mean()) if cycles.count else 0.0
+    record = float(time[-1] - time[0])
+    loss = bridged * float(cycles.periods.mean()) if cycles.count else bridged_of_record * record
     peaks = np.array([size[part].max() for part in cycles.samples(time)]) if cycles.count else np.empty(0)
     peak = np.median(peaks[peaks > 0]) if peaks.any() else size.max()
-    found = collisions(time, size, force_level * float(peak), bridged * period)
+    found = collisions(time, size, force_level * float(peak), loss)
     chosen = _steady(found, time, cycles)
     return (
         _collision_measures(time, left, right, chosen, len(found))
@@ -107,8 +110,8 @@ def _collision_measures(
     found = {"collisions": whole(count, "1", "complete collisions in the whole run")}
     step = time_step(time)
     note = (
-        "over the collisions of the steady cycles; in contact above 1 % of the peak force, losses of contact "
-        "below a quarter of the period bridged"
+        "over the collisions of the steady cycles, without cycles of the run; in contact above 1 % of the "
+        "peak force, losses of contact below a quarter of the period (5 % of the run) bridged"
     )
     if not chosen:
         reason = "no complete collision in the steady cycles"

@@ -114,9 +114,9 @@ class Run(Mapping[str, NDArray[Any]]):
         Wall time of computing, s.
     """
 
-    def __init__(self, directory: Path) -> None:
-        self.directory = directory
-        self.path = directory / "results.h5"
+    def __init__(self, directory: str | Path) -> None:
+        self.directory = Path(directory)
+        self.path = self.directory / "results.h5"
         with h5py.File(self.path, "r", locking=False) as file:
             progress = file["progress"]
             self.steps = int(progress["steps"][()])
