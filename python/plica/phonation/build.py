@@ -81,28 +81,13 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
         raise _located(scene, error) from None
 
 
-def equilibrium(scene: Scene, mesh: _engine.TetMesh | None = None) -> NDArray[np.float64]:
-    """The displacement at rest under the scene's gravity and loads at t = 0, K u = f.
+def equilibrium(scene: Scene) -> NDArray[np.float64]:
+    """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
 
-    Airflow, contact and the initial fields are left out.
-
-    Parameters
-    ----------
-    scene : Scene
-    mesh : TetMesh, optional
-        The scene's mesh where it is built already.
-
-    Returns
-    -------
-    ndarray (n, 3)
-        m.
-
-    Raises
-    ------
-    SceneError
-        Where the supports let a body move without strain, or the scene names what its mesh does not have.
+    Airflow, contact and the initial fields are left out. Raises SceneError where the supports let a body move
+    without strain, or the scene names what its mesh does not have.
     """
-    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source) if mesh is None else mesh))
+    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source)))
 
 
 def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:

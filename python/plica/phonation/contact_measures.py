@@ -146,7 +146,7 @@ def _extent_measures(
     area = np.asarray(waveforms["contact_area"], dtype=float)
     found = {
         "contact_area_max": _per_cycle_peak(time, area, cycles, "m^2"),
-        "contact_length_max": _per_cycle_peak(time, length, cycles, "m", "anteroposterior extent"),
+        "contact_length_max": _per_cycle_peak(time, length, cycles, "m", "anteroposterior"),
     }
     if fold_length:
         note = f"of the fold length {1e3 * fold_length:.4g} mm"

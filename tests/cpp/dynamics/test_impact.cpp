@@ -82,6 +82,34 @@ TEST_CASE("the periodic bar presses on a fully fixed obstacle with 1/2 from t = 
   CHECK(as_points(simulation.state().displacement).topRows(obstacle.node_count()).isZero(0));
 }
 
+TEST_CASE("contact length is what the loaded nodes stand for, also that of a single line of nodes") {
+  // Two plates of three elements along y that touch; where the nodes of one are pushed, it presses,
+  // elsewhere it parts.
+  const double w = 0.003;
+  const TetMesh plate = block_mesh({{-0.002, 0, 0}, {0.002, w, 0.001}, {1, 3, 1}}),
+                wide = block_mesh({{0, 0, 0}, {0.002, w, 0.001}, {1, 3, 1}});
+  Scene scene = scenes::tissue_scene(combine(plate, wide, "a.", "b."), 0.0, 0.0);
+  for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
+  for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
+  scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
+  scene.contact = scenes::contact_of(scene.mesh, "a.x_max", "b.x_min", Multipliers{});
+  const auto length_where_pushed = [&](const auto& pushed) {
+    Scene moving = scene;
+    for (const auto node : scene.mesh.node_set("b.x_min"))
+      (*moving.velocity)(node, 0) = pushed(scene.mesh.points(node, 1)) ? -0.5 : 0.5;
+    Simulation::Options lumped = options(HilberHughesTaylor{}, 1e-6);
+    lumped.mass = Simulation::Mass::lumped;  // so that a node moves alone
+    Simulation simulation(moving, lumped);
+    simulation.advance();
+    CHECK(simulation.times().detection > 0);
+    CHECK(simulation.times().contact >= 0);
+    return simulation.record().contact->length;
+  };
+  CHECK(length_where_pushed([](double) { return true; }) == doctest::Approx(w).epsilon(1e-3));
+  CHECK(length_where_pushed([&](double y) { return std::abs(y - w / 3) < 0.1 * w; }) ==
+        doctest::Approx(w / 3).epsilon(1e-3));
+}
+
 TEST_CASE("bodies that touch at rest stay at rest without force") {
   Scene scene = scenes::two_bars(4, Multipliers{});
   scene.velocity->setZero();

@@ -1,7 +1,5 @@
 #include <doctest/doctest.h>
 
-#include <algorithm>
-
 #include "plica/core/error.hpp"
 #include "plica/dynamics/statics.hpp"
 #include "scenes.hpp"
@@ -11,7 +9,7 @@ using scenes::options;
 
 namespace {
 
-/// A quadratic bar of 20 mm along x, held at x = 0, its sides on rollers, nu = 0, gravity along it.
+/// A quadratic bar of 20 mm along x, held at x = 0, nu = 0, gravity along it.
 Scene hanging_bar() {
   Scene scene =
       scenes::tissue_scene(to_quadratic(block_mesh({{0, 0, 0}, {0.02, 0.01, 0.01}, {3, 1, 1}})), 0.0, 0.0);
@@ -19,17 +17,6 @@ Scene hanging_bar() {
   scene.gravity = Vector3(9.81, 0, 0);
   return scene;
 }
-
-std::string refusal(const Scene& scene) {
-  try {
-    equilibrium(scene);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "accepted";
-}
-
-#define CHECK_SAYS(text, part) CHECK_MESSAGE((text).find(part) != std::string::npos, (text))
 
 }  // namespace
 
@@ -57,24 +44,27 @@ TEST_CASE("a body let go in its equilibrium stays there") {
 TEST_CASE("a body that can move without strain has no equilibrium, and the message says how it moves") {
   Scene free = hanging_bar();
   free.supports = Supports(free.mesh.node_count());
-  CHECK_SAYS(refusal(free), "Scene: the body of node 0, centred at (0.01, 0.005, 0.005) m, can ");
+  CHECK_THROWS_WITH_AS(equilibrium(free),
+                       doctest::Contains("Scene: the body of node 0, centred at (0.01, 0.005, 0.005) m, can "),
+                       InvalidInput);
 
   Scene sliding = free;
   for (const auto node : free.mesh.node_set("x_min")) {
     sliding.supports.fix(node, 0);
     sliding.supports.fix(node, 1);
   }
-  CHECK_SAYS(refusal(sliding), "shift along (0, 0, ");
+  CHECK_THROWS_WITH_AS(equilibrium(sliding), doctest::Contains("shift along (0, 0, "), InvalidInput);
 
   Scene hinged = free;  // about the edge x = 0, y = 0
   for (const auto node : free.mesh.node_set("x_min"))
     if (free.mesh.points(node, 1) == 0) hinged.supports.fix(node);
-  CHECK_SAYS(refusal(hinged), "turn about (0, 0, ");
+  CHECK_THROWS_WITH_AS(equilibrium(hinged), doctest::Contains("turn about (0, 0, "), InvalidInput);
 
   Scene two = scenes::two_cubes(Multipliers{});
   two.supports = Supports(two.mesh.node_count());
   for (const auto node : two.mesh.node_set("a.x_min")) two.supports.fix(node);
-  CHECK_SAYS(refusal(two), "must be held for an equilibrium");  // the second cube
+  CHECK_THROWS_WITH_AS(equilibrium(two), doctest::Contains("must be held for an equilibrium"),
+                       InvalidInput);  // the second cube
   for (const auto node : two.mesh.node_set("b.x_max")) two.supports.fix(node);
-  CHECK(refusal(two) == "accepted");
+  CHECK_NOTHROW(equilibrium(two));
 }
