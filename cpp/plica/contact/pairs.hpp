@@ -28,14 +28,14 @@ struct Pair {
     return d;
   }
   double gap(const Points& x) const { return gradient.dot(offset(x)); }
-  /// Whether the slave really lies behind the master: the gap is negative, no deeper than the `reach` (m) that the
-  /// motion since it was outside allows, and the way to the foot is along the normal rather than across it.
+  /// Whether the slave really lies behind the master: behind it along the gap's gradient, no further than the
+  /// `reach` (m) that the motion since it was outside allows, and the way to the foot is along the gradient rather
+  /// than across it, within 60 degrees. Over a face the gradient is along that way, however the normals lean.
   /// (Beside or across from a strongly bent surface a gap can be negative although nothing has crossed.)
   bool penetrates(const Points& x, double reach) const {
     const Vector3 d = offset(x);
-    const double g = gradient.dot(d);
-    const double along = normal.dot(d);
-    return g < 0 && -g <= reach && 4 * along * along >= d.squaredNorm();
+    const double behind = -gradient.dot(d) / gradient.norm();
+    return behind > 0 && behind <= reach && 4 * behind * behind >= d.squaredNorm();
   }
   /// Adds the force p (N, > 0 pushes apart) on both sides to `force` (3 n).
   void add_force(double p, Vector& force) const;

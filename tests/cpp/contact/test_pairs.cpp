@@ -211,6 +211,56 @@ TEST_CASE("no depth is confirmed beyond the reach of the motion") {
   CHECK(detector.reach(blocks.mesh.points, x, 0.01) == doctest::Approx(0.27).epsilon(1e-12));
 }
 
+namespace {
+
+/// Two mirror-symmetric edges along y, of a face across x each and a face that rises away from the other body, its
+/// normal `angle` (degrees) from x. Nodes 0, 1 (edge), 2, 3 of the first; 4 of the second, the end of its edge,
+/// lies `depth` behind the first's face across x in the middle of its edge.
+struct Edges {
+  Points x = Points(8, 3);
+  Airway airway{Triangles(2, 3), Triangles(2, 3), Tets(1, 4)};
+  Vector3 upper_normal;
+
+  Edges(double angle, double depth) {
+    const double c = std::cos(angle * std::acos(-1.0) / 180), s = std::sqrt(1 - c * c);
+    upper_normal = {c, 0, s};
+    x << 0, 0, 0, 0, 1, 0, 0, 0.5, -1, -s, 0.5, c,  //
+        -depth, 0.5, 0, -depth, 1.5, 0, -depth, 1, -1, s - depth, 1, c;
+    airway.first << 1, 0, 2, 0, 1, 3;
+    airway.second << 4, 5, 6, 5, 4, 7;
+    airway.tets << 1, 0, 2, 4;
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "a node behind a sharp edge is confirmed though its normals lean by up to 70 degrees from the nearest face") {
+  for (const double angle : {30.0, 55.0, 65.0, 70.0}) {
+    CAPTURE(angle);
+    const double depth = 0.01;
+    const Edges edges(angle, depth);
+    const double off = depth * edges.upper_normal[0];  // the rising face is nearer than the one across x
+    Detector detector(edges.airway, edges.x);
+    detector.update(edges.x);
+    REQUIRE(detector.candidates(detector.second()) == std::vector<std::int32_t>{4});
+    const Pair pair = detector.pair(4, edges.x);
+    CHECK(pair.weights.minCoeff() > 0);
+    CHECK((pair.offset(edges.x) + off * edges.upper_normal).norm() < 1e-14);
+    CHECK(pair.normal.dot(edges.upper_normal) == doctest::Approx(edges.upper_normal[0]).epsilon(0.05));
+    CHECK(pair.penetrates(edges.x, reach));
+    // The reach bounds the way to the surface; the gap is that way along the normal and longer.
+    CHECK(-pair.gap(edges.x) == doctest::Approx(depth).epsilon(0.05));
+    CHECK(pair.penetrates(edges.x, 1.01 * off));
+    CHECK_FALSE(pair.penetrates(edges.x, 0.99 * off));
+
+    const Edges apart(angle, -depth);
+    detector.update(apart.x);
+    CHECK(detector.candidates(detector.second()).empty());
+    CHECK_FALSE(detector.pair(4, apart.x).penetrates(apart.x, reach));
+  }
+}
+
 TEST_CASE("edges that cross are found where no node has") {
   // Two roofs whose ridges cross at right angles: the first points along y, the second along z.
   Points x(8, 3);
