@@ -22,6 +22,10 @@ double violation(const Pair& pair, double force, const Points& x) {
 
 }  // namespace
 
+void Contacts::add_forces(Vector& nodal) const {
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].add_force(force[static_cast<std::ptrdiff_t>(i)], nodal);
+}
+
 void Collision::Options::validate() const {
   if (!(tolerance > 0)) throw InvalidInput("Contact", "tolerance", tolerance, "mean edges", "> 0");
   if (max_passes < 1) throw InvalidInput("Contact", "max_passes", max_passes, "", ">= 1");
@@ -83,29 +87,22 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
 }
 
 Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                          double scale, std::vector<char> guess) {
-  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
-  LinearGaps gaps{std::vector<Vector3>(pairs.size()), Vector(count)};
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const Pair& pair = pairs[static_cast<std::size_t>(i)];
-    gaps.direction[static_cast<std::size_t>(i)] = pair.gradient;
-    gaps.free[i] = pair.gradient.dot(pair.offset(x_free));
-  }
+                                          double scale, std::vector<char> guess, std::vector<Row>& rows) {
+  rows.clear();
+  for (const Pair& pair : pairs) rows.push_back(pair.row(pair.gradient, pair.gap(x_free)));
   constexpr int few_pivots = 30;
-  Complementarity solution = path_->solve(pairs, gaps, scale, guess, 0.1 * tolerance(), few_pivots);
+  Complementarity solution = path_->solve(rows, scale, guess, 0.1 * tolerance(), few_pivots);
   if (solution.converged) return solution;
 
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const Pair& pair = pairs[static_cast<std::size_t>(i)];
-    gaps.direction[static_cast<std::size_t>(i)] = pair.normal;
-    gaps.free[i] = pair.gap(x) + pair.normal.dot(pair.offset(x_free) - pair.offset(x));
-  }
-  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(count);
-  solution = path_->solve(pairs, gaps, scale, std::move(guess), 0.1 * tolerance(), most_pivots);
+  rows.clear();
+  for (const Pair& pair : pairs)
+    rows.push_back(pair.row(pair.normal, pair.gap(x) + pair.normal.dot(pair.offset(x_free) - pair.offset(x))));
+  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(pairs.size());
+  solution = path_->solve(rows, scale, std::move(guess), 0.1 * tolerance(), most_pivots);
   solution.pivots += pivots;
   if (!solution.converged)
-    throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(count) + " after " +
-                      std::to_string(solution.pivots) + " active sets. Try a smaller step.");
+    throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
+                      " after " + std::to_string(solution.pivots) + " active sets. Try a smaller step.");
   return solution;
 }
 
@@ -164,11 +161,11 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
           contacts.passes == 0
               ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || pairs[i].gap(x) < 0
               : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
-    Complementarity solution = closing_forces(pairs, x, x_free, scale, std::move(guess));
+    Complementarity solution = closing_forces(pairs, x, x_free, scale, std::move(guess), contacts.rows);
     contacts.pivots += solution.pivots;
     contacts.pairs = std::move(pairs);
     contacts.force = std::move(solution.force);
-    path_->move(contacts.pairs, contacts.force, scale, x_free, x);
+    path_->move(contacts.rows, contacts.force, scale, x_free, x);
   }
 }
 

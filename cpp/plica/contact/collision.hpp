@@ -1,5 +1,6 @@
 #pragma once
 #include "plica/contact/enforcement.hpp"
+#include "plica/contact/pairs.hpp"
 #include "plica/contact/path.hpp"
 
 namespace plica {
@@ -7,10 +8,13 @@ namespace plica {
 /// The contact forces of one configuration, and how they were found.
 struct Contacts {
   std::vector<Pair> pairs;
-  Vector force;    // (pairs) N, >= 0; the multiplier of Paper A is its negative
-  int passes = 0;  // linearisations of the pairs
-  int pivots = 0;  // active sets tried, over all passes
+  std::vector<Row> rows;  // (pairs) as last solved for
+  Vector force;           // (pairs) N, >= 0; the multiplier of Paper A is its negative
+  int passes = 0;         // linearisations of the pairs
+  int pivots = 0;         // active sets tried, over all passes
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
+  /// Adds the forces on all nodes to `nodal` (3 n).
+  void add_forces(Vector& nodal) const;
 };
 
 /// Detects contact and finds the forces that end it: pairs are linearised at the current positions, solved
@@ -54,7 +58,7 @@ class Collision {
   /// passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
   /// found, by the normals, exact in the gaps at x and symmetric.
   Complementarity closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                 double scale, std::vector<char> guess);
+                                 double scale, std::vector<char> guess, std::vector<Row>& rows);
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;

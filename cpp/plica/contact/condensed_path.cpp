@@ -16,39 +16,22 @@ class CondensedPath final : public ContactPath {
     for (std::int32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
   }
 
-  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
-                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
-    touch(pairs);
-    const auto rows = static_cast<std::ptrdiff_t>(pairs.size());
-    // Column j of Y: displacement of the touched nodes under unit forces of pair j.
-    Eigen::MatrixXd Y(3 * static_cast<std::ptrdiff_t>(touched_.size()), rows);
-    for_chunks(rows, 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-      for (std::ptrdiff_t j = begin; j < end; ++j) response(pairs[j], Y.col(j));
-    });
-    Eigen::MatrixXd W(rows, rows);
-    for (std::ptrdiff_t i = 0; i < rows; ++i) {
-      const Pair& pair = pairs[i];
-      const std::ptrdiff_t s = 3 * position_[local_[pair.slave]];
-      const Vector3& direction = gaps.direction[static_cast<std::size_t>(i)];
-      W.row(i).noalias() = scale * direction.transpose() * Y.middleRows<3>(s);
-      for (int k = 0; k < 3; ++k)
-        W.row(i).noalias() -= scale * pair.weights[k] * direction.transpose() *
-                              Y.middleRows<3>(3 * position_[local_[pair.master[k]]]);
-      if (pair.stiffness > 0) W(i, i) += 1.0 / pair.stiffness;
-    }
-    return solve_complementarity(W, gaps.free, std::move(guess), gap_tolerance, most_pivots);
+  Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
+                        int most_pivots) override {
+    Vector free(static_cast<std::ptrdiff_t>(rows.size()));
+    for (std::size_t i = 0; i < rows.size(); ++i) free[static_cast<std::ptrdiff_t>(i)] = rows[i].free;
+    return solve_complementarity(compliance_of(rows, scale), free, std::move(guess), gap_tolerance, most_pivots);
   }
 
-  void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,
+  void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
     const std::ptrdiff_t count = 3 * compliance_.nodes().size();
     std::map<std::int32_t, Vector3> nodal;  // ordered: the sum below has one order
-    for (std::size_t j = 0; j < pairs.size(); ++j) {
-      if (force[j] == 0.0) continue;
-      nodal.try_emplace(local_[pairs[j].slave], Vector3::Zero()).first->second += force[j] * pairs[j].normal;
-      for (int k = 0; k < 3; ++k)
-        nodal.try_emplace(local_[pairs[j].master[k]], Vector3::Zero()).first->second -=
-            force[j] * pairs[j].weights[k] * pairs[j].normal;
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      if (force[static_cast<std::ptrdiff_t>(j)] == 0.0) continue;
+      for (const auto& [node, vector] : rows[j].push)
+        nodal.try_emplace(local_[node], Vector3::Zero()).first->second +=
+            force[static_cast<std::ptrdiff_t>(j)] * vector;
     }
     shift_.setZero(count);
     for_chunks(count, 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
@@ -65,33 +48,54 @@ class CondensedPath final : public ContactPath {
   }
 
  private:
-  /// Lists the nodes that the pairs touch and makes sure their columns exist.
-  void touch(const std::vector<Pair>& pairs) {
-    touched_.clear();
-    for (const Pair& pair : pairs) {
-      touched_.push_back(local_[pair.slave]);
-      for (const std::int32_t node : pair.master) touched_.push_back(local_[node]);
+  /// scale G A^-1 N^T + diag(compliance), (rows, rows) m/N.
+  Eigen::MatrixXd compliance_of(const std::vector<Row>& rows, double scale) {
+    touch(rows);
+    const auto count = static_cast<std::ptrdiff_t>(rows.size());
+    // Column j of Y: displacement of the touched nodes under a unit force of row j.
+    Eigen::MatrixXd Y(3 * static_cast<std::ptrdiff_t>(touched_.size()), count);
+    for_chunks(count, 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+      for (std::ptrdiff_t j = begin; j < end; ++j) response(rows[static_cast<std::size_t>(j)], Y.col(j));
+    });
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(count, count);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const Row& row = rows[static_cast<std::size_t>(i)];
+      for (const auto& [node, vector] : row.gap)
+        W.row(i).noalias() += scale * vector.transpose() * Y.middleRows<3>(3 * position_[local_[node]]);
+      W(i, i) += row.compliance;
     }
-    std::sort(touched_.begin(), touched_.end());
-    touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
-    position_.assign(static_cast<std::size_t>(compliance_.nodes().size()), -1);
-    for (std::size_t i = 0; i < touched_.size(); ++i) position_[touched_[i]] = static_cast<std::int32_t>(i);
-    compliance_.require(touched_);
+    return W;
   }
 
-  void response(const Pair& pair, Eigen::Ref<Vector> y) const {
+  /// Lists the nodes that the rows touch and makes sure that the columns of those they push exist.
+  void touch(const std::vector<Row>& rows) {
+    std::vector<std::int32_t> pushed;
+    touched_.clear();
+    for (const Row& row : rows) {
+      for (const auto& [node, vector] : row.push) pushed.push_back(local_[node]);
+      for (const auto& [node, vector] : row.gap) touched_.push_back(local_[node]);
+    }
+    const auto ascending = [](std::vector<std::int32_t>& nodes) {
+      std::sort(nodes.begin(), nodes.end());
+      nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    };
+    ascending(pushed);
+    ascending(touched_);
+    position_.assign(static_cast<std::size_t>(compliance_.nodes().size()), -1);
+    for (std::size_t i = 0; i < touched_.size(); ++i) position_[touched_[i]] = static_cast<std::int32_t>(i);
+    compliance_.require(pushed);
+  }
+
+  void response(const Row& row, Eigen::Ref<Vector> y) const {
     y.setZero();
-    const auto add = [&](std::int32_t node, double weight) {
+    for (const auto& [node, vector] : row.push)
       for (int c = 0; c < 3; ++c) {
-        const double* column = compliance_.column(local_[node], c);
-        const double amount = weight * pair.normal[c];
+        const double amount = vector[c];
         if (amount == 0.0) continue;
+        const double* column = compliance_.column(local_[node], c);
         for (std::size_t i = 0; i < touched_.size(); ++i)
           for (int r = 0; r < 3; ++r) y[3 * i + r] += amount * column[3 * touched_[i] + r];
       }
-    };
-    add(pair.slave, 1.0);
-    for (int k = 0; k < 3; ++k) add(pair.master[k], -pair.weights[k]);
   }
 
   Compliance compliance_;

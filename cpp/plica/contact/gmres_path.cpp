@@ -11,13 +11,6 @@ namespace {
 /// the thesis's size) loses the rows and stagnates. 8 n bytes each.
 constexpr int restart = 300;
 
-/// A pair's row of G and column of N^T, held unknowns left out.
-struct Row {
-  std::array<std::int32_t, 12> unknown{};
-  std::array<double, 12> gap{};    // along the linear gap's direction
-  std::array<double, 12> force{};  // along the normal
-};
-
 class GmresPath final : public ContactPath {
  public:
   GmresPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
@@ -31,70 +24,64 @@ class GmresPath final : public ContactPath {
     }
   }
 
-  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
-                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
-    rows_.clear();
-    for (std::size_t i = 0; i < pairs.size(); ++i) rows_.push_back(row_of(pairs[i], gaps.direction[i]));
+  Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
+                        int most_pivots) override {
+    const std::vector<Row> free_rows = without_held(rows);
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
       p.setZero();
       change_.setZero();
       std::vector<std::ptrdiff_t> closed;
       for (std::size_t i = 0; i < active.size(); ++i)
         if (active[i]) closed.push_back(static_cast<std::ptrdiff_t>(i));
-      if (!closed.empty()) saddle_point(pairs, closed, gaps.free, scale, p);
-      for (std::size_t i = 0; i < pairs.size(); ++i) {
-        w[i] = gaps.free[i] + scale * apply_row(rows_[i], change_);
-        if (active[i]) w[i] = 0.0;
-      }
+      if (!closed.empty()) saddle_point(free_rows, closed, scale, p);
+      for (std::size_t i = 0; i < rows.size(); ++i)
+        w[static_cast<std::ptrdiff_t>(i)] = active[i] ? 0.0 : rows[i].free + scale * moved(free_rows[i], change_);
     };
     return pivot(std::move(guess), solve_active, gap_tolerance, most_pivots);
   }
 
-  void move(const std::vector<Pair>&, const Vector&, double scale, const Points& x_free, Points& x) override {
+  void move(const std::vector<Row>&, const Vector&, double scale, const Points& x_free, Points& x) override {
     for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
       x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
   }
 
  private:
-  Row row_of(const Pair& pair, const Vector3& direction) const {
-    Row row;
-    for (int k = 0; k < 4; ++k) {
-      const std::int32_t node = k == 0 ? pair.slave : pair.master[k - 1];
-      const double weight = k == 0 ? 1.0 : -pair.weights[k - 1];
-      for (int c = 0; c < 3; ++c) {
-        row.unknown[3 * k + c] = 3 * node + c;
-        if (supports_.fixed(3 * node + c)) continue;
-        row.gap[3 * k + c] = weight * direction[c];
-        row.force[3 * k + c] = weight * pair.normal[c];
-      }
-    }
-    return row;
+  /// The rows with the components of held unknowns set to zero.
+  std::vector<Row> without_held(std::vector<Row> rows) const {
+    for (Row& row : rows)
+      for (auto* side : {&row.push, &row.gap})
+        for (auto& [node, vector] : *side)
+          for (int c = 0; c < 3; ++c)
+            if (supports_.fixed(3 * node + c)) vector[c] = 0.0;
+    return rows;
   }
 
-  static double apply_row(const Row& row, const Vector& v) {
+  static double moved(const Row& row, const Vector& v) {
     double sum = 0;
-    for (int k = 0; k < 12; ++k) sum += row.gap[k] * v[row.unknown[k]];
+    for (const auto& [node, vector] : row.gap) sum += vector.dot(v.segment<3>(3 * node));
     return sum;
   }
 
-  double coupling(const Row& a, const Row& b) const {
+  /// G diag(A)^-1 N^T of a row with itself.
+  double own_compliance(const Row& row) const {
     double sum = 0;
-    for (int i = 0; i < 12; ++i)
-      for (int j = 0; j < 12; ++j)
-        if (a.unknown[i] == b.unknown[j]) sum += a.gap[i] * b.force[j] / diagonal_[a.unknown[i]];
+    for (const auto& [node, gap] : row.gap)
+      for (const auto& [pushed, push] : row.push)
+        if (node == pushed) sum += gap.cwiseProduct(push).cwiseQuotient(diagonal_.segment<3>(3 * node)).sum();
     return sum;
   }
 
-  /// [A N^T; G -e - 1/(scale stiffness)] [change; lambda] = [0; -gap_free / scale], lambda = -p; e, 1e-7 of the
+  /// [A N^T; G -e - compliance / scale] [change; lambda] = [0; -free / scale], lambda = -p; e, 1e-7 of the
   /// largest entry of the second block, lets rows that depend on others share the force.
-  void saddle_point(const std::vector<Pair>& pairs, const std::vector<std::ptrdiff_t>& closed,
-                    const Vector& gap_free, double scale, Vector& p) {
+  void saddle_point(const std::vector<Row>& rows, const std::vector<std::ptrdiff_t>& closed, double scale,
+                    Vector& p) {
     const std::ptrdiff_t n = A_.rows(), m = static_cast<std::ptrdiff_t>(closed.size());
     Vector P(n + m), b = Vector::Zero(n + m), y = Vector::Zero(n + m), head(n), product(n);
     P.head(n) = diagonal_;
     for (std::ptrdiff_t i = 0; i < m; ++i) {
-      P[n + i] = coupling(rows_[closed[i]], rows_[closed[i]]);  // Eq. (29), second block
-      b[n + i] = -gap_free[closed[i]] / scale;
+      const Row& row = rows[static_cast<std::size_t>(closed[i])];
+      P[n + i] = own_compliance(row);  // Eq. (29), second block
+      b[n + i] = -row.free / scale;
     }
     const double regularisation = 1e-7 * P.tail(m).maxCoeff();
     const auto apply = [&](const Vector& in, Vector& out) {
@@ -103,11 +90,9 @@ class GmresPath final : public ContactPath {
       A_.multiply(head, product);
       out.head(n) = product;
       for (std::ptrdiff_t i = 0; i < m; ++i) {
-        const Row& row = rows_[closed[i]];
-        for (int k = 0; k < 12; ++k) out[row.unknown[k]] += row.force[k] * in[n + i];
-        out[n + i] = apply_row(row, head) - regularisation * in[n + i];
-        const double stiffness = pairs[closed[i]].stiffness;
-        if (stiffness > 0) out[n + i] -= in[n + i] / (scale * stiffness);
+        const Row& row = rows[static_cast<std::size_t>(closed[i])];
+        for (const auto& [node, vector] : row.push) out.segment<3>(3 * node) += in[n + i] * vector;
+        out[n + i] = moved(row, head) - (regularisation + row.compliance / scale) * in[n + i];
       }
     };
     const Convergence end = gmres(apply, P, b, y, options_, restart);
@@ -125,7 +110,6 @@ class GmresPath final : public ContactPath {
   KrylovOptions options_;
   Vector diagonal_;
   Vector change_;  // (3 n) a - a_free of the last active set
-  std::vector<Row> rows_;
 };
 
 }  // namespace

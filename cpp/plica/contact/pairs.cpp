@@ -52,9 +52,18 @@ Airway checked(Airway airway, std::ptrdiff_t node_count) {
 
 }  // namespace
 
-void Pair::add_force(double p, Vector& force) const {
-  force.segment<3>(3 * slave) += p * normal;
-  for (int k = 0; k < 3; ++k) force.segment<3>(3 * master[k]) -= p * weights[k] * normal;
+Row Pair::row(const Vector3& direction, double free) const {
+  Row row;
+  row.push = {{slave, normal}};
+  row.gap = {{slave, direction}};
+  for (int k = 0; k < 3; ++k) {
+    if (weights[k] == 0.0) continue;
+    row.push.push_back({master[k], -weights[k] * normal});
+    row.gap.push_back({master[k], -weights[k] * direction});
+  }
+  row.free = free;
+  row.compliance = stiffness > 0 ? 1.0 / stiffness : 0.0;
+  return row;
 }
 
 Detector::Detector(Airway airway, const Points& reference)

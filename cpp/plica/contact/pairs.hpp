@@ -2,6 +2,7 @@
 #include <array>
 
 #include "plica/contact/airway.hpp"
+#include "plica/contact/row.hpp"
 #include "plica/contact/surface.hpp"
 
 namespace plica {
@@ -37,8 +38,8 @@ struct Pair {
     const double behind = -gradient.dot(d) / gradient.norm();
     return behind > 0 && behind <= reach && 4 * behind * behind >= d.squaredNorm();
   }
-  /// Adds the force p (N, > 0 pushes apart) on both sides to `force` (3 n).
-  void add_force(double p, Vector& force) const;
+  /// The row that pushes along the normal and whose gap is direction . offset(x) + constant, `free` at x_free.
+  Row row(const Vector3& direction, double free) const;
 };
 
 /// Two edges of the two surfaces that have passed through each other while no node has.

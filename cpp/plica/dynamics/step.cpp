@@ -62,8 +62,7 @@ void Simulation::complete(Step& step) {
   if (collision_) step.contact_force = Vector::Zero(step.load.size());
   step.acceleration = step.free_acceleration;
   if (!step.contacts.any_force()) return;
-  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i)
-    step.contacts.pairs[i].add_force(step.contacts.force[static_cast<std::ptrdiff_t>(i)], step.contact_force);
+  step.contacts.add_forces(step.contact_force);
   solve(step, step.load + step.contact_force, step.acceleration);
 }
 

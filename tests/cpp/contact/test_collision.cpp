@@ -49,8 +49,7 @@ struct Squares {
 
 /// One problem that was put to a path, and how it ended.
 struct Question {
-  std::vector<Pair> pairs;
-  LinearGaps gaps;
+  std::vector<Row> rows;
   bool converged;
 };
 
@@ -65,15 +64,15 @@ class RecordingPath final : public ContactPath {
       : path_(condensed_path(squares.stiffness, squares.supports, Indices::LinSpaced(8, 0, 7), {1e-13, 100})),
         record_(std::move(record)) {}
 
-  Complementarity solve(const std::vector<Pair>& pairs, const LinearGaps& gaps, double scale,
-                        std::vector<char> guess, double gap_tolerance, int most_pivots) override {
-    Complementarity solution = path_->solve(pairs, gaps, scale, std::move(guess), gap_tolerance, most_pivots);
-    record_->passes.back().push_back({pairs, gaps, solution.converged});
+  Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
+                        int most_pivots) override {
+    Complementarity solution = path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+    record_->passes.back().push_back({rows, solution.converged});
     return solution;
   }
-  void move(const std::vector<Pair>& pairs, const Vector& force, double scale, const Points& x_free,
+  void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
-    path_->move(pairs, force, scale, x_free, x);
+    path_->move(rows, force, scale, x_free, x);
     record_->passes.emplace_back();
     record_->x.push_back(x);
   }
@@ -120,26 +119,26 @@ TEST_CASE("rows of gap gradients without a solution give way to rows of normals 
   const Squares squares(true);
   const Points x_free = squares.at({0, 0, -0.2, 0, -0.5, -0.5, -0.5, -0.5});
   const Solved solved(squares, x_free);
+  Detector detector(squares.airway, squares.reference);
   int fell_back = 0;
   for (std::size_t pass = 0; pass + 1 < solved.record->passes.size(); ++pass) {
     CAPTURE(pass);
     const auto& questions = solved.record->passes[pass];
-    for (std::size_t i = 0; i < questions[0].pairs.size(); ++i)
-      CHECK(questions[0].gaps.direction[i] == questions[0].pairs[i].gradient);
+    const Points& x = pass == 0 ? x_free : solved.record->x[pass - 1];
+    detector.update(x);
+    for (const Row& row : questions[0].rows)
+      CHECK((row.gap[0].vector - detector.pair(row.gap[0].node, x).gradient).norm() < 1e-12);
     CHECK(questions.back().converged);
     REQUIRE(questions.size() == (questions[0].converged ? 1 : 2));
     if (questions[0].converged) continue;
     ++fell_back;
     REQUIRE(pass > 0);  // so that the gaps below are not those of x_free
-    const Points& x = solved.record->x[pass - 1];
-    const Question& by_normal = questions[1];
-    for (std::size_t i = 0; i < by_normal.pairs.size(); ++i) {
-      const Pair& pair = by_normal.pairs[i];
-      CHECK(by_normal.gaps.direction[i] == pair.normal);
-      // Moved back from x_free to x along its linear gap, a pair has its exact gap there.
-      const double moved = by_normal.gaps.direction[i].dot(pair.offset(x) - pair.offset(x_free));
-      CHECK(by_normal.gaps.free[static_cast<std::ptrdiff_t>(i)] + moved ==
-            doctest::Approx(pair.gap(x)).epsilon(1e-12).scale(1));
+    for (const Row& row : questions[1].rows) {
+      REQUIRE(row.gap.size() == row.push.size());
+      for (std::size_t k = 0; k < row.gap.size(); ++k) CHECK(row.gap[k].vector == row.push[k].vector);
+      // Moved back from x_free to x along its linear gap, a row has its pair's exact gap there.
+      CHECK(row.free + row.moving(x) - row.moving(x_free) ==
+            doctest::Approx(detector.pair(row.push[0].node, x).gap(x)).epsilon(1e-12).scale(1));
     }
   }
   CHECK(fell_back == 1);
@@ -156,22 +155,23 @@ TEST_CASE("from the fourth pass on normals are the mean of their own and the las
   const Solved solved(squares, x_free);
   Detector detector(squares.airway, squares.reference);
   int turned = 0;
-  std::vector<Pair> before;
+  std::vector<Row> before;
   for (std::size_t pass = 0; pass + 1 < solved.record->passes.size(); ++pass) {
     CAPTURE(pass);
     const Points& x = pass == 0 ? x_free : solved.record->x[pass - 1];
     detector.update(x);
-    const std::vector<Pair>& pairs = solved.record->passes[pass].back().pairs;
-    for (const Pair& pair : pairs) {
-      const Vector3 own = detector.pair(pair.slave, x).normal;
-      const auto last =
-          std::find_if(before.begin(), before.end(), [&](const Pair& other) { return other.key == pair.key; });
+    const std::vector<Row>& rows = solved.record->passes[pass].back().rows;
+    for (const Row& row : rows) {
+      const auto [slave, normal] = row.push[0];
+      const Vector3 own = detector.pair(slave, x).normal;
+      const auto last = std::find_if(before.begin(), before.end(),
+                                     [slave = slave](const Row& other) { return other.push[0].node == slave; });
       const bool relaxed = pass >= 3 && last != before.end();
-      const Vector3 expected = relaxed ? Vector3((own + last->normal).normalized()) : own;
-      CHECK((pair.normal - expected).norm() < 1e-12);
-      turned += relaxed && (pair.normal - own).norm() > 1e-4;
+      const Vector3 expected = relaxed ? Vector3((own + last->push[0].vector).normalized()) : own;
+      CHECK((normal - expected).norm() < 1e-12);
+      turned += relaxed && (normal - own).norm() > 1e-4;
     }
-    before = pairs;
+    before = rows;
   }
   CHECK(turned >= 4);
   CHECK(solved.contacts.passes < 15);

@@ -1,0 +1,35 @@
+#pragma once
+#include <vector>
+
+#include "plica/core/types.hpp"
+
+namespace plica {
+
+/// A vector at a node of the mesh.
+struct NodeVector {
+  std::int32_t node;
+  Vector3 vector;
+};
+
+/// One contact force p (N, >= 0) and what it holds back: a row of G beside its column of N^T. Under p the nodes of
+/// `push` feel p times their vectors; gap(x) = sum over `gap` of vector . x_node + a constant, and
+/// gap + compliance p >= 0, p >= 0, with one of the two zero.
+struct Row {
+  std::vector<NodeVector> push;  // -
+  std::vector<NodeVector> gap;   // -
+  double free = 0.0;             // m, gap without contact forces
+  double compliance = 0.0;       // m/N, >= 0; 0: exact
+
+  /// The part of the gap that moves with x, m.
+  double moving(const Points& x) const {
+    double sum = 0.0;
+    for (const auto& [node, vector] : gap) sum += vector.dot(x.row(node).transpose());
+    return sum;
+  }
+  /// Adds the force p (N) on all sides to `force` (3 n).
+  void add_force(double p, Vector& force) const {
+    for (const auto& [node, vector] : push) force.segment<3>(3 * node) += p * vector;
+  }
+};
+
+}  // namespace plica
