@@ -127,13 +127,27 @@ void bind_enforcement(py::module_& engine) {
       .def(py::init([](double kappa) { return VolumePenalty{kappa}; }), py::kw_only(),
            py::arg("kappa") = volume.kappa)
       .def_readonly("kappa", &VolumePenalty::kappa);
+  const Augmented augmented;
+  py::class_<Augmented>(engine, "Augmented")
+      .def(py::init([](double stiffness, double growth, double reduction, int max_augmentations) {
+             return Augmented{stiffness, growth, reduction, max_augmentations};
+           }),
+           py::kw_only(), py::arg("stiffness") = augmented.stiffness, py::arg("growth") = augmented.growth,
+           py::arg("reduction") = augmented.reduction, py::arg("max_augmentations") = augmented.max_augmentations)
+      .def_readonly("stiffness", &Augmented::stiffness)
+      .def_readonly("growth", &Augmented::growth)
+      .def_readonly("reduction", &Augmented::reduction)
+      .def_readonly("max_augmentations", &Augmented::max_augmentations);
   const Collision::Options options;
   py::class_<ContactPart>(engine, "Contact")
-      .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes) {
-             return ContactPart{airway, enforcement, {tolerance, max_passes}};
+      .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes,
+                       std::optional<double> friction) {
+             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}};
+             if (friction) part.friction = Friction{*friction};
+             return part;
            }),
            py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
-           py::arg("max_passes") = options.max_passes)
+           py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none())
       .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
       .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; });
 }

@@ -152,6 +152,7 @@ py::dict state_to_dict(const State& state) {
   dict["step"] = state.step;
   for_vectors(state, [&](const char* name, const Vector& v) { dict[name] = give(Vector(v)); });
   dict["closed"] = py::array_t<std::int32_t>(static_cast<py::ssize_t>(state.closed.size()), state.closed.data());
+  dict["closed_force"] = give(Vector(state.closed_force));
   dict["depth"] = state.depth;
   dict["flow_stopped"] = state.flow_stopped;
   for_energies(state.ledger, [&](const char* name, double value) { dict[name] = value; });
@@ -169,6 +170,7 @@ State state_from_dict(const py::dict& dict) {
   state.step = entry("step").cast<std::int64_t>();
   for_vectors(state, [&](const char* name, Vector& v) { v = entry(name).cast<Vector>(); });
   for (const py::handle key : entry("closed")) state.closed.push_back(key.cast<std::int32_t>());
+  state.closed_force = entry("closed_force").cast<Vector>();
   state.depth = entry("depth").cast<double>();
   state.flow_stopped = entry("flow_stopped").cast<bool>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });

@@ -20,6 +20,7 @@ from plica.phonation.mesh_parts import Block, Blocks, Larynx, LarynxOptions, Mes
 from plica.phonation.mesh_source import build_mesh
 from plica.phonation.parts import (
     Airflow,
+    Augmented,
     Contact,
     Coupling,
     Extrapolated,
@@ -47,6 +48,7 @@ __version__: str = build_info()["version"]
 
 __all__ = [
     "Airflow",
+    "Augmented",
     "Block",
     "Blocks",
     "Contact",

@@ -1,7 +1,10 @@
 #include "plica/contact/collision.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
+#include "plica/contact/friction.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 
@@ -15,9 +18,38 @@ std::string place(const Vector3& x) {
 
 /// How far a pair is from complementarity at positions x, m.
 double violation(const Pair& pair, double force, const Points& x) {
-  const double gap = pair.gap(x);
-  if (force == 0.0) return std::max(0.0, -gap);
-  return std::abs(pair.stiffness > 0 ? gap + force / pair.stiffness : gap);
+  const double off = pair.residual(force, x);
+  return force == 0.0 ? std::max(0.0, -off) : std::abs(off);
+}
+
+void require_positive(const char* name, double value, const char* unit) {
+  if (!(value > 0) || !std::isfinite(value)) throw InvalidInput("Contact", name, value, unit, "> 0 and finite");
+}
+
+void validate(const Enforcement& enforcement) {
+  if (const auto* penalty = std::get_if<Penalty>(&enforcement))
+    require_positive("stiffness", penalty->stiffness, "N/m");
+  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement))
+    require_positive("kappa", volume->kappa, "N/m^3");
+  if (const auto* augmented = std::get_if<Augmented>(&enforcement)) {
+    require_positive("stiffness", augmented->stiffness, "N/m");
+    if (!(augmented->growth > 1) || !std::isfinite(augmented->growth))
+      throw InvalidInput("Contact", "growth", augmented->growth, "", "> 1 and finite");
+    if (!(augmented->reduction > 0 && augmented->reduction < 1))
+      throw InvalidInput("Contact", "reduction", augmented->reduction, "", "in (0, 1)");
+    if (augmented->max_augmentations < 1)
+      throw InvalidInput("Contact", "max_augmentations", augmented->max_augmentations, "", ">= 1");
+  }
+}
+
+void validate(const std::optional<Friction>& friction, const Enforcement& enforcement) {
+  if (!friction) return;
+  require_positive("friction", friction->coefficient, "");
+  const auto* multipliers = std::get_if<Multipliers>(&enforcement);
+  if (!(multipliers && std::holds_alternative<Condensed>(multipliers->solver)) &&
+      !std::holds_alternative<Augmented>(enforcement))
+    throw InvalidInput(
+        "Contact: friction; must come with multipliers and the condensed solver, or with augmented multipliers.");
 }
 
 }  // namespace
@@ -31,20 +63,19 @@ void Collision::Options::validate() const {
   if (max_passes < 1) throw InvalidInput("Contact", "max_passes", max_passes, "", ">= 1");
 }
 
-Collision::Collision(Airway airway, const Points& reference, Enforcement enforcement, Options options,
-                     std::unique_ptr<ContactPath> path)
+Collision::Collision(Airway airway, const Points& reference, Enforcement enforcement,
+                     std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path)
     : detector_(std::move(airway), reference),
       enforcement_(enforcement),
+      friction_(friction),
       options_(options),
       path_(std::move(path)) {
   options_.validate();
-  if (const auto* penalty = std::get_if<Penalty>(&enforcement_); penalty && !(penalty->stiffness > 0))
-    throw InvalidInput("Contact", "stiffness", penalty->stiffness, "N/m", "> 0");
-  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_); volume && !(volume->kappa > 0))
-    throw InvalidInput("Contact", "kappa", volume->kappa, "N/m^3", "> 0");
+  validate(enforcement_);
+  validate(friction_, enforcement_);
 }
 
-std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys) {
+std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa) {
   const Stopwatch watch(detection_time_);
   std::vector<Pair> pairs;
   pairs.reserve(keys.size());
@@ -54,9 +85,14 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
     return pairs;
   }
   const auto* penalty = std::get_if<Penalty>(&enforcement_);
+  const bool augmented = std::holds_alternative<Augmented>(enforcement_);
   for (const std::int32_t slave : keys) {
-    pairs.push_back(detector_.pair(slave, x));
-    if (penalty) pairs.back().stiffness = penalty->stiffness;
+    Pair& pair = pairs.emplace_back(detector_.pair(slave, x));
+    if (penalty) pair.stiffness = penalty->stiffness;
+    if (!augmented) continue;
+    pair.stiffness = uzawa.stiffness;
+    if (const auto known = uzawa.multiplier.find(slave); known != uzawa.multiplier.end())
+      pair.multiplier = known->second;
   }
   return pairs;
 }
@@ -87,18 +123,34 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
 }
 
 Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                          double scale, std::vector<char> guess, std::vector<Row>& rows) {
+                                          const Points& x_before, double scale, std::vector<char> guess,
+                                          Contacts& contacts) {
+  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
+  std::vector<Row>& rows = contacts.rows;
+  const auto solve = [&](std::vector<char> first, int most) -> Complementarity {
+    if (!friction_) return path_->solve(rows, scale, std::move(first), 0.1 * tolerance(), most);
+    for (const Pair& pair : pairs) {
+      const Vector3 t = pair.normal.unitOrthogonal();
+      rows.push_back(pair.slip_row(t, x_before, x_free));
+      rows.push_back(pair.slip_row(pair.normal.cross(t), x_before, x_free));
+    }
+    Vector free(3 * count);
+    for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
+    return solve_coulomb(path_->compliance(rows, scale), free, friction_->coefficient, Vector::Zero(3 * count),
+                         0.1 * tolerance(), 1000 * most);
+  };
+
   rows.clear();
   for (const Pair& pair : pairs) rows.push_back(pair.row(pair.gradient, pair.gap(x_free)));
   constexpr int few_pivots = 30;
-  Complementarity solution = path_->solve(rows, scale, guess, 0.1 * tolerance(), few_pivots);
+  Complementarity solution = solve(guess, few_pivots);
   if (solution.converged) return solution;
 
   rows.clear();
   for (const Pair& pair : pairs)
     rows.push_back(pair.row(pair.normal, pair.gap(x) + pair.normal.dot(pair.offset(x_free) - pair.offset(x))));
   const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(pairs.size());
-  solution = path_->solve(rows, scale, std::move(guess), 0.1 * tolerance(), most_pivots);
+  solution = solve(std::move(guess), most_pivots);
   solution.pivots += pivots;
   if (!solution.converged)
     throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
@@ -106,12 +158,37 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
   return solution;
 }
 
+bool Collision::augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const {
+  const auto* augmented = std::get_if<Augmented>(&enforcement_);
+  if (!augmented) return false;
+  double error = 0;
+  uzawa.multiplier.clear();
+  for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
+    const double force = contacts.force[static_cast<std::ptrdiff_t>(i)], gap = contacts.pairs[i].gap(x);
+    error = std::max(error, force > 0 ? std::abs(gap) : -gap);
+    if (force > 0) uzawa.multiplier[contacts.pairs[i].key] = force;
+  }
+  if (error <= tolerance() || contacts.augmentations >= augmented->max_augmentations) return false;
+  if (error > (1 - augmented->reduction) * uzawa.last_error) uzawa.stiffness *= augmented->growth;
+  uzawa.last_error = error;
+  ++contacts.augmentations;
+  return true;
+}
+
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
   constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
   const double reach = detector_.reach(before.x, x_free, before.depth);
-  const bool exact = std::holds_alternative<Multipliers>(enforcement_);
+  const bool exact =
+      std::holds_alternative<Multipliers>(enforcement_) || std::holds_alternative<Augmented>(enforcement_);
   Contacts contacts;
   std::vector<std::int32_t> keys;  // candidates of this step
+  Uzawa uzawa{0.0, {}};
+  if (const auto* augmented = std::get_if<Augmented>(&enforcement_)) {
+    uzawa.stiffness = augmented->stiffness;
+    keys = before.closed;
+    for (std::size_t i = 0; i < keys.size(); ++i)
+      uzawa.multiplier[keys[i]] = before.force[static_cast<std::ptrdiff_t>(i)];
+  }
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
@@ -127,20 +204,22 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     };
     update_detector(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
-    std::vector<Pair> pairs = pairs_at(x, keys);
+    std::vector<Pair> pairs = pairs_at(x, keys, uzawa);
     double worst = 0;
     const Pair* worst_pair = nullptr;
-    for (const Pair& pair : pairs) {
-      const double off = violation(pair, force_of(pair.key), x);
-      if (off > worst) worst = off, worst_pair = &pair;
-    }
-    // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
-    if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
-      if (!exact || !add_candidates(x, reach, detector_.master_side(), tolerance(), keys)) return contacts;
-      pairs = pairs_at(x, keys);
+    const auto find_worst = [&] {
       worst = 0;
       for (const Pair& pair : pairs)
-        if (-pair.gap(x) > worst) worst = -pair.gap(x), worst_pair = &pair;
+        if (const double off = violation(pair, force_of(pair.key), x); off > worst)
+          worst = off, worst_pair = &pair;
+    };
+    find_worst();
+    // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
+    if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
+      const bool more = exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys);
+      if (!more && !augment(contacts, x, uzawa)) return contacts;
+      pairs = pairs_at(x, keys, uzawa);
+      find_worst();
     }
     if (contacts.passes == options_.max_passes)
       throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
@@ -161,7 +240,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
           contacts.passes == 0
               ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || pairs[i].gap(x) < 0
               : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
-    Complementarity solution = closing_forces(pairs, x, x_free, scale, std::move(guess), contacts.rows);
+    Complementarity solution = closing_forces(pairs, x, x_free, before.x, scale, std::move(guess), contacts);
     contacts.pivots += solution.pivots;
     contacts.pairs = std::move(pairs);
     contacts.force = std::move(solution.force);

@@ -1,4 +1,8 @@
 #pragma once
+#include <limits>
+#include <map>
+#include <optional>
+
 #include "plica/contact/enforcement.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/contact/path.hpp"
@@ -8,10 +12,12 @@ namespace plica {
 /// The contact forces of one configuration, and how they were found.
 struct Contacts {
   std::vector<Pair> pairs;
-  std::vector<Row> rows;  // (pairs) as last solved for
-  Vector force;           // (pairs) N, >= 0; the multiplier of Paper A is its negative
+  /// As last solved for: the pairs' normals, then, with friction, two tangents for each.
+  std::vector<Row> rows;
+  Vector force;           // (rows) N, >= 0 on normals; the multiplier of Paper A is its negative
   int passes = 0;         // linearisations of the pairs
-  int pivots = 0;         // active sets tried, over all passes
+  int pivots = 0;         // active sets (with friction: sweeps) tried, over all passes
+  int augmentations = 0;  // of Uzawa's iteration
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
   /// Adds the forces on all nodes to `nodal` (3 n).
   void add_forces(Vector& nodal) const;
@@ -22,6 +28,7 @@ struct Contacts {
 /// tolerance. Slaves are the nodes of the finer side; with multipliers, also those nodes of the other side that
 /// are still inside by more than the tolerance once the first ones are out. So matched meshes give one row a
 /// node pair, and a coarse side is not run through. Pairs found in a step stay candidates until its end.
+/// With augmented multipliers these passes are repeated for each augmentation.
 /// Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
 class Collision {
  public:
@@ -31,8 +38,9 @@ class Collision {
     void validate() const;
   };
 
-  Collision(Airway airway, const Points& reference, Enforcement enforcement, Options options,
-            std::unique_ptr<ContactPath> path);
+  /// Throws InvalidInput for a parameter outside its range, and for friction with a penalty.
+  Collision(Airway airway, const Points& reference, Enforcement enforcement, std::optional<Friction> friction,
+            Options options, std::unique_ptr<ContactPath> path);
 
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
@@ -43,27 +51,40 @@ class Collision {
   struct Before {
     const Points& x;                          // (n, 3) m
     const std::vector<std::int32_t>& closed;  // keys of the pairs that carried force, ascending
+    const Vector& force;                      // (closed) N
     double depth;                             // m, >= 0: deepest penetration
   };
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
   Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
 
  private:
+  /// Where Uzawa's iteration of a step stands.
+  struct Uzawa {
+    double stiffness;                                             // N/m
+    std::map<std::int32_t, double> multiplier;                    // N, by key
+    double last_error = std::numeric_limits<double>::infinity();  // m
+  };
+
   void update_detector(const Points& x);
-  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys);
+  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa);
   /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
   bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                       std::vector<std::int32_t>& keys);
   /// Forces that close the pairs as linearised at x. By the gaps' own gradients first, which converges in few
   /// passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
-  /// found, by the normals, exact in the gaps at x and symmetric.
+  /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in contacts.rows.
   Complementarity closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                 double scale, std::vector<char> guess, std::vector<Row>& rows);
+                                 const Points& x_before, double scale, std::vector<char> guess,
+                                 Contacts& contacts);
+  /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
+  /// the gaps are closed or no augmentation is left.
+  bool augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const;
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
   double detection_time_ = 0.0;
   Enforcement enforcement_;
+  std::optional<Friction> friction_;
   Options options_;
   std::unique_ptr<ContactPath> path_;
 };

@@ -20,7 +20,25 @@ class CondensedPath final : public ContactPath {
                         int most_pivots) override {
     Vector free(static_cast<std::ptrdiff_t>(rows.size()));
     for (std::size_t i = 0; i < rows.size(); ++i) free[static_cast<std::ptrdiff_t>(i)] = rows[i].free;
-    return solve_complementarity(compliance_of(rows, scale), free, std::move(guess), gap_tolerance, most_pivots);
+    return solve_complementarity(compliance(rows, scale), free, std::move(guess), gap_tolerance, most_pivots);
+  }
+
+  Eigen::MatrixXd compliance(const std::vector<Row>& rows, double scale) override {
+    touch(rows);
+    const auto count = static_cast<std::ptrdiff_t>(rows.size());
+    // Column j of Y: displacement of the touched nodes under a unit force of row j.
+    Eigen::MatrixXd Y(3 * static_cast<std::ptrdiff_t>(touched_.size()), count);
+    for_chunks(count, 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+      for (std::ptrdiff_t j = begin; j < end; ++j) response(rows[static_cast<std::size_t>(j)], Y.col(j));
+    });
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(count, count);
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      const Row& row = rows[static_cast<std::size_t>(i)];
+      for (const auto& [node, vector] : row.gap)
+        W.row(i).noalias() += scale * vector.transpose() * Y.middleRows<3>(3 * position_[local_[node]]);
+      W(i, i) += row.compliance;
+    }
+    return W;
   }
 
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
@@ -48,25 +66,6 @@ class CondensedPath final : public ContactPath {
   }
 
  private:
-  /// scale G A^-1 N^T + diag(compliance), (rows, rows) m/N.
-  Eigen::MatrixXd compliance_of(const std::vector<Row>& rows, double scale) {
-    touch(rows);
-    const auto count = static_cast<std::ptrdiff_t>(rows.size());
-    // Column j of Y: displacement of the touched nodes under a unit force of row j.
-    Eigen::MatrixXd Y(3 * static_cast<std::ptrdiff_t>(touched_.size()), count);
-    for_chunks(count, 16, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-      for (std::ptrdiff_t j = begin; j < end; ++j) response(rows[static_cast<std::size_t>(j)], Y.col(j));
-    });
-    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(count, count);
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
-      const Row& row = rows[static_cast<std::size_t>(i)];
-      for (const auto& [node, vector] : row.gap)
-        W.row(i).noalias() += scale * vector.transpose() * Y.middleRows<3>(3 * position_[local_[node]]);
-      W(i, i) += row.compliance;
-    }
-    return W;
-  }
-
   /// Lists the nodes that the rows touch and makes sure that the columns of those they push exist.
   void touch(const std::vector<Row>& rows) {
     std::vector<std::int32_t> pushed;
@@ -106,6 +105,11 @@ class CondensedPath final : public ContactPath {
 };
 
 }  // namespace
+
+Eigen::MatrixXd ContactPath::compliance(const std::vector<Row>&, double) {
+  throw InvalidInput(
+      "Contact: friction is solved for over the compliance of the rows; must have the condensed solver.");
+}
 
 std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                             const KrylovOptions& options) {

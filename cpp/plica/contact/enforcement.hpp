@@ -31,6 +31,21 @@ struct VolumePenalty {
   double kappa = 1e8;  // N/m^3, > 0; the thesis's 1e7 dyn/cm^3
 };
 
-using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty>;
+/// Multipliers found by Uzawa's iteration (Paper B, Eqs. 9 and 10, corrected: they stay compressive and do not
+/// double). A slave node at gap g is pushed with p = max(0, lambda - stiffness * g), implicit; each augmentation
+/// takes p for the next lambda. lambda is carried from step to step.
+struct Augmented {
+  double stiffness = 1.0;      // N/m a node, > 0; where a step starts. Paper B: 1 dyn/cm, 1e-3 N/m
+  double growth = 10.0;        // -, > 1: factor of the stiffness where an augmentation did too little
+  double reduction = 0.75;     // -, in (0, 1): share by which it has to lower the largest gap error
+  int max_augmentations = 50;  // >= 1; a step keeps the gaps that are left then. Paper B shows 4
+};
+
+using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty, Augmented>;
+
+/// Coulomb's law between the surfaces: |p_t| <= coefficient p_n, against the slip of the step.
+struct Friction {
+  double coefficient = 0.0;  // -, > 0
+};
 
 }  // namespace plica

@@ -62,7 +62,20 @@ Row Pair::row(const Vector3& direction, double free) const {
     row.gap.push_back({master[k], -weights[k] * direction});
   }
   row.free = free;
-  row.compliance = stiffness > 0 ? 1.0 / stiffness : 0.0;
+  if (stiffness > 0) {
+    row.free -= multiplier / stiffness;
+    row.compliance = 1.0 / stiffness;
+  }
+  return row;
+}
+
+Row Pair::slip_row(const Vector3& t, const Points& before, const Points& x_free) const {
+  Row row;
+  row.push = {{slave, t}};
+  for (int k = 0; k < 3; ++k)
+    if (weights[k] != 0.0) row.push.push_back({master[k], -weights[k] * t});
+  row.gap = row.push;
+  row.free = t.dot(offset(x_free) - offset(before));
   return row;
 }
 

@@ -21,6 +21,7 @@ struct Pair {
   Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's: direction of the force
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
   double stiffness = 0.0;              // N/m, 0: exact
+  double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
 
   /// x_s - sum_k w_k x_k, m.
   Vector3 offset(const Points& x) const {
@@ -38,8 +39,14 @@ struct Pair {
     const double behind = -gradient.dot(d) / gradient.norm();
     return behind > 0 && behind <= reach && 4 * behind * behind >= d.squaredNorm();
   }
+  /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the pair's, m.
+  double residual(double p, const Points& x) const {
+    return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
+  }
   /// The row that pushes along the normal and whose gap is direction . offset(x) + constant, `free` at x_free.
   Row row(const Vector3& direction, double free) const;
+  /// The row that pushes along t, across the normal, and whose gap is the slip along t since `before`.
+  Row slip_row(const Vector3& t, const Points& before, const Points& x_free) const;
 };
 
 /// Two edges of the two surfaces that have passed through each other while no node has.

@@ -21,6 +21,9 @@ class ContactPath {
   /// rows start closed. Unconverged where most_pivots active sets hold none.
   virtual Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess,
                                 double gap_tolerance, int most_pivots) = 0;
+  /// W = scale G A^-1 N^T + diag(compliance), (rows, rows) m/N, which friction needs. The condensed path has it;
+  /// the others throw InvalidInput.
+  virtual Eigen::MatrixXd compliance(const std::vector<Row>& rows, double scale);
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;

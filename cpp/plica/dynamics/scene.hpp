@@ -38,6 +38,7 @@ struct ContactPart {
   Airway airway;
   Enforcement enforcement = Multipliers{};
   Collision::Options options;
+  std::optional<Friction> friction;  // absent: frictionless
 };
 
 /// A traction on a named surface of the reference shape: traction * cos(2 pi frequency t + phase).

@@ -97,7 +97,8 @@ Simulation::Simulation(Scene scene, Options options)
     auto path = multipliers && std::holds_alternative<Gmres>(multipliers->solver)
                     ? gmres_path(step_matrix_, scene_.supports, interface_nodes, options_.solver)
                     : condensed_path(step_matrix_, scene_.supports, interface_nodes, options_of_columns);
-    collision_.emplace(part.airway, scene_.mesh.points, part.enforcement, part.options, std::move(path));
+    collision_.emplace(part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
+                       std::move(path));
   }
 
   state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);
@@ -189,6 +190,10 @@ void Simulation::restore(State state) {
   }
   if (state.step < 0)
     throw InvalidInput("Simulation", "state's step", static_cast<double>(state.step), "", ">= 0");
+  if (state.closed_force.size() != static_cast<std::ptrdiff_t>(state.closed.size()))
+    throw InvalidInput("Simulation", "size of the state's closed_force",
+                       static_cast<double>(state.closed_force.size()), "",
+                       "that of closed, " + std::to_string(state.closed.size()));
   if (!(state.depth >= 0) || !std::isfinite(state.depth))
     throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
   state_ = std::move(state);
@@ -231,9 +236,15 @@ void Simulation::finish(Step& step) {
   state_.acceleration = std::move(step.acceleration);
   state_.load = std::move(step.load);
   state_.contact_force = std::move(step.contact_force);
-  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i)
-    if (step.contacts.force[i] > 0) state_.closed.push_back(step.contacts.pairs[i].key);
-  std::sort(state_.closed.begin(), state_.closed.end());
+  std::vector<double> closed_force;
+  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i) {
+    const double force = step.contacts.force[static_cast<std::ptrdiff_t>(i)];
+    if (!(force > 0)) continue;
+    state_.closed.push_back(step.contacts.pairs[i].key);
+    closed_force.push_back(force);
+  }
+  state_.closed_force =
+      Eigen::Map<const Vector>(closed_force.data(), static_cast<std::ptrdiff_t>(closed_force.size()));
   state_.flow_stopped = step.flow_stopped;
   state_.ledger = previous.ledger;
   {

@@ -27,6 +27,7 @@ struct State {
   Vector load, contact_force;                   // N, as they entered the last step's equation
   Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
   std::vector<std::int32_t> closed;  // keys of the contact pairs that carried force, ascending
+  Vector closed_force;               // (closed) N, the normal forces of these pairs
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
   bool flow_stopped = false;
   Ledger ledger;

@@ -46,7 +46,7 @@ void Simulation::move(Step& step) {
 
   const Stopwatch watch(times_.contact);
   const auto* multipliers = std::get_if<Multipliers>(&scene_.contact->enforcement);
-  const Collision::Before before{step.x_previous, state_.closed, state_.depth};
+  const Collision::Before before{step.x_previous, state_.closed, state_.closed_force, state_.depth};
   Points touching;
   if (!multipliers || std::holds_alternative<EndOfStep>(multipliers->position)) {
     step.contacts = collision_->solve(step.x, scheme_.beta * h * h, before, touching);

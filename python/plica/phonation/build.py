@@ -13,6 +13,7 @@ from plica.phonation.initial import initial_fields
 from plica.phonation.mesh_source import build_mesh
 from plica.phonation.parts import (
     Airflow,
+    Augmented,
     Contact,
     Extrapolated,
     HilberHughesTaylor,
@@ -270,10 +271,16 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
             enforcement = _engine.Penalty(**penalty.model_dump())
         case VolumePenalty() as penalty:
             enforcement = _engine.VolumePenalty(**penalty.model_dump())
+        case Augmented() as augmented:
+            enforcement = _engine.Augmented(**augmented.model_dump())
         case other:
             raise AssertionError(other)
     return _engine.Contact(
-        airway=airway, enforcement=enforcement, tolerance=contact.tolerance, max_passes=contact.max_passes
+        airway=airway,
+        enforcement=enforcement,
+        tolerance=contact.tolerance,
+        max_passes=contact.max_passes,
+        friction=contact.friction,
     )
 
 

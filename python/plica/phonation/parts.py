@@ -25,6 +25,7 @@ from plica.units import (
 
 __all__ = [
     "Airflow",
+    "Augmented",
     "Contact",
     "Coupling",
     "Extrapolated",
@@ -155,6 +156,24 @@ class VolumePenalty(Part):
     """[Pa/m] Four times the force on the penetrating node over the inverted volume."""
 
 
+class Augmented(Part):
+    """Multipliers found by Uzawa's iteration (Paper B, Eqs. 9 and 10): p = max(0, lambda - stiffness * gap), and
+    p is the next lambda. They are carried from step to step."""
+
+    stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
+        default_factory=engine_default("Augmented", "stiffness")
+    )
+    """[N/m] Of one node, at the start of each step."""
+    growth: Annotated[Number, Field(gt=1)] = Field(default_factory=engine_default("Augmented", "growth"))
+    """[-] Factor of the stiffness where an augmentation did too little."""
+    reduction: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default_factory=engine_default("Augmented", "reduction")
+    )
+    """[-] Share by which an augmentation has to lower the largest gap error for the stiffness to stay."""
+    max_augmentations: Count = Field(default_factory=engine_default("Augmented", "max_augmentations"))
+    """Of one step, which keeps the gaps that are left then; Paper B shows 4."""
+
+
 class Contact(OneOf):
     """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it."""
 
@@ -162,10 +181,12 @@ class Contact(OneOf):
         "multipliers": Multipliers,
         "penalty": Penalty,
         "volume_penalty": VolumePenalty,
+        "augmented": Augmented,
     }
     multipliers: Multipliers | None = None
     penalty: Penalty | None = None
     volume_penalty: VolumePenalty | None = None
+    augmented: Augmented | None = None
     first: str = "airway_left"
     """Surface of the one body; of a larynx, the left fold."""
     second: str = "airway_right"
@@ -178,11 +199,22 @@ class Contact(OneOf):
     """[-] Deepest gap left, relative to the mean edge of the interface."""
     max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
     """Rebuildings of the contact rows a step at most."""
+    friction: Annotated[Number, Field(gt=0)] | None = None
+    """[-] Coulomb's coefficient between the surfaces, for multipliers (condensed) and augmented multipliers;
+    left out, there is no friction."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
         if not any(self.direction):
             raise problem("must not be zero.", "direction", value=list(self.direction))
+        return self
+
+    @model_validator(mode="after")
+    def _friction_has_multipliers(self) -> Self:
+        condensed = self.multipliers is not None and self.multipliers.solver == "condensed"
+        if self.friction is not None and not condensed and self.augmented is None:
+            relation = "must come with multipliers and the condensed solver, or with augmented multipliers."
+            raise problem(relation, "friction", value=self.friction)
         return self
 
 

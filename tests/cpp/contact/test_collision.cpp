@@ -90,11 +90,11 @@ struct Solved {
   double tolerance;  // m
 
   Solved(const Squares& squares, const Points& x_free) {
-    Collision collision(squares.airway, squares.reference, Multipliers{}, {},
+    Collision collision(squares.airway, squares.reference, Multipliers{}, {}, {},
                         std::make_unique<RecordingPath>(squares, record));
     tolerance = Collision::Options{}.tolerance * collision.detector().mean_edge();
     const std::vector<std::int32_t> none;
-    contacts = collision.solve(x_free, 1.0, {squares.reference, none, 0.0}, x);
+    contacts = collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, x);
   }
 };
 

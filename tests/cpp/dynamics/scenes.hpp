@@ -28,6 +28,7 @@ inline ContactPart contact_of(const TetMesh& mesh, const std::string& first, con
   return {matched_airway(mesh.points, flat_triangles(mesh.surface(first)), flat_triangles(mesh.surface(second)),
                          Vector3::UnitX()),
           enforcement,
+          {},
           {}};
 }
 

@@ -66,6 +66,7 @@ Scene patch(int order, int n_a, int n_b, const Enforcement& enforcement) {
   scene.contact = ContactPart{
       n_a == n_b ? matched_airway(points, first, second, Vector3::UnitX()) : air_between(points, first, second),
       enforcement,
+      {},
       {}};
   scene.contact->options.tolerance = 1e-3 * strain;
   return scene;
