@@ -12,6 +12,7 @@ __all__: list[str] = [
     "Airflow",
     "Airway",
     "Assembly",
+    "Augmented",
     "Contact",
     "Extrapolated",
     "HilberHughesTaylor",
@@ -274,14 +275,33 @@ class VolumePenalty:
     @property
     def kappa(self) -> float: ...
 
+class Augmented:
+    def __init__(
+        self,
+        *,
+        stiffness: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        growth: typing.SupportsFloat | typing.SupportsIndex = 10.0,
+        reduction: typing.SupportsFloat | typing.SupportsIndex = 0.75,
+        max_augmentations: typing.SupportsInt | typing.SupportsIndex = 50,
+    ) -> None: ...
+    @property
+    def growth(self) -> float: ...
+    @property
+    def max_augmentations(self) -> int: ...
+    @property
+    def reduction(self) -> float: ...
+    @property
+    def stiffness(self) -> float: ...
+
 class Contact:
     def __init__(
         self,
         *,
         airway: Airway,
-        enforcement: Multipliers | Penalty | VolumePenalty,
+        enforcement: Multipliers | Penalty | VolumePenalty | Augmented,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
         max_passes: typing.SupportsInt | typing.SupportsIndex = 200,
+        friction: typing.SupportsFloat | typing.SupportsIndex | None = None,
     ) -> None: ...
     @property
     def max_passes(self) -> int: ...

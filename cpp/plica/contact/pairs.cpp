@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 
 #include "plica/core/error.hpp"
 
@@ -16,25 +17,40 @@ double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
          6.0;
 }
 
-/// n without the directions in which the foot follows the slave (the triangle's plane, an edge, or none), scaled
-/// to g . n = 1.
-Vector3 gap_gradient(const Vector3& n, const Foot& foot, const Vector3& a, const Vector3& b, const Vector3& c) {
-  const std::array<const Vector3*, 3> corners{&a, &b, &c};
+/// v without the directions in which the foot follows the slave: the triangle's plane, an edge, or none.
+Vector3 across_foot(const Vector3& v, const Foot& foot, const std::array<Vector3, 3>& corners) {
   std::array<int, 3> loaded{};
   int count = 0;
   for (int k = 0; k < 3; ++k)
     if (foot.weights[k] > 0) loaded[count++] = k;
-  Vector3 g = n;
   if (count == 3) {
-    const Vector3 m = (b - a).cross(c - a).normalized();
-    g = n.dot(m) * m;
-  } else if (count == 2) {
-    const Vector3 e = (*corners[loaded[1]] - *corners[loaded[0]]).normalized();
-    g = n - n.dot(e) * e;
+    const Vector3 m = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+    return v.dot(m) * m;
   }
-  // Where n lies nearly along those directions (or the triangle is flat) they say nothing of the distance.
-  const double along = g.dot(n);
-  return along >= 0.1 ? Vector3(g / along) : n;
+  if (count == 2) {
+    const Vector3 e = (corners[loaded[1]] - corners[loaded[0]]).normalized();
+    return v - v.dot(e) * e;
+  }
+  return v;
+}
+
+/// Sets the pair's normal and gradient from the mean normal n and the master's own, m (docs/theory.md, "Pair").
+void set_directions(Pair& pair, const Vector3& n, const Vector3& m, const Foot& foot,
+                    const std::array<Vector3, 3>& corners) {
+  constexpr double least = 0.5;  // cosine between force and gap
+  Vector3 across = across_foot(n, foot, corners);
+  // Over a sharp edge n may lie nearly along the surface; the less it says, the more the master's own counts.
+  if (const double length = across.norm(); length < least)
+    across += (1 - length / least) * across_foot(m, foot, corners);
+  const double length = across.norm();
+  pair.normal = pair.gradient = n;
+  if (!(length > 0)) return;  // a triangle without area says nothing of the distance
+  across /= length;
+  if (across.dot(n) < least) {  // turned to 60 degrees from the gap, within the plane of both
+    const Vector3 along = (n - n.dot(across) * across).normalized();
+    pair.normal = least * across + std::sqrt(1 - least * least) * along;
+  }
+  pair.gradient = across / across.dot(pair.normal);
 }
 
 Airway checked(Airway airway, std::ptrdiff_t node_count) {
@@ -139,11 +155,10 @@ Pair Detector::pair(std::int32_t slave, const Points& x) {
   pair.key = pair.slave = slave;
   for (int k = 0; k < 3; ++k) pair.master[k] = other.triangles()(foot.triangle, k);
   pair.weights = foot.weights;
-  const Vector3 mean = other.normal(foot) - own.normal(slave);
+  const Vector3 of_master = other.normal(foot), mean = of_master - own.normal(slave);
   // Surfaces that do not face each other (a node behind the master's rim) keep the master's own normal.
-  pair.normal = mean.squaredNorm() > 1.0 ? Vector3(mean.normalized()) : other.normal(foot);
-  pair.gradient =
-      gap_gradient(pair.normal, foot, x.row(pair.master[0]), x.row(pair.master[1]), x.row(pair.master[2]));
+  set_directions(pair, mean.squaredNorm() > 1.0 ? Vector3(mean.normalized()) : of_master, of_master, foot,
+                 {x.row(pair.master[0]), x.row(pair.master[1]), x.row(pair.master[2])});
   return pair;
 }
 

@@ -12,7 +12,7 @@ namespace plica {
 /// smooth normals: it does not jump from triangle to triangle, and a pair seen from either side is the same. The
 /// gap is the distance to the surface along n, gap = g . (x_s - sum_k w_k x_k), with g . n = 1 and g across the
 /// directions in which the foot follows the slave: along the triangle's own normal where the foot is inside,
-/// across the edge on an edge, n itself on a corner (and where g is not within about 70 degrees of n).
+/// across the edge on an edge, n itself on a corner. n is turned to within 60 degrees of g where it leans further.
 struct Pair {
   std::int32_t key = -1;    // what the pair stands for from pass to pass: its slave node, or its tetrahedron
   std::int32_t slave = -1;  // node

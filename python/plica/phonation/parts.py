@@ -157,8 +157,8 @@ class VolumePenalty(Part):
 
 
 class Augmented(Part):
-    """Multipliers found by Uzawa's iteration (Paper B, Eqs. 9 and 10): p = max(0, lambda - stiffness * gap), and
-    p is the next lambda. They are carried from step to step."""
+    """Multipliers found by Uzawa's iteration (Paper B, Eqs. 9 and 10), carried from step to step:
+    p = max(0, lambda - stiffness * gap) is the next lambda."""
 
     stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
         default_factory=engine_default("Augmented", "stiffness")

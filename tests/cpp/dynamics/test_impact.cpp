@@ -42,7 +42,7 @@ TEST_CASE("equal bars press with rho c v / 2 for 2 L / c and exchange their velo
   const int n = 40;
   const double E = 20e3, rho = 1040, length = 0.01, c = std::sqrt(E / rho), exact = rho * c / 2;
   for (const Enforcement& enforcement :
-       {Enforcement(Multipliers{}), Enforcement(Multipliers{Gmres{}, EndOfStep{}}),
+       {Enforcement(Multipliers{}), Enforcement(Multipliers{Gmres{}, EndOfStep{}}), Enforcement(Augmented{}),
         Enforcement(Penalty{10 * E / (length / n) * (length / n) * (length / n) / 4})}) {
     Simulation simulation(scenes::two_bars(n, enforcement), options(HilberHughesTaylor{}, length / n / c));
     const Impact impact = impact_of(simulation, length / n * length / n, 2.6 * length / c);
