@@ -1,0 +1,22 @@
+"""Values as text."""
+
+from __future__ import annotations
+
+import numpy as np
+from judging import Value
+
+
+def number(value: Value | None, digits: int, factor: float = 1.0) -> str:
+    """``219.3 ± 0.4``, the error being the standard error of the mean; a dash where there is no value."""
+    if value is None:
+        return "–"
+    text = f"{factor * value.mean:.{digits}f}"
+    if value.error and np.isfinite(value.error):
+        text += f" ± {factor * value.error:.{digits}f}"
+    return text
+
+
+def listed(names: list[str], values: list[Value | None], digits: int, unit: str = "") -> str:
+    """``LM 0.87, 1e7 0.85`` and so on, then the unit."""
+    text = ", ".join(f"{name} {number(value, digits)}" for name, value in zip(names, values, strict=True))
+    return f"{text} {unit}".rstrip()
