@@ -101,11 +101,10 @@ def asymmetry(shelf: Shelf) -> Plate | None:
     along = max(anteroposterior(record) for record in records.values())
     text = (
         f"Left and right mean force (mN) {both('force', 2)}: equal on both folds as published. Largest "
-        f"compression "
-        f"(kPa) {both('compression', 2)}. Amplitude right over left "
+        f"compression (kPa) {both('compression', 2)}. Amplitude right over left "
         f"{', '.join(f'{p} %: {number(ratios[p], 3)}' for p in records)}; without contact forces "
-        f"{', '.join(f'{p} %: {number(bare[p], 3)}' for p in records)}. The largest anteroposterior "
-        f"force is {along:.0e} N."
+        f"{', '.join(f'{p} %: {number(bare[p], 3)}' for p in records)}. The largest anteroposterior force "
+        f"is {along:.0e} N."
     )
     rows = [
         [percent, side, *(x for value in values for x in parts(value))]
@@ -124,8 +123,7 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         "fig13",
         "Figure 13: tension mismatch of 0, 20 and 40 %",
         "Equal contact forces on both folds; compression and amplitude ratio grow with the mismatch; "
-        "anteroposterior "
-        "forces of 1e-6 N.",
+        "anteroposterior forces of 1e-6 N.",
         text,
         ["mismatch (%)", "fold", *(text for name in names for text in (name, f"error of {name}"))],
         rows,

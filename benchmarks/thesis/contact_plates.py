@@ -79,15 +79,12 @@ def one_node(shelf: Shelf) -> Plate | None:
 
     rough = {name: record.roughness for name, record in records.items() if record is not None}
     text = (
-        f"As published, the node passes its opposite by {overlap['penalty 1e7']:.0f} µm with the "
-        f"penalty and by "
-        f"{overlap['multipliers']:.0f} µm with multipliers at the weighted position of Eq. (25) "
-        f"({overlap.get('n + 1', np.nan):.2g} µm at n + 1), whose nodal force is the rougher one: "
-        f"total variation "
-        f"{number(rough['multipliers'], 2)} against {number(rough['penalty 1e7'], 2)} times that of "
-        f"one rise and "
-        "fall. The velocity is the difference of positions, the force its size; the node is the "
-        "nearest of the mesh."
+        f"As published, the node passes its opposite by {overlap['penalty 1e7']:.0f} µm with the penalty "
+        f"and by {overlap['multipliers']:.0f} µm with multipliers at the weighted position of Eq. (25) "
+        f"({overlap.get('n + 1', np.nan):.2g} µm at n + 1), whose nodal force is the rougher one: total "
+        f"variation {number(rough['multipliers'], 2)} against {number(rough['penalty 1e7'], 2)} times that "
+        "of one rise and fall. The velocity is the difference of positions, the force its size; the node "
+        "is the nearest of the mesh."
     )
     return Plate(
         "fig09",
@@ -120,12 +117,10 @@ def impact_stress(shelf: Shelf) -> Plate | None:
 
     text = (
         f"The stress of multipliers peaks {number(rise['multipliers'], 2)} of the collision after its "
-        f"start, that of "
-        f"the penalty {number(rise['penalty 1e7'], 2)}; the peaks are "
-        f"{number(peaks['multipliers'], 2)} and "
-        f"{number(peaks['penalty 1e7'], 2)} kPa. The large distance between the curves is as "
-        f"published; a peak of "
-        "one step is no property of the folds (it grows as the step falls, docs/phonation.md)."
+        f"start, that of the penalty {number(rise['penalty 1e7'], 2)}; the peaks are "
+        f"{number(peaks['multipliers'], 2)} and {number(peaks['penalty 1e7'], 2)} kPa. The large distance "
+        "between the curves is as published; a peak of one step is no property of the folds (it grows as "
+        "the step falls, docs/phonation.md)."
     )
     return Plate(
         "fig10",
@@ -181,9 +176,8 @@ def stress_by_pressure(shelf: Shelf) -> Plate | None:
         return None
     grow = all(np.all(np.diff(np.array(row[1:4], dtype=float)) > 0) for row in rows[1:])
     text = (
-        f"{'As published, each of our stresses grows' if grow else 'Not all of our stresses grow'} "
-        f"with the pressure. "
-        "The printed regression (1.72, 0.989) is not that of the three printed points."
+        f"{'As published, each of our stresses grows' if grow else 'Not all of our stresses grow'} with "
+        "the pressure. The printed regression (1.72, 0.989) is not that of the three printed points."
     )
     return Plate(
         "table4",
@@ -227,8 +221,8 @@ def schemes(shelf: Shelf) -> Plate | None:
         f"{name} {number(r.value('amplitude_right', 1e3), 3)}" for name, r in records.items() if r is not None
     ]
     text = (
-        f"Total variation of the nodal forces, one rise and fall being 1: {', '.join(rough)}. "
-        f"Amplitude of the folds (mm): {', '.join(wide)}. All four are stable at 50 µs."
+        f"Total variation of the nodal forces, one rise and fall being 1: {', '.join(rough)}. Amplitude of "
+        f"the folds (mm): {', '.join(wide)}. All four are stable at 50 µs."
     )
     return Plate(
         "fig12",

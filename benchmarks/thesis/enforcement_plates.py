@@ -109,7 +109,8 @@ def scatter(figure: Figure, found: list[Point], names: tuple[str, ...], labels: 
                 lw=0.8,
                 label=title,
             )
-        axes.set(xscale="log", xlabel="overlap volume / that without forces", ylabel=label, ylim=(0, None))
+        axes.set(xscale="log", xlabel="overlap volume / that without forces", ylabel=label)
+        axes.set_ylim(0, 1.1 * axes.get_ylim()[1])
         axes.grid(color=grey, alpha=0.2, lw=0.5)
     figure.axes[0].legend(loc="best", fontsize=7)
 
@@ -142,9 +143,8 @@ def comparison(found: list[Point]) -> str:
     texts.append(
         {"pass": "the force too.", "undecided": "whether the force does is undecided."}.get(
             force,
-            "but the force falls: the overlap of a soft penalty is bounded by that without forces, so "
-            "its force "
-            "vanishes with kappa, while multipliers stop the folds within single steps.",
+            "but the force falls: the overlap of a soft penalty is bounded by that without forces, so its "
+            "force vanishes with kappa, while multipliers stop the folds within single steps.",
         )
     )
     return ", ".join(texts)
@@ -201,9 +201,8 @@ def paper_b_force(shelf: Shelf) -> Plate | None:
         "force",
         "paperb_fig3",
         "Paper B, Figure 3: total contact force over the overlap",
-        "Force depends strongly on kappa, little on pressure with multipliers (the errata: its sizes "
-        "are too large; "
-        "right in Paper A, Fig. 11b).",
+        "Force depends strongly on kappa, little on pressure with multipliers (the errata: its sizes are "
+        "too large; right in Paper A, Fig. 11b).",
         2,
         "mN",
     )

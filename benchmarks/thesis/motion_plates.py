@@ -13,7 +13,7 @@ from wording import number
 from plica.report.drawing import blue, green, grey, red, rim, tissue
 
 TRANSIENT, SHOWN = 0.02, 0.04  # s: what the thesis omits, and as far as it shows
-LOWEST, HIGHEST = -0.451, 0.031  # cm: S8 and S36
+LOWEST, EXIT, HIGHEST = -0.451, -0.039, 0.031  # cm: S8, S26 and S36
 
 
 def motion(shelf: Shelf) -> Plate | None:
@@ -31,7 +31,7 @@ def motion(shelf: Shelf) -> Plate | None:
     rest = {name: record.points[record.node(name)] for name in ("6157", "6390")}
     x = {name: 1e2 * (rest[name][0] + probes[:, k, 0]) for k, name in ((0, "6157"), (2, "6390"))}
     steady = (time > TRANSIENT) & (time <= SHOWN)
-    vertical = 10 * np.ptp(coronal[record.steps, :, 2], axis=0)
+    vertical = 10 * np.ptp(coronal[record.steps][:, height[canal] <= EXIT, 2], axis=0)
 
     def paint(figure: Figure) -> None:
         paths, waves = figure.subplots(1, 2, width_ratios=(1, 1.6))
@@ -52,11 +52,9 @@ def motion(shelf: Shelf) -> Plate | None:
     f0, lowest = record.value("fundamental_frequency"), float(x["6157"][time > TRANSIENT].min())
     grows = "grows upward as in the thesis" if vertical[-1] > vertical[0] else "does not grow upward"
     text = (
-        f"The vertical motion {grows} ({vertical[0]:.2f} mm at the lowest of the sections, "
-        f"{vertical[-1]:.2f} mm at "
-        f"the glottal exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md says "
-        f"why), and "
-        f"the upper node comes to x = {1e1 * lowest:.3f} mm of the mid-plane, where contact stops it."
+        f"The vertical motion {grows} ({vertical[0]:.2f} mm at S8, {vertical[-1]:.2f} mm at the glottal "
+        f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md says why), and the "
+        f"upper node comes to x = {1e1 * lowest:.3f} mm of the mid-plane, where contact stops it."
     )
     every = slice(0, None, 2)
     return Plate(
@@ -144,8 +142,7 @@ def glottal_shape(shelf: Shelf) -> Plate | None:
     )
     text = (
         f"The glottis diverges in {number(closing, 2)} of the closing and converges in "
-        f"{number(opening, 2)} of the "
-        "opening samples: the published alternation, but not throughout."
+        f"{number(opening, 2)} of the opening samples: the published alternation, but not throughout."
     )
     return Plate(
         "fig04",
@@ -180,9 +177,8 @@ def flow(shelf: Shelf) -> Plate | None:
     peaks = ", ".join(f"{base} {number(r.value('peak_flow', 1e6), 0)}" for base, r in sorted(found.items()))
     settles = ", ".join(f"{base} after {1e3 * settling(r):.0f} ms" for base, r in sorted(found.items()))
     text = (
-        f"Largest flow (cm³/s, mean of the cycles): {peaks}; published 500 to 600 (grey). The peaks "
-        f"come within 10 % "
-        f"of that: {settles}, instead of about 20 ms."
+        f"Largest flow (cm³/s, mean of the cycles): {peaks}; published 500 to 600 (grey). The peaks come "
+        f"within 10 % of that: {settles}, instead of about 20 ms."
     )
     return Plate(
         "fig05",
@@ -258,9 +254,8 @@ def surface_forces(shelf: Shelf) -> Plate | None:
     )
     length = record.value("contact_length_fraction")
     text = (
-        f"The largest force on a triangle is {largest:.0f}e-4 N instead of some 1e-4 N (a force counts "
-        f"at each of its "
-        f"node's triangles, which are larger here, and multipliers act in single steps), "
+        f"The largest force on a triangle is {largest:.0f}e-4 N instead of some 1e-4 N (a force counts at "
+        "each of its node's triangles, which are larger here, and multipliers act in single steps), "
         f"{' and '.join(f'{y:.2f}' for y in places)} cm from the mid-coronal plane; contact covers "
         f"{number(length, 2, 100)} % of the fold's length at most (published about 40 %)."
     )
@@ -268,8 +263,7 @@ def surface_forces(shelf: Shelf) -> Plate | None:
         "fig08",
         "Figure 8: contact and air forces on the right fold while it parts",
         "Sagittal view at two instants: contact reaches the glottal exit, largest in the mid-coronal "
-        "plane, "
-        "about 1e-4 N a triangle, along 40 % of the length.",
+        "plane, about 1e-4 N a triangle, along 40 % of the length.",
         text,
         ["time (ms)", "y (cm)", "z (cm)", "contact force (N)", "air force (N)"],
         rows,

@@ -48,8 +48,8 @@ the set-up is near its threshold, and its results depend on step and mesh.
 
 Definitions, as in the thesis: contact area is that of the right fold's interface triangles with a loaded
 vertex, overlap the volume of airway tetrahedra that are inside out, contact stress the mediolateral force
-over that area. "Forces neglected" is a penalty of 1e-15 of the thesis's. "LM" are Lagrange multipliers that close
-the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of the step.
+over that area. "Forces neglected" is a penalty of 1e-15 of the thesis's. "LM" are Lagrange multipliers that
+close the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of the step.
 """
 
 

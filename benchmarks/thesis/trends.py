@@ -195,11 +195,15 @@ def of_robustness(shelf: Shelf) -> Iterator[Trend]:
 
 def of_scheme(shelf: Shelf) -> Iterator[Trend]:
     """HHT against the trapezoidal rule."""
-    for contact in ("weighted", "1e7"):
-        pair = [shelf.get("B", contact, scheme=scheme) for scheme in ("hht", "newmark")]
+    for contact, other, where in (
+        ("weighted", "weighted", "multipliers"),
+        ("multipliers", "weighted", "multipliers, both at n + 1"),  # without alpha the positions are one
+        ("1e7", "1e7", "penalty 1e7"),
+    ):
+        pair = [shelf.get("B", contact), shelf.get("B", other, scheme="newmark")]
         if any(record is None for record in pair):
             continue
-        names, where = ["HHT", "trapezoidal"], "multipliers" if contact == "weighted" else "penalty 1e7"
+        names = ["HHT", "trapezoidal"]
         rough = read(pair, lambda record: record.roughness)
         wide = read(pair, measure("amplitude_right", 1e3))
         yield Trend(
