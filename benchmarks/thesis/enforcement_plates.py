@@ -23,6 +23,7 @@ MARKS = {
     "augmented 1": ("<", "A1"),
     "augmented 2": ("<", "A2"),
     "augmented 4": ("<", "A4"),
+    "augmented": (">", "A, converged"),
 }
 
 

@@ -118,8 +118,11 @@ def section(made: plate.Plate, images: str) -> str:
 
 
 def trend_section(found: list[Trend], absent: list[str]) -> str:
+    counts = [f"{sum(t.verdict == v for t in found)} {v}" for v in ("pass", "fail", "undecided", "not made")]
     lines = [
         "## Trends",
+        "",
+        f"Of {len(found)} claims: {', '.join(counts)}.",
         "",
         "A trend passes where its ends differ in the published sense by more than twice the standard "
         "error and no step",

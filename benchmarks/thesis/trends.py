@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from asymmetry_plate import amplitude_ratio, anteroposterior, measured
-from cases import AUGMENTED, MISMATCHES, PENALTIES, PRESSURES
+from cases import MISMATCHES, PENALTIES, PRESSURES
 from contact_plates import early
 from enforcement_plates import reduction
 from judging import Value, Verdict, all_of, between, falls, rises
@@ -236,7 +236,7 @@ def of_method(shelf: Shelf) -> Iterator[Trend]:
         listed(names[::-1], places, 2),
         rises(places),
     )
-    augmented = read([shelf.get("B", AUGMENTED[-1]), shelf.get("B")], lambda record: record.roughness)
+    augmented = read([shelf.get("B", "augmented 4"), shelf.get("B")], lambda record: record.roughness)
     yield Trend(
         "four augmentations make the nodal force smoother than multipliers (B)",
         "yes",
