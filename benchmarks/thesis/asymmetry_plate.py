@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from cases import MISMATCHES
-from judging import Value
+from judging import Value, rises
 from matplotlib.figure import Figure
 from plate import Plate
 from reading import Record, Shelf
-from wording import number
+from wording import number, told
 
 from plica.report.drawing import blue, grey, red
 
@@ -20,7 +20,8 @@ class Fold:
     """One fold at one mismatch."""
 
     force: Value | None  # mN, mean over a collision
-    compression: Value | None  # kPa
+    compression: Value | None  # kPa, in the middle half
+    anywhere: Value | None  # kPa
     place: Value | None  # x of node 6157 or its opposite where they are closest, over that at rest
 
 
@@ -30,10 +31,13 @@ def measured(record: Record) -> dict[str, Fold]:
     for side, probe in (("left", "6157 left"), ("right", "6157")):
         x = record.place(probe)[:, 0] / record.points[record.node(probe), 0]
         closest = [part.start + int(np.argmin(gap[part])) for part in record.parts]
-        stress = record.compression[side]
+        middle, anywhere = (record.compression[name] for name in (f"{side} middle", side))
         folds[side] = Fold(
             record.value(f"contact_force_{side}_mean", 1e3),
-            Value.of(1e-3 * stress[part.start // 2 : part.stop // 2].max() for part in record.parts),
+            *(
+                Value.of(1e-3 * stress[part.start // 2 : part.stop // 2].max() for part in record.parts)
+                for stress in (middle, anywhere)
+            ),
             Value.of(x[closest]),
         )
     return folds
@@ -84,7 +88,7 @@ def asymmetry(shelf: Shelf) -> Plate | None:
                 label=name,
                 ms=4,
             )
-        names = ("mean contact force (mN)", "largest compression (kPa)", "amplitude, right / left")
+        names = ("mean contact force (mN)", "compression, middle half (kPa)", "amplitude, right / left")
         for axes, name in zip(panels, names, strict=True):
             axes.set(title=name, xticks=range(len(records)), xticklabels=[f"{p} %" for p in records])
         panels[0].legend(fontsize=7)
@@ -98,10 +102,15 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         )
         return ", ".join(texts)
 
+    grows = {side: told(rises([folds[p][side].compression for p in records])) for side in ("left", "right")}
+    apart = max(float(record.measures["contact_force_balance"].value or 0) for record in records.values())
     along = max(anteroposterior(record) for record in records.values())
     text = (
-        f"Left and right mean force (mN) {both('force', 2)}: equal on both folds as published. Largest "
-        f"compression (kPa) {both('compression', 2)}. Amplitude right over left "
+        f"Mean force on the left and the right fold (mN) {both('force', 2)}, which differ by {apart:.0e} "
+        "of the largest: action and reaction. Largest compression in the middle half of the folds (kPa) "
+        f"{both('compression', 2)}: growth of the left one {grows['left']}, of the right one "
+        f"{grows['right']}; anywhere (kPa) {both('anywhere', 2)}, found where the airway closes to an edge "
+        "at its ends. Amplitude right over left "
         f"{', '.join(f'{p} %: {number(ratios[p], 3)}' for p in records)}; without contact forces "
         f"{', '.join(f'{p} %: {number(bare[p], 3)}' for p in records)}. The largest anteroposterior force "
         f"is {along:.0e} N."
@@ -110,11 +119,14 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         [percent, side, *(x for value in values for x in parts(value))]
         for percent in records
         for side, fold in folds[percent].items()
-        for values in [(fold.force, fold.compression, fold.place, ratios[percent], bare[percent])]
+        for values in [
+            (fold.force, fold.compression, fold.anywhere, fold.place, ratios[percent], bare[percent])
+        ]
     ]
     names = (
         "force (mN)",
-        "compression (kPa)",
+        "compression in the middle half (kPa)",
+        "compression anywhere (kPa)",
         "x at closest / x at rest",
         "amplitude ratio",
         "the same, no forces",

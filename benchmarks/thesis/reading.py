@@ -19,6 +19,8 @@ from plica.phonation.cycles import Cycles, rising_crossings
 from plica.phonation.measures import measure
 from plica.phonation.mesh_source import build_mesh
 
+MIDDLE = 0.5  # of the half-length: the middle half of the folds
+
 
 def triangle_areas(x: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Of positions (f, n, 3): (f, t) m^2."""
@@ -175,16 +177,28 @@ class Record:
 
     @cached_property
     def compression(self) -> dict[str, np.ndarray]:
-        """Pa, the largest compressive principal stress in each fold's tissue, every second frame (f / 2)."""
+        """Pa, the largest compressive principal stress in each fold, every second frame (f / 2).
+
+        ``left`` and ``right``: anywhere; ``left middle`` and ``right middle``: in the middle half of the
+        length, away from the ends, where the airway closes to an edge.
+        """
         scene = self.run.scene
         mesh = build_mesh(scene.mesh, scene.source)
         materials, _, cell_material = materials_of(scene, mesh)
         stress = TissueStress(self.points, np.asarray(mesh.cells), materials, np.asarray(cell_material))
         u = np.asarray(self.run.displacement[:], dtype=float)
         v = np.gradient(u, scene.time.step, axis=0)
-        least = np.array([stress.least_principal(u[k], v[k]) for k in range(0, self.frames, 2)])
+        y = np.abs(self.points[np.asarray(mesh.cells), 1].mean(axis=1))
+        middle = y <= MIDDLE * float(self.run.section_major.min())
         side = np.asarray(mesh.cell_side)
-        return {name: -least[:, side == code].min(axis=1) for code, name in ((1, "left"), (2, "right"))}
+        chosen = {"left": side == 1, "right": side == 2}
+        chosen |= {f"{name} middle": cells & middle for name, cells in chosen.items()}
+        found: dict[str, list[float]] = {name: [] for name in chosen}
+        for k in range(0, self.frames, 2):
+            least = stress.least_principal(u[k], v[k])
+            for name, cells in chosen.items():
+                found[name].append(-float(least[cells].min()))
+        return {name: np.array(values) for name, values in found.items()}
 
 
 class Shelf:

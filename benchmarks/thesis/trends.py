@@ -266,9 +266,12 @@ def of_asymmetry(shelf: Shelf) -> Iterator[Trend]:
     yield Trend("amplitude ratio, right over left, moves away from 1 (B)", "grows", found, rises(away))
     folds = [measured(record) for record in known]
     for side in ("left", "right"):
-        values = [fold[side].compression for fold in folds]
-        claim = f"largest compressive stress of the {side} fold grows with the mismatch (B)"
-        yield Trend(claim, "grows", listed(names, values, 2, "kPa"), rises(values))
+        for where, values in (
+            ("the middle half of", [fold[side].compression for fold in folds]),
+            ("all of", [fold[side].anywhere for fold in folds]),
+        ):
+            claim = f"largest compressive stress in {where} the {side} fold grows with the mismatch (B)"
+            yield Trend(claim, "grows", listed(names, values, 2, "kPa"), rises(values))
 
 
 def of_voice(shelf: Shelf) -> Iterator[Trend]:

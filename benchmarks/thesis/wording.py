@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from judging import Value
+from judging import Value, Verdict
 
 
 def number(value: Value | None, digits: int, factor: float = 1.0) -> str:
@@ -14,6 +14,12 @@ def number(value: Value | None, digits: int, factor: float = 1.0) -> str:
     if value.error and np.isfinite(value.error):
         text += f" ± {factor * value.error:.{digits}f}"
     return text
+
+
+def told(verdict: Verdict) -> str:
+    """What a verdict says of a published trend."""
+    words = {"pass": "as published", "fail": "unlike published", "undecided": "undecided here"}
+    return words.get(verdict, "not made")
 
 
 def listed(names: list[str], values: list[Value | None], digits: int, unit: str = "") -> str:
