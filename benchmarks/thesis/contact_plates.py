@@ -196,8 +196,8 @@ def schemes(shelf: Shelf) -> Plate | None:
     wanted = {
         "multipliers, HHT": ("weighted", "hht", blue, "-"),
         "multipliers, trapezoidal": ("weighted", "newmark", green, "-"),
-        "penalty 1e7, HHT": ("1e7", "hht", red, ":"),
-        "penalty 1e7, trapezoidal": ("1e7", "newmark", purple, ":"),
+        "penalty 1e7, HHT": ("1e7", "hht", red, "-"),
+        "penalty 1e7, trapezoidal": ("1e7", "newmark", purple, "-"),
     }
     records = {name: shelf.get("B", contact, scheme=scheme) for name, (contact, scheme, *_) in wanted.items()}
     curves = {}

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-Verdict = Literal["pass", "fail", "undecided", "not made"]
+Verdict = Literal["pass", "fail", "undecided", "no value"]
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def rises(values: Sequence[Value | None]) -> Verdict:
     """
     known = [value for value in values if value is not None]
     if len(known) < len(values):
-        return "not made"
+        return "no value"
     steps = [_change(first, second) for first, second in pairwise(known)]
     whole = _change(known[0], known[-1])
     if min(*steps, whole) < 0:
@@ -64,7 +64,7 @@ def falls(values: Sequence[Value | None]) -> Verdict:
 def between(value: Value | None, low: float, high: float) -> Verdict:
     """Within the limits by more than twice its error, or outside by as much."""
     if value is None:
-        return "not made"
+        return "no value"
     doubt = 2 * value.error
     if low + doubt <= value.mean <= high - doubt:
         return "pass"
@@ -73,5 +73,5 @@ def between(value: Value | None, low: float, high: float) -> Verdict:
 
 def all_of(verdicts: Sequence[Verdict]) -> Verdict:
     """The worst of several."""
-    order: tuple[Verdict, ...] = ("fail", "not made", "undecided", "pass")
+    order: tuple[Verdict, ...] = ("fail", "no value", "undecided", "pass")
     return min(verdicts, key=order.index)

@@ -56,7 +56,7 @@ def motion(shelf: Shelf) -> Plate | None:
         f"exit); f0 is {number(f0, 0)} Hz instead of about 219 Hz (docs/phonation.md says why), and the "
         f"upper node comes to x = {1e1 * lowest:.3f} mm of the mid-plane, where contact stops it."
     )
-    every = slice(0, None, 2)
+    every = slice(0, None, 4)
     return Plate(
         "fig03",
         "Figure 3: trajectories and waveforms of interface nodes",

@@ -53,6 +53,40 @@ close the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of 
 """
 
 
+REASONS = {  # beginning of a claim: why it may fail; shown where it does
+    "f0 within": (
+        "f0: linear tetrahedra on this mesh are too stiff, and the whole wall is held, which the thesis "
+        "does not state (phonation.md)."
+    ),
+    "open quotient within": (
+        "open quotient, flow, contact length: with the printed viscosity (P) the folds hardly touch on "
+        "this mesh, with half of it (B) they close over most of their length; the published values lie "
+        "between."
+    ),
+    "f0 falls": "f0 by pressure: the published change is only 3 Hz.",
+    "largest total force": (
+        "force by penalty: the overlap of a soft penalty is bounded by that without forces, so its force "
+        "vanishes with the penalty. Multipliers stop the folds in single steps, whence their peaks."
+    ),
+    "multipliers at the weighted": (
+        "overlap: Eq. (25) as printed closes the gap at a weighted position and leaves 43 % of the last "
+        "gap as overshoot; closed at the end of the step, only the tolerance is left."
+    ),
+    "multipliers' force": (
+        "dependence on pressure: at 0.6 kPa B is near its threshold with multipliers, and their largest "
+        "force is that of one step."
+    ),
+    "the trapezoidal": (
+        "time schemes: the force of multipliers is rough with either scheme, not more so with the "
+        "trapezoidal rule; with the penalty the published difference is seen."
+    ),
+    "largest compressive": (
+        "compression: force and stress change from 0 to 20 to 40 % without order, by as much as separates "
+        "one orbit from another; the mismatch itself moves the amplitudes by a few per cent."
+    ),
+}
+
+
 def write(shelf: Shelf, docs: Path, data: Path) -> None:
     """The page, its pictures and their data; what lacks its runs is named and left out."""
     images = docs / "images"
@@ -118,7 +152,7 @@ def section(made: plate.Plate, images: str) -> str:
 
 
 def trend_section(found: list[Trend], absent: list[str]) -> str:
-    counts = [f"{sum(t.verdict == v for t in found)} {v}" for v in ("pass", "fail", "undecided", "not made")]
+    counts = [f"{sum(t.verdict == v for t in found)} {v}" for v in ("pass", "fail", "undecided", "no value")]
     lines = [
         "## Trends",
         "",
@@ -126,17 +160,24 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
         "",
         "A trend passes where its ends differ in the published sense by more than twice the standard "
         "error and no step",
-        "goes against it by as much; it fails where a step does, and is undecided else. Errors are "
-        "those of independent",
-        "cycles; a slow drift within the last 60 ms is not in them. Prototype: an independent program.",
+        "goes against it by as much; it fails where a step does, and is undecided else. Errors are those "
+        "of independent",
+        "cycles; a slow drift within the last 60 ms is not in them. No value: the run is not made, its",
+        "oscillation dies out (as on the coarse mesh) or its folds never touch. Prototype: an independent program.",
         "",
         row(["claim", "published", "found", "verdict"]),
         row(["---"] * 4),
         *(row([trend.claim, trend.published, trend.found, f"**{trend.verdict}**"]) for trend in found),
         "",
     ]
+    failed = [trend.claim for trend in found if trend.verdict == "fail"]
+    why = [text for start, text in REASONS.items() if any(claim.startswith(start) for claim in failed)]
+    if why:
+        bullets = [textwrap.fill(f"- {text}", 118, subsequent_indent="  ") for text in why]
+        lines += ["Where claims fail, as far as we see why:", "", *bullets, ""]
     if absent:
-        lines += [f"Runs not made or not finished: {', '.join(absent)}.", ""]
+        named = f"Runs not made or not finished: {', '.join(absent)}."
+        lines += [textwrap.fill(named, 118, break_on_hyphens=False), ""]
     return "\n".join(lines)
 
 

@@ -40,7 +40,7 @@ class Plate:
             writer.writerows([cell(value) for value in row] for row in self.rows)
 
     def write_picture(self, folder: Path) -> None:
-        """A PNG of at most 48 colours; none where there is nothing to paint."""
+        """A PNG of at most 128 colours; none where there is nothing to paint."""
         if self.paint is None:
             return
         colours = {key: "#24282f" if value == ink else value for key, value in style.items()}
@@ -52,7 +52,7 @@ class Plate:
             figure.savefig(buffer, format="png", dpi=110)
         folder.mkdir(parents=True, exist_ok=True)
         path = folder / f"thesis_{self.name}.png"
-        Image.open(buffer).convert("RGB").quantize(48, dither=Image.Dither.NONE).save(path, optimize=True)
+        Image.open(buffer).convert("RGB").quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
         if path.stat().st_size > LARGEST:
             raise RuntimeError(f"{path}: {path.stat().st_size} bytes; must be <= {LARGEST}. Draw it smaller.")
 

@@ -15,7 +15,7 @@ from tissue_stress import TissueStress
 import plica
 from plica import _engine as engine
 from plica.phonation.build import materials_of
-from plica.phonation.cycles import Cycles, rising_crossings
+from plica.phonation.cycles import Cycles, fewest, rising_crossings, weak
 from plica.phonation.measures import measure
 from plica.phonation.mesh_source import build_mesh
 
@@ -43,12 +43,13 @@ class Record:
 
     @cached_property
     def cycles(self) -> Cycles:
-        """Complete cycles of the glottal area after the transient."""
+        """Complete cycles of the glottal area after the transient; none if it varies by less than 10 %."""
         area = np.asarray(self.run.waveforms["minimum_area"], dtype=float)
-        if not self.frames or np.ptp(area[self.steps]) < 0.01 * area.max():
-            return Cycles(np.empty(0), "no oscillation")
         starts = rising_crossings(self.run.time, area)
-        return Cycles(starts[starts >= self.time[0]])
+        starts = starts[starts >= self.time[0]]
+        if starts.size <= fewest or np.ptp(area[self.steps]) < weak * area[self.steps].max():
+            return Cycles(np.empty(0), "no oscillation to speak of")
+        return Cycles(starts)
 
     @cached_property
     def parts(self) -> list[slice]:
@@ -60,9 +61,9 @@ class Record:
         return measure(self.run, self.cycles)
 
     def value(self, name: str, factor: float = 1.0) -> Value | None:
-        """A measure over the cycles, times a factor; None where the run does not determine it."""
+        """A measure over the cycles, times a factor; None without cycles, or if absent."""
         found = self.measures.get(name)
-        if found is None or found.value is None:
+        if not self.cycles.count or found is None or found.value is None:
             return None
         error = 0.0 if found.spread is None else found.spread / np.sqrt(found.cycles)
         return Value(factor * found.value, factor * error)

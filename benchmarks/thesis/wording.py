@@ -7,19 +7,29 @@ from judging import Value, Verdict
 
 
 def number(value: Value | None, digits: int, factor: float = 1.0) -> str:
-    """``219.3 ± 0.4``, the error being the standard error of the mean; a dash where there is no value."""
+    """``219.3 ± 0.4``, the error being the standard error of the mean; a dash where there is no value.
+
+    Negative digits are significant ones.
+    """
     if value is None:
         return "–"
-    text = f"{factor * value.mean:.{digits}f}"
-    if value.error and np.isfinite(value.error):
-        text += f" ± {factor * value.error:.{digits}f}"
-    return text
+    known = value.error and np.isfinite(value.error)
+    if digits < 0:
+        text, error = f"{factor * value.mean:.{-digits}g}", f"{factor * value.error:.1g}"
+    else:
+        text, error = f"{factor * value.mean:.{digits}f}", f"{factor * value.error:.{digits}f}"
+    return f"{text} ± {error}" if known else text
+
+
+def rounded(value: float) -> str:
+    """Two significant digits, not as a power of ten."""
+    return f"{float(f'{value:.2g}'):,.0f}"
 
 
 def told(verdict: Verdict) -> str:
     """What a verdict says of a published trend."""
     words = {"pass": "as published", "fail": "unlike published", "undecided": "undecided here"}
-    return words.get(verdict, "not made")
+    return words.get(verdict, "no value")
 
 
 def listed(names: list[str], values: list[Value | None], digits: int, unit: str = "") -> str:

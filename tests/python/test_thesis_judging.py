@@ -50,8 +50,8 @@ def test_a_trend_needs_its_ends_apart_and_no_step_against_it(
     assert judging.falls(values[::-1]) == verdict
 
 
-def test_a_trend_with_a_run_missing_is_not_made() -> None:
-    assert judging.rises([Value(1.0), None, Value(2.0)]) == "not made"
+def test_a_trend_with_a_run_missing_has_no_verdict() -> None:
+    assert judging.rises([Value(1.0), None, Value(2.0)]) == "no value"
 
 
 def test_a_value_lies_within_limits_only_with_its_error() -> None:
