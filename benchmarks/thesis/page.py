@@ -163,7 +163,8 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
         "goes against it by as much; it fails where a step does, and is undecided else. Errors are those "
         "of independent",
         "cycles; a slow drift within the last 60 ms is not in them. No value: the run is not made, its",
-        "oscillation dies out (as on the coarse mesh) or its folds never touch. Prototype: an independent program.",
+        "oscillation dies out (as on the coarse mesh) or its folds never touch.",
+        "Prototype: an independent program.",
         "",
         row(["claim", "published", "found", "verdict"]),
         row(["---"] * 4),
