@@ -138,6 +138,11 @@ void bind_enforcement(py::module_& engine) {
       .def_readonly("growth", &Augmented::growth)
       .def_readonly("reduction", &Augmented::reduction)
       .def_readonly("max_augmentations", &Augmented::max_augmentations);
+  const Nitsche nitsche;
+  py::class_<Nitsche>(engine, "Nitsche")
+      .def(py::init([](double factor) { return Nitsche{factor}; }), py::kw_only(),
+           py::arg("factor") = nitsche.factor)
+      .def_readonly("factor", &Nitsche::factor);
   const Collision::Options options;
   py::class_<ContactPart>(engine, "Contact")
       .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes,

@@ -24,6 +24,7 @@ __all__: list[str] = [
     "Material",
     "Multipliers",
     "Newmark",
+    "Nitsche",
     "Penalty",
     "Simulation",
     "SolveFailed",
@@ -293,12 +294,17 @@ class Augmented:
     @property
     def stiffness(self) -> float: ...
 
+class Nitsche:
+    def __init__(self, *, factor: typing.SupportsFloat | typing.SupportsIndex = 10.0) -> None: ...
+    @property
+    def factor(self) -> float: ...
+
 class Contact:
     def __init__(
         self,
         *,
         airway: Airway,
-        enforcement: Multipliers | Penalty | VolumePenalty | Augmented,
+        enforcement: Multipliers | Penalty | VolumePenalty | Augmented | Nitsche,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
         max_passes: typing.SupportsInt | typing.SupportsIndex = 200,
         friction: typing.SupportsFloat | typing.SupportsIndex | None = None,

@@ -17,9 +17,17 @@ std::string place(const Vector3& x) {
 }
 
 /// How far a pair is from complementarity at positions x, m.
-double violation(const Pair& pair, double force, const Points& x) {
-  const double off = pair.residual(force, x);
+double violation(const Pair& pair, double force, const Points& x, const NormalStress* stress) {
+  double off = pair.residual(force, x);
+  if (pair.gamma > 0) off += stress->at(pair.slave, pair.normal, x) / pair.gamma;
   return force == 0.0 ? std::max(0.0, -off) : std::abs(off);
+}
+
+/// Adds the tissue's normal stress over gamma to the row's gap.
+void add_stress(const NormalStress& stress, const Pair& pair, const Points& x_free, Row& row) {
+  row.free += stress.at(pair.slave, pair.normal, x_free) / pair.gamma;
+  for (const auto& [node, slope] : stress.slopes(pair.slave, pair.normal))
+    row.gap.push_back({node, slope / pair.gamma});
 }
 
 void require_positive(const char* name, double value, const char* unit) {
@@ -31,6 +39,7 @@ void validate(const Enforcement& enforcement) {
     require_positive("stiffness", penalty->stiffness, "N/m");
   if (const auto* volume = std::get_if<VolumePenalty>(&enforcement))
     require_positive("kappa", volume->kappa, "N/m^3");
+  if (const auto* nitsche = std::get_if<Nitsche>(&enforcement)) require_positive("factor", nitsche->factor, "");
   if (const auto* augmented = std::get_if<Augmented>(&enforcement)) {
     require_positive("stiffness", augmented->stiffness, "N/m");
     if (!(augmented->growth > 1) || !std::isfinite(augmented->growth))
@@ -75,7 +84,8 @@ Collision::Collision(Airway airway, const Points& reference, Enforcement enforce
   validate(friction_, enforcement_);
 }
 
-std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa) {
+std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa,
+                                      const NormalStress* stress) {
   const Stopwatch watch(detection_time_);
   std::vector<Pair> pairs;
   pairs.reserve(keys.size());
@@ -85,10 +95,16 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
     return pairs;
   }
   const auto* penalty = std::get_if<Penalty>(&enforcement_);
+  const auto* nitsche = std::get_if<Nitsche>(&enforcement_);
   const bool augmented = std::holds_alternative<Augmented>(enforcement_);
   for (const std::int32_t slave : keys) {
     Pair& pair = pairs.emplace_back(detector_.pair(slave, x));
     if (penalty) pair.stiffness = penalty->stiffness;
+    if (nitsche) {
+      const ContactSurface& own = detector_.first().contains(slave) ? detector_.first() : detector_.second();
+      pair.gamma = nitsche->factor * stress->modulus(slave, pair.normal) / detector_.mean_edge();
+      pair.stiffness = pair.gamma * own.tributary_area(slave);
+    }
     if (!augmented) continue;
     pair.stiffness = uzawa.stiffness;
     if (const auto known = uzawa.multiplier.find(slave); known != uzawa.multiplier.end())
@@ -123,16 +139,18 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
 }
 
 Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                          const Points& x_before, double scale, std::vector<char> guess,
+                                          const Before& before, double scale, std::vector<char> guess,
                                           Contacts& contacts) {
   const auto count = static_cast<std::ptrdiff_t>(pairs.size());
   std::vector<Row>& rows = contacts.rows;
   const auto solve = [&](std::vector<char> first, int most) -> Complementarity {
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (pairs[i].gamma > 0) add_stress(*before.stress, pairs[i], x_free, rows[i]);
     if (!friction_) return path_->solve(rows, scale, std::move(first), 0.1 * tolerance(), most);
     for (const Pair& pair : pairs) {
       const Vector3 t = pair.normal.unitOrthogonal();
-      rows.push_back(pair.slip_row(t, x_before, x_free));
-      rows.push_back(pair.slip_row(pair.normal.cross(t), x_before, x_free));
+      rows.push_back(pair.slip_row(t, before.x, x_free));
+      rows.push_back(pair.slip_row(pair.normal.cross(t), before.x, x_free));
     }
     Vector free(3 * count);
     for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
@@ -204,13 +222,13 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     };
     update_detector(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
-    std::vector<Pair> pairs = pairs_at(x, keys, uzawa);
+    std::vector<Pair> pairs = pairs_at(x, keys, uzawa, before.stress);
     double worst = 0;
     const Pair* worst_pair = nullptr;
     const auto find_worst = [&] {
       worst = 0;
       for (const Pair& pair : pairs)
-        if (const double off = violation(pair, force_of(pair.key), x); off > worst)
+        if (const double off = violation(pair, force_of(pair.key), x, before.stress); off > worst)
           worst = off, worst_pair = &pair;
     };
     find_worst();
@@ -218,7 +236,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
       const bool more = exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys);
       if (!more && !augment(contacts, x, uzawa)) return contacts;
-      pairs = pairs_at(x, keys, uzawa);
+      pairs = pairs_at(x, keys, uzawa, before.stress);
       find_worst();
     }
     if (contacts.passes == options_.max_passes)
@@ -240,7 +258,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
           contacts.passes == 0
               ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || pairs[i].gap(x) < 0
               : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
-    Complementarity solution = closing_forces(pairs, x, x_free, before.x, scale, std::move(guess), contacts);
+    Complementarity solution = closing_forces(pairs, x, x_free, before, scale, std::move(guess), contacts);
     contacts.pivots += solution.pivots;
     contacts.pairs = std::move(pairs);
     contacts.force = std::move(solution.force);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "plica/contact/enforcement.hpp"
+#include "plica/contact/normal_stress.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/contact/path.hpp"
 
@@ -53,6 +54,7 @@ class Collision {
     const std::vector<std::int32_t>& closed;  // keys of the pairs that carried force, ascending
     const Vector& force;                      // (closed) N
     double depth;                             // m, >= 0: deepest penetration
+    const NormalStress* stress = nullptr;     // of this step, for Nitsche's method
   };
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
   Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
@@ -66,7 +68,8 @@ class Collision {
   };
 
   void update_detector(const Points& x);
-  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa);
+  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa,
+                             const NormalStress* stress);
   /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
   bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                       std::vector<std::int32_t>& keys);
@@ -74,8 +77,7 @@ class Collision {
   /// passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
   /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in contacts.rows.
   Complementarity closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                 const Points& x_before, double scale, std::vector<char> guess,
-                                 Contacts& contacts);
+                                 const Before& before, double scale, std::vector<char> guess, Contacts& contacts);
   /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
   /// the gaps are closed or no augmentation is left.
   bool augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const;

@@ -41,7 +41,15 @@ struct Augmented {
   int max_augmentations = 50;  // >= 1; a step keeps the gaps that are left then. Paper B shows 4
 };
 
-using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty, Augmented>;
+/// Nitsche's method, the variant without symmetry: a slave node at gap g under the tissue's own normal stress
+/// sigma is pushed with p = area max(0, -gamma g - sigma), implicit. Consistent: the motion of exact contact has
+/// it, so no penetration is needed for a force. gamma = factor times the tissue's stiffness along the normal over
+/// the mean edge.
+struct Nitsche {
+  double factor = 10.0;  // -, > 0; too small has no solution, large is a penalty
+};
+
+using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty, Augmented, Nitsche>;
 
 /// Coulomb's law between the surfaces: |p_t| <= coefficient p_n, against the slip of the step.
 struct Friction {

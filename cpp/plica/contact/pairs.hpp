@@ -22,6 +22,7 @@ struct Pair {
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
   double stiffness = 0.0;              // N/m, 0: exact
   double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
+  double gamma = 0.0;                  // Pa/m, > 0 where the tissue's own stress counts (Nitsche)
 
   /// x_s - sum_k w_k x_k, m.
   Vector3 offset(const Points& x) const {

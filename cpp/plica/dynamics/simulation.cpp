@@ -88,6 +88,11 @@ Simulation::Simulation(Scene scene, Options options)
       const Faces& surface = scene_.mesh.surface(scene_.airflow->surface);
       nodes.insert(nodes.end(), surface.data(), surface.data() + surface.size());
     }
+    if (std::holds_alternative<Nitsche>(part.enforcement)) {
+      node_stress_.emplace(scene_.mesh, scene_.tissue, nodes);
+      for (const std::int32_t node : std::vector<std::int32_t>(nodes))
+        for (const NodeStress::Term& term : node_stress_->at(node)) nodes.push_back(term.node);
+    }
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));

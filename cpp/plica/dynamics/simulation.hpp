@@ -7,6 +7,7 @@
 #include "plica/dynamics/scheme.hpp"
 #include "plica/dynamics/state.hpp"
 #include "plica/solve/krylov.hpp"
+#include "plica/tissue/node_stress.hpp"
 
 namespace plica {
 
@@ -92,9 +93,10 @@ class Simulation {
   ConjugateGradient solver_;
   std::optional<Airflow> airflow_;
   std::optional<Collision> collision_;
-  std::vector<Vector> load_vectors_;  // (3 n) N of each Load at amplitude 1
-  Vector constant_load_;              // (3 n) N: gravity
-  Vector external_force_;             // (3 n) N, or empty
+  std::optional<NodeStress> node_stress_;  // with Nitsche's method
+  std::vector<Vector> load_vectors_;       // (3 n) N of each Load at amplitude 1
+  Vector constant_load_;                   // (3 n) N: gravity
+  Vector external_force_;                  // (3 n) N, or empty
   State state_;
   StepRecord record_;
   StepTimes times_;

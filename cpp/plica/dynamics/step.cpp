@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/dynamics/step_stress.hpp"
 
 namespace plica {
 
@@ -46,7 +47,12 @@ void Simulation::move(Step& step) {
 
   const Stopwatch watch(times_.contact);
   const auto* multipliers = std::get_if<Multipliers>(&scene_.contact->enforcement);
-  const Collision::Before before{step.x_previous, state_.closed, state_.closed_force, state_.depth};
+  std::optional<StepStress> stress;
+  if (node_stress_)
+    stress.emplace(*node_stress_, scene_.mesh.points, state_, step.displacement_predictor, step.velocity_predictor,
+                   scheme_, h);
+  const Collision::Before before{step.x_previous, state_.closed, state_.closed_force, state_.depth,
+                                 stress ? &*stress : nullptr};
   Points touching;
   if (!multipliers || std::holds_alternative<EndOfStep>(multipliers->position)) {
     step.contacts = collision_->solve(step.x, scheme_.beta * h * h, before, touching);

@@ -238,6 +238,11 @@ void Element::stiffness(const Matrix6& D, double* out) const {
   }
 }
 
+Eigen::Matrix<double, Eigen::Dynamic, 3> Element::gradients(const std::array<double, 4>& at) const {
+  if (order_ == 1) return gradients_;
+  return evaluate(quadratic_slopes(at), 1.0).gradients;
+}
+
 Eigen::Matrix<double, Eigen::Dynamic, 3> Element::centroid_gradients() const {
   if (order_ == 1) return gradients_;
   return evaluate(quadratic_tables().centroid_slopes, 1.0).gradients;

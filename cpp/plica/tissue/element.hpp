@@ -55,6 +55,8 @@ class Element {
   /// out (nodes, nodes) blocks (3, 3), row-major: int B_a^T D B_b dV, N/m; written for b >= a only.
   /// D (6, 6) symmetric, Pa.
   void stiffness(const Matrix6& D, double* out) const;
+  /// (nodes, 3) 1/m: dN/dx at a point.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> gradients(const std::array<double, 4>& at) const;
   /// (nodes, 3) 1/m: dN/dx at the centroid.
   Eigen::Matrix<double, Eigen::Dynamic, 3> centroid_gradients() const;
 

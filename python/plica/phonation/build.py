@@ -21,6 +21,7 @@ from plica.phonation.parts import (
     Lagged,
     Multipliers,
     Newmark,
+    Nitsche,
     Penalty,
     VolumePenalty,
 )
@@ -273,6 +274,8 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
             enforcement = _engine.VolumePenalty(**penalty.model_dump())
         case Augmented() as augmented:
             enforcement = _engine.Augmented(**augmented.model_dump())
+        case Nitsche() as nitsche:
+            enforcement = _engine.Nitsche(**nitsche.model_dump())
         case other:
             raise AssertionError(other)
     return _engine.Contact(

@@ -36,6 +36,7 @@ __all__ = [
     "Load",
     "Multipliers",
     "Newmark",
+    "Nitsche",
     "Output",
     "Penalty",
     "Scheme",
@@ -174,6 +175,13 @@ class Augmented(Part):
     """Of one step, which keeps the gaps that are left then; Paper B shows 4."""
 
 
+class Nitsche(Part):
+    """Nitsche's method: the force is the tissue's own normal stress where the surfaces meet, corrected by the gap."""
+
+    factor: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Nitsche", "factor"))
+    """[-] Of the gap's part: pressure a gap, in stiffnesses of the tissue along the normal over mean edges."""
+
+
 class Contact(OneOf):
     """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it."""
 
@@ -182,11 +190,13 @@ class Contact(OneOf):
         "penalty": Penalty,
         "volume_penalty": VolumePenalty,
         "augmented": Augmented,
+        "nitsche": Nitsche,
     }
     multipliers: Multipliers | None = None
     penalty: Penalty | None = None
     volume_penalty: VolumePenalty | None = None
     augmented: Augmented | None = None
+    nitsche: Nitsche | None = None
     first: str = "airway_left"
     """Surface of the one body; of a larynx, the left fold."""
     second: str = "airway_right"

@@ -116,6 +116,16 @@ TEST_CASE("uniform pressure passes exactly through an interface of matched meshe
   }
 }
 
+TEST_CASE("Nitsche's method passes it exactly where the springs of its gap alone leave a penetration") {
+  const double factor = 10, area = 0.25;  // of a node in the middle
+  const PatchErrors found = errors(1, 2, 2, Nitsche{factor});
+  CHECK(found.stress < strain);
+  CHECK(found.displacement < strain);
+  CHECK(found.force < 2 * strain);
+  const PatchErrors springs = errors(1, 2, 2, Penalty{factor * E / 0.5 * area});
+  CHECK(springs.displacement > 1000 * found.displacement);
+}
+
 TEST_CASE("with multipliers on both sides it passes between linear meshes that do not match, too") {
   for (const int n_b : {3, 4}) {
     CAPTURE(n_b);

@@ -43,7 +43,7 @@ TEST_CASE("equal bars press with rho c v / 2 for 2 L / c and exchange their velo
   const double E = 20e3, rho = 1040, length = 0.01, c = std::sqrt(E / rho), exact = rho * c / 2;
   for (const Enforcement& enforcement :
        {Enforcement(Multipliers{}), Enforcement(Multipliers{Gmres{}, EndOfStep{}}), Enforcement(Augmented{}),
-        Enforcement(Penalty{10 * E / (length / n) * (length / n) * (length / n) / 4})}) {
+        Enforcement(Nitsche{}), Enforcement(Penalty{10 * E / (length / n) * (length / n) * (length / n) / 4})}) {
     Simulation simulation(scenes::two_bars(n, enforcement), options(HilberHughesTaylor{}, length / n / c));
     const Impact impact = impact_of(simulation, length / n * length / n, 2.6 * length / c);
     // The front is some elements wide, so on forty elements the duration is known to a step or two of 80.

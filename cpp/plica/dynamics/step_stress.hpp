@@ -1,0 +1,38 @@
+#pragma once
+#include "plica/contact/normal_stress.hpp"
+#include "plica/dynamics/scheme.hpp"
+#include "plica/dynamics/state.hpp"
+#include "plica/tissue/node_stress.hpp"
+
+namespace plica {
+
+/// The normal stress that balances the contact force in a step: of U = (1+alpha) u_{n+1} - alpha u_n and V
+/// likewise, where v_{n+1} = v~ + gamma / (beta h) (u_{n+1} - u~) follows the positions.
+class StepStress final : public NormalStress {
+ public:
+  /// All must outlive it. Predictors u~ and v~ (3 n) exclude the unknown acceleration.
+  StepStress(const NodeStress& tissue, const Points& reference, const State& before, const Vector& u_predictor,
+             const Vector& v_predictor, const SchemeCoefficients& scheme, double h)
+      : tissue_(tissue),
+        reference_(reference),
+        before_(before),
+        u_predictor_(u_predictor),
+        v_predictor_(v_predictor),
+        alpha_(scheme.alpha),
+        rate_(scheme.gamma / (scheme.beta * h)) {}
+
+  double at(std::int32_t node, const Vector3& n, const Points& x) const override;
+  std::vector<NodeVector> slopes(std::int32_t node, const Vector3& n) const override;
+  double modulus(std::int32_t node, const Vector3& n) const override { return tissue_.modulus(node, n); }
+
+ private:
+  const NodeStress& tissue_;
+  const Points& reference_;
+  const State& before_;
+  const Vector& u_predictor_;
+  const Vector& v_predictor_;
+  double alpha_;
+  double rate_;  // 1/s
+};
+
+}  // namespace plica
