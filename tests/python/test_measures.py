@@ -259,6 +259,14 @@ def test_autocorrelation_finds_the_pitch_of_a_waveform_with_a_weak_fundamental()
     assert autocorrelation_frequency(signal, 50e-6) == pytest.approx(150.0, rel=1e-3)
 
 
+def test_autocorrelation_without_a_positive_peak_names_no_frequency() -> None:
+    # Up once and back over the record: what overlaps is never alike.
+    time = 50e-6 * np.arange(40)
+    signal = np.where(time < 1e-3, time, 2e-3 - time) ** 2
+    ripple = 1e-3 * signal.max() * np.cos(2 * np.pi * 2000 * time)
+    assert np.isnan(autocorrelation_frequency(signal * (time < 1.2e-3) + ripple, 50e-6))
+
+
 def silent(run: AnalyticRun, area: float) -> AnalyticRun:
     constant = np.full(run.time.size, area)
     stopped = np.full(run.time.size, int(area == 0))

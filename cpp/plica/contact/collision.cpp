@@ -102,7 +102,7 @@ std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::in
     if (penalty) pair.stiffness = penalty->stiffness;
     if (nitsche) {
       const ContactSurface& own = detector_.first().contains(slave) ? detector_.first() : detector_.second();
-      pair.gamma = nitsche->factor * stress->modulus(slave, pair.normal) / detector_.mean_edge();
+      pair.gamma = nitsche->factor * stress->stiffness(slave, pair.normal, detector_.mean_edge());
       pair.stiffness = pair.gamma * own.tributary_area(slave);
     }
     if (!augmented) continue;

@@ -43,8 +43,8 @@ struct Augmented {
 
 /// Nitsche's method, the variant without symmetry: a slave node at gap g under the tissue's own normal stress
 /// sigma is pushed with p = area max(0, -gamma g - sigma), implicit. Consistent: the motion of exact contact has
-/// it, so no penetration is needed for a force. gamma = factor times the tissue's stiffness along the normal over
-/// the mean edge.
+/// it, so no penetration is needed for a force. gamma = factor times the stiffness of
+/// a layer of tissue one mean edge thick, its inertia within a step included.
 struct Nitsche {
   double factor = 10.0;  // -, > 0; too small has no solution, large is a penalty
 };

@@ -12,8 +12,9 @@ class NormalStress {
   virtual double at(std::int32_t node, const Vector3& n, const Points& x) const = 0;
   /// Its derivatives, Pa/m.
   virtual std::vector<NodeVector> slopes(std::int32_t node, const Vector3& n) const = 0;
-  /// Pa, stiffness of the tissue along n: n . S(n n).
-  virtual double modulus(std::int32_t node, const Vector3& n) const = 0;
+  /// Pa/m, the pressure that a layer of this depth (m) under the node answers a unit motion along n with, within
+  /// the step: its elasticity and its inertia.
+  virtual double stiffness(std::int32_t node, const Vector3& n, double depth) const = 0;
 };
 
 }  // namespace plica

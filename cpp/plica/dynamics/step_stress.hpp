@@ -19,11 +19,14 @@ class StepStress final : public NormalStress {
         u_predictor_(u_predictor),
         v_predictor_(v_predictor),
         alpha_(scheme.alpha),
-        rate_(scheme.gamma / (scheme.beta * h)) {}
+        rate_(scheme.gamma / (scheme.beta * h)),
+        inverse_square_(1.0 / (scheme.beta * h * h)) {}
 
   double at(std::int32_t node, const Vector3& n, const Points& x) const override;
   std::vector<NodeVector> slopes(std::int32_t node, const Vector3& n) const override;
-  double modulus(std::int32_t node, const Vector3& n) const override { return tissue_.modulus(node, n); }
+  double stiffness(std::int32_t node, const Vector3& n, double depth) const override {
+    return tissue_.modulus(node, n) / depth + tissue_.density(node) * depth * inverse_square_;
+  }
 
  private:
   const NodeStress& tissue_;
@@ -32,7 +35,8 @@ class StepStress final : public NormalStress {
   const Vector& u_predictor_;
   const Vector& v_predictor_;
   double alpha_;
-  double rate_;  // 1/s
+  double rate_;            // 1/s
+  double inverse_square_;  // 1/s^2
 };
 
 }  // namespace plica

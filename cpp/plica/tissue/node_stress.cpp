@@ -34,7 +34,8 @@ std::array<double, 4> place_of(int a) {
 
 NodeStress::NodeStress(const TetMesh& mesh, const Tissue& tissue, const std::vector<std::int32_t>& nodes)
     : terms_(static_cast<std::size_t>(mesh.node_count())),
-      elasticity_(static_cast<std::size_t>(mesh.node_count()), Matrix6::Zero()) {
+      elasticity_(static_cast<std::size_t>(mesh.node_count()), Matrix6::Zero()),
+      density_(static_cast<std::size_t>(mesh.node_count()), 0.0) {
   std::vector<char> wanted(static_cast<std::size_t>(mesh.node_count()), 0);
   for (const std::int32_t node : nodes) wanted[static_cast<std::size_t>(node)] = 1;
   std::vector<Matrix6> elasticity, viscosity;
@@ -61,6 +62,8 @@ NodeStress::NodeStress(const TetMesh& mesh, const Tissue& tissue, const std::vec
       const auto gradients = element.gradients(place_of(a));
       volume[cell[a]] += share;
       elasticity_[static_cast<std::size_t>(cell[a])] += share * S;
+      density_[static_cast<std::size_t>(cell[a])] +=
+          share * tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density;
       auto& of_node = found[cell[a]];
       for (int b = 0; b < count; ++b) {
         const Slope strain = share * strain_of(gradients.row(b));
@@ -73,6 +76,7 @@ NodeStress::NodeStress(const TetMesh& mesh, const Tissue& tissue, const std::vec
   for (const auto& [node, of_node] : found) {
     const double whole = volume.at(node);
     elasticity_[static_cast<std::size_t>(node)] /= whole;
+    density_[static_cast<std::size_t>(node)] /= whole;
     for (const auto& [other, term] : of_node)
       terms_[static_cast<std::size_t>(node)].push_back({other, term.elastic / whole, term.viscous / whole});
   }

@@ -23,10 +23,13 @@ class NodeStress {
   const std::vector<Term>& at(std::int32_t node) const { return terms_[static_cast<std::size_t>(node)]; }
   /// Pa, n . S(n n) averaged as the stress is: what a unit stretch along n (unit) answers.
   double modulus(std::int32_t node, const Vector3& n) const;
+  /// kg/m^3, averaged as the stress is.
+  double density(std::int32_t node) const { return density_[static_cast<std::size_t>(node)]; }
 
  private:
   std::vector<std::vector<Term>> terms_;  // (n), empty at other nodes
   std::vector<Matrix6> elasticity_;       // (n), Pa, zero at other nodes
+  std::vector<double> density_;           // (n), kg/m^3, zero at other nodes
 };
 
 /// n n in Voigt order, so that n . sigma n is its dot product with the stress.

@@ -126,7 +126,7 @@ def rising_crossings(time: Floats, signal: Floats, share: float = 0.1) -> Floats
 
 
 def autocorrelation_frequency(signal: Floats, step: float) -> float:
-    """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN if there is none.
+    """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN if none is positive.
 
     The mean is removed, each lag is divided by the norms of the two parts that overlap (so that a periodic
     signal reaches exactly 1), lags go up to half the signal, and a parabola places the peak.
@@ -144,7 +144,7 @@ def autocorrelation_frequency(signal: Floats, step: float) -> float:
         return float("nan")
     inner = correlation[1:-1]
     peaks = 1 + np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:]))
-    peaks = peaks[peaks > negative[0]]
+    peaks = peaks[(peaks > negative[0]) & (correlation[peaks] > 0)]
     if not peaks.size:
         return float("nan")
     lag = int(peaks[correlation[peaks] >= 0.9 * correlation[peaks].max()][0])

@@ -86,6 +86,8 @@ def quotient_measures(time: Floats, waveforms: Mapping[str, Array], cycles: Cycl
 
 def _growth(time: Floats, signal: Floats, cycles: Cycles) -> float:
     amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
+    if amplitudes.size < 2:
+        return float("nan")
     slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
     return float(slope / amplitudes.mean())
 

@@ -176,10 +176,11 @@ class Augmented(Part):
 
 
 class Nitsche(Part):
-    """Nitsche's method: the force is the tissue's own normal stress where the surfaces meet, corrected by the gap."""
+    """Nitsche's method: the tissue's own normal stress at the surface is the force, corrected by the gap."""
 
     factor: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Nitsche", "factor"))
-    """[-] Of the gap's part: pressure a gap, in stiffnesses of the tissue along the normal over mean edges."""
+    """[-] Of the gap's part: pressure a gap, in stiffnesses of a layer of tissue one mean edge thick, its inertia
+    within a step included."""
 
 
 class Contact(OneOf):
