@@ -253,9 +253,13 @@ TEST_CASE("multipliers keep sliding blocks apart, and a run goes on from a state
   int touching = 0;
   for (int k = 0; k < 80; ++k) {
     if (k == 40) resumed.restore(whole.state());
+    const Points before = whole.positions();
     whole.advance();
     touching += whole.record().contact->rows > 0;
     CHECK(whole.record().contact->deepest_gap >= -2e-5 * edge);
+    if (k == 60)
+      CHECK(whole.collision()->detector().airway().tets ==
+            triangulated_airway(before, scene.contact->airway.first, scene.contact->airway.second).tets);
     if (k < 40) continue;
     resumed.advance();
     REQUIRE(resumed.state().displacement == whole.state().displacement);
@@ -281,14 +285,15 @@ TEST_CASE("deep in each other after one large step: none inside is missed") {
 }
 
 // Faces of the Delaunay tetrahedra are not those of a curved surface, and the air over a large face has few
-// tetrahedra: inverted ones alone would miss some hundreds of these nodes.
+// tetrahedra: inverted ones alone miss 276 of these 4055 nodes, with thin ones 16.
 TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shallow or deep") {
   std::mt19937 random(1);
   const auto between = [&](double low, double high) { return low + (high - low) * (random() / 4294967296.0); };
   int inside = 0, missed = 0, wrong = 0;
-  for (const auto& [n_a, n_b] : {std::pair{4, 3}, {4, 5}, {9, 3}, {9, 5}})
+  for (const auto& [n_a, n_b] : {std::pair{4, 3}, {4, 5}, {9, 3}, {16, 3}})
     for (int trial = 0; trial < 6; ++trial) {
-      const double curved = trial % 2 ? 0.4 : 0.15, phase = between(0, 6), other_phase = between(0, 6);
+      const double curved = std::array{0.0, 0.15, 0.4}[trial % 3], phase = between(0, 6),
+                   other_phase = between(0, 6);
       const Block a{{-1, 0, 0}, {1, 1, 1}, {2, n_a, n_a}}, b{{0, -0.1, -0.1}, {1, 1.2, 1.2}, {2, n_b, n_b}};
       const TetMesh mesh = combine(block_mesh(a), block_mesh(b), "a.", "b.");
       const auto of_b = mesh.node_set("b.x_min")[0];
@@ -305,6 +310,9 @@ TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shall
         Points moved = x;
         const Vector3 shift(-between(0, far), between(-far, far), between(-far, far));
         moved.bottomRows(x.rows() - of_b).rowwise() += shift.transpose();
+        const double along_y = between(0, 5), along_z = between(0, 5);
+        moved.col(0).head(of_b).array() +=
+            0.5 * far * (along_y * x.col(1).head(of_b).array() + along_z * x.col(2).head(of_b).array()).sin();
         detector.forget();
         detector.update(moved);
         const double reach = detector.reach(x, moved, 0.0);
@@ -327,8 +335,7 @@ TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shall
     }
   CHECK(inside > 1000);
   CHECK(missed == 0);
-  // Over the strongly bent edges of three triangles a wave, a node just in front can have a negative gap.
-  CHECK(500 * wrong < inside);
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("bodies that overlap at the start are refused, however deep") {
