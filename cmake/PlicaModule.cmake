@@ -1,10 +1,11 @@
 # One function declares a module of the engine: a static library plica::NAME built from
 # cpp/plica/NAME/*.cpp that sees the headers of the modules it names, and of no others.
 #
-#   plica_module(NAME DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL)
+#   plica_module(NAME [TESTS_ONLY] DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL)
 #
 # DEPENDS  modules whose headers its own headers may include
 # LINK     third parties that appear in its headers
+# TESTS_ONLY  built where a test links it, neither installed nor listed
 # PRIVATE  third parties of its sources only: header-only ones, so an installed module does not need them
 #
 # Each module's headers are staged into an include root of its own, so that including a header of a
@@ -13,7 +14,7 @@ include_guard(GLOBAL)
 include(GNUInstallDirs)
 
 function(plica_module name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;LINK;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "TESTS_ONLY" "" "DEPENDS;LINK;PRIVATE" ${ARGN})
   set(target plica_${name})
   set(source_dir ${PROJECT_SOURCE_DIR}/cpp/plica/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
@@ -45,6 +46,10 @@ function(plica_module name)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
 
+  if(ARG_TESTS_ONLY)
+    set_target_properties(${target} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+    return()
+  endif()
   install(TARGETS ${target} EXPORT plicaTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
   install(DIRECTORY ${source_dir} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/plica

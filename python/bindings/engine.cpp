@@ -36,7 +36,12 @@ py::dict build_info() {
 #else
   absent.append("dynamics");
 #endif
-  for (const char* name : {"meshing", "imaging", "estimation"}) {
+#ifdef PLICA_WITH_MESHING
+  present.append("meshing");
+#else
+  absent.append("meshing");
+#endif
+  for (const char* name : {"imaging", "estimation"}) {
     absent.append(name);
   }
   py::dict info;

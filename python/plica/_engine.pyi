@@ -47,6 +47,7 @@ __all__: list[str] = [
     "signed_volumes",
     "threads",
     "to_quadratic",
+    "triangulated_airway",
 ]
 
 class InvalidInput(ValueError):
@@ -460,3 +461,8 @@ def signed_volumes(
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def threads() -> int: ...
 def to_quadratic(mesh: TetMesh) -> TetMesh: ...
+def triangulated_airway(
+    points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> Airway: ...

@@ -151,6 +151,16 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "[contact]\nmultipliers = {}\ndirection = [0, 0, 1]",
         "s.toml: contact: ",
     ),
+    "direction of a triangulated airway": (
+        "[contact.multipliers]",
+        '[contact]\nmultipliers = {}\nairway = "triangulated"\ndirection = [0, 0, 1]',
+        "contact.direction = [0.0, 0.0, 1.0]; must be left out. A triangulated airway has no direction.",
+    ),
+    "another airway": (
+        "[contact.multipliers]",
+        '[contact]\nmultipliers = {}\nairway = "meshed"',
+        'contact.airway = "meshed"; must be',
+    ),
     "coupling": (
         "[airflow]",
         '[airflow]\ncoupling = "itrated"',

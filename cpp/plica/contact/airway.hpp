@@ -3,12 +3,20 @@
 
 namespace plica {
 
+class ContactSurface;
+
+/// Tetrahedra of air at positions x (n, 3) between two surfaces that are up to date there and at most `depth` (m)
+/// inside each other.
+using Triangulate = Tets (*)(const Points& x, const ContactSurface& first, const ContactSurface& second,
+                             double depth);
+
 /// Two surfaces that may touch, and the tetrahedra of air that join them without inner nodes.
 /// Air tetrahedra are positive as long as they are not turned inside out.
 struct Airway {
-  Triangles first;   // outward, e.g. the left fold
-  Triangles second;  // outward, e.g. the right fold
-  Tets tets;         // nodes of the tissue mesh only
+  Triangles first;                // outward, e.g. the left fold
+  Triangles second;               // outward, e.g. the right fold
+  Tets tets;                      // nodes of the tissue mesh only
+  Triangulate renewed = nullptr;  // makes the tetrahedra of a new step; null where they never change
 };
 
 /// The airway between two structured surfaces whose nodes face each other along `direction`: node pairs have

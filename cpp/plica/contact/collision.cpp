@@ -118,6 +118,11 @@ void Collision::update_detector(const Points& x) {
   detector_.update(x);
 }
 
+void Collision::renew(const Points& x, double depth) {
+  const Stopwatch watch(detection_time_);
+  detector_.renew(x, depth);
+}
+
 bool Collision::add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                                std::vector<std::int32_t>& keys) {
   const Stopwatch watch(detection_time_);
@@ -132,8 +137,8 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
       if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).penetrates(x, reach)) add(tet);
     }
   } else {
-    for (const std::int32_t node : detector_.candidates(side))
-      if (const Pair pair = detector_.pair(node, x); pair.gap(x) < -least && pair.penetrates(x, reach)) add(node);
+    for (const Pair& pair : detector_.inside(side, x, reach))
+      if (pair.gap(x) < -least) add(pair.slave);
   }
   return keys.size() > known;
 }

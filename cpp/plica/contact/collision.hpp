@@ -48,6 +48,8 @@ class Collision {
   /// Seconds that solve() has spent on finding pairs, since construction.
   double detection_time() const { return detection_time_; }
 
+  /// Renews the airway at x (n, 3), where a step begins and the surfaces are `depth` (m) deep in each other.
+  void renew(const Points& x, double depth);
   /// What is known from the step before.
   struct Before {
     const Points& x;                          // (n, 3) m

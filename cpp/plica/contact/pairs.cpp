@@ -17,6 +17,16 @@ double volume(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
          6.0;
 }
 
+/// Signed: the volume over a third of the largest face; negative where inverted.
+double least_height(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
+  double largest = 0;
+  for (int k = 0; k < 4; ++k) {
+    const Vector3 a = x.row(tet[(k + 1) % 4]), b = x.row(tet[(k + 2) % 4]), c = x.row(tet[(k + 3) % 4]);
+    largest = std::max(largest, 0.5 * (b - a).cross(c - a).norm());
+  }
+  return largest > 0 ? 3 * volume(x, tet) / largest : 0.0;
+}
+
 /// v without the directions in which the foot follows the slave: the triangle's plane, an edge, or none.
 Vector3 across_foot(const Vector3& v, const Foot& foot, const std::array<Vector3, 3>& corners) {
   std::array<int, 3> loaded{};
@@ -109,6 +119,10 @@ Detector::Detector(Airway airway, const Points& reference)
   const double first_edge = first_.mean_edge(reference), second_edge = second_.mean_edge(reference);
   mean_edge_ = 0.5 * (first_edge + second_edge);
   slave_is_first_ = first_edge <= second_edge * (1 + 1e-6);  // alike to round-off counts as alike
+  join();
+}
+
+void Detector::join() {
   for (std::ptrdiff_t t = 0; t < airway_.tets.rows(); ++t)
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
@@ -118,22 +132,67 @@ Detector::Detector(Airway airway, const Points& reference)
       }
 }
 
+void Detector::renew(const Points& x, double depth) {
+  if (!airway_.renewed) return;
+  first_.update(x);
+  second_.update(x);
+  airway_.tets = airway_.renewed(x, first_, second_, depth);
+  std::fill(partner_.begin(), partner_.end(), -1);
+  join();
+}
+
 void Detector::update(const Points& x) {
   first_.update(x);
   second_.update(x);
   inverted_ = inverted(x, airway_.tets);
+  if (airway_.renewed) find_thin(x);
+}
+
+void Detector::find_thin(const Points& x) {
+  std::vector<double> bulge(partner_.size(), 0.0);
+  for (const ContactSurface* side : {&first_, &second_})
+    for (const std::int32_t node : side->nodes()) bulge[node] = std::max(bulge[node], side->bulge(node, x));
+  thin_.clear();
+  for (std::int32_t t = 0; t < airway_.tets.rows(); ++t) {
+    double slack = 0;
+    for (const std::int32_t node : airway_.tets.row(t)) slack = std::max(slack, bulge[node]);
+    if (least_height(x, airway_.tets.row(t)) <= slack) thin_.push_back(t);
+  }
 }
 
 std::vector<std::int32_t> Detector::candidates(const ContactSurface& side) const {
   const ContactSurface& other = &side == &first_ ? second_ : first_;
   std::vector<std::int32_t> found;
-  for (const std::int32_t t : inverted_)
-    for (int k = 0; k < 4; ++k) {
-      const std::int32_t node = airway_.tets(t, k);
-      if (side.contains(node) && !other.contains(node)) found.push_back(node);
-    }
+  for (const auto* tets : {&inverted_, &thin_})
+    for (const std::int32_t t : *tets)
+      for (const std::int32_t node : airway_.tets.row(t))
+        if (side.contains(node) && !other.contains(node)) found.push_back(node);
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
+  return found;
+}
+
+std::vector<Pair> Detector::inside(const ContactSurface& side, const Points& x, double reach) {
+  const ContactSurface& other = &side == &first_ ? second_ : first_;
+  std::vector<std::int32_t> named = candidates(side);
+  std::vector<char> seen(partner_.size(), 0);
+  for (const std::int32_t node : named) seen[node] = 1;
+  const std::size_t by_air = named.size();
+  std::vector<Pair> found;
+  for (std::size_t k = 0; k < named.size(); ++k) {
+    const std::int32_t node = named[k];
+    const Pair by_node = pair(node, x);
+    const bool penetrates = by_node.penetrates(x, reach);
+    if (penetrates) found.push_back(by_node);
+    if (!airway_.renewed || (!penetrates && k >= by_air)) continue;
+    for (const std::int32_t next : side.neighbours(node)) {
+      if (seen[next] || other.contains(next)) continue;
+      seen[next] = 1;
+      named.push_back(next);
+      if (partner_[next] < 0 && foot_hint_[next] < 0) foot_hint_[next] = foot_hint_[node];
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const Pair& a, const Pair& b) { return a.slave < b.slave; });
   return found;
 }
 
@@ -237,9 +296,8 @@ double Detector::reach(const Points& before, const Points& x, double depth) cons
 Detector::Deepest Detector::deepest(const Points& x, double reach) {
   Deepest found;
   for (const ContactSurface* side : {&first_, &second_})
-    for (const std::int32_t node : candidates(*side))
-      if (const Pair by_node = pair(node, x); by_node.penetrates(x, reach) && by_node.gap(x) < found.gap)
-        found = {node, by_node.gap(x)};
+    for (const Pair& by_node : inside(*side, x, reach))
+      if (by_node.gap(x) < found.gap) found = {by_node.slave, by_node.gap(x)};
   return found;
 }
 

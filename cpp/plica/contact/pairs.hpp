@@ -57,6 +57,8 @@ struct EdgeCrossing {
 };
 
 /// Finds what overlaps: an inverted airway tetrahedron names candidates, the sign of the gap decides.
+/// In an airway that is renewed the faces of the tetrahedra need not be those of the surfaces, so tetrahedra
+/// thinner than what that can hide name candidates too, and a patch of nodes inside is followed from node to node.
 class Detector {
  public:
   /// Throws InvalidInput for a node number of the airway outside reference (n, 3), or an empty surface.
@@ -72,12 +74,19 @@ class Detector {
   const Indices& nodes() const { return nodes_; }
   double mean_edge() const { return mean_edge_; }  // m, of the reference surfaces
 
+  /// Triangulates the air anew at positions x (n, 3), the surfaces being at most `depth` (m) inside each other
+  /// there. Nothing where the airway never changes. The keys of volume_pair change.
+  void renew(const Points& x, double depth);
   /// Takes up positions x (n, 3): normals, areas, inverted tetrahedra. Only rows of nodes() are read.
   void update(const Points& x);
   /// Tetrahedra that are inside out at the positions of the last update.
   const std::vector<std::int32_t>& inverted_tets() const { return inverted_; }
-  /// Nodes of `side` in inverted tetrahedra, without those common to both surfaces, ascending.
+  /// Nodes of `side` in inverted (airway that is renewed: or thin) tetrahedra, without those common to both
+  /// surfaces, ascending.
   std::vector<std::int32_t> candidates(const ContactSurface& side) const;
+  /// The nodes of `side` that penetrate at x, the positions of the last update: the pairs of those candidates, in
+  /// an airway that is renewed also of their neighbours and of all connected with one that penetrates. By slave.
+  std::vector<Pair> inside(const ContactSurface& side, const Points& x, double reach);
 
   /// Forgets where earlier searches ended, so that what follows depends on the positions alone.
   void forget();
@@ -104,12 +113,16 @@ class Detector {
   double reach(const Points& before, const Points& x, double depth) const;
 
  private:
+  void join();  // partner_, from the tetrahedra
+  /// Tetrahedra no higher than a surface bulges from the tangent planes of their nodes.
+  void find_thin(const Points& x);
+
   Airway airway_;
   ContactSurface first_, second_;
   Indices nodes_;
   double mean_edge_ = 0.0;
   bool slave_is_first_ = true;
-  std::vector<std::int32_t> inverted_;
+  std::vector<std::int32_t> inverted_, thin_;
   std::vector<std::int32_t> foot_hint_;  // (n) triangle of the other surface where the last search ended, or -1
   std::vector<std::int32_t> partner_;    // (n) a node of the other surface that shares an airway tetrahedron
 };

@@ -61,6 +61,14 @@ ContactSurface::ContactSurface(Triangles triangles, std::ptrdiff_t node_count)
 
 std::int32_t ContactSurface::triangle_at(std::int32_t node) const { return fan_[fan_start_[local_[node]]]; }
 
+std::vector<std::int32_t> ContactSurface::neighbours(std::int32_t node) const {
+  const std::int32_t i = local_[node];
+  std::vector<std::int32_t> found;
+  for (std::int32_t k = fan_start_[i]; k < fan_start_[i + 1]; ++k)
+    for (const std::int32_t other : triangles_.row(fan_[k])) found.push_back(other);
+  return found;
+}
+
 double ContactSurface::mean_edge(const Points& x) const {
   double sum = 0;
   for (std::ptrdiff_t t = 0; t < triangles_.rows(); ++t)
@@ -86,6 +94,15 @@ void ContactSurface::update(const Points& x) {
 
 const Vector3& ContactSurface::normal(std::int32_t node) const { return normals_[local_[node]]; }
 double ContactSurface::tributary_area(std::int32_t node) const { return areas_[local_[node]]; }
+
+double ContactSurface::bulge(std::int32_t node, const Points& x) const {
+  const std::int32_t i = local_[node];
+  double largest = 0;
+  for (std::int32_t k = fan_start_[i]; k < fan_start_[i + 1]; ++k)
+    for (const std::int32_t other : triangles_.row(fan_[k]))
+      largest = std::max(largest, std::abs((x.row(other) - x.row(node)).dot(normals_[i])));
+  return largest;
+}
 
 std::pair<double, double> ContactSurface::tributary_stretch(std::int32_t node, const Points& x) const {
   const std::int32_t local = local_[static_cast<std::size_t>(node)];

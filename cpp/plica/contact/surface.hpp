@@ -21,6 +21,8 @@ class ContactSurface {
   bool contains(std::int32_t node) const { return local_[static_cast<std::size_t>(node)] >= 0; }
   /// Any triangle at this node.
   std::int32_t triangle_at(std::int32_t node) const;
+  /// Nodes that share a triangle with this one, each as often as triangles do, and itself.
+  std::vector<std::int32_t> neighbours(std::int32_t node) const;
   /// Mean edge length at positions x, m.
   double mean_edge(const Points& x) const;
 
@@ -28,6 +30,8 @@ class ContactSurface {
   void update(const Points& x);
   const Vector3& normal(std::int32_t node) const;
   double tributary_area(std::int32_t node) const;
+  /// How far (m) the triangles around a node leave the plane across its normal at x, positions of the last update.
+  double bulge(std::int32_t node, const Points& x) const;
   /// The stretch of y (m, m) that a node stands for: half the way to the least and to the largest y of its
   /// triangles.
   std::pair<double, double> tributary_stretch(std::int32_t node, const Points& x) const;

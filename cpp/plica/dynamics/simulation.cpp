@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/dynamics/overlap.hpp"
 #include "plica/dynamics/step.hpp"
 
 namespace plica {
@@ -144,6 +145,13 @@ Simulation::~Simulation() = default;
 void Simulation::start_apart() {
   Detector& detector = collision_->detector();
   const Points x = positions();
+  if (detector.airway().renewed) {
+    const double deep = scene_.contact->options.tolerance;
+    if (const auto inside = node_in_tissue(x, scene_.mesh.cells, detector.nodes(), deep))
+      throw InvalidInput("Scene: node " + std::to_string(*inside) + " of the contact surfaces at (" +
+                         number(x(*inside, 0)) + ", " + number(x(*inside, 1)) + ", " + number(x(*inside, 2)) +
+                         ") m lies in the tissue; must be outside at t = 0. Move the bodies apart.");
+  }
   detector.update(x);
   const auto [node, gap] = detector.deepest(x, detector.reach(scene_.mesh.points, x, 0.0));
   if (-gap > scene_.contact->options.tolerance * detector.mean_edge())
@@ -221,6 +229,10 @@ void Simulation::advance() {
   };
   try {
     Step step(*this);
+    if (collision_) {
+      const Stopwatch watch(times_.contact);
+      collision_->renew(step.x_previous, step.depth_before);
+    }
     couple(step);
     complete(step);
     finish(step);

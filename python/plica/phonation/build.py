@@ -261,10 +261,15 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     for side in ("first", "second"):
         _known(scene, f"contact.{side}", getattr(contact, side), list(mesh.surfaces))
     first, second = (_engine.flat_triangles(mesh.surfaces[name]) for name in (contact.first, contact.second))
+    points = np.asarray(mesh.points)
     try:
-        airway = _engine.matched_airway(np.asarray(mesh.points), first, second, contact.direction)
+        if contact.airway == "matched":
+            airway = _engine.matched_airway(points, first, second, contact.direction)
+        else:
+            airway = _engine.triangulated_airway(points, first, second)
     except InvalidInput as error:
-        raise SceneError(f"{scene.source}: contact: {error}") from None
+        hint = ' Between other meshes: airway = "triangulated".' if contact.airway == "matched" else ""
+        raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
     match contact.choice:
         case Multipliers() as multipliers:
             enforcement: Any = _engine.Multipliers(**multipliers.model_dump())

@@ -179,8 +179,8 @@ class Nitsche(Part):
     """Nitsche's method: the tissue's own normal stress at the surface is the force, corrected by the gap."""
 
     factor: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Nitsche", "factor"))
-    """[-] Of the gap's part: pressure a gap, in stiffnesses of a layer of tissue one mean edge thick, its inertia
-    within a step included."""
+    """[-] Of the gap's part: pressure a gap, in stiffnesses of a layer of tissue one mean edge thick, its
+    inertia within a step included."""
 
 
 class Contact(OneOf):
@@ -202,8 +202,11 @@ class Contact(OneOf):
     """Surface of the one body; of a larynx, the left fold."""
     second: str = "airway_right"
     """Surface of the other body."""
+    airway: Literal["matched", "triangulated"] = "matched"
+    """How the air between the surfaces is cut: once, between nodes that face each other, or anew each step
+    between any two meshes (needs a build with `PLICA_GPL=ON`)."""
     direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
-    """[-] Nodes of the two surfaces face each other along this direction."""
+    """[-] Nodes of the two surfaces face each other along this direction; of the matched airway only."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default_factory=engine_default("Contact", "tolerance")
     )
@@ -218,6 +221,9 @@ class Contact(OneOf):
     def _has_a_direction(self) -> Self:
         if not any(self.direction):
             raise problem("must not be zero.", "direction", value=list(self.direction))
+        if self.airway == "triangulated" and self.direction != Contact.model_fields["direction"].default:
+            relation = "must be left out. A triangulated airway has no direction."
+            raise problem(relation, "direction", value=list(self.direction))
         return self
 
     @model_validator(mode="after")
