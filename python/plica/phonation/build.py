@@ -273,7 +273,11 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
         case other:
             raise AssertionError(other)
     return _engine.Contact(
-        airway=airway, enforcement=enforcement, tolerance=contact.tolerance, max_passes=contact.max_passes
+        airway=airway,
+        enforcement=enforcement,
+        tolerance=contact.tolerance,
+        max_passes=contact.max_passes,
+        surface_mass=contact.surface_mass,
     )
 
 

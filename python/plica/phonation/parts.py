@@ -178,6 +178,10 @@ class Contact(OneOf):
     """[-] Deepest gap left, relative to the mean edge of the interface."""
     max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
     """Rebuildings of the contact rows a step at most."""
+    surface_mass: Literal["kept", "redistributed"] = Field(
+        default_factory=engine_default("Contact", "surface_mass")
+    )
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
