@@ -42,6 +42,12 @@ Multipliers multipliers(const std::string& solver, const std::string& position) 
   return enforcement;
 }
 
+SurfaceMass to_surface_mass(const std::string& name) {
+  if (name == "kept") return SurfaceMass::kept;
+  if (name == "redistributed") return SurfaceMass::redistributed;
+  throw InvalidInput("Contact: surface_mass = \"" + name + "\"; must be \"kept\" or \"redistributed\".");
+}
+
 void bind_options(py::module_& engine) {
   const Newmark newmark;
   py::class_<Newmark>(engine, "Newmark")
@@ -146,15 +152,19 @@ void bind_enforcement(py::module_& engine) {
   const Collision::Options options;
   py::class_<ContactPart>(engine, "Contact")
       .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes,
-                       std::optional<double> friction) {
-             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}};
+                       std::optional<double> friction, const std::string& surface_mass) {
+             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}, to_surface_mass(surface_mass)};
              if (friction) part.friction = Friction{*friction};
              return part;
            }),
            py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
-           py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none())
+           py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none(),
+           py::arg("surface_mass") = "kept")
       .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
-      .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; });
+      .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; })
+      .def_property_readonly("surface_mass", [](const ContactPart& c) {
+        return c.surface_mass == SurfaceMass::kept ? "kept" : "redistributed";
+      });
 }
 
 using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;

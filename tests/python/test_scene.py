@@ -91,6 +91,26 @@ def test_a_penalty_is_named_like_any_other_contact(name: str) -> None:
     assert plica.Contact.model_validate(name) == plica.Contact.model_validate({name: {}})
 
 
+def test_the_mass_of_the_contact_nodes_can_be_with_the_nodes_behind_them(colliding: plica.Scene) -> None:
+    assert colliding.contact is not None
+    assert colliding.contact.surface_mass == "kept"
+    contact = plica.Contact(**{**dict(colliding.contact), "surface_mass": "redistributed"})
+    moved = plica.build_simulation(plica.Scene(**{**dict(colliding), "contact": contact}))
+    mesh, density = plica.build_mesh(colliding.mesh), colliding.tissue["a"].density
+    values, _, row_start = moved.mass
+    of_nodes = np.add.reduceat(values, row_start[:-1])[::3]
+    touching = np.unique(np.concatenate([mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"]]))
+    assert np.all(of_nodes[touching] == 0)
+    assert np.all(np.delete(of_nodes, touching) > 0)
+    assert of_nodes.sum() == pytest.approx(2 * density * 0.010 * 0.002**2, rel=1e-12)
+    blocks = colliding.mesh.blocks
+    thin = plica.Blocks(
+        blocks={k: plica.Block(**{**dict(b), "divisions": (2, 1, 1)}) for k, b in blocks.items()}
+    )
+    with pytest.raises(plica.InvalidInput, match="four cells or more in depth"):
+        plica.build_simulation(plica.Scene(**{**dict(colliding), "mesh": thin, "contact": contact}))
+
+
 @pytest.mark.parametrize(("beta", "gamma"), [(1.0, 2.0), (40.0, 3.0)])
 def test_newmark_is_limited_by_its_stability_alone(bar: plica.Scene, beta: float, gamma: float) -> None:
     time = plica.Stepping(step=1e-4, duration=4e-3, scheme=plica.Newmark(beta=beta, gamma=gamma))

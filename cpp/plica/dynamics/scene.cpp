@@ -33,6 +33,12 @@ void Scene::validate() const {
                        "3 times the " + std::to_string(n) + " nodes");
   if (airflow)
     if (const auto* iterated = std::get_if<Iterated>(&airflow->coupling)) iterated->validate();
+  if (contact)
+    for (const Triangles* side : {&contact->airway.first, &contact->airway.second})
+      for (const std::int32_t node : side->reshaped())
+        if (node < 0 || node >= n)
+          throw InvalidInput("Scene", "node of a contact surface", node, "", "in [0, " + std::to_string(n) + ")",
+                             "The airway belongs to another mesh.");
   for (const Load& load : loads) load.validate();
   if (gravity && !gravity->allFinite())
     throw InvalidInput("Scene: gravity has a value that is not finite; must be finite.");

@@ -34,11 +34,17 @@ struct AirflowPart {
   Coupling coupling = Iterated{};
 };
 
+/// The mass of the nodes of both contact surfaces. Redistributed, they have none, but for those held in all
+/// components: it lies with the nodes behind them, and mass, centre of mass and tensor of inertia of every body
+/// are as they were. An impact then has no inertia to stop at once (docs/theory.md, "Massless contact nodes").
+enum class SurfaceMass { kept, redistributed };
+
 struct ContactPart {
   Airway airway;
   Enforcement enforcement = Multipliers{};
   Collision::Options options;
   std::optional<Friction> friction;  // absent: frictionless
+  SurfaceMass surface_mass = SurfaceMass::kept;
 };
 
 /// A traction on a named surface of the reference shape: traction * cos(2 pi frequency t + phase).

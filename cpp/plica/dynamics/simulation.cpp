@@ -13,7 +13,31 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-NodalMatrix assemble_mass(const Assembler& assembler, const Tissue& tissue, Simulation::Mass kind) {
+/// Nodes of the two sides of a contact, ascending.
+std::vector<std::int32_t> contact_nodes(const Airway& airway) {
+  std::vector<std::int32_t> nodes(airway.first.data(), airway.first.data() + airway.first.size());
+  nodes.insert(nodes.end(), airway.second.data(), airway.second.data() + airway.second.size());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
+/// A node that is held does not move, so its mass does no harm: it stays.
+std::vector<std::int32_t> massless_nodes(const Scene& scene) {
+  if (!scene.contact || scene.contact->surface_mass == SurfaceMass::kept) return {};
+  std::vector<std::int32_t> nodes = contact_nodes(scene.contact->airway);
+  const auto held = [&](std::int32_t node) { return scene.supports.node_fixed(node); };
+  nodes.erase(std::remove_if(nodes.begin(), nodes.end(), held), nodes.end());
+  return nodes;
+}
+
+NodalMatrix assemble_mass(const Assembler& assembler, const Tissue& tissue, Simulation::Mass kind,
+                          const std::vector<std::int32_t>& massless) {
+  if (!massless.empty()) {
+    std::vector<char> marked(static_cast<std::size_t>(assembler.pattern()->rows()), 0);
+    for (const auto node : massless) marked[static_cast<std::size_t>(node)] = 1;
+    return assembler.redistributed_mass(tissue, kind, marked);
+  }
   if (kind == Simulation::Mass::consistent) return assembler.mass(tissue);
   const Vector lumped = assembler.lumped_mass(tissue);
   NodalMatrix mass(assembler.pattern());
@@ -70,7 +94,8 @@ Simulation::Simulation(Scene scene, Options options)
       options_(checked(options)),
       scheme_(coefficients(options_.scheme)),
       assembler_(scene_.mesh),
-      mass_(assemble_mass(assembler_, scene_.tissue, options_.mass)),
+      massless_(massless_nodes(scene_)),
+      mass_(assemble_mass(assembler_, scene_.tissue, options_.mass, massless_)),
       stiffness_(assembler_.stiffness(scene_.tissue)),
       viscosity_(assemble_viscosity(assembler_, scene_.tissue)),
       step_matrix_(assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene_.supports)),
@@ -83,8 +108,7 @@ Simulation::Simulation(Scene scene, Options options)
     airflow_.emplace(scene_.mesh, scene_.mesh.surface(scene_.airflow->surface), scene_.airflow->flow);
   if (scene_.contact) {
     ContactPart& part = *scene_.contact;
-    std::vector<std::int32_t> nodes(part.airway.first.data(), part.airway.first.data() + part.airway.first.size());
-    nodes.insert(nodes.end(), part.airway.second.data(), part.airway.second.data() + part.airway.second.size());
+    std::vector<std::int32_t> nodes = contact_nodes(part.airway);
     if (scene_.airflow) {  // sections and loads of a step in the making need its contact response too
       const Faces& surface = scene_.mesh.surface(scene_.airflow->surface);
       nodes.insert(nodes.end(), surface.data(), surface.data() + surface.size());
@@ -121,11 +145,14 @@ Simulation::Simulation(Scene scene, Options options)
   state_.weighted_elastic_force = state_.elastic_force;
   if (viscosity_) state_.viscous_force = *viscosity_ * state_.velocity;
 
-  // M a_0 = f_0 - C v_0 - K u_0 (Eq. 2.42)
+  // M a_0 = f_0 - C v_0 - K u_0 (Eq. 2.42), a_0 = 0 at nodes without mass
   Vector rhs = state_.load - state_.elastic_force;
   if (viscosity_) rhs -= state_.viscous_force;
-  scene_.supports.project(rhs);
-  const BlockMatrix constrained_mass = combine_matrices(1, mass_, 0, std::nullopt, 0, stiffness_, scene_.supports);
+  Supports without_acceleration = scene_.supports;
+  for (const auto node : massless_) without_acceleration.fix(node);
+  without_acceleration.project(rhs);
+  const BlockMatrix constrained_mass =
+      combine_matrices(1, mass_, 0, std::nullopt, 0, stiffness_, without_acceleration);
   state_.acceleration = Vector::Zero(3 * n);
   const Convergence end = ConjugateGradient(constrained_mass, options_.solver).solve(rhs, state_.acceleration);
   if (!end.converged)
@@ -304,6 +331,14 @@ void Simulation::update_ledger(const State& before) {
       h * h * (beta - 0.5 * gamma) * 0.5 * da.dot(now.inertial_force + before.inertial_force) +
       0.5 * du.dot(now.weighted_elastic_force + before.weighted_elastic_force - now.elastic_force -
                    before.elastic_force);
+  if (before.step > 0) return;
+  // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
+  for (const auto node : massless_) {
+    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+    Vector3 force = before.load.segment<3>(at) - before.weighted_elastic_force.segment<3>(at);
+    if (viscosity_) force -= before.viscous_force.segment<3>(at);
+    ledger.numerical_loss += 0.5 * du.segment<3>(at).dot(force);
+  }
 }
 
 }  // namespace plica

@@ -17,7 +17,7 @@ namespace plica {
 ///   while (simulation.time() < 0.1) simulation.advance();
 class Simulation {
  public:
-  enum class Mass { consistent, lumped };
+  using Mass = CellMass;
   struct Options {
     TimeScheme scheme = HilberHughesTaylor{};
     double step = 50e-6;   // s, > 0
@@ -86,6 +86,7 @@ class Simulation {
   Options options_;
   SchemeCoefficients scheme_;
   Assembler assembler_;
+  std::vector<std::int32_t> massless_;  // nodes, ascending; none unless the scene's contact asks for it
   NodalMatrix mass_;
   BlockMatrix stiffness_;
   std::optional<BlockMatrix> viscosity_;

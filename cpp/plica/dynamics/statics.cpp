@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <numeric>
 
 #include "plica/core/error.hpp"
 #include "plica/solve/factorization.hpp"
@@ -13,23 +12,6 @@ namespace {
 
 using Gram = Eigen::Matrix<double, 6, 6>;
 using Motion = Eigen::Matrix<double, 6, 1>;  // a shift, then a turn about the body's centre times its size
-
-/// For each node the lowest node of its body: cells that share nodes are one.
-Indices body_of_nodes(const TetMesh& mesh) {
-  Indices body(mesh.node_count());
-  std::iota(body.begin(), body.end(), 0);
-  const auto root = [&](std::int32_t node) {
-    while (body[node] != node) node = body[node] = body[body[node]];
-    return node;
-  };
-  for (Eigen::Index e = 0; e < mesh.cell_count(); ++e)
-    for (Eigen::Index k = 1; k < mesh.cells.cols(); ++k) {
-      const std::int32_t a = root(mesh.cells(e, 0)), b = root(mesh.cells(e, k));
-      body[std::max(a, b)] = std::min(a, b);
-    }
-  for (std::int32_t node = 0; node < body.size(); ++node) body[node] = root(node);
-  return body;
-}
 
 std::string direction(const Vector3& v) {
   const Vector3 unit = v.normalized().unaryExpr([](double c) { return std::abs(c) < 1e-6 ? 0.0 : c; });

@@ -44,6 +44,9 @@ struct Boundary {
 };
 Boundary boundary(const Cells& cells);
 
+/// For each node the lowest node of its body: cells that share nodes are one. O(m).
+Indices body_of_nodes(const TetMesh& mesh);
+
 /// Each six-node face as four flat triangles, three-node faces as they are: (4 f, 3) or (f, 3).
 /// Order within a face: corner 0, corner 1, corner 2, middle.
 Triangles flat_triangles(const Faces& faces);

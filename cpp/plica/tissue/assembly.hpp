@@ -15,6 +15,9 @@ struct Tissue {
   void validate(const TetMesh& mesh) const;
 };
 
+/// How the mass of a cell lies on its nodes: int rho N_a N_b dV, or on the diagonal alone (docs/theory.md).
+enum class CellMass { consistent, lumped };
+
 /// Assembles M, C and K of one mesh straight into their final pattern. O(cells); the mesh must outlive it.
 class Assembler {
  public:
@@ -24,6 +27,11 @@ class Assembler {
   NodalMatrix mass(const Tissue& tissue) const;  // consistent, kg
   /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
   Vector lumped_mass(const Tissue& tissue) const;
+  /// The mass matrix without mass at the nodes marked in massless (n). What they had is with the nodes behind
+  /// them, so that mass, centre of mass and tensor of inertia of every body are as they were; positive definite on
+  /// the other nodes. Throws InvalidInput naming the body that is too thin for that (docs/theory.md, "Massless
+  /// contact nodes").
+  NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const std::vector<char>& massless) const;
   BlockMatrix stiffness(const Tissue& tissue) const;  // N/m
   BlockMatrix viscosity(const Tissue& tissue) const;  // N s/m
   /// (3 n) N: consistent load of a force per mass (m/s^2), e.g. gravity.

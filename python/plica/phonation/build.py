@@ -289,6 +289,7 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
         tolerance=contact.tolerance,
         max_passes=contact.max_passes,
         friction=contact.friction,
+        surface_mass=contact.surface_mass,
     )
 
 

@@ -216,6 +216,10 @@ class Contact(OneOf):
     friction: Annotated[Number, Field(gt=0)] | None = None
     """[-] Coulomb's coefficient between the surfaces, for multipliers (condensed) and augmented multipliers;
     left out, there is no friction."""
+    surface_mass: Literal["kept", "redistributed"] = Field(
+        default_factory=engine_default("Contact", "surface_mass")
+    )
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:

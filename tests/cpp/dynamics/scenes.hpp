@@ -49,12 +49,32 @@ inline Scene two_bars(int n, const Enforcement& enforcement) {
   return scene;
 }
 
-/// Two soft viscous cubes of 10 mm, held at their far ends, 0.5 mm apart; both fly at the other and slide along
-/// it.
-inline Scene two_cubes(const Enforcement& enforcement, double viscosity = 0.5) {
+/// The periodic bar of n elements on [0, 1], E = rho = 1, pressed by half its length on a held cube (R1): contact
+/// for 1 < t < 2 with pressure 1/2, and again every 3.
+inline Scene periodic_bar(int n, const Enforcement& enforcement) {
+  const double w = 1.0 / n;
+  const TetMesh obstacle = block_mesh({{-w, 0, 0}, {w, w, w}, {1, 1, 1}}),
+                bar = block_mesh({{0, 0, 0}, {1, w, w}, {n, 1, 1}});
+  Scene scene = tissue_scene(combine(obstacle, bar, "a.", "b."), 0.0, 0.0, 1.0);
+  scene.tissue.materials[0].elasticity = Isotropic{1.0, 0.0};
+  scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
+  for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i) {
+    scene.supports.fix(i, 1);
+    scene.supports.fix(i, 2);
+    if (i < obstacle.node_count()) scene.supports.fix(i);
+    if (i >= obstacle.node_count()) (*scene.displacement)(i, 0) = 0.5 * (1 - scene.mesh.points(i, 0));
+  }
+  for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
+  scene.contact = contact_of(scene.mesh, "a.x_max", "b.x_min", enforcement);
+  return scene;
+}
+
+/// Two soft viscous cubes of 10 mm, so many cells deep, held at their far ends, 0.5 mm apart; both fly at the
+/// other and slide along it.
+inline Scene two_cubes(const Enforcement& enforcement, double viscosity = 0.5, int depth = 2) {
   const double side = 0.01, gap = 0.5e-3;
-  const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {2, 2, 2}}),
-                b = block_mesh({{gap, 0, 0}, {side, side, side}, {2, 2, 2}});
+  const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {depth, 2, 2}}),
+                b = block_mesh({{gap, 0, 0}, {side, side, side}, {depth, 2, 2}});
   Scene scene = tissue_scene(combine(a, b, "a.", "b."), 0.3, viscosity);
   for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
   for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);

@@ -12,7 +12,7 @@ namespace {
 
 /// Pressure on the first body over one impact, step by step.
 struct Impact {
-  double duration = 0.0, impulse = 0.0, median = 0.0;
+  double duration = 0.0, impulse = 0.0, median = 0.0, peak = 0.0, duty = 0.0;
 };
 Impact impact_of(Simulation& simulation, double area, double end) {
   std::vector<double> pressure;
@@ -30,9 +30,11 @@ Impact impact_of(Simulation& simulation, double area, double end) {
   }
   REQUIRE(first >= 0);
   impact.duration = (last - first + 1) * h;
+  impact.duty = static_cast<double>(pressure.size()) / (last - first + 1);
   std::nth_element(pressure.begin(), pressure.begin() + static_cast<std::ptrdiff_t>(pressure.size() / 2),
                    pressure.end());
   impact.median = pressure[pressure.size() / 2];
+  impact.peak = *std::max_element(pressure.begin(), pressure.end());
   return impact;
 }
 
@@ -58,28 +60,34 @@ TEST_CASE("equal bars press with rho c v / 2 for 2 L / c and exchange their velo
   }
 }
 
+TEST_CASE("without mass on the surfaces equal bars press evenly by the trapezoidal rule too") {
+  const int n = 40;
+  const double E = 20e3, rho = 1040, length = 0.01, c = std::sqrt(E / rho), exact = rho * c / 2;
+  const auto impact_with = [&](SurfaceMass mass) {
+    Scene scene = scenes::two_bars(n, Multipliers{});
+    scene.contact->surface_mass = mass;
+    Simulation simulation(scene, options(Newmark{}, length / n / c));
+    return impact_of(simulation, length / n * length / n, 2.6 * length / c);
+  };
+  const Impact kept = impact_with(SurfaceMass::kept), moved = impact_with(SurfaceMass::redistributed);
+  CHECK(kept.peak > 2.5 * exact);
+  CHECK(kept.duty < 0.95);
+  CHECK(moved.peak < 1.4 * exact);
+  CHECK(moved.duty == 1);
+  CHECK(moved.duration == doctest::Approx(2 * length / c).epsilon(0.03));
+  CHECK(moved.impulse / moved.duration == doctest::Approx(exact).epsilon(0.03));
+  CHECK(moved.median == doctest::Approx(exact).epsilon(0.01));
+}
+
 TEST_CASE("the periodic bar presses on a fully fixed obstacle with 1/2 from t = 1 to t = 2") {
   const int n = 40;
   const double w = 1.0 / n;
-  const TetMesh obstacle = block_mesh({{-w, 0, 0}, {w, w, w}, {1, 1, 1}}),
-                bar = block_mesh({{0, 0, 0}, {1, w, w}, {n, 1, 1}});
-  Scene scene = scenes::tissue_scene(combine(obstacle, bar, "a.", "b."), 0.0, 0.0, 1.0);
-  scene.tissue.materials[0].elasticity = Isotropic{1.0, 0.0};
-  scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
-  for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i) {
-    scene.supports.fix(i, 1);
-    scene.supports.fix(i, 2);
-    if (i < obstacle.node_count()) scene.supports.fix(i);
-    if (i >= obstacle.node_count()) (*scene.displacement)(i, 0) = 0.5 * (1 - scene.mesh.points(i, 0));
-  }
-  for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
-  scene.contact = scenes::contact_of(scene.mesh, "a.x_max", "b.x_min", Multipliers{});
-  Simulation simulation(scene, options(HilberHughesTaylor{}, 0.5 * w));
+  Simulation simulation(scenes::periodic_bar(n, Multipliers{}), options(HilberHughesTaylor{}, 0.5 * w));
   const Impact impact = impact_of(simulation, w * w, 2.5);
   CHECK(impact.duration == doctest::Approx(1).epsilon(0.03));
   CHECK(impact.impulse / impact.duration == doctest::Approx(0.5).epsilon(0.03));
   CHECK(impact.median == doctest::Approx(0.5).epsilon(0.01));
-  CHECK(as_points(simulation.state().displacement).topRows(obstacle.node_count()).isZero(0));
+  CHECK(as_points(simulation.state().displacement).topRows(8).isZero(0));
 }
 
 TEST_CASE("contact length is what the loaded nodes stand for, also that of a single line of nodes") {

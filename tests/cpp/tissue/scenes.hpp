@@ -48,14 +48,15 @@ inline std::vector<char> on_hull(const TetMesh& mesh, const Block& block) {
 
 enum class Kind { linear, straight, curved };
 
-/// A block of 3 x 3 x 3 hexahedra whose inner corners, and for curved elements inner middles as well,
-/// are moved at random by up to 15 % (4 % for middles) of a hexahedron.
+/// A block of 3 x 3 x 3 hexahedra, or so many each way, whose inner corners, and for curved elements inner middles
+/// as well, are moved at random by up to 15 % (4 % for middles) of a hexahedron.
 struct Distorted {
-  Block block{{0.1, -0.2, 0.3}, {1.2, 0.9, 1.5}, {3, 3, 3}};
+  Block block;
   TetMesh mesh;
   std::vector<char> hull;
 
-  explicit Distorted(Kind kind) : mesh(block_mesh(block)) {
+  explicit Distorted(Kind kind, int divisions = 3)
+      : block{{0.1, -0.2, 0.3}, {1.2, 0.9, 1.5}, {divisions, divisions, divisions}}, mesh(block_mesh(block)) {
     shake(0.15);
     if (kind != Kind::linear) mesh = to_quadratic(mesh);
     if (kind == Kind::curved) shake(0.04);
@@ -69,7 +70,7 @@ struct Distorted {
     const auto fixed = on_hull(mesh, block);
     for (std::ptrdiff_t i = 0; i < mesh.node_count(); ++i) {
       for (int d = 0; d < 3; ++d) {
-        const double move = shift(random) * block.size[static_cast<std::size_t>(d)] / 3;
+        const double move = shift(random) * block.size[static_cast<std::size_t>(d)] / block.divisions[0];
         if (!fixed[static_cast<std::size_t>(i)]) mesh.points(i, d) += move;
       }
     }
