@@ -2,14 +2,9 @@
 #include <vector>
 
 #include "plica/core/types.hpp"
+#include "plica/solve/supports.hpp"
 
 namespace plica {
-
-/// A vector at a node of the mesh.
-struct NodeVector {
-  std::int32_t node;
-  Vector3 vector;
-};
 
 /// One contact force p (N, >= 0) and what it holds back: a row of G beside its column of N^T. Under p the nodes of
 /// `push` feel p times their vectors; gap(x) = sum over `gap` of vector . x_node + a constant, and
