@@ -39,6 +39,13 @@ class Collision {
   /// Seconds that solve() has spent on finding pairs, since construction.
   double detection_time() const { return detection_time_; }
 
+  /// Forgets where earlier steps ended, so that the next one depends on the state alone.
+  void forget() { path_->forget(); }
+  /// Adds to a (3 n) what is known of the accelerations that the forces last found cause: a start for their solve.
+  void add_response(const Contacts& contacts, Vector& a) const {
+    path_->add_response(contacts.rows, contacts.force, a);
+  }
+
   /// What is known from the step before.
   struct Before {
     const Points& x;                          // (n, 3) m

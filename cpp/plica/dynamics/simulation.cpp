@@ -91,13 +91,11 @@ Simulation::Simulation(Scene scene, Options options)
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-    KrylovOptions options_of_columns = options_.solver;
-    options_of_columns.tolerance = std::min(1e-12, options_.solver.tolerance);
     const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
-    auto path = multipliers && std::holds_alternative<Gmres>(multipliers->solver)
-                    ? gmres_path(step_matrix_, scene_.supports, interface_nodes, options_.solver)
-                    : condensed_path(step_matrix_, scene_.supports, interface_nodes, options_of_columns);
-    collision_.emplace(part.airway, scene_.mesh.points, part.enforcement, part.options, std::move(path));
+    contact_solver_ = chosen_solver(multipliers ? multipliers->solver : Automatic{}, interface_nodes.size());
+    collision_.emplace(
+        part.airway, scene_.mesh.points, part.enforcement, part.options,
+        contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver));
   }
 
   state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);

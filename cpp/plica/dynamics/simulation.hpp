@@ -54,6 +54,9 @@ class Simulation {
   /// Absent without contact.
   const std::optional<Collision>& collision() const { return collision_; }
 
+  /// How contact forces are solved for, never Automatic; absent without contact.
+  const std::optional<ContactSolver>& contact_solver() const { return contact_solver_; }
+
   /// (n, 3) m, current positions.
   Points positions() const;
   /// (n) Pa, contact force over tributary area at the nodes of the contact surfaces; zero elsewhere.
@@ -91,6 +94,7 @@ class Simulation {
   BlockMatrix step_matrix_;
   ConjugateGradient solver_;
   std::optional<Airflow> airflow_;
+  std::optional<ContactSolver> contact_solver_;
   std::optional<Collision> collision_;
   std::vector<Vector> load_vectors_;  // (3 n) N of each Load at amplitude 1
   Vector constant_load_;              // (3 n) N: gravity
