@@ -14,6 +14,7 @@ namespace {
 constexpr std::ptrdiff_t chunk_rows = BlockMatrix::chunk_rows;
 constexpr double finest = 3e-3;  // a correction is asked for no more: where G differs from N it gives no more
 constexpr std::size_t directions = 20;  // kept by the conjugate residuals
+constexpr int patience = 8;             // directions in a row that may fail to halve the residual
 
 double product_with(const std::vector<NodeVector>& row, const Vector& v) {
   double sum = 0.0;
@@ -198,6 +199,7 @@ Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vecto
   };
   std::vector<Direction> kept;
   bool rounded = true;
+  int stalled = 0;  // directions in a row that did not halve the residual
   for (;;) {
     state.residual = size > 0.0 ? std::sqrt(dot(r, r)) / size : 0.0;
     if (!std::isfinite(state.residual))
@@ -224,12 +226,13 @@ Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vecto
     x.add(along, next.z);
     r.add(-along, next.image);
     const double reached = std::sqrt(dot(r, r)) / size;
-    const bool stagnates = !(reached <= 0.5 * state.residual);
-    if (stagnates && !rounded && !(reached < 0.99 * state.residual)) {
-      state.residual = reached;
-      break;
+    // Rows that nearly repeat others in N but not in G make a direction that takes up little.
+    stalled = reached <= 0.5 * state.residual ? 0 : stalled + 1;
+    if (stalled == patience) {
+      if (!rounded) break;
+      rounded = false;
+      stalled = 0;
     }
-    rounded = rounded && !stagnates;
     if (kept.size() == directions) kept.erase(kept.begin());
     kept.push_back(std::move(next));
   }

@@ -70,6 +70,35 @@ TEST_CASE("the saddle point is solved as a dense elimination solves it, with gap
   }
 }
 
+TEST_CASE("constraints that nearly repeat others in their forces but not in their gaps are solved for") {
+  const BlockMatrix A = plica_test::spring_lattice(side);
+  std::vector<Constraint> rows = constraints(6, 0.0), bent = constraints(6, 2.0);
+  for (std::size_t i = 0; i < 6; ++i) {
+    bent[i].push[0].vector *= 1.001;
+    bent[i].gap[0].vector *= 0.9;
+    rows.push_back(bent[i]);
+  }
+  const std::ptrdiff_t n = A.rows(), m = 12;
+  Eigen::MatrixXd M = dense(A, rows);
+  double largest = 0.0;  // diagonal entry of N B N^T: its 1e-9th is the regularisation, which matters here
+  for (std::ptrdiff_t i = 0; i < m; ++i) {
+    const Vector column = M.col(n + i).head(n);
+    Vector z;
+    ConjugateGradient(A, {}).precondition(column, z);
+    largest = std::max(largest, column.dot(z));
+  }
+  M.bottomRightCorner(m, m).diagonal().array() -= 1e-9 * largest;
+  Vector right = Vector::Zero(n + m);
+  for (std::ptrdiff_t i = 0; i < m; ++i) right[n + i] = rows[static_cast<std::size_t>(i)].value;
+  const Vector exact = M.partialPivLu().solve(right);
+  Vector d = Vector::Zero(n), lambda = Vector::Zero(m);
+  const Convergence end = SaddlePoint(A, {1e-11, 5000}).solve(rows, d, lambda);
+  CHECK(end.converged);
+  // The tolerance times how badly conditioned such rows are, some 1e3.
+  CHECK((d - exact.head(n)).norm() < 1e-7 * exact.head(n).norm());
+  CHECK((lambda - exact.tail(m)).norm() < 1e-7 * exact.tail(m).norm());
+}
+
 TEST_CASE("it takes about as many products as conjugate gradients on A") {
   const BlockMatrix A = plica_test::spring_lattice(side);
   const std::vector<Constraint> rows = constraints(18, 0.0);
