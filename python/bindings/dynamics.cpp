@@ -29,12 +29,16 @@ Airflow::Options flow_options(double pressure, double density, double fraction, 
   return options;
 }
 
+ContactSolver contact_solver(const std::string& name) {
+  for (const ContactSolver& solver :
+       {ContactSolver(Automatic{}), ContactSolver(Condensed{}), ContactSolver(Saddle{}), ContactSolver(Gmres{})})
+    if (name == name_of(solver)) return solver;
+  throw InvalidInput("Multipliers: solver = \"" + name +
+                     "\"; must be \"auto\", \"condensed\", \"saddle\" or \"gmres\".");
+}
+
 Multipliers multipliers(const std::string& solver, const std::string& position) {
-  Multipliers enforcement;
-  if (solver == "gmres")
-    enforcement.solver = Gmres{};
-  else if (solver != "condensed")
-    throw InvalidInput("Multipliers: solver = \"" + solver + "\"; must be \"condensed\" or \"gmres\".");
+  Multipliers enforcement{contact_solver(solver), EndOfStep{}};
   if (position == "weighted")
     enforcement.position = Weighted{};
   else if (position != "end_of_step")
@@ -115,11 +119,8 @@ void bind_options(py::module_& engine) {
 
 void bind_enforcement(py::module_& engine) {
   py::class_<Multipliers>(engine, "Multipliers")
-      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "condensed",
-           py::arg("position") = "end_of_step")
-      .def_property_readonly(
-          "solver",
-          [](const Multipliers& m) { return std::holds_alternative<Gmres>(m.solver) ? "gmres" : "condensed"; })
+      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "auto", py::arg("position") = "end_of_step")
+      .def_property_readonly("solver", [](const Multipliers& m) { return name_of(m.solver); })
       .def_property_readonly("position", [](const Multipliers& m) {
         return std::holds_alternative<Weighted>(m.position) ? "weighted" : "end_of_step";
       });

@@ -206,8 +206,10 @@ py::dict SteppedSimulation::info() const {
   info["unknowns"] = 3 * scene.mesh.node_count() - scene.supports.fixed_count();
   info["matrix_bytes"] = simulation_.step_matrix().values().size() * sizeof(double);
   if (simulation_.airflow()) info["sections"] = simulation_.airflow()->sections().count();
-  if (simulation_.collision())
+  if (simulation_.collision()) {
     info["airway_tetrahedra"] = simulation_.collision()->detector().airway().tets.rows();
+    info["contact_solver"] = name_of(*simulation_.contact_solver());
+  }
   return info;
 }
 

@@ -55,7 +55,8 @@ void validate(const std::optional<Friction>& friction, const Enforcement& enforc
   if (!friction) return;
   require_positive("friction", friction->coefficient, "");
   const auto* multipliers = std::get_if<Multipliers>(&enforcement);
-  if (!(multipliers && std::holds_alternative<Condensed>(multipliers->solver)) &&
+  if (!(multipliers && (std::holds_alternative<Condensed>(multipliers->solver) ||
+                        std::holds_alternative<Automatic>(multipliers->solver))) &&
       !std::holds_alternative<Augmented>(enforcement))
     throw InvalidInput(
         "Contact: friction; must come with multipliers and the condensed solver, or with augmented multipliers.");

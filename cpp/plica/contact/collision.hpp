@@ -50,6 +50,13 @@ class Collision {
 
   /// Renews the airway at x (n, 3), where a step begins and the surfaces are `depth` (m) deep in each other.
   void renew(const Points& x, double depth);
+  /// Forgets where earlier steps ended, so that the next one depends on the state alone.
+  void forget() { path_->forget(); }
+  /// Adds to a (3 n) what is known of the accelerations that the forces last found cause: a start for their solve.
+  void add_response(const Contacts& contacts, Vector& a) const {
+    path_->add_response(contacts.rows, contacts.force, a);
+  }
+
   /// What is known from the step before.
   struct Before {
     const Points& x;                          // (n, 3) m

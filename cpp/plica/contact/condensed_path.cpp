@@ -44,13 +44,7 @@ class CondensedPath final : public ContactPath {
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
     const std::ptrdiff_t count = 3 * compliance_.nodes().size();
-    std::map<std::int32_t, Vector3> nodal;  // ordered: the sum below has one order
-    for (std::size_t j = 0; j < rows.size(); ++j) {
-      if (force[static_cast<std::ptrdiff_t>(j)] == 0.0) continue;
-      for (const auto& [node, vector] : rows[j].push)
-        nodal.try_emplace(local_[node], Vector3::Zero()).first->second +=
-            force[static_cast<std::ptrdiff_t>(j)] * vector;
-    }
+    const std::map<std::int32_t, Vector3> nodal = nodal_forces(rows, force);
     shift_.setZero(count);
     for_chunks(count, 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
       for (const auto& [node, f] : nodal)
@@ -65,7 +59,23 @@ class CondensedPath final : public ContactPath {
       x.row(nodes[i]) = x_free.row(nodes[i]) + shift_.segment<3>(3 * i).transpose();
   }
 
+  void add_response(const std::vector<Row>& rows, const Vector& force, Vector& a) const override {
+    for (const auto& [node, f] : nodal_forces(rows, force)) compliance_.add_response(node, f, a);
+  }
+
  private:
+  /// Forces by position in compliance_.nodes(), N; ordered, so that sums over it have one order.
+  std::map<std::int32_t, Vector3> nodal_forces(const std::vector<Row>& rows, const Vector& force) const {
+    std::map<std::int32_t, Vector3> nodal;
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      const double p = force[static_cast<std::ptrdiff_t>(j)];
+      if (p == 0.0) continue;
+      for (const auto& [node, vector] : rows[j].push)
+        nodal.try_emplace(local_[node], Vector3::Zero()).first->second += p * vector;
+    }
+    return nodal;
+  }
+
   /// Lists the nodes that the rows touch and makes sure that the columns of those they push exist.
   void touch(const std::vector<Row>& rows) {
     std::vector<std::int32_t> pushed;
@@ -113,7 +123,9 @@ Eigen::MatrixXd ContactPath::compliance(const std::vector<Row>&, double) {
 
 std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                             const KrylovOptions& options) {
-  return std::make_unique<CondensedPath>(A, supports, nodes, options);
+  KrylovOptions of_columns = options;
+  of_columns.tolerance = std::min(1e-12, options.tolerance);
+  return std::make_unique<CondensedPath>(A, supports, nodes, of_columns);
 }
 
 }  // namespace plica

@@ -3,10 +3,17 @@
 
 namespace plica {
 
+/// Condensed or Saddle, whichever suits the number of surface nodes (path.hpp: chosen_solver).
+struct Automatic {};
 /// Compliance of the surface nodes, computed once, then a dense complementarity problem a step.
 struct Condensed {};
+/// Conjugate gradients on the saddle point of each active set, with a constraint preconditioner: nothing is
+/// computed once or kept.
+struct Saddle {};
 /// The thesis's GMRES on the saddle point with the block-diagonal preconditioner of Eq. (29).
 struct Gmres {};
+
+using ContactSolver = std::variant<Automatic, Condensed, Saddle, Gmres>;
 
 /// Gaps are closed at x_{n+1}.
 struct EndOfStep {};
@@ -15,7 +22,7 @@ struct Weighted {};
 
 /// Exact contact by Lagrange multipliers (Paper A, Eqs. 21 and 25), one compressive force a slave node.
 struct Multipliers {
-  std::variant<Condensed, Gmres> solver = Condensed{};
+  ContactSolver solver = Automatic{};
   std::variant<EndOfStep, Weighted> position = EndOfStep{};
 };
 

@@ -26,7 +26,7 @@ class GmresPath final : public ContactPath {
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    const std::vector<Row> free_rows = without_held(rows);
+    const std::vector<Row> free_rows = without_held(rows, supports_);
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
       p.setZero();
       change_.setZero();
@@ -35,7 +35,7 @@ class GmresPath final : public ContactPath {
         if (active[i]) closed.push_back(static_cast<std::ptrdiff_t>(i));
       if (!closed.empty()) saddle_point(free_rows, closed, scale, p);
       for (std::size_t i = 0; i < rows.size(); ++i)
-        w[static_cast<std::ptrdiff_t>(i)] = active[i] ? 0.0 : rows[i].free + scale * moved(free_rows[i], change_);
+        w[static_cast<std::ptrdiff_t>(i)] = active[i] ? 0.0 : rows[i].free + scale * free_rows[i].along(change_);
     };
     return pivot(std::move(guess), solve_active, gap_tolerance, most_pivots);
   }
@@ -45,23 +45,9 @@ class GmresPath final : public ContactPath {
       x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
   }
 
+  void add_response(const std::vector<Row>&, const Vector&, Vector& a) const override { a += change_; }
+
  private:
-  /// The rows with the components of held unknowns set to zero.
-  std::vector<Row> without_held(std::vector<Row> rows) const {
-    for (Row& row : rows)
-      for (auto* side : {&row.push, &row.gap})
-        for (auto& [node, vector] : *side)
-          for (int c = 0; c < 3; ++c)
-            if (supports_.fixed(3 * node + c)) vector[c] = 0.0;
-    return rows;
-  }
-
-  static double moved(const Row& row, const Vector& v) {
-    double sum = 0;
-    for (const auto& [node, vector] : row.gap) sum += vector.dot(v.segment<3>(3 * node));
-    return sum;
-  }
-
   /// G diag(A)^-1 N^T of a row with itself.
   double own_compliance(const Row& row) const {
     double sum = 0;
@@ -80,10 +66,13 @@ class GmresPath final : public ContactPath {
     P.head(n) = diagonal_;
     for (std::ptrdiff_t i = 0; i < m; ++i) {
       const Row& row = rows[static_cast<std::size_t>(closed[i])];
-      P[n + i] = own_compliance(row);  // Eq. (29), second block
+      P[n + i] = own_compliance(row) + row.compliance / scale;  // Eq. (29), second block
       b[n + i] = -row.free / scale;
     }
     const double regularisation = 1e-7 * P.tail(m).maxCoeff();
+    if (!(P.tail(m).minCoeff() > 0.0))
+      throw SolveFailed(
+          "Contact: the compliance of the closed rows is singular. A contact between two fully fixed bodies?");
     const auto apply = [&](const Vector& in, Vector& out) {
       out.resize(n + m);
       head = in.head(n);
@@ -92,7 +81,7 @@ class GmresPath final : public ContactPath {
       for (std::ptrdiff_t i = 0; i < m; ++i) {
         const Row& row = rows[static_cast<std::size_t>(closed[i])];
         for (const auto& [node, vector] : row.push) out.segment<3>(3 * node) += in[n + i] * vector;
-        out[n + i] = moved(row, head) - (regularisation + row.compliance / scale) * in[n + i];
+        out[n + i] = row.along(head) - (regularisation + row.compliance / scale) * in[n + i];
       }
     };
     const Convergence end = gmres(apply, P, b, y, options_, restart);

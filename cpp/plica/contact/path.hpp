@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "plica/contact/complementarity.hpp"
+#include "plica/contact/enforcement.hpp"
 #include "plica/contact/row.hpp"
 #include "plica/solve/compliance.hpp"
 #include "plica/solve/krylov.hpp"
@@ -12,7 +13,7 @@ namespace plica {
 /// How contact forces and the motion they cause are computed from the step's linear system
 /// A (a - a_free) = N^T p with x = x_free + scale (a - a_free), A symmetric positive definite; the columns of N^T
 /// are what the rows push, the rows of G how their gaps move. Implementations: condensed (compliance of the
-/// surface nodes, kept) and Krylov (the thesis's GMRES).
+/// surface nodes, kept), saddle point (preconditioned with what is known of A), and the thesis's GMRES.
 class ContactPath {
  public:
   virtual ~ContactPath() = default;
@@ -27,12 +28,36 @@ class ContactPath {
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
+  /// Adds A^-1 N^T p to a (3 n) as far as it is known of the forces last solved for: a start for the solve of
+  /// A a = f + N^T p from a_free. What is added may be off, or nothing: only the solve's cost depends on it.
+  virtual void add_response(const std::vector<Row>&, const Vector& /*force*/, Vector& /*a*/) const {}
+  /// Forgets earlier solutions, so that what follows depends on what is asked alone.
+  virtual void forget() {}
 };
 
+/// What Automatic stands for; another solver stays as it is. Condensed for up to 3000 surface nodes, Saddle above:
+/// a node that touches costs three columns, about as much as the step of a collision without them, so columns pay
+/// where nodes touch more often than once, and their memory grows with surface nodes times all nodes.
+ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_nodes);
+/// "auto", "condensed", "saddle" or "gmres", as scene files have it.
+const char* name_of(const ContactSolver& solver);
+
+/// The path of a solver, Automatic for what it stands for. A and the supports must outlive it and not change.
+std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
+                                          const Supports& supports, const Indices& nodes,
+                                          const KrylovOptions& options);
+
 /// The compliance A^-1 of the surface nodes, a column when it is first needed and then for good; a dense
-/// complementarity problem over the rows. Cost of a call: O(rows^3 / 6) plus columns * surface nodes.
+/// complementarity problem over the rows. Columns are solved for to 1e-12 at least. Cost of a call: O(rows^3 / 6)
+/// plus columns * surface nodes.
 std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                             const KrylovOptions& options);
+
+/// The saddle point of every active set by conjugate gradients with a constraint preconditioner (SaddlePoint),
+/// warm-started from the active set before; nothing is kept from step to step. Cost of an active set: about that
+/// of one solve with A.
+std::unique_ptr<ContactPath> saddle_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
+                                         const KrylovOptions& options);
 
 /// Paper A's solver: GMRES on the saddle point (Eq. 25 at n + 1, scaled symmetric) with the block-diagonal
 /// preconditioner of Eq. (29); rows that depend on others share the force, as in the condensed path.

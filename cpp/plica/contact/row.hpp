@@ -2,14 +2,9 @@
 #include <vector>
 
 #include "plica/core/types.hpp"
+#include "plica/solve/supports.hpp"
 
 namespace plica {
-
-/// A vector at a node of the mesh.
-struct NodeVector {
-  std::int32_t node;
-  Vector3 vector;
-};
 
 /// One contact force p (N, >= 0) and what it holds back: a row of G beside its column of N^T. Under p the nodes of
 /// `push` feel p times their vectors; gap(x) = sum over `gap` of vector . x_node + a constant, and
@@ -26,10 +21,19 @@ struct Row {
     for (const auto& [node, vector] : gap) sum += vector.dot(x.row(node).transpose());
     return sum;
   }
+  /// The same of a nodal vector (3 n).
+  double along(const Vector& v) const {
+    double sum = 0.0;
+    for (const auto& [node, vector] : gap) sum += vector.dot(v.segment<3>(3 * node));
+    return sum;
+  }
   /// Adds the force p (N) on all sides to `force` (3 n).
   void add_force(double p, Vector& force) const {
     for (const auto& [node, vector] : push) force.segment<3>(3 * node) += p * vector;
   }
 };
+
+/// The rows with the components of held unknowns set to zero.
+std::vector<Row> without_held(std::vector<Row> rows, const Supports& supports);
 
 }  // namespace plica

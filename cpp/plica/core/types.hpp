@@ -19,6 +19,12 @@ using Faces = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen:
 using Triangles = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Tets = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
+/// A vector at a node of the mesh.
+struct NodeVector {
+  std::int32_t node;
+  Vector3 vector;
+};
+
 /// The (n, 3) view of an interleaved nodal vector (3 n), and back.
 inline Eigen::Map<const Points> as_points(const Vector& v) { return {v.data(), v.size() / 3, 3}; }
 inline Eigen::Map<Points> as_points(Vector& v) { return {v.data(), v.size() / 3, 3}; }

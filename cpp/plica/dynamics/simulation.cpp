@@ -52,6 +52,13 @@ std::optional<BlockMatrix> assemble_viscosity(const Assembler& assembler, const 
   return assembler.viscosity(tissue);
 }
 
+/// Friction needs the compliance of its rows, and the rows of Nitsche's method are far from symmetric: condensed.
+ContactSolver solver_of(const ContactPart& part, std::ptrdiff_t surface_nodes) {
+  if (part.friction || std::holds_alternative<Nitsche>(part.enforcement)) return Condensed{};
+  const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
+  return chosen_solver(multipliers ? multipliers->solver : Automatic{}, surface_nodes);
+}
+
 /// m M + c C + k K with the held unknowns taken out.
 BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C,
                              double k, const BlockMatrix& K, const Supports& supports) {
@@ -121,14 +128,10 @@ Simulation::Simulation(Scene scene, Options options)
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-    KrylovOptions options_of_columns = options_.solver;
-    options_of_columns.tolerance = std::min(1e-12, options_.solver.tolerance);
-    const auto* multipliers = std::get_if<Multipliers>(&part.enforcement);
-    auto path = multipliers && std::holds_alternative<Gmres>(multipliers->solver)
-                    ? gmres_path(step_matrix_, scene_.supports, interface_nodes, options_.solver)
-                    : condensed_path(step_matrix_, scene_.supports, interface_nodes, options_of_columns);
-    collision_.emplace(part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
-                       std::move(path));
+    contact_solver_ = solver_of(part, interface_nodes.size());
+    collision_.emplace(
+        part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
+        contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver));
   }
 
   state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);

@@ -55,6 +55,9 @@ class Simulation {
   /// Absent without contact.
   const std::optional<Collision>& collision() const { return collision_; }
 
+  /// How contact forces are solved for, never Automatic; absent without contact.
+  const std::optional<ContactSolver>& contact_solver() const { return contact_solver_; }
+
   /// (n, 3) m, current positions.
   Points positions() const;
   /// (n) Pa, contact force over tributary area at the nodes of the contact surfaces; zero elsewhere.
@@ -93,6 +96,7 @@ class Simulation {
   BlockMatrix step_matrix_;
   ConjugateGradient solver_;
   std::optional<Airflow> airflow_;
+  std::optional<ContactSolver> contact_solver_;
   std::optional<Collision> collision_;
   std::optional<NodeStress> node_stress_;  // with Nitsche's method
   std::vector<Vector> load_vectors_;       // (3 n) N of each Load at amplitude 1

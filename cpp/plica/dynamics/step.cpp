@@ -23,6 +23,7 @@ Simulation::Step::Step(Simulation& simulation) {
   load = scene_load;
   free_acceleration = s.acceleration;
   flow_stopped = s.flow_stopped;
+  if (simulation.collision_) simulation.collision_->forget();
 }
 
 /// A a = load + contact_force + inner_force, warm-started from a.
@@ -69,6 +70,7 @@ void Simulation::complete(Step& step) {
   step.acceleration = step.free_acceleration;
   if (!step.contacts.any_force()) return;
   step.contacts.add_forces(step.contact_force);
+  collision_->add_response(step.contacts, step.acceleration);
   solve(step, step.load + step.contact_force, step.acceleration);
 }
 

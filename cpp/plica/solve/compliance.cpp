@@ -19,6 +19,7 @@ Compliance::Compliance(const BlockMatrix& A, const Supports& supports, Indices n
     }
   }
   columns_.resize(static_cast<std::size_t>(3 * nodes_.size()));
+  responses_.resize(columns_.size());
 }
 
 void Compliance::check_local(std::int32_t local_node) const {
@@ -80,6 +81,27 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
             displacement(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c, k);
       }
     }
+    Response& response = responses_[static_cast<std::size_t>(column)];
+    const double least = farthest * displacement.col(k).cwiseAbs().maxCoeff();
+    for (std::int32_t i = 0; i < unknowns_ / 3; ++i) {
+      const Vector3 u = displacement.col(k).segment<3>(3 * static_cast<std::ptrdiff_t>(i));
+      if (u.cwiseAbs().maxCoeff() < least) continue;
+      response.node.push_back(i);
+      response.value.push_back(u.cast<float>());
+    }
+    response.node.shrink_to_fit();
+    response.value.shrink_to_fit();
+  }
+}
+
+void Compliance::add_response(std::int32_t local_node, const Vector3& force, Vector& a) const {
+  check_local(local_node);
+  for (int c = 0; c < 3; ++c) {
+    if (force[c] == 0.0) continue;
+    const Response& response = responses_[static_cast<std::size_t>(3 * local_node + c)];
+    for (std::size_t i = 0; i < response.node.size(); ++i)
+      a.segment<3>(3 * static_cast<std::ptrdiff_t>(response.node[i])) +=
+          force[c] * response.value[i].cast<double>();
   }
 }
 

@@ -19,8 +19,17 @@ class Compliance {
   void require(const std::vector<std::int32_t>& local_nodes);
   /// (3 nodes) displacement of all nodes under a unit force on component c of a node; must exist.
   const double* column(std::int32_t local_node, int component) const;
+  /// Adds A^-1 of a force (N) on one of these nodes to a (3 n) at all nodes of the mesh, in single precision and
+  /// without what is below `farthest` of the column's largest entry: a start for a solve. Must exist.
+  void add_response(std::int32_t local_node, const Vector3& force, Vector& a) const;
 
  private:
+  /// A column at all nodes of the mesh where it is felt.
+  struct Response {
+    std::vector<std::int32_t> node;
+    std::vector<Eigen::Vector3f> value;
+  };
+  static constexpr double farthest = 1e-7;                 // about what single precision resolves
   static constexpr std::size_t batch = BlockMatrix::pack;  // columns solved together: bounds the memory
 
   void check_local(std::int32_t local_node) const;
@@ -31,6 +40,7 @@ class Compliance {
   ConjugateGradient solver_;
   std::ptrdiff_t unknowns_;
   std::vector<std::vector<double>> columns_;  // (3 nodes) each empty or (3 nodes)
+  std::vector<Response> responses_;           // (3 nodes)
 };
 
 }  // namespace plica

@@ -39,8 +39,7 @@ void scale_and_add(double a, const double* x, double* y, std::ptrdiff_t n) {
 }
 
 /// z = (diagonal blocks)^-1 r in the node rows [begin, end).
-void precondition_rows(const double* inverse, const double* r, double* z, std::ptrdiff_t begin,
-                       std::ptrdiff_t end) {
+void apply_inverse(const double* inverse, const double* r, double* z, std::ptrdiff_t begin, std::ptrdiff_t end) {
   for (std::ptrdiff_t i = begin; i < end; ++i) {
     const double* m = inverse + 6 * i;
     const double r0 = r[3 * i], r1 = r[3 * i + 1], r2 = r[3 * i + 2];
@@ -114,8 +113,24 @@ void ConjugateGradient::precondition(const Vector& r, Vector& z) const {
   check_size("r.size()", r.size(), A_->rows());
   z.resize(r.size());
   for_chunks(r.size() / 3, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
+    precondition_rows(begin, end, r.data(), z.data());
   });
+}
+
+void ConjugateGradient::precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* r,
+                                          double* z) const {
+  apply_inverse(inverse_.data(), r, z, begin, end);
+}
+
+void ConjugateGradient::make_single() const {
+  std::call_once(single_made_, [this] { single_.assign(A_->values().begin(), A_->values().end()); });
+}
+
+void ConjugateGradient::multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* p,
+                                              double* q) const {
+  make_single();
+  const NodePattern& pattern = *A_->pattern();
+  row_products().blocks_single(pattern.row_start.data(), pattern.column.data(), single_.data(), p, q, begin, end);
 }
 
 Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
@@ -151,11 +166,8 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
   state.residual = std::sqrt(start.first) / b_norm;
   check_finite(state, b_norm, "|b|");
   check_finite(state, state.residual, "|b - A x| / |b|");
-  std::call_once(single_made_, [this] { single_.assign(A_->values().begin(), A_->values().end()); });
-  const NodePattern& pattern = *A_->pattern();
-  const SingleRowProduct single_product = row_products().blocks_single;
   const auto rounded = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
-    single_product(pattern.row_start.data(), pattern.column.data(), single_.data(), p, q, begin, end);
+    multiply_rounded_rows(begin, end, p, q);
   };
   const auto exact = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
     A_->multiply_rows(begin, end, p, q);
@@ -193,10 +205,9 @@ double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, 
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   Vector z(unknowns), p(unknowns), q(unknowns);
   std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
-  const double* inverse = inverse_.data();
   const Sums start = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
     const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-    precondition_rows(inverse, r.data(), z.data(), begin, end);
+    precondition_rows(begin, end, r.data(), z.data());
     for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i], d[i] = 0.0;
     return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
   });
@@ -213,7 +224,7 @@ double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, 
     const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
       add_scaled(-alpha, q.data() + at, r.data() + at, count);
-      precondition_rows(inverse, r.data(), z.data(), begin, end);
+      precondition_rows(begin, end, r.data(), z.data());
       return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
     });
     const double beta = sums.first / rz;

@@ -39,8 +39,12 @@ class ConjugateGradient {
   /// Convergence::residual is the recursion's, which differs from |b - A x| / |b| by accumulated round-off.
   std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const;
   const KrylovOptions& options() const { return options_; }
-  /// y = (3x3 diagonal blocks)^-1 r
+  /// z = (3x3 diagonal blocks)^-1 r
   void precondition(const Vector& r, Vector& z) const;
+  /// The node rows [begin, end) of that alone, and of q = A p with A rounded to single precision; unchecked, for
+  /// loops that do more to those rows.
+  void precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* r, double* z) const;
+  void multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) const;
 
  private:
   const BlockMatrix* A_;
@@ -50,8 +54,10 @@ class ConjugateGradient {
   template <typename Product>
   double correct(const Product& product, Vector& r, Vector& d, double target, Convergence& state) const;
 
+  void make_single() const;
+
   mutable std::once_flag single_made_;
-  mutable std::vector<float> single_;  // (9 entries) A rounded, made by the first solve
+  mutable std::vector<float> single_;  // (9 entries) A rounded, made when first needed
   std::vector<double> inverse_;        // (6 n) entries 00, 01, 02, 11, 12, 22 of the inverse diagonal blocks
 };
 

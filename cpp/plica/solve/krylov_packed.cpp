@@ -42,8 +42,7 @@ void scale_and_add(const Lanes& a, const double* x, double* y, std::ptrdiff_t un
   }
 }
 
-void precondition_rows(const double* inverse, const double* r, double* z, std::ptrdiff_t begin,
-                       std::ptrdiff_t end) {
+void apply_inverse(const double* inverse, const double* r, double* z, std::ptrdiff_t begin, std::ptrdiff_t end) {
   for (std::ptrdiff_t i = begin; i < end; ++i) {
     const double* m = inverse + 6 * i;
     const double *r0 = r + 3 * pack * i, *r1 = r0 + pack, *r2 = r1 + pack;
@@ -104,7 +103,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
           r[pack * i + v] = v < width ? B(i, first + v) : 0.0;
         }
       }
-      precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
+      apply_inverse(inverse_.data(), r.data(), z.data(), begin, end);
       const std::ptrdiff_t at = 3 * pack * begin, count = 3 * (end - begin);
       std::copy_n(z.data() + at, pack * count, p.data() + at);
       add_dots(r.data() + at, z.data() + at, count, sums.first);
@@ -140,7 +139,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
       const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end, Sums& out) {
         const std::ptrdiff_t at = 3 * pack * begin, count = 3 * (end - begin);
         add_scaled(minus_alpha, q.data() + at, r.data() + at, count);
-        precondition_rows(inverse_.data(), r.data(), z.data(), begin, end);
+        apply_inverse(inverse_.data(), r.data(), z.data(), begin, end);
         add_dots(r.data() + at, z.data() + at, count, out.first);
         add_dots(r.data() + at, r.data() + at, count, out.second);
       });

@@ -133,8 +133,12 @@ class Airflow(Part):
 class Multipliers(Part):
     """Lagrange multipliers: the constraint holds exactly, by a saddle-point system (Paper A, Eq. 25)."""
 
-    solver: Literal["condensed", "gmres"] = Field(default_factory=engine_default("Multipliers", "solver"))
-    """Condensed to the contact rows, or the thesis's GMRES with the preconditioner of Eq. (29)."""
+    solver: Literal["auto", "condensed", "saddle", "gmres"] = Field(
+        default_factory=engine_default("Multipliers", "solver")
+    )
+    """Condensed to the contact rows (columns of the compliance, kept), the saddle point of each active set by
+    conjugate gradients with a constraint preconditioner, or the thesis's GMRES with that of Eq. (29). "auto"
+    takes "condensed" for up to 3000 surface nodes and "saddle" above."""
     position: Literal["end_of_step", "weighted"] = Field(
         default_factory=engine_default("Multipliers", "position")
     )
@@ -232,7 +236,7 @@ class Contact(OneOf):
 
     @model_validator(mode="after")
     def _friction_has_multipliers(self) -> Self:
-        condensed = self.multipliers is not None and self.multipliers.solver == "condensed"
+        condensed = self.multipliers is not None and self.multipliers.solver in ("auto", "condensed")
         if self.friction is not None and not condensed and self.augmented is None:
             relation = "must come with multipliers and the condensed solver, or with augmented multipliers."
             raise problem(relation, "friction", value=self.friction)

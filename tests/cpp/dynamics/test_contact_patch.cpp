@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <string>
 
 #include "scenes.hpp"
 
@@ -127,9 +128,12 @@ TEST_CASE("Nitsche's method passes it exactly where the springs of its gap alone
 }
 
 TEST_CASE("with multipliers on both sides it passes between linear meshes that do not match, too") {
-  for (const int n_b : {3, 4}) {
+  for (const auto& [n_b, solver] :
+       {std::pair(3, ContactSolver(Condensed{})), std::pair(4, ContactSolver(Condensed{})),
+        std::pair(3, ContactSolver(Saddle{})), std::pair(3, ContactSolver(Gmres{}))}) {
     CAPTURE(n_b);
-    const PatchErrors found = errors(1, 2, n_b);
+    CAPTURE(std::string(name_of(solver)));
+    const PatchErrors found = errors(1, 2, n_b, Multipliers{solver, EndOfStep{}});
     CHECK(found.stress < strain);
     CHECK(found.displacement < strain);
     CHECK(found.force < 2 * strain);

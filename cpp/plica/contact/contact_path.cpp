@@ -1,0 +1,31 @@
+#include "plica/contact/path.hpp"
+
+namespace plica {
+
+ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_nodes) {
+  constexpr std::ptrdiff_t most_condensed = 3000;
+  if (!std::holds_alternative<Automatic>(solver)) return solver;
+  if (surface_nodes <= most_condensed) return Condensed{};
+  return Saddle{};
+}
+
+const char* name_of(const ContactSolver& solver) {
+  struct Name {
+    const char* operator()(Automatic) const { return "auto"; }
+    const char* operator()(Condensed) const { return "condensed"; }
+    const char* operator()(Saddle) const { return "saddle"; }
+    const char* operator()(Gmres) const { return "gmres"; }
+  };
+  return std::visit(Name{}, solver);
+}
+
+std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
+                                          const Supports& supports, const Indices& nodes,
+                                          const KrylovOptions& options) {
+  const ContactSolver chosen = chosen_solver(solver, nodes.size());
+  if (std::holds_alternative<Gmres>(chosen)) return gmres_path(A, supports, nodes, options);
+  if (std::holds_alternative<Saddle>(chosen)) return saddle_path(A, supports, nodes, options);
+  return condensed_path(A, supports, nodes, options);
+}
+
+}  // namespace plica

@@ -1,0 +1,14 @@
+#include "plica/contact/row.hpp"
+
+namespace plica {
+
+std::vector<Row> without_held(std::vector<Row> rows, const Supports& supports) {
+  for (Row& row : rows)
+    for (auto* side : {&row.push, &row.gap})
+      for (auto& [node, vector] : *side)
+        for (int c = 0; c < 3; ++c)
+          if (supports.fixed(3 * node + c)) vector[c] = 0.0;
+  return rows;
+}
+
+}  // namespace plica
