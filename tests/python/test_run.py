@@ -112,6 +112,17 @@ def test_a_loaded_run_is_the_run(bar: plica.Scene, tmp_path: Path) -> None:
     assert plica.Scene.load(tmp_path / "run" / "scene.toml") == bar
 
 
+def test_a_run_says_which_contact_solver_it_took(
+    bar: plica.Scene, colliding: plica.Scene, tmp_path: Path
+) -> None:
+    assert "contact solver" not in plica.run(bar, tmp_path / "bar", progress=False).versions
+    for asked, taken in {"auto": "condensed", "saddle": "saddle"}.items():
+        data = colliding.resolved()
+        data["contact"]["multipliers"]["solver"] = asked
+        run = plica.run(plica.Scene.model_validate(data), tmp_path / asked, progress=False)
+        assert run.versions["contact solver"] == taken
+
+
 def test_without_fields_there_are_none(bar: plica.Scene, tmp_path: Path) -> None:
     scene = plica.Scene.from_text(bar.text().replace("every = 0.0005", ""))
     run = plica.run(scene, tmp_path / "run", progress=False)

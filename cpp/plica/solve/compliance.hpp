@@ -29,7 +29,7 @@ class Compliance {
     std::vector<std::int32_t> node;
     std::vector<Eigen::Vector3f> value;
   };
-  static constexpr double farthest = 1e-7;                 // about what single precision resolves
+  static constexpr double farthest = 1e-9;                 // single precision limits a start to some 1e-8
   static constexpr std::size_t batch = BlockMatrix::pack;  // columns solved together: bounds the memory
 
   void check_local(std::int32_t local_node) const;

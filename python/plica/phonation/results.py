@@ -127,7 +127,9 @@ class Run(Mapping[str, NDArray[Any]]):
                 progress["message"][()].decode(errors="replace") if self.status == "failed" else ""
             )
             self.scene_text: str = str(file.attrs["scene"])
-            self._version = str(file.attrs["plica_version"])
+            self._versions = {"plica": str(file.attrs["plica_version"])}
+            if "contact_solver" in file.attrs:
+                self._versions["contact solver"] = str(file.attrs["contact_solver"])
 
     @classmethod
     def load(cls, directory: str | Path) -> Run:
@@ -250,8 +252,8 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @property
     def versions(self) -> dict[str, str]:
-        """What computed the run."""
-        return {"plica": self._version}
+        """What computed the run: the version of Plica, and with contact the solver that "auto" stood for."""
+        return self._versions
 
     @property
     def measures(self) -> dict[str, Any]:
@@ -279,7 +281,7 @@ class Run(Mapping[str, NDArray[Any]]):
                 if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
                     coordinates["component"] = ["x", "y", "z"]
         return xarray.Dataset(
-            variables, coordinates, {"scene": self.scene_text, "plica_version": self._version}
+            variables, coordinates, {"scene": self.scene_text, "plica_version": self._versions["plica"]}
         )
 
 

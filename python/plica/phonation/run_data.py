@@ -70,7 +70,7 @@ class RunData(Protocol):
 
     @property
     def versions(self) -> Mapping[str, str]:
-        """Names and versions of what computed the run."""
+        """What computed the run by name: versions, and with contact its solver."""
 
 
 def time_step(time: Floats) -> float:

@@ -87,6 +87,8 @@ class ResultFile:
             info = _engine.build_info()
             file.attrs["plica_version"] = info["version"]
             file.attrs["scene"] = scene.text()
+            if scene.contact is not None:
+                file.attrs["contact_solver"] = simulation.info()["contact_solver"]
             _lay_out(file, "progress/steps", (), np.int64, "1", 0)
             _lay_out(file, "progress/frames", (), np.int64, "1", 0)
             _lay_out(file, "progress/seconds", (), np.float64, "s", 0)
