@@ -160,6 +160,8 @@ def enforcements(bar: Bar) -> dict[str, Any]:
         "multipliers": engine.Multipliers(),
         "multipliers, GMRES": engine.Multipliers(solver="gmres"),
         "multipliers, Eq. (25)": engine.Multipliers(position="weighted"),
+        "augmented": engine.Augmented(),
+        "Nitsche": engine.Nitsche(),
         "penalty": engine.Penalty(stiffness=stiffness * area / 4),  # four nodes
         "volume penalty": engine.VolumePenalty(
             kappa=6 * stiffness

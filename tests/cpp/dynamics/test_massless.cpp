@@ -55,7 +55,8 @@ TEST_CASE("without mass on the surface the trapezoidal rule bounces a bar withou
 TEST_CASE("the ledger closes where the surfaces have no mass") {
   for (const TimeScheme& scheme : schemes)
     for (const Enforcement& enforcement :
-         {Enforcement(Multipliers{}), Enforcement(Penalty{50.0}), Enforcement(VolumePenalty{1e9})})
+         {Enforcement(Multipliers{}), Enforcement(Augmented{}), Enforcement(Nitsche{}), Enforcement(Penalty{50.0}),
+          Enforcement(VolumePenalty{1e9})})
       for (const Simulation::Mass mass : {Simulation::Mass::consistent, Simulation::Mass::lumped}) {
         Scene scene = massless(scenes::two_cubes(enforcement, 0.5, 4));
         // One load bends the surfaces of contact, which are not in balance at t = 0.
