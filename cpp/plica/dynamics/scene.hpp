@@ -43,7 +43,7 @@ struct ContactPart {
   Airway airway;
   Enforcement enforcement = Multipliers{};
   Collision::Options options;
-  std::optional<Friction> friction;  // absent: frictionless
+  std::optional<Friction> friction{};  // absent: frictionless
   SurfaceMass surface_mass = SurfaceMass::kept;
 };
 
