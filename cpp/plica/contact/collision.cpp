@@ -182,18 +182,19 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
   return solution;
 }
 
-bool Collision::augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const {
-  const auto* augmented = std::get_if<Augmented>(&enforcement_);
-  if (!augmented) return false;
-  double error = 0;
+bool Collision::augment(const std::vector<Pair>& pairs, const Points& x, Contacts& contacts, Uzawa& uzawa) const {
+  const auto& augmented = std::get<Augmented>(enforcement_);
   uzawa.multiplier.clear();
-  for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
-    const double force = contacts.force[static_cast<std::ptrdiff_t>(i)], gap = contacts.pairs[i].gap(x);
-    error = std::max(error, force > 0 ? std::abs(gap) : -gap);
-    if (force > 0) uzawa.multiplier[contacts.pairs[i].key] = force;
+  for (std::size_t i = 0; i < contacts.pairs.size(); ++i)
+    if (const double force = contacts.force[static_cast<std::ptrdiff_t>(i)]; force > 0)
+      uzawa.multiplier[contacts.pairs[i].key] = force;
+  double error = 0;
+  for (const Pair& pair : pairs) {
+    const double gap = pair.gap(x);
+    error = std::max(error, uzawa.multiplier.count(pair.key) ? std::abs(gap) : -gap);
   }
-  if (error <= tolerance() || contacts.augmentations >= augmented->max_augmentations) return false;
-  if (error > (1 - augmented->reduction) * uzawa.last_error) uzawa.stiffness *= augmented->growth;
+  if (error <= tolerance() || contacts.augmentations >= augmented.max_augmentations) return false;
+  if (error > (1 - augmented.reduction) * uzawa.last_error) uzawa.stiffness *= augmented.growth;
   uzawa.last_error = error;
   ++contacts.augmentations;
   return true;
@@ -202,12 +203,12 @@ bool Collision::augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
   constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
   const double reach = detector_.reach(before.x, x_free, before.depth);
-  const bool exact =
-      std::holds_alternative<Multipliers>(enforcement_) || std::holds_alternative<Augmented>(enforcement_);
+  const auto* augmented = std::get_if<Augmented>(&enforcement_);
+  const bool exact = augmented || std::holds_alternative<Multipliers>(enforcement_);
   Contacts contacts;
   std::vector<std::int32_t> keys;  // candidates of this step
   Uzawa uzawa{0.0, {}};
-  if (const auto* augmented = std::get_if<Augmented>(&enforcement_)) {
+  if (augmented) {
     uzawa.stiffness = augmented->stiffness;
     keys = before.closed;
     for (std::size_t i = 0; i < keys.size(); ++i)
@@ -239,11 +240,15 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     };
     find_worst();
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
-    if (worst <= tolerance() && (contacts.passes > 0 || pairs.empty())) {
-      const bool more = exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys);
-      if (!more && !augment(contacts, x, uzawa)) return contacts;
-      pairs = pairs_at(x, keys, uzawa, before.stress);
-      find_worst();
+    if (contacts.passes > 0 || pairs.empty()) {
+      const bool again = augmented && augment(pairs, x, contacts, uzawa);
+      const bool done = !again && (augmented || worst <= tolerance());
+      if (done && !(exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys)))
+        return contacts;
+      if (again || done) {
+        pairs = pairs_at(x, keys, uzawa, before.stress);
+        find_worst();
+      }
     }
     if (contacts.passes == options_.max_passes)
       throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +

@@ -29,7 +29,7 @@ struct Contacts {
 /// tolerance. Slaves are the nodes of the finer side; with multipliers, also those nodes of the other side that
 /// are still inside by more than the tolerance once the first ones are out. So matched meshes give one row a
 /// node pair, and a coarse side is not run through. Pairs found in a step stay candidates until its end.
-/// With augmented multipliers these passes are repeated for each augmentation.
+/// With augmented multipliers each pass is an augmentation.
 /// Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
 class Collision {
  public:
@@ -89,7 +89,7 @@ class Collision {
                                  const Before& before, double scale, std::vector<char> guess, Contacts& contacts);
   /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
   /// the gaps are closed or no augmentation is left.
-  bool augment(Contacts& contacts, const Points& x, Uzawa& uzawa) const;
+  bool augment(const std::vector<Pair>& pairs, const Points& x, Contacts& contacts, Uzawa& uzawa) const;
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
