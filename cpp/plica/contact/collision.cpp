@@ -149,6 +149,7 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
                                           Contacts& contacts) {
   const auto count = static_cast<std::ptrdiff_t>(pairs.size());
   std::vector<Row>& rows = contacts.rows;
+  constexpr int most_sweeps = 20000;  // of block Gauss-Seidel, with friction
   const auto solve = [&](std::vector<char> first, int most) -> Complementarity {
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (pairs[i].gamma > 0) add_stress(*before.stress, pairs[i], x_free, rows[i]);
@@ -161,7 +162,7 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
     Vector free(3 * count);
     for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
     return solve_coulomb(path_->compliance(rows, scale), free, friction_->coefficient, Vector::Zero(3 * count),
-                         0.1 * tolerance(), 1000 * most);
+                         0.1 * tolerance(), most_sweeps);
   };
 
   rows.clear();
@@ -178,7 +179,8 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
   solution.pivots += pivots;
   if (!solution.converged)
     throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
-                      " after " + std::to_string(solution.pivots) + " active sets. Try a smaller step.");
+                      " after " + std::to_string(solution.pivots) + (friction_ ? " sweeps" : " active sets") +
+                      ". Try a smaller step.");
   return solution;
 }
 

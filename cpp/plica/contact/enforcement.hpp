@@ -60,7 +60,7 @@ using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty, Augmented,
 
 /// Coulomb's law between the surfaces: |p_t| <= coefficient p_n, against the slip of the step.
 struct Friction {
-  double coefficient = 0.0;  // -, > 0
+  double coefficient;  // -, > 0
 };
 
 }  // namespace plica

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace plica {
 
@@ -74,7 +75,8 @@ class OneContact {
 
 /// How far contact i is from Coulomb's law, m.
 double violation(double p_n, const Vector2& p_t, double w_n, const Vector2& w_t, double mu) {
-  if (p_n <= 0) return std::max(0.0, -w_n);
+  if (p_n < 0 || (p_n == 0 && !p_t.isZero(0))) return std::numeric_limits<double>::infinity();
+  if (p_n == 0) return std::max(0.0, -w_n);
   const double limit = mu * p_n, friction = p_t.norm();
   if (friction < limit * (1 - 1e-9)) return std::max(std::abs(w_n), w_t.norm());
   const Vector2 d = friction > 0 ? Vector2(p_t / friction) : Vector2::Zero();

@@ -237,6 +237,15 @@ void Simulation::restore(State state) {
     throw InvalidInput("Simulation", "size of the state's closed_force",
                        static_cast<double>(state.closed_force.size()), "",
                        "that of closed, " + std::to_string(state.closed.size()));
+  for (std::size_t i = 0; i < state.closed.size(); ++i)
+    if (!(state.closed_force[static_cast<std::ptrdiff_t>(i)] > 0) || (i && state.closed[i] <= state.closed[i - 1]))
+      throw InvalidInput("Simulation: the state's closed pairs must ascend, each with a force > 0 N.");
+  if (collision_ && std::holds_alternative<Augmented>(scene_.contact->enforcement))
+    for (const std::int32_t node : state.closed)
+      if (node < 0 || node >= scene_.mesh.node_count() ||
+          !(collision_->detector().first().contains(node) || collision_->detector().second().contains(node)))
+        throw InvalidInput("Simulation", "state's closed pair", node, "", "a node of a contact surface",
+                           "It belongs to another scene.");
   if (!(state.depth >= 0) || !std::isfinite(state.depth))
     throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
   state_ = std::move(state);

@@ -189,6 +189,12 @@ Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vecto
   Both x{d, lambda}, r{Vector::Zero(A_.rows()), Vector(system.size())}, image{Vector(A_.rows()), Vector()};
   for (std::ptrdiff_t i = 0; i < system.size(); ++i) r.lambda[i] = system[i].value;
   const double size = std::sqrt(dot(r, r));
+  if (size == 0.0) {
+    d.setZero();
+    lambda.setZero();
+    state.converged = true;
+    return state;
+  }
   if (!d.isZero(0) || !lambda.isZero(0)) {
     apply(x, image);
     ++state.iterations;
@@ -201,7 +207,7 @@ Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vecto
   bool rounded = true;
   int stalled = 0;  // directions in a row that did not halve the residual
   for (;;) {
-    state.residual = size > 0.0 ? std::sqrt(dot(r, r)) / size : 0.0;
+    state.residual = std::sqrt(dot(r, r)) / size;
     if (!std::isfinite(state.residual))
       throw SolveFailed("the saddle point's residual is " + number(state.residual) +
                         ". Are all positions and forces finite?");
@@ -227,7 +233,7 @@ Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vecto
     r.add(-along, next.image);
     const double reached = std::sqrt(dot(r, r)) / size;
     // Rows that nearly repeat others in N but not in G make a direction that takes up little.
-    stalled = reached <= 0.5 * state.residual ? 0 : stalled + 1;
+    stalled = reached <= std::max(0.5 * state.residual, options_.tolerance) ? 0 : stalled + 1;
     if (stalled == patience) {
       if (!rounded) break;
       rounded = false;

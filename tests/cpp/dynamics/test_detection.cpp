@@ -347,3 +347,18 @@ TEST_CASE("bodies that overlap at the start are refused, however deep") {
                          doctest::Contains("lies in the tissue; must be outside at t = 0"), InvalidInput);
   }
 }
+
+TEST_CASE("bodies that touch node on node do not overlap, and do once pushed into each other") {
+  for (const int n : {1, 3}) {
+    CAPTURE(n);
+    const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n, n, n}}),
+                  b = block_mesh({{0, 0, 0}, {1, 1, 1}, {n, n, n}});
+    const TetMesh mesh = combine(a, b, "a.", "b.");
+    Points x = mesh.points;
+    CHECK_FALSE(node_in_tissue(x, mesh.cells, mesh.node_set("a.x_max"), 1e-6));
+    CHECK_FALSE(node_in_tissue(x, mesh.cells, mesh.node_set("b.x_min"), 1e-6));
+    // Into it and off its sides, so that nodes lie inside and not on a face of it.
+    x.bottomRows(b.node_count()).rowwise() += Eigen::RowVector3d(-0.11, 0.013, 0.017);
+    CHECK(node_in_tissue(x, mesh.cells, mesh.node_set("b.x_min"), 1e-6).has_value());
+  }
+}
