@@ -236,6 +236,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     const Pair* worst_pair = nullptr;
     const auto find_worst = [&] {
       worst = 0;
+      worst_pair = pairs.data();
       for (const Pair& pair : pairs)
         if (const double off = violation(pair, force_of(pair.key), x, before.stress); off > worst)
           worst = off, worst_pair = &pair;
