@@ -12,38 +12,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from airway import air_between
 from scipy.sparse import csr_array
 
 from plica import _engine as engine
 
 E, NU, DENSITY = 20e3, 0.3, 1040.0
 EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # with a node in the middle
-
-
-def flat_triangles(faces: np.ndarray) -> np.ndarray:
-    """Six-node faces as four flat triangles, three-node faces as they are."""
-    if faces.shape[1] == 3:
-        return faces
-    a, b, c, ab, bc, ca = faces.T
-    return np.concatenate([np.stack(t, 1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
-
-
-def air_between(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Any:
-    """A tetrahedron of air for each node and the triangle that it lies over: it names them as candidates."""
-
-    def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-
-    tets = []
-    for surface, other in ((first, second), (second, first)):
-        a, b, c = (points[surface[:, k], 1:] for k in range(3))
-        for node in np.unique(other):
-            to_node = points[node, 1:] - a
-            area = cross(b - a, c - a)
-            weights = np.stack([cross(to_node, c - a) / area, cross(b - a, to_node) / area])
-            inside = np.minimum(weights.min(axis=0), 1 - weights.sum(axis=0))
-            tets.append([*surface[np.argmax(inside)], node])
-    return engine.Airway(first, second, np.array(tets, np.int32))
 
 
 def largest_stress_error(mesh: Any, displacement: np.ndarray, pressure: float) -> float:
@@ -68,8 +43,8 @@ def largest_stress_error(mesh: Any, displacement: np.ndarray, pressure: float) -
     return worst / pressure
 
 
-def patch(order: int, first: int, second: int, enforcement: Any, strain: float) -> list[float]:
-    """The errors of the module's head, and the closed rows."""
+def patch(order: int, first: int, second: int, enforcement: Any, mortar: bool, strain: float) -> list[float]:
+    """The closed rows, and the errors of the module's head."""
     cubes = [
         engine.block_mesh(corner=(x, 0, 0), size=(1, 1, 1), divisions=(n, n, n))
         for x, n in ((-1, first), (0, second))
@@ -83,11 +58,13 @@ def patch(order: int, first: int, second: int, enforcement: Any, strain: float) 
     for side in "ab":
         fixed[mesh.node_sets[f"{side}.y_min"], 1] = True
         fixed[mesh.node_sets[f"{side}.z_min"], 2] = True
-    surfaces = [flat_triangles(np.asarray(mesh.surfaces[name])) for name in ("a.x_max", "b.x_min")]
-    if first == second:
-        airway = engine.matched_airway(points, *surfaces, (1, 0, 0))
-    else:
-        airway = air_between(points, *surfaces)
+    surfaces = [mesh.surfaces[name] for name in ("a.x_max", "b.x_min")]
+    contact = engine.Contact(
+        airway=air_between(points, *surfaces),
+        enforcement=enforcement,
+        tolerance=1e-3 * strain,
+        faces=engine.Mortar(*surfaces) if mortar else engine.AtNodes(),
+    )
     transit = np.sqrt(DENSITY / E)
     material = engine.Material(engine.Isotropic(E, NU), density=DENSITY, viscosity=0.2 * E * transit)
     pressure = strain * E
@@ -101,7 +78,7 @@ def patch(order: int, first: int, second: int, enforcement: Any, strain: float) 
         step=5 * transit,
         solver_tolerance=1e-12,
         max_iterations=20000,
-        contact=engine.Contact(airway=airway, enforcement=enforcement, tolerance=1e-3 * strain),
+        contact=contact,
         loads=[engine.Load(surface="b.x_max", traction=(-pressure, 0, 0))],
     )
     rows = sim.advance(25)["contact_rows"][-1]
@@ -121,20 +98,32 @@ def patch(order: int, first: int, second: int, enforcement: Any, strain: float) 
 
 
 if __name__ == "__main__":
-    contacts = {"multipliers": engine.Multipliers(), "penalty": engine.Penalty(stiffness=100 * E)}
+    enforcements = {
+        "multipliers": engine.Multipliers(),
+        "augmented": engine.Augmented(stiffness=100 * E),
+        "penalty": engine.Penalty(stiffness=100 * E),
+    }
     cases = [
-        ("linear", 1, "multipliers", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
-        ("linear", 1, "penalty", ((2, 2), (2, 4), (2, 3), (4, 6))),
-        ("quadratic", 2, "multipliers", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
-        ("quadratic", 2, "penalty", ((2, 2), (2, 3))),
+        ("linear", 1, "multipliers", "nodes", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
+        ("linear", 1, "penalty", "nodes", ((2, 2), (2, 4), (2, 3), (4, 6))),
+        ("linear", 1, "multipliers", "mortar", ((2, 2), (2, 3), (4, 6))),
+        ("linear", 1, "penalty", "mortar", ((2, 2), (2, 3))),
+        ("quadratic", 2, "multipliers", "nodes", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
+        ("quadratic", 2, "penalty", "nodes", ((2, 2), (2, 3))),
+        ("quadratic", 2, "multipliers", "mortar", ((2, 2), (2, 4), (2, 3), (3, 2), (4, 6))),
+        ("quadratic", 2, "augmented", "mortar", ((2, 3),)),
+        ("quadratic", 2, "penalty", "mortar", ((2, 2), (2, 3))),
     ]
     print(
-        "| elements | cubes of | contact | rows | stress, energy norm | stress, largest "
+        "| elements | cubes of | contact | faces | rows | stress, energy norm | stress, largest "
         "| displacement | nodal force |"
     )
-    print("|" + " --- |" * 8)
-    for name, order, contact, pairs in cases:
+    print("|" + " --- |" * 9)
+    for name, order, contact, faces, pairs in cases:
         for first, second in pairs:
-            rows, *errors = patch(order, first, second, contacts[contact], 1e-6)
+            rows, *errors = patch(order, first, second, enforcements[contact], faces == "mortar", 1e-6)
             values = " | ".join(f"{error:.1e}" for error in errors)
-            print(f"| {name} | {first}^3, {second}^3 | {contact} | {rows:.0f} | {values} |", flush=True)
+            print(
+                f"| {name} | {first}^3, {second}^3 | {contact} | {faces} | {rows:.0f} | {values} |",
+                flush=True,
+            )

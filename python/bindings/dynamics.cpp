@@ -150,17 +150,32 @@ void bind_enforcement(py::module_& engine) {
       .def(py::init([](double factor) { return Nitsche{factor}; }), py::kw_only(),
            py::arg("factor") = nitsche.factor)
       .def_readonly("factor", &Nitsche::factor);
+  py::class_<AtNodes>(engine, "AtNodes").def(py::init<>());
+  py::class_<Mortar>(engine, "Mortar")
+      .def(py::init([](const py::array& first, const py::array& second) {
+             return Mortar{to_rows(first, {3, 6}, "Mortar", "first"), to_rows(second, {3, 6}, "Mortar", "second")};
+           }),
+           py::arg("first"), py::arg("second"));
   const Collision::Options options;
   py::class_<ContactPart>(engine, "Contact")
       .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes,
-                       std::optional<double> friction, const std::string& surface_mass) {
-             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}, to_surface_mass(surface_mass)};
+                       std::optional<double> friction, const std::string& surface_mass, const FaceMethod& faces) {
+             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}, to_surface_mass(surface_mass),
+                              faces};
              if (friction) part.friction = Friction{*friction};
              return part;
            }),
            py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
            py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none(),
-           py::arg("surface_mass") = "kept")
+           py::arg("surface_mass") = "kept", py::arg_v("faces", ContactPart{}.faces, "..."))
+      .def_property_readonly(
+          "faces",
+          [](const ContactPart& c) { return std::holds_alternative<Mortar>(c.faces) ? "mortar" : "nodes"; })
+      .def_property_readonly("friction",
+                             [](const ContactPart& c) -> std::optional<double> {
+                               if (!c.friction) return std::nullopt;
+                               return c.friction->coefficient;
+                             })
       .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
       .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; })
       .def_property_readonly("surface_mass", [](const ContactPart& c) {

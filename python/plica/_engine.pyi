@@ -12,6 +12,7 @@ __all__: list[str] = [
     "Airflow",
     "Airway",
     "Assembly",
+    "AtNodes",
     "Augmented",
     "Contact",
     "Extrapolated",
@@ -22,6 +23,7 @@ __all__: list[str] = [
     "Lagged",
     "Load",
     "Material",
+    "Mortar",
     "Multipliers",
     "Newmark",
     "Nitsche",
@@ -300,6 +302,16 @@ class Nitsche:
     @property
     def factor(self) -> float: ...
 
+class AtNodes:
+    def __init__(self) -> None: ...
+
+class Mortar:
+    def __init__(
+        self,
+        first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    ) -> None: ...
+
 class Contact:
     def __init__(
         self,
@@ -310,7 +322,12 @@ class Contact:
         max_passes: typing.SupportsInt | typing.SupportsIndex = 200,
         friction: typing.SupportsFloat | typing.SupportsIndex | None = None,
         surface_mass: str = "kept",
+        faces: AtNodes | Mortar = ...,
     ) -> None: ...
+    @property
+    def faces(self) -> str: ...
+    @property
+    def friction(self) -> float | None: ...
     @property
     def max_passes(self) -> int: ...
     @property

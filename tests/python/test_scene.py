@@ -344,3 +344,20 @@ def test_a_bare_run_loads_no_library_that_it_does_not_use(tmp_path: Path, bar: p
     command = [sys.executable, "-c", program, str(tmp_path / "scene.toml"), str(tmp_path / "run")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_bars_on_mortar_faces_exchange_the_same_impulse(colliding: plica.Scene) -> None:
+    impulse = []
+    for faces in ("nodes", "mortar"):
+        fields = colliding.model_dump(exclude_none=True)
+        fields["contact"]["faces"] = faces
+        fields["mesh"]["order"] = 2
+        waves = plica.build_simulation(plica.Scene.model_validate(fields)).advance(40)
+        impulse.append(np.asarray(waves["contact_force_first"])[:, 0].sum())
+    assert impulse[0] < 0
+    assert impulse[1] == pytest.approx(impulse[0], rel=0.01)
+
+
+def test_mortar_faces_do_not_go_with_volumes() -> None:
+    with pytest.raises(plica.SceneError, match=r'faces = "mortar"; must be "nodes" with the volume penalty'):
+        plica.Contact(volume_penalty=plica.VolumePenalty(), faces="mortar")

@@ -4,18 +4,13 @@
 #include <array>
 #include <cmath>
 
+#include "plica/mesh/face.hpp"
+
 namespace plica {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-
-Vector6 shapes(double r, double s) {
-  const double t = 1 - r - s;
-  Vector6 n;
-  n << t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t;
-  return n;
-}
 
 /// What is constant on the six-node triangle. The area vector x_r x x_s is quadratic in (r, s), hence equal to
 /// its interpolant by the six shape functions, and F_l = -sum_mk T_lmk p_k a_m with T_lmk = int N_l N_m N_k.
@@ -26,10 +21,9 @@ struct SixNodes {
   SixNodes() {
     const std::array<std::array<double, 2>, 6> nodes{{{0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}}};
     for (int m = 0; m < 6; ++m) {
-      const auto [r, s] = nodes[m];
-      const double t = 1 - r - s;
-      along_r.row(m) << 1 - 4 * t, 4 * r - 1, 0, 4 * (t - r), 4 * s, -4 * s;
-      along_s.row(m) << 1 - 4 * t, 0, 4 * s - 1, -4 * r, 4 * r, 4 * (t - s);
+      const FaceShapes shapes = face_shapes(6, nodes[m][0], nodes[m][1]);
+      along_r.row(m) = shapes.along_r;
+      along_s.row(m) = shapes.along_s;
     }
     // Gauss rule of four points in both directions of the collapsed square: exact to degree 6 on the triangle.
     const double root = 2.0 / 7.0 * std::sqrt(6.0 / 5.0), wide = std::sqrt(3.0 / 7.0 + root),
@@ -40,7 +34,7 @@ struct SixNodes {
     for (auto& slice : product) slice.setZero();
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
-        const Vector6 n = shapes(at[i], at[j] * (1 - at[i]));
+        const Vector6 n = face_shapes(6, at[i], at[j] * (1 - at[i])).value;
         for (int l = 0; l < 6; ++l) product[l] += weight[i] * weight[j] * (1 - at[i]) * n[l] * n * n.transpose();
       }
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "plica/contact/friction.hpp"
+#include "plica/contact/mortar.hpp"
+#include "plica/contact/node_pairs.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 
@@ -16,18 +18,18 @@ std::string place(const Vector3& x) {
   return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
 }
 
-/// How far a pair is from complementarity at positions x, m.
-double violation(const Pair& pair, double force, const Points& x, const NormalStress* stress) {
-  double off = pair.residual(force, x);
-  if (pair.gamma > 0) off += stress->at(pair.slave, pair.normal, x) / pair.gamma;
+/// How far a constraint is from complementarity at positions x, m.
+double violation(const Constraint& constraint, double force, const Points& x, const NormalStress* stress) {
+  double off = constraint.residual(force, x);
+  if (constraint.gamma > 0) off += stress->at(constraint.slave, constraint.normal, x) / constraint.gamma;
   return force == 0.0 ? std::max(0.0, -off) : std::abs(off);
 }
 
 /// Adds the tissue's normal stress over gamma to the row's gap.
-void add_stress(const NormalStress& stress, const Pair& pair, const Points& x_free, Row& row) {
-  row.free += stress.at(pair.slave, pair.normal, x_free) / pair.gamma;
-  for (const auto& [node, slope] : stress.slopes(pair.slave, pair.normal))
-    row.gap.push_back({node, slope / pair.gamma});
+void add_stress(const NormalStress& stress, const Constraint& constraint, const Points& x_free, Row& row) {
+  row.free += stress.at(constraint.slave, constraint.normal, x_free) / constraint.gamma;
+  for (const auto& [node, slope] : stress.slopes(constraint.slave, constraint.normal))
+    row.gap.push_back({node, slope / constraint.gamma});
 }
 
 void require_positive(const char* name, double value, const char* unit) {
@@ -62,6 +64,23 @@ void validate(const std::optional<Friction>& friction, const Enforcement& enforc
         "Contact: friction; must come with multipliers and the condensed solver, or with augmented multipliers.");
 }
 
+std::unique_ptr<ConstraintKind> make_kind(Detector& detector, const Enforcement& enforcement,
+                                          const FaceMethod& faces) {
+  const auto* volume = std::get_if<VolumePenalty>(&enforcement);
+  if (const auto* mortar = std::get_if<Mortar>(&faces)) {
+    if (volume)
+      throw InvalidInput(
+          "Contact: faces = \"mortar\"; must come with multipliers, augmented multipliers or the penalty: "
+          "the volume penalty has its own faces, those of the airway's tetrahedra.");
+    if (std::holds_alternative<Nitsche>(enforcement))
+      throw InvalidInput(
+          "Contact: faces = \"mortar\"; must come with multipliers, augmented multipliers or the penalty: "
+          "Nitsche's method takes the tissue's stress at nodes.");
+    return mortar_weights(detector, mortar->first, mortar->second);
+  }
+  return volume ? volume_pairs(detector, volume->kappa) : node_pairs(detector);
+}
+
 }  // namespace
 
 void Contacts::add_forces(Vector& nodal) const {
@@ -74,7 +93,8 @@ void Collision::Options::validate() const {
 }
 
 Collision::Collision(Airway airway, const Points& reference, Enforcement enforcement,
-                     std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path)
+                     std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+                     const FaceMethod& faces)
     : detector_(std::move(airway), reference),
       enforcement_(enforcement),
       friction_(friction),
@@ -83,40 +103,41 @@ Collision::Collision(Airway airway, const Points& reference, Enforcement enforce
   options_.validate();
   validate(enforcement_);
   validate(friction_, enforcement_);
+  kind_ = make_kind(detector_, enforcement_, faces);
 }
 
-std::vector<Pair> Collision::pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa,
-                                      const NormalStress* stress) {
+std::vector<Constraint> Collision::constraints_at(const Points& x, const std::vector<std::int32_t>& keys,
+                                                  double reach, const Uzawa& uzawa, const NormalStress* stress) {
   const Stopwatch watch(detection_time_);
-  std::vector<Pair> pairs;
-  pairs.reserve(keys.size());
-  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement_)) {
-    for (const std::int32_t tet : keys)
-      if (const Pair pair = detector_.volume_pair(tet, x, volume->kappa); pair.key >= 0) pairs.push_back(pair);
-    return pairs;
-  }
   const auto* penalty = std::get_if<Penalty>(&enforcement_);
   const auto* nitsche = std::get_if<Nitsche>(&enforcement_);
   const bool augmented = std::holds_alternative<Augmented>(enforcement_);
-  for (const std::int32_t slave : keys) {
-    Pair& pair = pairs.emplace_back(detector_.pair(slave, x));
-    if (penalty) pair.stiffness = penalty->stiffness;
+  std::vector<Constraint> constraints;
+  constraints.reserve(keys.size());
+  for (const std::int32_t key : keys) {
+    Constraint constraint = kind_->at(key, x, reach);
+    if (constraint.key < 0) continue;
+    if (penalty) constraint.stiffness = penalty->stiffness;
     if (nitsche) {
+      const std::int32_t slave = constraint.slave;
       const ContactSurface& own = detector_.first().contains(slave) ? detector_.first() : detector_.second();
-      pair.gamma = nitsche->factor * stress->stiffness(slave, pair.normal, detector_.mean_edge());
-      pair.stiffness = pair.gamma * own.tributary_area(slave);
+      constraint.gamma = nitsche->factor * stress->stiffness(slave, constraint.normal, detector_.mean_edge());
+      constraint.stiffness = constraint.gamma * own.tributary_area(slave);
     }
-    if (!augmented) continue;
-    pair.stiffness = uzawa.stiffness;
-    if (const auto known = uzawa.multiplier.find(slave); known != uzawa.multiplier.end())
-      pair.multiplier = known->second;
+    if (augmented) {
+      constraint.stiffness = uzawa.stiffness;
+      if (const auto known = uzawa.multiplier.find(key); known != uzawa.multiplier.end())
+        constraint.multiplier = known->second;
+    }
+    constraints.push_back(std::move(constraint));
   }
-  return pairs;
+  return constraints;
 }
 
-void Collision::update_detector(const Points& x) {
+void Collision::update(const Points& x) {
   const Stopwatch watch(detection_time_);
   detector_.update(x);
+  kind_->update(x);
 }
 
 void Collision::renew(const Points& x, double depth) {
@@ -128,36 +149,27 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
                                std::vector<std::int32_t>& keys) {
   const Stopwatch watch(detection_time_);
   const std::size_t known = keys.size();
-  const auto add = [&](std::int32_t key) {
+  for (const std::int32_t key : kind_->violated(x, reach, side, least)) {
     const auto at = std::lower_bound(keys.begin(), keys.end(), key);
     if (at == keys.end() || *at != key) keys.insert(at, key);
-  };
-  if (std::holds_alternative<VolumePenalty>(enforcement_)) {
-    for (const std::int32_t tet : detector_.inverted_tets()) {
-      const Pair by_volume = detector_.volume_pair(tet, x, 1.0);
-      if (by_volume.key >= 0 && detector_.pair(by_volume.slave, x).penetrates(x, reach)) add(tet);
-    }
-  } else {
-    for (const Pair& pair : detector_.inside(side, x, reach))
-      if (pair.gap(x) < -least) add(pair.slave);
   }
   return keys.size() > known;
 }
 
-Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
-                                          const Before& before, double scale, std::vector<char> guess,
-                                          Contacts& contacts) {
-  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
+Complementarity Collision::closing_forces(const std::vector<Constraint>& constraints, const Points& x,
+                                          const Points& x_free, const Before& before, double scale,
+                                          std::vector<char> guess, Contacts& contacts) {
+  const auto count = static_cast<std::ptrdiff_t>(constraints.size());
   std::vector<Row>& rows = contacts.rows;
   constexpr int most_sweeps = 20000;  // of block Gauss-Seidel, with friction
   const auto solve = [&](std::vector<char> first, int most) -> Complementarity {
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      if (pairs[i].gamma > 0) add_stress(*before.stress, pairs[i], x_free, rows[i]);
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      if (constraints[i].gamma > 0) add_stress(*before.stress, constraints[i], x_free, rows[i]);
     if (!friction_) return path_->solve(rows, scale, std::move(first), 0.1 * tolerance(), most);
-    for (const Pair& pair : pairs) {
-      const Vector3 t = pair.normal.unitOrthogonal();
-      rows.push_back(pair.slip_row(t, before.x, x_free));
-      rows.push_back(pair.slip_row(pair.normal.cross(t), before.x, x_free));
+    for (const Constraint& constraint : constraints) {
+      const Vector3 t = constraint.normal.unitOrthogonal();
+      rows.push_back(constraint.slip_row(t, before.x, x_free));
+      rows.push_back(constraint.slip_row(constraint.normal.cross(t), before.x, x_free));
     }
     Vector free(3 * count);
     for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
@@ -166,34 +178,38 @@ Complementarity Collision::closing_forces(const std::vector<Pair>& pairs, const 
   };
 
   rows.clear();
-  for (const Pair& pair : pairs) rows.push_back(pair.row(pair.gradient, pair.gap(x_free)));
+  for (const Constraint& constraint : constraints)
+    rows.push_back(constraint.row(constraint.gradient, constraint.gap(x_free)));
   constexpr int few_pivots = 30;
   Complementarity solution = solve(guess, few_pivots);
   if (solution.converged) return solution;
 
   rows.clear();
-  for (const Pair& pair : pairs)
-    rows.push_back(pair.row(pair.normal, pair.gap(x) + pair.normal.dot(pair.offset(x_free) - pair.offset(x))));
-  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(pairs.size());
+  for (const Constraint& constraint : constraints)
+    rows.push_back(constraint.row(
+        constraint.normal,
+        constraint.gap(x) + constraint.normal.dot(constraint.offset(x_free) - constraint.offset(x))));
+  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(constraints.size());
   solution = solve(std::move(guess), most_pivots);
   solution.pivots += pivots;
   if (!solution.converged)
-    throw SolveFailed("Contact: no consistent set of closed pairs among " + std::to_string(pairs.size()) +
-                      " after " + std::to_string(solution.pivots) + (friction_ ? " sweeps" : " active sets") +
-                      ". Try a smaller step.");
+    throw SolveFailed("Contact: no consistent set of closed constraints among " +
+                      std::to_string(constraints.size()) + " after " + std::to_string(solution.pivots) +
+                      (friction_ ? " sweeps" : " active sets") + ". Try a smaller step.");
   return solution;
 }
 
-bool Collision::augment(const std::vector<Pair>& pairs, const Points& x, Contacts& contacts, Uzawa& uzawa) const {
+bool Collision::augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,
+                        Uzawa& uzawa) const {
   const auto& augmented = std::get<Augmented>(enforcement_);
   uzawa.multiplier.clear();
-  for (std::size_t i = 0; i < contacts.pairs.size(); ++i)
+  for (std::size_t i = 0; i < contacts.constraints.size(); ++i)
     if (const double force = contacts.force[static_cast<std::ptrdiff_t>(i)]; force > 0)
-      uzawa.multiplier[contacts.pairs[i].key] = force;
+      uzawa.multiplier[contacts.constraints[i].key] = force;
   double error = 0;
-  for (const Pair& pair : pairs) {
-    const double gap = pair.gap(x);
-    error = std::max(error, uzawa.multiplier.count(pair.key) ? std::abs(gap) : -gap);
+  for (const Constraint& constraint : constraints) {
+    const double gap = constraint.gap(x);
+    error = std::max(error, uzawa.multiplier.count(constraint.key) ? std::abs(gap) : -gap);
   }
   if (error <= tolerance() || contacts.augmentations >= augmented.max_augmentations) return false;
   if (error > (1 - augmented.reduction) * uzawa.last_error) uzawa.stiffness *= augmented.growth;
@@ -219,62 +235,63 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
   x = x_free;
   detector_.forget();
   for (contacts.passes = 0;; ++contacts.passes) {
-    // Place of a key among the pairs of the pass before, or -1.
+    // Place of a key among the constraints of the pass before, or -1.
     const auto known = [&](std::int32_t key) -> std::ptrdiff_t {
-      const auto at = std::lower_bound(contacts.pairs.begin(), contacts.pairs.end(), key,
-                                       [](const Pair& pair, std::int32_t k) { return pair.key < k; });
-      return at != contacts.pairs.end() && at->key == key ? at - contacts.pairs.begin() : -1;
+      const auto at = std::lower_bound(contacts.constraints.begin(), contacts.constraints.end(), key,
+                                       [](const Constraint& c, std::int32_t k) { return c.key < k; });
+      return at != contacts.constraints.end() && at->key == key ? at - contacts.constraints.begin() : -1;
     };
     const auto force_of = [&](std::int32_t key) {
       const std::ptrdiff_t i = known(key);
       return i < 0 ? 0.0 : contacts.force[i];
     };
-    update_detector(x);
+    update(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
-    std::vector<Pair> pairs = pairs_at(x, keys, uzawa, before.stress);
+    std::vector<Constraint> constraints = constraints_at(x, keys, reach, uzawa, before.stress);
     double worst = 0;
-    const Pair* worst_pair = nullptr;
+    const Constraint* worst_one = nullptr;
     const auto find_worst = [&] {
       worst = 0;
-      worst_pair = pairs.data();
-      for (const Pair& pair : pairs)
-        if (const double off = violation(pair, force_of(pair.key), x, before.stress); off > worst)
-          worst = off, worst_pair = &pair;
+      worst_one = constraints.data();
+      for (const Constraint& constraint : constraints)
+        if (const double off = violation(constraint, force_of(constraint.key), x, before.stress); off > worst)
+          worst = off, worst_one = &constraint;
     };
     find_worst();
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
-    if (contacts.passes > 0 || pairs.empty()) {
-      const bool again = augmented && augment(pairs, x, contacts, uzawa);
+    if (contacts.passes > 0 || constraints.empty()) {
+      const bool again = augmented && augment(constraints, x, contacts, uzawa);
       const bool done = !again && (augmented || worst <= tolerance());
       if (done && !(exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys)))
         return contacts;
       if (again || done) {
-        pairs = pairs_at(x, keys, uzawa, before.stress);
+        constraints = constraints_at(x, keys, reach, uzawa, before.stress);
         find_worst();
       }
     }
     if (contacts.passes == options_.max_passes)
       throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
                         " passes (tolerance " + number(tolerance()) + " m), worst at node " +
-                        std::to_string(worst_pair->slave) + " " + place(x.row(worst_pair->slave)) +
+                        std::to_string(worst_one->slave) + " " + place(x.row(worst_one->slave)) +
                         ". Try a smaller step, or a larger tolerance.");
 
     // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
     // that.
     if (contacts.passes >= relax_from)
-      for (Pair& pair : pairs)
-        if (const std::ptrdiff_t i = known(pair.key); i >= 0)
-          pair.normal = (pair.normal + contacts.pairs[static_cast<std::size_t>(i)].normal).normalized();
+      for (Constraint& constraint : constraints)
+        if (const std::ptrdiff_t i = known(constraint.key); i >= 0)
+          constraint.normal =
+              (constraint.normal + contacts.constraints[static_cast<std::size_t>(i)].normal).normalized();
 
-    std::vector<char> guess(pairs.size());
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      guess[i] =
-          contacts.passes == 0
-              ? std::binary_search(before.closed.begin(), before.closed.end(), pairs[i].key) || pairs[i].gap(x) < 0
-              : force_of(pairs[i].key) > 0 || pairs[i].gap(x) < 0;
-    Complementarity solution = closing_forces(pairs, x, x_free, before, scale, std::move(guess), contacts);
+    std::vector<char> guess(constraints.size());
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      guess[i] = contacts.passes == 0
+                     ? std::binary_search(before.closed.begin(), before.closed.end(), constraints[i].key) ||
+                           constraints[i].gap(x) < 0
+                     : force_of(constraints[i].key) > 0 || constraints[i].gap(x) < 0;
+    Complementarity solution = closing_forces(constraints, x, x_free, before, scale, std::move(guess), contacts);
     contacts.pivots += solution.pivots;
-    contacts.pairs = std::move(pairs);
+    contacts.constraints = std::move(constraints);
     contacts.force = std::move(solution.force);
     path_->move(contacts.rows, contacts.force, scale, x_free, x);
   }

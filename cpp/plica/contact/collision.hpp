@@ -12,11 +12,11 @@ namespace plica {
 
 /// The contact forces of one configuration, and how they were found.
 struct Contacts {
-  std::vector<Pair> pairs;
-  /// As last solved for: the pairs' normals, then, with friction, two tangents for each.
+  std::vector<Constraint> constraints;
+  /// As last solved for: the constraints' normals, then, with friction, two tangents for each.
   std::vector<Row> rows;
   Vector force;           // (rows) N, >= 0 on normals; the multiplier of Paper A is its negative
-  int passes = 0;         // linearisations of the pairs
+  int passes = 0;         // linearisations of the constraints
   int pivots = 0;         // active sets (with friction: sweeps) tried, over all passes
   int augmentations = 0;  // of Uzawa's iteration
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
@@ -24,13 +24,13 @@ struct Contacts {
   void add_forces(Vector& nodal) const;
 };
 
-/// Detects contact and finds the forces that end it: pairs are linearised at the current positions, solved
-/// for, and rebuilt at the positions that follow, until no gap and no closed pair is off by more than the
+/// Detects contact and finds the forces that end it: constraints are linearised at the current positions, solved
+/// for, and rebuilt at the positions that follow, until no gap and no closed one is off by more than the
 /// tolerance. Slaves are the nodes of the finer side; with multipliers, also those nodes of the other side that
 /// are still inside by more than the tolerance once the first ones are out. So matched meshes give one row a
-/// node pair, and a coarse side is not run through. Pairs found in a step stay candidates until its end.
+/// node pair, and a coarse side is not run through. Constraints found in a step stay candidates until its end.
 /// With augmented multipliers each pass is an augmentation.
-/// Throws SolveFailed, naming the worst pair and its place, when max_passes do not suffice.
+/// Throws SolveFailed, naming the worst constraint and its place, when max_passes do not suffice.
 class Collision {
  public:
   struct Options {
@@ -39,13 +39,16 @@ class Collision {
     void validate() const;
   };
 
-  /// Throws InvalidInput for a parameter outside its range, and for friction with a penalty.
+  /// Throws InvalidInput for a parameter outside its range, for friction with a penalty, for faces that are not
+  /// the airway's, and for mortar faces with the volume penalty or Nitsche's method.
   Collision(Airway airway, const Points& reference, Enforcement enforcement, std::optional<Friction> friction,
-            Options options, std::unique_ptr<ContactPath> path);
+            Options options, std::unique_ptr<ContactPath> path, const FaceMethod& faces = AtNodes{});
+  Collision(const Collision&) = delete;
+  Collision& operator=(const Collision&) = delete;
 
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
-  /// Seconds that solve() has spent on finding pairs, since construction.
+  /// Seconds spent on finding constraints, since construction.
   double detection_time() const { return detection_time_; }
 
   /// Renews the airway at x (n, 3), where a step begins and the surfaces are `depth` (m) deep in each other.
@@ -60,13 +63,24 @@ class Collision {
   /// What is known from the step before.
   struct Before {
     const Points& x;                          // (n, 3) m
-    const std::vector<std::int32_t>& closed;  // keys of the pairs that carried force, ascending
+    const std::vector<std::int32_t>& closed;  // keys of the constraints that carried force, ascending
     const Vector& force;                      // (closed) N
     double depth;                             // m, >= 0: deepest penetration
     const NormalStress* stress = nullptr;     // of this step, for Nitsche's method
   };
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
   Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
+  /// Whether there can be a constraint of this key.
+  bool knows(std::int32_t key) const { return kind_->knows(key); }
+  /// Takes up positions x, for the detector and the two that follow.
+  void update(const Points& x);
+  /// (n) Pa at x on both surfaces, zero elsewhere: at nodes |nodal force| over tributary area; of mortar faces a
+  /// constraint's force over its area at slave corners, linear on their faces, interpolated on the other side.
+  Vector pressure(const Contact& contact, const Points& x) { return kind_->pressure(contact, x); }
+  /// What is pressed on a side, by nodes; of mortar faces that of the slave side.
+  std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact, const Points& x) {
+    return kind_->pressed(side, contact, x);
+  }
 
  private:
   /// Where Uzawa's iteration of a step stands.
@@ -76,20 +90,20 @@ class Collision {
     double last_error = std::numeric_limits<double>::infinity();  // m
   };
 
-  void update_detector(const Points& x);
-  std::vector<Pair> pairs_at(const Points& x, const std::vector<std::int32_t>& keys, const Uzawa& uzawa,
-                             const NormalStress* stress);
-  /// Adds the slaves on `side` (volume penalty: the tetrahedra) deeper than `least`; whether any was new.
+  std::vector<Constraint> constraints_at(const Points& x, const std::vector<std::int32_t>& keys, double reach,
+                                         const Uzawa& uzawa, const NormalStress* stress);
+  /// Adds those with slaves on `side` whose gap is below -least; whether any was new.
   bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
                       std::vector<std::int32_t>& keys);
-  /// Forces that close the pairs as linearised at x. By the gaps' own gradients first, which converges in few
-  /// passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
+  /// Forces that close the constraints as linearised at x. By the gaps' own gradients first, which converges in
+  /// few passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
   /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in contacts.rows.
-  Complementarity closing_forces(const std::vector<Pair>& pairs, const Points& x, const Points& x_free,
+  Complementarity closing_forces(const std::vector<Constraint>& constraints, const Points& x, const Points& x_free,
                                  const Before& before, double scale, std::vector<char> guess, Contacts& contacts);
   /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
   /// the gaps are closed or no augmentation is left.
-  bool augment(const std::vector<Pair>& pairs, const Points& x, Contacts& contacts, Uzawa& uzawa) const;
+  bool augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,
+               Uzawa& uzawa) const;
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;
@@ -97,6 +111,7 @@ class Collision {
   Enforcement enforcement_;
   std::optional<Friction> friction_;
   Options options_;
+  std::unique_ptr<ConstraintKind> kind_;
   std::unique_ptr<ContactPath> path_;
 };
 

@@ -1,6 +1,8 @@
 #pragma once
 #include <variant>
 
+#include "plica/core/types.hpp"
+
 namespace plica {
 
 /// Condensed or Saddle, whichever suits the number of surface nodes (path.hpp: chosen_solver).
@@ -57,6 +59,15 @@ struct Nitsche {
 };
 
 using Enforcement = std::variant<Multipliers, Penalty, VolumePenalty, Augmented, Nitsche>;
+
+/// Gaps are held at the slave nodes (Paper A, Eqs. 18-20); six-node faces are four flat triangles.
+struct AtNodes {};
+/// Gaps are held in the mean around each slave node, and forces spread by the faces' own shape functions: right on
+/// six-node faces and between meshes that do not match.
+struct Mortar {
+  Faces first, second;  // (f, 3) or (f, 6), whose flat triangles are those of the airway
+};
+using FaceMethod = std::variant<AtNodes, Mortar>;
 
 /// Coulomb's law between the surfaces: |p_t| <= coefficient p_n, against the slip of the step.
 struct Friction {

@@ -78,31 +78,11 @@ Airway checked(Airway airway, std::ptrdiff_t node_count) {
 
 }  // namespace
 
-Row Pair::row(const Vector3& direction, double free) const {
-  Row row;
-  row.push = {{slave, normal}};
-  row.gap = {{slave, direction}};
-  for (int k = 0; k < 3; ++k) {
-    if (weights[k] == 0.0) continue;
-    row.push.push_back({master[k], -weights[k] * normal});
-    row.gap.push_back({master[k], -weights[k] * direction});
-  }
-  row.free = free;
-  if (stiffness > 0) {
-    row.free -= multiplier / stiffness;
-    row.compliance = 1.0 / stiffness;
-  }
-  return row;
-}
-
-Row Pair::slip_row(const Vector3& t, const Points& before, const Points& x_free) const {
-  Row row;
-  row.push = {{slave, t}};
+Constraint Pair::constraint() const {
+  Constraint constraint{key, slave, {{slave, 1.0}}, normal, gradient, 0.0, stiffness, 0.0};
   for (int k = 0; k < 3; ++k)
-    if (weights[k] != 0.0) row.push.push_back({master[k], -weights[k] * t});
-  row.gap = row.push;
-  row.free = t.dot(offset(x_free) - offset(before));
-  return row;
+    if (weights[k] != 0.0) constraint.weights.push_back({master[k], -weights[k]});
+  return constraint;
 }
 
 Detector::Detector(Airway airway, const Points& reference)

@@ -2,7 +2,7 @@
 #include <array>
 
 #include "plica/contact/airway.hpp"
-#include "plica/contact/row.hpp"
+#include "plica/contact/constraint.hpp"
 #include "plica/contact/surface.hpp"
 
 namespace plica {
@@ -20,9 +20,7 @@ struct Pair {
   Vector3 weights = Vector3::Zero();
   Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's: direction of the force
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
-  double stiffness = 0.0;              // N/m, 0: exact
-  double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
-  double gamma = 0.0;                  // Pa/m, > 0 where the tissue's own stress counts (Nitsche)
+  double stiffness = 0.0;              // N/m of a volume pair, else 0
 
   /// x_s - sum_k w_k x_k, m.
   Vector3 offset(const Points& x) const {
@@ -40,14 +38,8 @@ struct Pair {
     const double behind = -gradient.dot(d) / gradient.norm();
     return behind > 0 && behind <= reach && 4 * behind * behind >= d.squaredNorm();
   }
-  /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the pair's, m.
-  double residual(double p, const Points& x) const {
-    return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
-  }
-  /// The row that pushes along the normal and whose gap is direction . offset(x) + constant, `free` at x_free.
-  Row row(const Vector3& direction, double free) const;
-  /// The row that pushes along t, across the normal, and whose gap is the slip along t since `before`.
-  Row slip_row(const Vector3& t, const Points& before, const Points& x_free) const;
+  /// The pair as what is solved for; masters without weight are left out.
+  Constraint constraint() const;
 };
 
 /// Two edges of the two surfaces that have passed through each other while no node has.
@@ -67,9 +59,16 @@ class Detector {
   const Airway& airway() const { return airway_; }
   const ContactSurface& first() const { return first_; }
   const ContactSurface& second() const { return second_; }
+  bool slave_is_first() const { return slave_is_first_; }
   /// The side whose nodes are slaves first: the finer one, or the first of two alike.
   const ContactSurface& slave_side() const { return slave_is_first_ ? first_ : second_; }
   const ContactSurface& master_side() const { return slave_is_first_ ? second_ : first_; }
+  /// Of the mesh that both surfaces belong to.
+  std::int32_t node_count() const { return static_cast<std::int32_t>(partner_.size()); }
+  /// Whether this is a node of either surface; any number may be asked for.
+  bool contains(std::int32_t node) const {
+    return node >= 0 && node < node_count() && (first_.contains(node) || second_.contains(node));
+  }
   /// Nodes of both surfaces, ascending.
   const Indices& nodes() const { return nodes_; }
   double mean_edge() const { return mean_edge_; }  // m, of the reference surfaces

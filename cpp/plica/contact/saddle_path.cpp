@@ -26,7 +26,7 @@ class SaddlePath final : public ContactPath {
     // Forces of the last active set, of this question or of the one before, by slave.
     const auto slave = [&](std::size_t i) { return rows[i].push.front().node; };
     const auto solve_active = [&](const std::vector<char>& active, Vector& p, Vector& w) {
-      std::vector<Constraint> closed;
+      std::vector<SaddleRow> closed;
       std::vector<std::ptrdiff_t> place;
       Vector lambda(static_cast<std::ptrdiff_t>(active.size()));
       for (std::size_t i = 0; i < active.size(); ++i) {
@@ -73,7 +73,7 @@ class SaddlePath final : public ContactPath {
     return options;
   }
 
-  void find(const std::vector<Constraint>& closed, Vector& lambda) {
+  void find(const std::vector<SaddleRow>& closed, Vector& lambda) {
     Convergence end;
     try {
       end = saddle_.solve(closed, change_, lambda);

@@ -59,7 +59,10 @@ ContactSurface::ContactSurface(Triangles triangles, std::ptrdiff_t node_count)
   areas_.assign(nodes_.size(), 0.0);
 }
 
-std::int32_t ContactSurface::triangle_at(std::int32_t node) const { return fan_[fan_start_[local_[node]]]; }
+Eigen::Map<const Indices> ContactSurface::fan(std::int32_t node) const {
+  const std::int32_t i = local_[static_cast<std::size_t>(node)];
+  return {fan_.data() + fan_start_[i], fan_start_[i + 1] - fan_start_[i]};
+}
 
 std::vector<std::int32_t> ContactSurface::neighbours(std::int32_t node) const {
   const std::int32_t i = local_[node];
@@ -105,11 +108,10 @@ double ContactSurface::bulge(std::int32_t node, const Points& x) const {
 }
 
 std::pair<double, double> ContactSurface::tributary_stretch(std::int32_t node, const Points& x) const {
-  const std::int32_t local = local_[static_cast<std::size_t>(node)];
   const double y = x(node, 1);
   double low = y, high = y;
-  for (std::int32_t k = fan_start_[local]; k < fan_start_[local + 1]; ++k)
-    for (const std::int32_t other : triangles_.row(fan_[k])) {
+  for (const std::int32_t triangle : fan(node))
+    for (const std::int32_t other : triangles_.row(triangle)) {
       low = std::min(low, x(other, 1));
       high = std::max(high, x(other, 1));
     }
@@ -137,17 +139,15 @@ Foot ContactSurface::closest(const Points& x, const Vector3& p, std::int32_t sta
   for (bool moved = true; moved;) {
     moved = false;
     const std::int32_t centre = best.triangle;
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t i = local_[triangles_(centre, k)];
-      for (std::int32_t f = fan_start_[i]; f < fan_start_[i + 1]; ++f) {
-        if (fan_[f] == centre) continue;
-        const Foot foot = foot_on(x, p, fan_[f]);
+    for (int k = 0; k < 3; ++k)
+      for (const std::int32_t triangle : fan(triangles_(centre, k))) {
+        if (triangle == centre) continue;
+        const Foot foot = foot_on(x, p, triangle);
         if (foot.squared_distance < best.squared_distance) {
           best = foot;
           moved = true;
         }
       }
-    }
   }
   return best;
 }

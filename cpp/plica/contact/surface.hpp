@@ -19,8 +19,10 @@ class ContactSurface {
   const Triangles& triangles() const { return triangles_; }
   const std::vector<std::int32_t>& nodes() const { return nodes_; }
   bool contains(std::int32_t node) const { return local_[static_cast<std::size_t>(node)] >= 0; }
+  /// The triangles around this node.
+  Eigen::Map<const Indices> fan(std::int32_t node) const;
   /// Any triangle at this node.
-  std::int32_t triangle_at(std::int32_t node) const;
+  std::int32_t triangle_at(std::int32_t node) const { return fan(node)[0]; }
   /// Nodes that share a triangle with this one, each as often as triangles do, and itself.
   std::vector<std::int32_t> neighbours(std::int32_t node) const;
   /// Mean edge length at positions x, m.

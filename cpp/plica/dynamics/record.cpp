@@ -11,21 +11,18 @@ namespace {
 
 using Interval = std::pair<double, double>;
 
-/// Loaded tributary area, the stretches of y that the loaded nodes stand for, and peak pressure of one side.
+/// Loaded area, the stretches of y that the loaded nodes stand for, and peak pressure of one side.
 struct SideMeasure {
   double area = 0.0, peak = 0.0;
   std::vector<Interval> stretches;
 };
 
-SideMeasure measure(const ContactSurface& surface, const Vector& force, const Points& x) {
+SideMeasure measure(const std::vector<PressedNode>& nodes) {
   SideMeasure side;
-  for (const std::int32_t node : surface.nodes()) {
-    const double pressing = force.segment<3>(3 * node).norm();
-    if (pressing == 0.0) continue;
-    const double area = surface.tributary_area(node);
-    side.area += area;
-    side.peak = std::max(side.peak, pressing / area);
-    side.stretches.push_back(surface.tributary_stretch(node, x));
+  for (const PressedNode& node : nodes) {
+    side.area += node.area;
+    side.peak = std::max(side.peak, node.pressure);
+    side.stretches.push_back(node.stretch);
   }
   return side;
 }
@@ -54,23 +51,25 @@ Vector3 sum_of_forces(const ContactSurface& side, const ContactSurface& other, c
 ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   ContactRecord record;
   Detector& detector = collision_->detector();
-  detector.update(x);
   const double reach = detector.reach(step.x_previous, x, step.depth_before);
   const Contacts& contacts = step.contacts;
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
   const Vector& nodal = state_.contact_force;
-  for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
-    if (contacts.force[static_cast<std::ptrdiff_t>(i)] == 0.0) continue;
+  const bool at_nodes = std::holds_alternative<AtNodes>(scene_.contact->faces);
+  for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
+    const double force = contacts.force[static_cast<std::ptrdiff_t>(i)];
+    if (force == 0.0) continue;
     ++record.rows;
-    const std::int32_t slave = contacts.pairs[i].slave;
-    const double pull = -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal);
+    const std::int32_t slave = contacts.constraints[i].slave;
+    const double pull = at_nodes ? -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal) : -force;
     record.largest_multiplier = record.rows == 1 ? pull : std::max(record.largest_multiplier, pull);
   }
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
   record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
-    const SideMeasure first = measure(detector.first(), nodal, x), second = measure(detector.second(), nodal, x);
+    const SideMeasure first = measure(collision_->pressed(detector.first(), kept_contact(), x)),
+                      second = measure(collision_->pressed(detector.second(), kept_contact(), x));
     record.area = 0.5 * (first.area + second.area);
     std::vector<Interval> both = first.stretches;
     both.insert(both.end(), second.stretches.begin(), second.stretches.end());
@@ -85,12 +84,12 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
 }
 
 Vector Simulation::contact_pressure() const {
-  Vector pressure = Vector::Zero(scene_.mesh.node_count());
-  if (!collision_) return pressure;
-  for (const ContactSurface* surface : {&collision_->detector().first(), &collision_->detector().second()})
-    for (const std::int32_t node : surface->nodes())
-      pressure[node] = state_.contact_force.segment<3>(3 * node).norm() / surface->tributary_area(node);
-  return pressure;
+  return contact_pressure_.size() > 0 ? contact_pressure_ : Vector::Zero(scene_.mesh.node_count());
+}
+
+void Simulation::update_contact_pressure(const Points& x) {
+  collision_->update(x);
+  contact_pressure_ = collision_->pressure(kept_contact(), x);
 }
 
 }  // namespace plica

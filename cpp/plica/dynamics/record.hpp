@@ -21,17 +21,17 @@ struct ContactRecord {
   /// N, the nodal contact forces of the step summed over each side, held nodes included; a node common to both
   /// sides counts half for either.
   Vector3 force_first = Vector3::Zero(), force_second = Vector3::Zero();
-  int rows = 0;  // closed pairs
+  int rows = 0;  // closed constraints
   int passes = 0;
   int pivots = 0;
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
   double length = 0.0;               // m, anteroposterior; a node stands for half the way to its neighbours
-  double peak_pressure = 0.0;        // Pa, nodal force over tributary area
+  double peak_pressure = 0.0;        // Pa, largest of Simulation::contact_pressure
   double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
   double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
   double edge_overlap_volume = 0.0;  // m^3, crossed edges
-  /// N, largest -f . n of the nodal contact force f at a slave node with its pair's normal n at x_{n+1}: <= 0
-  /// where none is pulled towards the other side.
+  /// N, largest -f . n of the nodal contact force f at a slave node with its pair's normal n at x_{n+1} (mortar
+  /// faces: of minus a constraint's force): <= 0 where none is pulled towards the other side.
   double largest_multiplier = 0.0;
 };
 

@@ -45,6 +45,7 @@ struct ContactPart {
   Collision::Options options;
   std::optional<Friction> friction{};  // absent: frictionless
   SurfaceMass surface_mass = SurfaceMass::kept;
+  FaceMethod faces = AtNodes{};
 };
 
 /// A traction on a named surface of the reference shape: traction * cos(2 pi frequency t + phase).

@@ -131,7 +131,8 @@ Simulation::Simulation(Scene scene, Options options)
     contact_solver_ = solver_of(part, interface_nodes.size());
     collision_.emplace(
         part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
-        contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver));
+        contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver),
+        part.faces);
   }
 
   state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);
@@ -239,19 +240,18 @@ void Simulation::restore(State state) {
                        "that of closed, " + std::to_string(state.closed.size()));
   for (std::size_t i = 0; i < state.closed.size(); ++i)
     if (!(state.closed_force[static_cast<std::ptrdiff_t>(i)] > 0) || (i && state.closed[i] <= state.closed[i - 1]))
-      throw InvalidInput("Simulation: the state's closed pairs must ascend, each with a force > 0 N.");
+      throw InvalidInput("Simulation: the state's closed constraints must ascend, each with a force > 0 N.");
   if (collision_ && std::holds_alternative<Augmented>(scene_.contact->enforcement))
-    for (const std::int32_t node : state.closed)
-      if (node < 0 || node >= scene_.mesh.node_count() ||
-          !(collision_->detector().first().contains(node) || collision_->detector().second().contains(node)))
-        throw InvalidInput("Simulation", "state's closed pair", node, "", "a node of a contact surface",
+    for (const std::int32_t key : state.closed)
+      if (!collision_->knows(key))
+        throw InvalidInput("Simulation", "state's closed constraint", key, "", "of a node of a contact surface",
                            "It belongs to another scene.");
   if (!(state.depth >= 0) || !std::isfinite(state.depth))
     throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
-  if (collision_) collision_->detector().update(positions());
+  if (collision_) update_contact_pressure(positions());
 }
 
 Vector Simulation::scene_load(double t) const {
@@ -293,10 +293,10 @@ void Simulation::finish(Step& step) {
   state_.load = std::move(step.load);
   state_.contact_force = std::move(step.contact_force);
   std::vector<double> closed_force;
-  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i) {
+  for (std::size_t i = 0; i < step.contacts.constraints.size(); ++i) {
     const double force = step.contacts.force[static_cast<std::ptrdiff_t>(i)];
     if (!(force > 0)) continue;
-    state_.closed.push_back(step.contacts.pairs[i].key);
+    state_.closed.push_back(step.contacts.constraints[i].key);
     closed_force.push_back(force);
   }
   state_.closed_force =
@@ -315,6 +315,7 @@ void Simulation::finish(Step& step) {
   const Points x = positions();
   record_.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells));
   if (collision_) {
+    update_contact_pressure(x);
     record_.contact = contact_record(step, x);
     state_.depth = -record_.contact->deepest_gap;
   }

@@ -60,7 +60,7 @@ class Simulation {
 
   /// (n, 3) m, current positions.
   Points positions() const;
-  /// (n) Pa, contact force over tributary area at the nodes of the contact surfaces; zero elsewhere.
+  /// (n) Pa, contact force over area at the nodes of the contact surfaces (Collision::pressure); zero elsewhere.
   Vector contact_pressure() const;
   /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
   /// the next step on. Not part of State, so set it again after restore; not in the initial acceleration.
@@ -83,6 +83,8 @@ class Simulation {
   Vector scene_load(double t) const;
   void finish(Step& step);
   void update_ledger(const State& before);
+  Contact kept_contact() const { return {state_.contact_force, state_.closed, state_.closed_force}; }
+  void update_contact_pressure(const Points& x);
   ContactRecord contact_record(const Step& step, const Points& x);
 
   Scene scene_;
@@ -103,6 +105,7 @@ class Simulation {
   Vector constant_load_;                   // (3 n) N: gravity
   Vector external_force_;                  // (3 n) N, or empty
   State state_;
+  Vector contact_pressure_;  // (n) Pa
   StepRecord record_;
   StepTimes times_;
 };

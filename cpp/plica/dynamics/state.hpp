@@ -26,8 +26,8 @@ struct State {
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
   Vector load, contact_force;                   // N, as they entered the last step's equation
   Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
-  std::vector<std::int32_t> closed;  // keys of the contact pairs that carried force, ascending
-  Vector closed_force;               // (closed) N, the normal forces of these pairs
+  std::vector<std::int32_t> closed;  // keys of the contact constraints that carried force, ascending
+  Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
   bool flow_stopped = false;
   Ledger ledger;

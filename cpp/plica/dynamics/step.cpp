@@ -76,9 +76,9 @@ void Simulation::complete(Step& step) {
 
 /// Whether contact lies in the middle of the glottis (Paper A, Sec. 2.4).
 bool Simulation::flow_blocked(const Step& step) {
-  for (std::size_t i = 0; i < step.contacts.pairs.size(); ++i) {
+  for (std::size_t i = 0; i < step.contacts.constraints.size(); ++i) {
     if (!(step.contacts.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
-    const auto place = step.x.row(step.contacts.pairs[i].slave);
+    const auto place = step.x.row(step.contacts.constraints[i].slave);
     if (airflow_->blocks(place[1], place[2])) return true;
   }
   if (!collision_) return false;

@@ -51,16 +51,16 @@ struct SaddlePoint::Both {
 };
 
 struct SaddlePoint::System {
-  const std::vector<Constraint>& constraints;
+  const std::vector<SaddleRow>& constraints;
   std::vector<std::vector<NodeVector>> NB;  // rows of N B
   Vector D;                                 // with the regularisation
   Vector weight;                            // 1 / diag(S)
   Eigen::LLT<Eigen::MatrixXd> S;            // N B N^T + D
 
   std::ptrdiff_t size() const { return D.size(); }
-  const Constraint& operator[](std::ptrdiff_t i) const { return constraints[static_cast<std::size_t>(i)]; }
+  const SaddleRow& operator[](std::ptrdiff_t i) const { return constraints[static_cast<std::size_t>(i)]; }
 
-  System(const std::vector<Constraint>& given, const ConjugateGradient& blocks, std::ptrdiff_t unknowns)
+  System(const std::vector<SaddleRow>& given, const ConjugateGradient& blocks, std::ptrdiff_t unknowns)
       : constraints(given), NB(given.size()), D(static_cast<std::ptrdiff_t>(given.size())) {
     Vector column = Vector::Zero(unknowns), image = Vector::Zero(unknowns);
     Eigen::MatrixXd compliance(size(), size());
@@ -172,7 +172,7 @@ int SaddlePoint::correct(const System& system, const Both& right, Both& x, doubl
   }
 }
 
-Convergence SaddlePoint::solve(const std::vector<Constraint>& constraints, Vector& d, Vector& lambda) const {
+Convergence SaddlePoint::solve(const std::vector<SaddleRow>& constraints, Vector& d, Vector& lambda) const {
   const System system(constraints, blocks_, A_.rows());
   const auto apply = [&](const Both& in, Both& out) {
     A_.multiply(in.d, out.d);

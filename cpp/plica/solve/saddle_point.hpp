@@ -3,8 +3,8 @@
 
 namespace plica {
 
-/// One constraint of a saddle point: a column of N^T, a row of G, and its entries of D and g.
-struct Constraint {
+/// A row of a saddle point: a column of N^T, a row of G, and its entries of D and g.
+struct SaddleRow {
   std::vector<NodeVector> push, gap;
   double compliance = 0.0;  // >= 0
   double value = 0.0;
@@ -19,7 +19,7 @@ struct Constraint {
 /// preconditioner [B^-1 N^T; N -D], B the inverse of A's 3x3 diagonal blocks: its iterates obey the constraints
 /// exactly, so it needs as many iterations as A alone; A is rounded to single precision. That is the
 /// preconditioner of generalised conjugate residuals on the system itself, which take up the difference of G from
-/// N and of A from its rounding: two or three of them. docs/theory.md, Contact.
+/// N and of A from its rounding: three or four of them. docs/theory.md, Contact.
 class SaddlePoint {
  public:
   /// A must outlive it and not change. Throws SolveFailed where a diagonal block is not positive definite.
@@ -29,7 +29,7 @@ class SaddlePoint {
   /// that depend on others share the force. The residual is taken over that of [0; g] in the norm
   /// |r|^2 = sum r_i^2 / diag(A) + sum r_i^2 / diag(N B N^T + D); iterations count products with A. Throws
   /// SolveFailed where no row pushes anything, or a number is not finite.
-  Convergence solve(const std::vector<Constraint>& constraints, Vector& d, Vector& lambda) const;
+  Convergence solve(const std::vector<SaddleRow>& constraints, Vector& d, Vector& lambda) const;
 
  private:
   struct System;

@@ -260,7 +260,8 @@ def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.A
 def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.Contact:
     for side in ("first", "second"):
         _known(scene, f"contact.{side}", getattr(contact, side), list(mesh.surfaces))
-    first, second = (_engine.flat_triangles(mesh.surfaces[name]) for name in (contact.first, contact.second))
+    surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
+    first, second = (_engine.flat_triangles(faces) for faces in surfaces)
     points = np.asarray(mesh.points)
     try:
         if contact.airway == "matched":
@@ -290,6 +291,7 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
         max_passes=contact.max_passes,
         friction=contact.friction,
         surface_mass=contact.surface_mass,
+        faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
     )
 
 

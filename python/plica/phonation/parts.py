@@ -223,6 +223,9 @@ class Contact(OneOf):
     """[-] Deepest gap left, relative to the mean edge of the interface."""
     max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
     """Rebuildings of the contact rows a step at most."""
+    faces: Literal["nodes", "mortar"] = Field(default_factory=engine_default("Contact", "faces"))
+    """Where gaps are held: at nodes (Paper A, Eqs. 18-20), quadratic faces being four flat triangles each, or
+    in the mean around each corner, forces spread by the faces' shape functions: right on quadratic faces."""
     friction: Annotated[Number, Field(gt=0)] | None = None
     """[-] Coulomb's coefficient between the surfaces, for multipliers (solver "auto" or "condensed") and,
     slower, augmented multipliers; left out, there is no friction."""
@@ -238,6 +241,19 @@ class Contact(OneOf):
         if self.airway == "triangulated" and self.direction != Contact.model_fields["direction"].default:
             relation = "must be left out. A triangulated airway has no direction."
             raise problem(relation, "direction", value=list(self.direction))
+        return self
+
+    @model_validator(mode="after")
+    def _faces_fit_the_enforcement(self) -> Self:
+        relation = ""
+        if self.volume_penalty is not None:
+            relation = (
+                'must be "nodes" with the volume penalty, whose faces are those of the airway tetrahedra.'
+            )
+        if self.nitsche is not None:
+            relation = "must be \"nodes\" with Nitsche's method, which takes the tissue's stress at nodes."
+        if self.faces == "mortar" and relation:
+            raise problem(relation, "faces", value=self.faces)
         return self
 
     @model_validator(mode="after")

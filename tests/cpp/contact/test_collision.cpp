@@ -104,8 +104,8 @@ void check_closed(const Squares& squares, const Solved& solved) {
   detector.update(solved.x);
   CHECK(solved.contacts.force.minCoeff() >= 0);
   CHECK(solved.contacts.force.maxCoeff() > 0.1);
-  for (std::size_t i = 0; i < solved.contacts.pairs.size(); ++i) {
-    const double gap = detector.pair(solved.contacts.pairs[i].slave, solved.x).gap(solved.x);
+  for (std::size_t i = 0; i < solved.contacts.constraints.size(); ++i) {
+    const double gap = detector.pair(solved.contacts.constraints[i].slave, solved.x).gap(solved.x);
     CHECK(gap >= -solved.tolerance);
     if (solved.contacts.force[static_cast<std::ptrdiff_t>(i)] > 0) CHECK(gap <= solved.tolerance);
   }

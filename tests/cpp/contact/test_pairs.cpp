@@ -134,8 +134,8 @@ TEST_CASE("a matched pair seen from both sides is the same constraint") {
   detector.update(x);
   const Pair a = detector.pair(middle, x), b = detector.pair(partner, x);
   Vector of_a = Vector::Zero(x.size()), of_b = of_a;
-  a.row(a.normal, 0.0).add_force(2.5, of_a);
-  b.row(b.normal, 0.0).add_force(2.5, of_b);
+  a.constraint().row(a.normal, 0.0).add_force(2.5, of_a);
+  b.constraint().row(b.normal, 0.0).add_force(2.5, of_b);
   CHECK((of_a - of_b).norm() < 1e-14);
   CHECK(a.gap(x) == doctest::Approx(b.gap(x)).epsilon(1e-14));
 }
@@ -151,7 +151,7 @@ TEST_CASE("the forces of a pair sum to zero without moment at the current positi
     if ((pair.offset(x) - pair.gap(x) * pair.normal).norm() > 1e-12) continue;  // a foot on the rim
     ++over;
     Vector force = Vector::Zero(x.size());
-    pair.row(pair.normal, 0.0).add_force(1.7, force);
+    pair.constraint().row(pair.normal, 0.0).add_force(1.7, force);
     CHECK(force.norm() > 1);
     CHECK(as_points(force).colwise().sum().norm() < 1e-15);
     Vector3 moment = Vector3::Zero();

@@ -3,6 +3,7 @@
 
 #include "plica/dynamics/simulation.hpp"
 #include "plica/mesh/block.hpp"
+#include "plica/mesh/edges.hpp"
 #include "plica/mesh/larynx.hpp"
 
 /// Scenes that the tests of this folder share.
@@ -82,6 +83,29 @@ inline Scene two_cubes(const Enforcement& enforcement, double viscosity = 0.5, i
   scene.velocity->topRows(a.node_count()).rowwise() = Vector3(1.0, 0.3, 0).transpose();
   scene.velocity->bottomRows(b.node_count()).rowwise() = Vector3(-1.0, 0, -0.2).transpose();
   scene.contact = contact_of(scene.mesh, "a.x_max", "b.x_min", enforcement);
+  return scene;
+}
+
+/// The scene with ten-node tetrahedra and its contact, between these surfaces, on mortar faces.
+inline Scene on_mortar_faces(Scene scene, const std::string& first, const std::string& second) {
+  const TetMesh linear = scene.mesh;
+  scene.mesh = to_quadratic(linear);
+  const auto nodes = static_cast<std::int32_t>(scene.mesh.node_count());
+  Supports supports(nodes);
+  std::optional<Points> velocity;
+  if (scene.velocity) velocity = Points::Zero(nodes, 3);
+  for (std::ptrdiff_t e = 0; e < scene.mesh.cell_count(); ++e)
+    for (int k = 0; k < 10; ++k) {  // a mid-side is held, and moves, as both its ends do
+      const std::int32_t node = scene.mesh.cells(e, k), a = scene.mesh.cells(e, k < 4 ? k : tet_edges[k - 4][0]),
+                         b = scene.mesh.cells(e, k < 4 ? k : tet_edges[k - 4][1]);
+      for (int c = 0; c < 3; ++c)
+        if (scene.supports.fixed(3 * a + c) && scene.supports.fixed(3 * b + c)) supports.fix(node, c);
+      if (velocity) velocity->row(node) = 0.5 * (scene.velocity->row(a) + scene.velocity->row(b));
+    }
+  scene.supports = supports;
+  scene.velocity = velocity;
+  scene.contact = contact_of(scene.mesh, first, second, scene.contact->enforcement);
+  scene.contact->faces = Mortar{scene.mesh.surface(first), scene.mesh.surface(second)};
   return scene;
 }
 

@@ -49,7 +49,7 @@ Airway air_between(const Points& points, const Triangles& first, const Triangles
 
 /// Two unit cubes of n_a^3 and n_b^3 hexahedra that touch at x = 0, the first held at its far end, the second
 /// pressed there; both free to swell between rollers.
-Scene patch(int order, int n_a, int n_b, const Enforcement& enforcement) {
+Scene patch(int order, int n_a, int n_b, const Enforcement& enforcement, bool mortar) {
   TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n_a, n_a, n_a}}),
           b = block_mesh({{0, 0, 0}, {1, 1, 1}, {n_b, n_b, n_b}});
   if (order == 2) a = to_quadratic(a), b = to_quadratic(b);
@@ -70,6 +70,7 @@ Scene patch(int order, int n_a, int n_b, const Enforcement& enforcement) {
       {},
       {}};
   scene.contact->options.tolerance = 1e-3 * strain;
+  if (mortar) scene.contact->faces = Mortar{scene.mesh.surface("a.x_max"), scene.mesh.surface("b.x_min")};
   return scene;
 }
 
@@ -78,11 +79,13 @@ struct PatchErrors {
   double stress;        // in the energy norm: root mean square over the volume
   double displacement;  // largest, of the shortening
   double force;         // largest of a node at the interface, of the largest exact one
+  double pressure;      // largest of a node of either side
   int rows;             // closed
 };
 
-PatchErrors errors(int order, int n_a, int n_b, const Enforcement& enforcement = Multipliers{}) {
-  const Scene scene = patch(order, n_a, n_b, enforcement);
+PatchErrors errors(int order, int n_a, int n_b, const Enforcement& enforcement = Multipliers{},
+                   bool mortar = false) {
+  const Scene scene = patch(order, n_a, n_b, enforcement, mortar);
   // Steps of five transit times: this scheme ends what is faster within two of them.
   Simulation simulation(scene, options(Newmark{1.0, 1.5}, 5 / std::sqrt(E / density), 1e-12));
   for (int k = 0; k < 20; ++k) simulation.advance();
@@ -100,8 +103,12 @@ PatchErrors errors(int order, int n_a, int n_b, const Enforcement& enforcement =
     wrong = std::max(wrong, std::abs(simulation.state().contact_force[3 * node] - forces[3 * node]));
     largest = std::max(largest, std::abs(forces[3 * node]));
   }
+  double off_pressure = 0;
+  for (const char* side : {"a.x_max", "b.x_min"})
+    for (const auto node : scene.mesh.node_set(side))
+      off_pressure = std::max(off_pressure, std::abs(simulation.contact_pressure()[node] / pressure - 1));
   return {std::sqrt(off.dot(K * off) / u.dot(forces)), off.lpNorm<Eigen::Infinity>() / (2 * strain),
-          wrong / largest, simulation.record().contact->rows};
+          wrong / largest, off_pressure, simulation.record().contact->rows};
 }
 
 }  // namespace
@@ -159,5 +166,37 @@ TEST_CASE("penalties and quadratic elements miss the uniform stress between mesh
     CHECK(found.stress == doctest::Approx(expected.stress).epsilon(0.02));
     CHECK(found.displacement == doctest::Approx(expected.displacement).epsilon(0.02));
     CHECK(found.force == doctest::Approx(expected.force).epsilon(0.02));
+  }
+}
+
+TEST_CASE(
+    "mortar faces pass it, linear or quadratic, whether the meshes match or not, and press with that pressure") {
+  struct Case {
+    int order, n_b;
+    Enforcement enforcement;
+  };
+  for (const Case& chosen : {Case{1, 2, Multipliers{}}, Case{1, 3, Multipliers{}}, Case{2, 2, Multipliers{}},
+                             Case{2, 3, Multipliers{}}, Case{2, 4, Multipliers{}}, Case{1, 3, Augmented{100 * E}},
+                             Case{2, 3, Augmented{100 * E}}, Case{2, 3, Multipliers{Gmres{}, EndOfStep{}}}}) {
+    CAPTURE(chosen.order);
+    CAPTURE(chosen.n_b);
+    CAPTURE(chosen.enforcement.index());
+    const PatchErrors found = errors(chosen.order, 2, chosen.n_b, chosen.enforcement, true);
+    CHECK(found.stress < strain);
+    CHECK(found.displacement < strain);
+    CHECK(found.force < 2 * strain);
+    CHECK(found.pressure < 5 * strain);  // of forces at the feet of the last pass, over areas at the end
+    CHECK(found.rows == (chosen.n_b + 1) * (chosen.n_b + 1));  // the corners
+  }
+}
+
+TEST_CASE("a penalty on mortar faces is off by its springs' flexibility alone") {
+  // Equal springs at nodes of unequal share of the area; between the meshes nothing is lost.
+  for (const int n_b : {2, 3}) {
+    CAPTURE(n_b);
+    const double soft = errors(2, 2, n_b, Penalty{100 * E}, true).stress,
+                 hard = errors(2, 2, n_b, Penalty{10000 * E}, true).stress;
+    CHECK(soft < 0.02);
+    CHECK(hard < 0.02 * soft);
   }
 }

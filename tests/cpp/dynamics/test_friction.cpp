@@ -48,10 +48,18 @@ double gone(const Simulation& simulation) {
 TEST_CASE(
     "a block on an incline sticks below the friction angle and slides above it by g (sin - mu cos) t^2 / 2") {
   const double mu = 0.4, angle = std::atan(mu), h = 0.5e-3, end = 0.1;
-  for (const Enforcement& enforcement : {Enforcement(Multipliers{}), Enforcement(Augmented{})}) {
+  struct Case {
+    Enforcement enforcement;
+    bool mortar;
+  };
+  for (const auto& [enforcement, mortar] :
+       {Case{Multipliers{}, false}, Case{Augmented{}, false}, Case{Multipliers{}, true}}) {
     for (const double slope : {angle - 0.05, angle + 0.05, angle + 0.3}) {
       CAPTURE(slope);
-      Simulation simulation(incline(slope, Friction{mu}, enforcement), options(HilberHughesTaylor{}, h, 1e-12));
+      CAPTURE(mortar);
+      Scene scene = incline(slope, Friction{mu}, enforcement);
+      if (mortar) scene.contact->faces = Mortar{scene.mesh.surface("a.x_max"), scene.mesh.surface("b.x_min")};
+      Simulation simulation(scene, options(HilberHughesTaylor{}, h, 1e-12));
       double halfway = 0;
       while (simulation.time() < end - h / 2) {
         simulation.advance();

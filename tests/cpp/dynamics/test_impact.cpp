@@ -80,6 +80,22 @@ TEST_CASE("without mass on the surfaces equal bars press evenly by the trapezoid
   CHECK(moved.median == doctest::Approx(exact).epsilon(0.01));
 }
 
+TEST_CASE("quadratic bars on mortar faces exchange their velocities, and momentum stays") {
+  const int n = 20;
+  const double E = 20e3, rho = 1040, length = 0.01, c = std::sqrt(E / rho), exact = rho * c / 2, w = length / n;
+  Simulation simulation(scenes::on_mortar_faces(scenes::two_bars(n, Multipliers{}), "a.x_max", "b.x_min"),
+                        options(HilberHughesTaylor{}, w / 2 / c));
+  const auto momentum = [&] {
+    const Vector p = simulation.mass() * simulation.state().velocity;
+    return as_points(p).colwise().sum().eval();
+  };
+  const Impact impact = impact_of(simulation, w * w, 2.6 * length / c);
+  CHECK(impact.duration == doctest::Approx(2 * length / c).epsilon(0.03));
+  CHECK(impact.impulse / impact.duration == doctest::Approx(exact).epsilon(0.03));
+  CHECK(impact.median == doctest::Approx(exact).epsilon(0.01));
+  CHECK(momentum().norm() < 1e-10 * rho * length * w * w);  // of bodies that began with opposite ones
+}
+
 TEST_CASE("the periodic bar presses on a fully fixed obstacle with 1/2 from t = 1 to t = 2") {
   const int n = 40;
   const double w = 1.0 / n;
@@ -161,14 +177,17 @@ TEST_CASE("contact forces are opposite, none pulls, and no node stays inside") {
 
 TEST_CASE("all three paths give the same motion and forces") {
   // A gap error of a step is a velocity error of that over h, which the steps that follow carry on: close tightly.
-  const auto scene = [](const Enforcement& enforcement) {
-    Scene tight = scenes::two_cubes(enforcement);
+  const auto scene = [](const ContactSolver& solver, bool mortar) {
+    Scene tight = scenes::two_cubes(Multipliers{solver, EndOfStep{}});
+    if (mortar) tight = scenes::on_mortar_faces(tight, "a.x_max", "b.x_min");
     tight.contact->options.tolerance = 1e-7;
     return tight;
   };
-  for (const ContactSolver& solver : {ContactSolver(Gmres{}), ContactSolver(Saddle{})}) {
-    Simulation condensed(scene(Multipliers{Condensed{}, EndOfStep{}}), options(HilberHughesTaylor{}, 1e-4, 1e-11)),
-        other(scene(Multipliers{solver, EndOfStep{}}), options(HilberHughesTaylor{}, 1e-4, 1e-11));
+  for (const auto& [solver, mortar] :
+       {std::pair<ContactSolver, bool>(Gmres{}, false), {Saddle{}, false}, {Gmres{}, true}, {Saddle{}, true}}) {
+    CAPTURE(mortar);
+    Simulation condensed(scene(Condensed{}, mortar), options(HilberHughesTaylor{}, 1e-4, 1e-11)),
+        other(scene(solver, mortar), options(HilberHughesTaylor{}, 1e-4, 1e-11));
     int touching = 0;
     for (int k = 0; k < 40; ++k) {
       condensed.advance();

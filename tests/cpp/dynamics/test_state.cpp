@@ -145,6 +145,12 @@ TEST_CASE("scenes that do not fit are refused") {
   CHECK_THROWS_AS(held.restore(State{}), InvalidInput);
 }
 
+TEST_CASE("mortar faces do not go with the volume penalty") {
+  Scene scene = scenes::on_mortar_faces(scenes::two_cubes(VolumePenalty{}), "a.x_max", "b.x_min");
+  CHECK_THROWS_WITH_AS(Simulation(scene, options(HilberHughesTaylor{}, 1e-4)),
+                       doctest::Contains("Contact: faces = \"mortar\"; must come with multipliers"), InvalidInput);
+}
+
 TEST_CASE("an airway of another mesh is refused") {
   const Simulation::Options o = options(HilberHughesTaylor{}, 1e-4);
   const Scene good = scenes::two_bars(4, Multipliers{});

@@ -16,8 +16,8 @@ constexpr int side = 6;
 
 /// Rows that tie one node to the mean of two others along a random direction; their gaps see a second direction,
 /// `bend` of it across the first.
-std::vector<Constraint> constraints(int count, double bend) {
-  std::vector<Constraint> rows;
+std::vector<SaddleRow> constraints(int count, double bend) {
+  std::vector<SaddleRow> rows;
   const Vector random = random_vector(7 * count, 3);
   for (int i = 0; i < count; ++i) {
     const Vector3 normal = random.segment<3>(7 * i).normalized();
@@ -34,12 +34,12 @@ std::vector<Constraint> constraints(int count, double bend) {
 }
 
 /// The whole matrix, without the regularisation.
-Eigen::MatrixXd dense(const BlockMatrix& A, const std::vector<Constraint>& rows) {
+Eigen::MatrixXd dense(const BlockMatrix& A, const std::vector<SaddleRow>& rows) {
   const std::ptrdiff_t n = A.rows(), m = static_cast<std::ptrdiff_t>(rows.size());
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(n + m, n + m);
   M.topLeftCorner(n, n) = A.to_sparse();
   for (std::ptrdiff_t i = 0; i < m; ++i) {
-    const Constraint& row = rows[static_cast<std::size_t>(i)];
+    const SaddleRow& row = rows[static_cast<std::size_t>(i)];
     for (const auto& [node, vector] : row.push) M.col(n + i).segment<3>(3 * node) += vector;
     for (const auto& [node, vector] : row.gap) M.row(n + i).segment<3>(3 * node) += vector.transpose();
     M(n + i, n + i) = -row.compliance;
@@ -53,7 +53,7 @@ TEST_CASE("the saddle point is solved as a dense elimination solves it, with gap
   const BlockMatrix A = plica_test::spring_lattice(side);
   for (const double bend : {0.0, 0.3, 2.0}) {
     CAPTURE(bend);
-    std::vector<Constraint> rows = constraints(18, bend);
+    std::vector<SaddleRow> rows = constraints(18, bend);
     rows[3].compliance = 0.5;  // of the size of the row's own
     rows[4].compliance = 50.0;
     const Eigen::MatrixXd M = dense(A, rows);
@@ -72,7 +72,7 @@ TEST_CASE("the saddle point is solved as a dense elimination solves it, with gap
 
 TEST_CASE("constraints that nearly repeat others in their forces but not in their gaps are solved for") {
   const BlockMatrix A = plica_test::spring_lattice(side);
-  std::vector<Constraint> rows = constraints(6, 0.0), bent = constraints(6, 2.0);
+  std::vector<SaddleRow> rows = constraints(6, 0.0), bent = constraints(6, 2.0);
   for (std::size_t i = 0; i < 6; ++i) {
     bent[i].push[0].vector *= 1.001;
     bent[i].gap[0].vector *= 0.9;
@@ -101,9 +101,9 @@ TEST_CASE("constraints that nearly repeat others in their forces but not in thei
 
 TEST_CASE("it takes about as many products as conjugate gradients on A") {
   const BlockMatrix A = plica_test::spring_lattice(side);
-  const std::vector<Constraint> rows = constraints(18, 0.0);
+  const std::vector<SaddleRow> rows = constraints(18, 0.0);
   Vector b = Vector::Zero(A.rows()), x, d = b, lambda = Vector::Zero(18);
-  for (const Constraint& row : rows)
+  for (const SaddleRow& row : rows)
     for (const auto& [node, vector] : row.push) b.segment<3>(3 * node) += row.value * vector;
   const int alone = ConjugateGradient(A, {1e-9, 2000}).solve(b, x).iterations;
   const int constrained = SaddlePoint(A, {1e-9, 2000}).solve(rows, d, lambda).iterations;
@@ -113,7 +113,7 @@ TEST_CASE("it takes about as many products as conjugate gradients on A") {
 
 TEST_CASE("constraints that repeat others share their force and leave the motion as it was") {
   const BlockMatrix A = plica_test::spring_lattice(side);
-  std::vector<Constraint> rows = constraints(6, 0.2);
+  std::vector<SaddleRow> rows = constraints(6, 0.2);
   Vector d = Vector::Zero(A.rows()), lambda = Vector::Zero(6);
   const SaddlePoint saddle(A, {1e-11, 2000});
   REQUIRE(saddle.solve(rows, d, lambda).converged);
@@ -127,7 +127,7 @@ TEST_CASE("constraints that repeat others share their force and leave the motion
 
 TEST_CASE("the saddle point has the same bits on one and on three threads") {
   const BlockMatrix A = plica_test::spring_lattice(9);
-  const std::vector<Constraint> rows = constraints(18, 0.3);
+  const std::vector<SaddleRow> rows = constraints(18, 0.3);
   const SaddlePoint saddle(A, {1e-9, 2000});
   Vector d = Vector::Zero(A.rows()), lambda = Vector::Zero(18), d_three = d, lambda_three = lambda;
   saddle.solve(rows, d, lambda);
@@ -140,12 +140,12 @@ TEST_CASE("the saddle point has the same bits on one and on three threads") {
 
 TEST_CASE("a saddle point out of iterations is data, one that pushes nothing an error") {
   const BlockMatrix A = plica_test::spring_lattice(side);
-  std::vector<Constraint> rows = constraints(6, 0.3);
+  std::vector<SaddleRow> rows = constraints(6, 0.3);
   Vector d = Vector::Zero(A.rows()), lambda = Vector::Zero(6);
   const Convergence end = SaddlePoint(A, {1e-9, 4}).solve(rows, d, lambda);
   CHECK_FALSE(end.converged);
   CHECK(end.residual > 1e-9);
-  for (Constraint& row : rows)
+  for (SaddleRow& row : rows)
     for (auto& [node, vector] : row.push) vector.setZero();
   d.setZero();
   lambda.setZero();

@@ -1,0 +1,40 @@
+#include "plica/contact/constraint.hpp"
+
+namespace plica {
+
+Vector3 Constraint::offset(const Points& x) const {
+  Vector3 d = Vector3::Zero();
+  for (const auto& [node, weight] : weights) d += weight * x.row(node).transpose();
+  return d;
+}
+
+double Constraint::residual(double p, const Points& x) const {
+  return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
+}
+
+Row Constraint::row(const Vector3& direction, double free) const {
+  Row row;
+  row.push.reserve(weights.size());
+  row.gap.reserve(weights.size());
+  for (const auto& [node, weight] : weights) {
+    row.push.push_back({node, weight * normal});
+    row.gap.push_back({node, weight * direction});
+  }
+  row.free = free;
+  if (stiffness > 0) {
+    row.free -= multiplier / stiffness;
+    row.compliance = 1.0 / stiffness;
+  }
+  return row;
+}
+
+Row Constraint::slip_row(const Vector3& t, const Points& before, const Points& x_free) const {
+  Row row;
+  row.push.reserve(weights.size());
+  for (const auto& [node, weight] : weights) row.push.push_back({node, weight * t});
+  row.gap = row.push;
+  row.free = t.dot(offset(x_free) - offset(before));
+  return row;
+}
+
+}  // namespace plica
