@@ -224,6 +224,30 @@ py::array_t<double> equilibrium_of(const TetMesh& mesh, std::vector<Material> ma
   }());
 }
 
+struct AtRest {
+  Points displacement, contact_force;
+  Vector contact_pressure;
+  int rows, passes, pivots;
+};
+
+AtRest contact_equilibrium_of(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
+                              const py::array& cell_material, const Held& fixed, const ContactPart& contact,
+                              std::vector<Load> loads, const std::optional<Vec3>& gravity,
+                              const std::optional<RealArray>& displacement) {
+  Scene scene =
+      make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
+  scene.contact = contact;
+  if (displacement) scene.displacement = to_points(*displacement, "contact_equilibrium", "displacement");
+  const Released released;
+  ContactEquilibrium rest = contact_equilibrium(scene);
+  return {std::move(rest.displacement),
+          as_points(rest.contact_force),
+          std::move(rest.contact_pressure),
+          static_cast<int>(rest.closed.size()),
+          rest.passes,
+          rest.pivots};
+}
+
 std::unique_ptr<SteppedSimulation> make_simulation(
     const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
     const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance,
@@ -261,6 +285,20 @@ void bind_dynamics(py::module_& engine) {
   engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
              py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
              py::arg("gravity") = py::none());
+  py::class_<AtRest>(engine, "ContactEquilibrium")
+      .def_property_readonly("displacement",
+                             [](py::object self) { return view(self.cast<AtRest&>().displacement, self); })
+      .def_property_readonly("contact_force",
+                             [](py::object self) { return view(self.cast<AtRest&>().contact_force, self); })
+      .def_property_readonly("contact_pressure",
+                             [](py::object self) { return view(self.cast<AtRest&>().contact_pressure, self); })
+      .def_readonly("rows", &AtRest::rows)
+      .def_readonly("passes", &AtRest::passes)
+      .def_readonly("pivots", &AtRest::pivots);
+  engine.def("contact_equilibrium", &contact_equilibrium_of, py::arg("mesh"), py::arg("materials"),
+             py::arg("material_names"), py::arg("cell_material"), py::arg("fixed"), py::kw_only(),
+             py::arg("contact"), py::arg("loads") = py::list(), py::arg("gravity") = py::none(),
+             py::arg("displacement") = py::none());
   const Simulation::Options options;
   py::class_<SteppedSimulation>(engine, "Simulation")
       .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),

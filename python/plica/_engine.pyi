@@ -15,6 +15,7 @@ __all__: list[str] = [
     "AtNodes",
     "Augmented",
     "Contact",
+    "ContactEquilibrium",
     "Extrapolated",
     "HilberHughesTaylor",
     "InvalidInput",
@@ -38,6 +39,7 @@ __all__: list[str] = [
     "build_info",
     "check_mesh",
     "combine",
+    "contact_equilibrium",
     "elasticity_matrix",
     "equilibrium",
     "flat_triangles",
@@ -335,6 +337,20 @@ class Contact:
     @property
     def tolerance(self) -> float: ...
 
+class ContactEquilibrium:
+    @property
+    def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def contact_pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def displacement(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def passes(self) -> int: ...
+    @property
+    def pivots(self) -> int: ...
+    @property
+    def rows(self) -> int: ...
+
 class Simulation:
     def __init__(
         self,
@@ -422,6 +438,21 @@ def check_mesh(mesh: TetMesh) -> None: ...
 def combine(
     first: TetMesh, second: TetMesh, first_prefix: str = "a.", second_prefix: str = "b."
 ) -> TetMesh: ...
+def contact_equilibrium(
+    mesh: TetMesh,
+    materials: collections.abc.Sequence[Material],
+    material_names: collections.abc.Sequence[str],
+    cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+    *,
+    contact: Contact,
+    loads: collections.abc.Sequence[Load] = [],
+    gravity: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+    ]
+    | None = None,
+    displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+) -> ContactEquilibrium: ...
 def elasticity_matrix(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
 def equilibrium(
     mesh: TetMesh,

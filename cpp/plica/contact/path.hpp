@@ -5,6 +5,7 @@
 #include "plica/contact/enforcement.hpp"
 #include "plica/contact/row.hpp"
 #include "plica/solve/compliance.hpp"
+#include "plica/solve/factorization.hpp"
 #include "plica/solve/krylov.hpp"
 #include "plica/solve/supports.hpp"
 
@@ -13,7 +14,7 @@ namespace plica {
 /// How contact forces and the motion they cause are computed from the step's linear system
 /// A (a - a_free) = N^T p with x = x_free + scale (a - a_free), A symmetric positive definite; the columns of N^T
 /// are what the rows push, the rows of G how their gaps move. Implementations: condensed (compliance of the
-/// surface nodes, kept), saddle point (preconditioned with what is known of A), and the thesis's GMRES.
+/// surface nodes, kept), saddle point (preconditioned with what is known of A), the thesis's GMRES, and direct.
 class ContactPath {
  public:
   virtual ~ContactPath() = default;
@@ -63,5 +64,9 @@ std::unique_ptr<ContactPath> saddle_path(const BlockMatrix& A, const Supports& s
 /// preconditioner of Eq. (29); rows that depend on others share the force, as in the condensed path.
 std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                         const KrylovOptions& options);
+
+/// For one configuration of an A that iterations are slow on, as in statics: a factorisation, and a
+/// back-substitution for each row of each call. A must outlive it.
+std::unique_ptr<ContactPath> direct_path(const Factorization& A, const Supports& supports, const Indices& nodes);
 
 }  // namespace plica

@@ -1,6 +1,7 @@
 #include "plica/dynamics/statics.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 #include "plica/core/error.hpp"
@@ -56,20 +57,84 @@ void check_supported(const TetMesh& mesh, const Supports& supports) {
     if (!nodes.empty()) check_body(mesh, supports, nodes);
 }
 
+/// Gravity and the loads at t = 0, N.
+Vector load_at_rest(const Scene& scene, const Assembler& assembler) {
+  Vector load = Vector::Zero(3 * scene.mesh.node_count());
+  if (scene.gravity) load += assembler.body_force(scene.tissue, *scene.gravity);
+  for (const Load& part : scene.loads)
+    load += std::cos(part.phase) * assembler.traction(scene.mesh.surface(part.surface), part.traction);
+  return load;
+}
+
+Indices nodes_of(const Airway& airway) {
+  std::vector<std::int32_t> nodes(airway.first.data(), airway.first.data() + airway.first.size());
+  nodes.insert(nodes.end(), airway.second.data(), airway.second.data() + airway.second.size());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return Eigen::Map<const Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
+}
+
 }  // namespace
 
 Points equilibrium(const Scene& scene) {
   scene.validate();
   check_supported(scene.mesh, scene.supports);
   const Assembler assembler(scene.mesh);
-  Vector load = Vector::Zero(3 * scene.mesh.node_count());
-  if (scene.gravity) load += assembler.body_force(scene.tissue, *scene.gravity);
-  for (const Load& part : scene.loads)
-    load += std::cos(part.phase) * assembler.traction(scene.mesh.surface(part.surface), part.traction);
+  Vector load = load_at_rest(scene, assembler);
   scene.supports.project(load);
   BlockMatrix K = assembler.stiffness(scene.tissue);
   scene.supports.constrain(K);
   return as_points(Factorization(K.to_sparse()).solve(load));
+}
+
+ContactEquilibrium contact_equilibrium(const Scene& scene) {
+  scene.validate();
+  check_supported(scene.mesh, scene.supports);
+  if (!scene.contact)
+    throw InvalidInput("Scene: contact is missing; must be there for an equilibrium in contact.");
+  const ContactPart& part = *scene.contact;
+  const Assembler assembler(scene.mesh);
+  BlockMatrix K = assembler.stiffness(scene.tissue);
+  Vector held = Vector::Zero(3 * scene.mesh.node_count());
+  if (scene.displacement) {
+    held = as_vector(*scene.displacement);
+    Vector free = held;
+    scene.supports.project(free);
+    held -= free;
+  }
+  const Vector load = load_at_rest(scene, assembler) - K * held;
+  scene.supports.constrain(K);
+  const Factorization factors(K.to_sparse());
+  const auto displaced = [&](Vector force) -> Vector {
+    scene.supports.project(force);
+    return held + factors.solve(force);
+  };
+
+  Collision collision(part.airway, scene.mesh.points, part.enforcement, part.friction, part.options,
+                      direct_path(factors, scene.supports, nodes_of(part.airway)), part.faces);
+  const Points x_free = scene.mesh.points + as_points(displaced(load));
+  Points x;
+  const std::vector<std::int32_t> none;
+  const Contacts contacts = collision.solve(x_free, 1.0, {scene.mesh.points, none, {}, 0.0}, x);
+
+  ContactEquilibrium rest;
+  rest.contact_force = Vector::Zero(load.size());
+  contacts.add_forces(rest.contact_force);
+  rest.displacement = as_points(displaced(load + rest.contact_force));
+  std::vector<double> force;
+  for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
+    const double p = contacts.force[static_cast<std::ptrdiff_t>(i)];
+    if (!(p > 0)) continue;
+    rest.closed.push_back(contacts.constraints[i].key);
+    force.push_back(p);
+  }
+  const Vector closed_force = Eigen::Map<const Vector>(force.data(), static_cast<std::ptrdiff_t>(force.size()));
+  x = scene.mesh.points + rest.displacement;
+  collision.update(x);
+  rest.contact_pressure = collision.pressure({rest.contact_force, rest.closed, closed_force}, x);
+  rest.passes = contacts.passes;
+  rest.pivots = contacts.pivots;
+  return rest;
 }
 
 }  // namespace plica

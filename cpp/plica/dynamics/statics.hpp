@@ -7,4 +7,17 @@ namespace plica {
 /// initial fields are left out. One factorisation. Throws InvalidInput where a body can move without strain.
 Points equilibrium(const Scene& scene);
 
+/// Rest in contact.
+struct ContactEquilibrium {
+  Points displacement;               // (n, 3) m
+  Vector contact_force;              // (3 n) N
+  Vector contact_pressure;           // (n) Pa, see Collision::pressure
+  std::vector<std::int32_t> closed;  // keys of the constraints that carry force, ascending
+  int passes = 0, pivots = 0;        // see Contacts
+};
+/// As equilibrium(), with the scene's contact, and with held unknowns at the scene's initial displacement: what is
+/// pressed together is moved there. One factorisation, and a back-substitution for each constraint and pass.
+/// Throws InvalidInput where there is no contact, and SolveFailed as Collision does.
+ContactEquilibrium contact_equilibrium(const Scene& scene);
+
 }  // namespace plica

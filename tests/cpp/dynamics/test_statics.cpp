@@ -68,3 +68,35 @@ TEST_CASE("a body that can move without strain has no equilibrium, and the messa
   for (const auto node : two.mesh.node_set("b.x_max")) two.supports.fix(node);
   CHECK_NOTHROW(equilibrium(two));
 }
+
+TEST_CASE("pressed together at rest, blocks share the load as one, on any path to it") {
+  // Two quadratic blocks that touch, the far end of one pushed by 10 um: uniform strain, as of one block.
+  const double side = 0.01, push = 1e-5;
+  const TetMesh a = to_quadratic(block_mesh({{-side, 0, 0}, {side, side, side}, {1, 2, 2}})),
+                b = to_quadratic(block_mesh({{0, 0, 0}, {side, side, side}, {2, 2, 2}}));
+  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.0, 0.0);
+  for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
+  for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
+  scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
+  for (const auto node : scene.mesh.node_set("b.x_max")) (*scene.displacement)(node, 0) = -push;
+  scene.contact = scenes::contact_of(scene.mesh, "a.x_max", "b.x_min", Multipliers{});
+  scene.contact->options.tolerance = 1e-8;
+  for (const FaceMethod& faces :
+       {FaceMethod(AtNodes{}), FaceMethod(Mortar{scene.mesh.surface("a.x_max"), scene.mesh.surface("b.x_min")})}) {
+    scene.contact->faces = faces;
+    const ContactEquilibrium rest = contact_equilibrium(scene);
+    const double strain = 0.5 * push / side, pressure = 20e3 * strain;
+    for (std::ptrdiff_t i = 0; i < rest.displacement.rows(); ++i) {
+      const double exact = -strain * (scene.mesh.points(i, 0) + side);
+      CHECK((rest.displacement.row(i).transpose() - Vector3(exact, 0, 0)).norm() < 1e-6 * push);
+    }
+    CHECK(as_points(rest.contact_force).bottomRows(b.node_count()).col(0).sum() ==
+          doctest::Approx(pressure * side * side).epsilon(1e-6));
+    CHECK(rest.contact_pressure.size() == scene.mesh.node_count());
+    if (std::holds_alternative<Mortar>(faces))
+      for (const auto node : scene.mesh.node_set("b.x_min"))
+        CHECK(rest.contact_pressure[node] == doctest::Approx(pressure).epsilon(1e-5));
+  }
+  scene.contact.reset();
+  CHECK_THROWS_WITH_AS(contact_equilibrium(scene), doctest::Contains("Scene: contact is missing"), InvalidInput);
+}
