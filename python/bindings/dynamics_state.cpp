@@ -79,11 +79,13 @@ class Records {
     if (simulation.collision()) {
       force_first_ = table_.column<double>("contact_force_first", {3});
       force_second_ = table_.column<double>("contact_force_second", {3});
-      for (const char* name : {"contact_area", "contact_length", "peak_contact_pressure", "deepest_gap",
-                               "overlap_volume", "edge_overlap_volume", "largest_multiplier", "contact_work"})
+      for (const char* name :
+           {"contact_area", "contact_length", "peak_contact_pressure", "deepest_gap", "overlap_volume",
+            "edge_overlap_volume", "largest_multiplier", "contact_work", "contact_gap_error"})
         contact_.push_back(table_.column<double>(name));
-      for (const char* name : {"contact_rows", "contact_passes"})
+      for (const char* name : {"contact_rows", "contact_passes", "contact_converged"})
         contact_counts_.push_back(table_.column<std::int32_t>(name));
+      if (simulation.scene().contact->friction) friction_loss_ = table_.column<double>("friction_loss");
     }
   }
 
@@ -130,8 +132,9 @@ class Records {
     Eigen::Map<Vector3>(force_second_ + 3 * k) = contact.force_second;
     put(contact_, k,
         {contact.area, contact.length, contact.peak_pressure, contact.deepest_gap, contact.overlap_volume,
-         contact.edge_overlap_volume, contact.largest_multiplier, work});
-    put(contact_counts_, k, {contact.rows, contact.passes});
+         contact.edge_overlap_volume, contact.largest_multiplier, work, contact.gap_error});
+    put<std::int32_t>(contact_counts_, k, {contact.rows, contact.passes, contact.converged});
+    if (friction_loss_) friction_loss_[k] = contact.friction_loss;
   }
 
   const Simulation& simulation_;
@@ -142,7 +145,7 @@ class Records {
   std::vector<std::int32_t*> flow_counts_, contact_counts_;
   std::int32_t *iterations_ = nullptr, *inverted_ = nullptr;
   double *probe_values_ = nullptr, *area_ = nullptr, *pressure_ = nullptr, *right_ = nullptr, *left_ = nullptr,
-         *force_first_ = nullptr, *force_second_ = nullptr;
+         *force_first_ = nullptr, *force_second_ = nullptr, *friction_loss_ = nullptr;
 };
 
 }  // namespace

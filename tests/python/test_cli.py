@@ -16,6 +16,7 @@ import plica
 from analytic_run import Phonation
 from plica.cli import _MAIN_MEASURES, main
 from plica.phonation.measures import measure
+from plica.phonation.solver_measures import doubts
 
 
 @pytest.fixture
@@ -138,6 +139,19 @@ def test_a_finished_run_counts_its_steps_in_doubt(
     assert count > 0
     assert capsys.readouterr().err == f"plica: {sentence}\n"
     assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path: Path) -> None:
+    few = plica.Contact(augmented=plica.Augmented(stiffness=0.1, max_augmentations=2))
+    thrown = {"contact": few, "airflow": None, "initial": plica.Initial(opening_velocity=-3.0)}
+    run = plica.run(phonating.model_copy(update=thrown), tmp_path / "run", progress=False)
+    short = run["contact_converged"] == 0
+    assert 0 < short.sum() < short.size
+    tolerance = run["contact_gap_error"][~short].max()
+    assert (run["contact_gap_error"][short] > tolerance).all()
+    sentence = f"in {short.sum()} of {short.size} steps augmented multipliers ran out of augmentations"
+    assert sentence in doubts(run)
 
 
 def stop(*args: object, **fields: object) -> None:

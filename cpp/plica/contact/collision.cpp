@@ -158,7 +158,7 @@ bool Collision::add_candidates(const Points& x, double reach, const ContactSurfa
 
 Complementarity Collision::closing_forces(const std::vector<Constraint>& constraints, const Points& x,
                                           const Points& x_free, const Before& before, double scale,
-                                          std::vector<char> guess, Contacts& contacts) {
+                                          std::vector<char> guess, const Vector& start, Contacts& contacts) {
   const auto count = static_cast<std::ptrdiff_t>(constraints.size());
   std::vector<Row>& rows = contacts.rows;
   constexpr int most_sweeps = 20000;  // of block Gauss-Seidel, with friction
@@ -173,8 +173,8 @@ Complementarity Collision::closing_forces(const std::vector<Constraint>& constra
     }
     Vector free(3 * count);
     for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
-    return solve_coulomb(path_->compliance(rows, scale), free, friction_->coefficient, Vector::Zero(3 * count),
-                         0.1 * tolerance(), most_sweeps);
+    return solve_coulomb(path_->compliance(rows, scale), free, friction_->coefficient, start, 0.1 * tolerance(),
+                         most_sweeps);
   };
 
   rows.clear();
@@ -199,6 +199,28 @@ Complementarity Collision::closing_forces(const std::vector<Constraint>& constra
   return solution;
 }
 
+Vector Collision::pressure(const Contact& contact, const Points& x) {
+  if (!friction_) return kind_->pressure(contact, x);
+  const Vector pressing = without_shear(contact.nodal_force);
+  return kind_->pressure({pressing, contact.closed, contact.force}, x);
+}
+
+std::vector<PressedNode> Collision::pressed(const ContactSurface& side, const Contact& contact, const Points& x) {
+  if (!friction_) return kind_->pressed(side, contact, x);
+  const Vector pressing = without_shear(contact.nodal_force);
+  return kind_->pressed(side, {pressing, contact.closed, contact.force}, x);
+}
+
+Vector Collision::without_shear(const Vector& force) const {
+  Vector pressing = Vector::Zero(force.size());
+  for (const ContactSurface* side : {&detector_.first(), &detector_.second()})
+    for (const std::int32_t node : side->nodes()) {
+      const Vector3 n = side->normal(node);
+      pressing.segment<3>(3 * node) = n * std::min(0.0, n.dot(force.segment<3>(3 * node)));
+    }
+  return pressing;
+}
+
 bool Collision::augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,
                         Uzawa& uzawa) const {
   const auto& augmented = std::get<Augmented>(enforcement_);
@@ -211,7 +233,9 @@ bool Collision::augment(const std::vector<Constraint>& constraints, const Points
     const double gap = constraint.gap(x);
     error = std::max(error, uzawa.multiplier.count(constraint.key) ? std::abs(gap) : -gap);
   }
-  if (error <= tolerance() || contacts.augmentations >= augmented.max_augmentations) return false;
+  contacts.gap_error = error;
+  contacts.converged = error <= tolerance();
+  if (contacts.converged || contacts.augmentations >= augmented.max_augmentations) return false;
   if (error > (1 - augmented.reduction) * uzawa.last_error) uzawa.stiffness *= augmented.growth;
   uzawa.last_error = error;
   ++contacts.augmentations;
@@ -262,6 +286,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     if (contacts.passes > 0 || constraints.empty()) {
       const bool again = augmented && augment(constraints, x, contacts, uzawa);
       const bool done = !again && (augmented || worst <= tolerance());
+      if (!augmented) contacts.gap_error = worst;
       if (done && !(exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys)))
         return contacts;
       if (again || done) {
@@ -280,8 +305,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     if (contacts.passes >= relax_from)
       for (Constraint& constraint : constraints)
         if (const std::ptrdiff_t i = known(constraint.key); i >= 0)
-          constraint.normal =
-              (constraint.normal + contacts.constraints[static_cast<std::size_t>(i)].normal).normalized();
+          constraint.turn_towards(contacts.constraints[static_cast<std::size_t>(i)].normal);
 
     std::vector<char> guess(constraints.size());
     for (std::size_t i = 0; i < constraints.size(); ++i)
@@ -289,7 +313,19 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
                      ? std::binary_search(before.closed.begin(), before.closed.end(), constraints[i].key) ||
                            constraints[i].gap(x) < 0
                      : force_of(constraints[i].key) > 0 || constraints[i].gap(x) < 0;
-    Complementarity solution = closing_forces(constraints, x, x_free, before, scale, std::move(guess), contacts);
+    Vector start;
+    if (friction_) {  // where the pass before ended
+      const auto count = static_cast<std::ptrdiff_t>(constraints.size());
+      const auto old = static_cast<std::ptrdiff_t>(contacts.constraints.size());
+      start = Vector::Zero(3 * count);
+      for (std::ptrdiff_t i = 0; i < count; ++i)
+        if (const std::ptrdiff_t k = known(constraints[static_cast<std::size_t>(i)].key); k >= 0) {
+          start[i] = contacts.force[k];
+          start.segment<2>(count + 2 * i) = contacts.force.segment<2>(old + 2 * k);
+        }
+    }
+    Complementarity solution =
+        closing_forces(constraints, x, x_free, before, scale, std::move(guess), start, contacts);
     contacts.pivots += solution.pivots;
     contacts.constraints = std::move(constraints);
     contacts.force = std::move(solution.force);

@@ -15,10 +15,12 @@ struct Contacts {
   std::vector<Constraint> constraints;
   /// As last solved for: the constraints' normals, then, with friction, two tangents for each.
   std::vector<Row> rows;
-  Vector force;           // (rows) N, >= 0 on normals; the multiplier of Paper A is its negative
-  int passes = 0;         // linearisations of the constraints
-  int pivots = 0;         // active sets (with friction: sweeps) tried, over all passes
-  int augmentations = 0;  // of Uzawa's iteration
+  Vector force;            // (rows) N, >= 0 on normals; the multiplier of Paper A is its negative
+  int passes = 0;          // linearisations of the constraints
+  int pivots = 0;          // active sets (with friction: sweeps) tried, over all passes
+  int augmentations = 0;   // of Uzawa's iteration
+  double gap_error = 0.0;  // m, largest left
+  bool converged = true;   // false where augmentations ran out with a gap error above the tolerance
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
   /// Adds the forces on all nodes to `nodal` (3 n).
   void add_forces(Vector& nodal) const;
@@ -74,13 +76,12 @@ class Collision {
   bool knows(std::int32_t key) const { return kind_->knows(key); }
   /// Takes up positions x, for the detector and the two that follow.
   void update(const Points& x);
-  /// (n) Pa at x on both surfaces, zero elsewhere: at nodes |nodal force| over tributary area; of mortar faces a
-  /// constraint's force over its area at slave corners, linear on their faces, interpolated on the other side.
-  Vector pressure(const Contact& contact, const Points& x) { return kind_->pressure(contact, x); }
+  /// (n) Pa at x, the positions of the last update, on both surfaces, zero elsewhere: at nodes |nodal force|
+  /// (with friction, its part along the surface's normal) over tributary area; of mortar faces a constraint's
+  /// force over its area at slave corners, linear on their faces, interpolated on the other side.
+  Vector pressure(const Contact& contact, const Points& x);
   /// What is pressed on a side, by nodes; of mortar faces that of the slave side.
-  std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact, const Points& x) {
-    return kind_->pressed(side, contact, x);
-  }
+  std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact, const Points& x);
 
  private:
   /// Where Uzawa's iteration of a step stands.
@@ -98,8 +99,12 @@ class Collision {
   /// Forces that close the constraints as linearised at x. By the gaps' own gradients first, which converges in
   /// few passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
   /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in contacts.rows.
+  /// With friction from `start` (3 x constraints) N.
   Complementarity closing_forces(const std::vector<Constraint>& constraints, const Points& x, const Points& x_free,
-                                 const Before& before, double scale, std::vector<char> guess, Contacts& contacts);
+                                 const Before& before, double scale, std::vector<char> guess, const Vector& start,
+                                 Contacts& contacts);
+  /// The nodal forces (3 n) without what friction adds along the surfaces.
+  Vector without_shear(const Vector& force) const;
   /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
   /// the gaps are closed or no augmentation is left.
   bool augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,

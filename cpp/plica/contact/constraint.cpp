@@ -12,6 +12,11 @@ double Constraint::residual(double p, const Points& x) const {
   return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
 }
 
+void Constraint::turn_towards(const Vector3& n) {
+  const Vector3 between = (normal + n).normalized();
+  if (2 * gradient.dot(between) >= gradient.norm()) normal = between;
+}
+
 Row Constraint::row(const Vector3& direction, double free) const {
   Row row;
   row.push.reserve(weights.size());

@@ -32,6 +32,9 @@ struct Constraint {
   double gap(const Points& x) const { return gradient.dot(offset(x)); }
   /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the constraint's, m.
   double residual(double p, const Points& x) const;
+  /// Turns the normal halfway to n (unit), unless it would then be further than 60 degrees from the gradient. The
+  /// gap stays the same, so gradient . normal may then differ from 1.
+  void turn_towards(const Vector3& n);
   /// The row that pushes along the normal and whose gap is direction . offset(x) + constant, `free` at x_free.
   Row row(const Vector3& direction, double free) const;
   /// The row that pushes along t, across the normal, and whose gap is the slip along t since `before`.

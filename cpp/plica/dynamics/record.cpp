@@ -55,6 +55,12 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   const Contacts& contacts = step.contacts;
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
+  record.augmentations = contacts.augmentations;
+  record.gap_error = contacts.gap_error;
+  record.converged = contacts.converged;
+  for (std::size_t i = contacts.constraints.size(); i < contacts.rows.size(); ++i)
+    record.friction_loss -= contacts.force[static_cast<std::ptrdiff_t>(i)] *
+                            (contacts.rows[i].moving(x) - contacts.rows[i].moving(step.x_previous));
   const Vector& nodal = state_.contact_force;
   const bool at_nodes = std::holds_alternative<AtNodes>(scene_.contact->faces);
   for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {

@@ -66,6 +66,14 @@ def doubts(waveforms: Mapping[str, Array]) -> str:
                 f"in {np.sum(~converged)} of {converged.size} steps the coupling of airflow and tissue did "
                 "not converge"
             )
+    if "contact_converged" in waveforms:
+        converged = np.asarray(waveforms["contact_converged"]) != 0
+        if not converged.all():
+            error = np.asarray(waveforms["contact_gap_error"], dtype=float).max()
+            found.append(
+                f"in {np.sum(~converged)} of {converged.size} steps augmented multipliers ran out of "
+                f"augmentations, with gap errors up to {error:.2g} m"
+            )
     inverted = np.asarray(waveforms.get("inverted_tissue", []))
     if inverted.any():
         found.append(

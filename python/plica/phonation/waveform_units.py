@@ -35,16 +35,19 @@ _WAVEFORMS = {
     "coronal_left": ("m", "Point of the left fold in the mid-coronal plane at each section."),
     "contact_force_first": ("N", "Sum of the contact forces on the first surface, (steps, 3)."),
     "contact_force_second": ("N", "Sum of the contact forces on the second surface, (steps, 3)."),
-    "contact_rows": ("1", "Closed pairs of node and face."),
+    "contact_rows": ("1", "Closed contact constraints."),
     "contact_passes": ("1", "Rebuildings of the contact rows in the step."),
+    "contact_gap_error": ("m", "Largest gap error left at the end of the step."),
+    "contact_converged": ("1", "0 where augmentations ran out with a gap error above the tolerance."),
     "contact_area": ("m^2", "Of the loaded nodes, mean of both sides."),
     "contact_length": ("m", "Anteroposterior; a loaded node stands for half the way to its neighbours."),
-    "peak_contact_pressure": ("Pa", "Largest nodal force over the node's area."),
+    "peak_contact_pressure": ("Pa", "Largest nodal force over the node's area, friction left out."),
     "deepest_gap": ("m", "Worst gap at a node; negative is overlap."),
     "overlap_volume": ("m^3", "Of the overlap confirmed at nodes."),
     "edge_overlap_volume": ("m^3", "Of the overlap between edges, which no contact row sees."),
     "largest_multiplier": ("N", "Largest pull of a contact force; <= 0 where none is tensile."),
-    "contact_work": ("J", "Work of the contact forces since t = 0."),
+    "contact_work": ("J", "Work of the contact forces since t = 0, friction's included."),
+    "friction_loss": ("J", "Minus the work of friction in the step."),
 }
 WAVEFORM_UNITS = {name: unit for name, (unit, _) in _WAVEFORMS.items()}
 WAVEFORM_MEANINGS = {name: meaning for name, (_, meaning) in _WAVEFORMS.items()}

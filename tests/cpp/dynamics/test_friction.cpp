@@ -60,9 +60,10 @@ TEST_CASE(
       Scene scene = incline(slope, Friction{mu}, enforcement);
       if (mortar) scene.contact->faces = Mortar{scene.mesh.surface("a.x_max"), scene.mesh.surface("b.x_min")};
       Simulation simulation(scene, options(HilberHughesTaylor{}, h, 1e-12));
-      double halfway = 0;
+      double halfway = 0, loss = 0;
       while (simulation.time() < end - h / 2) {
         simulation.advance();
+        loss += simulation.record().contact->friction_loss;
         if (simulation.time() < end / 2) halfway = gone(simulation);
       }
       const double free = 9.81 * end * end / 2;
@@ -71,6 +72,8 @@ TEST_CASE(
         CHECK(std::abs(gone(simulation) - halfway) < 1e-5 * free);
       } else {
         CHECK(gone(simulation) == doctest::Approx((std::sin(slope) - mu * std::cos(slope)) * free).epsilon(0.01));
+        const double pressing = 1000 * side * side * side * 9.81 * std::cos(slope);
+        CHECK(loss == doctest::Approx(mu * pressing * gone(simulation)).epsilon(0.02));
       }
     }
   }
