@@ -46,9 +46,11 @@ Multipliers multipliers(const std::string& solver, const std::string& position) 
   return enforcement;
 }
 
+const char* name_of(SurfaceMass mass) { return mass == SurfaceMass::kept ? "kept" : "redistributed"; }
+
 SurfaceMass to_surface_mass(const std::string& name) {
-  if (name == "kept") return SurfaceMass::kept;
-  if (name == "redistributed") return SurfaceMass::redistributed;
+  for (const SurfaceMass mass : {SurfaceMass::kept, SurfaceMass::redistributed})
+    if (name == name_of(mass)) return mass;
   throw InvalidInput("Contact: surface_mass = \"" + name + "\"; must be \"kept\" or \"redistributed\".");
 }
 
@@ -119,7 +121,8 @@ void bind_options(py::module_& engine) {
 
 void bind_enforcement(py::module_& engine) {
   py::class_<Multipliers>(engine, "Multipliers")
-      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = "auto", py::arg("position") = "end_of_step")
+      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = name_of(Multipliers{}.solver),
+           py::arg("position") = "end_of_step")
       .def_property_readonly("solver", [](const Multipliers& m) { return name_of(m.solver); })
       .def_property_readonly("position", [](const Multipliers& m) {
         return std::holds_alternative<Weighted>(m.position) ? "weighted" : "end_of_step";
@@ -167,7 +170,8 @@ void bind_enforcement(py::module_& engine) {
            }),
            py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
            py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none(),
-           py::arg("surface_mass") = "kept", py::arg_v("faces", ContactPart{}.faces, "..."))
+           py::arg("surface_mass") = name_of(ContactPart{}.surface_mass),
+           py::arg_v("faces", ContactPart{}.faces, "..."))
       .def_property_readonly(
           "faces",
           [](const ContactPart& c) { return std::holds_alternative<Mortar>(c.faces) ? "mortar" : "nodes"; })
@@ -178,9 +182,7 @@ void bind_enforcement(py::module_& engine) {
                              })
       .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
       .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; })
-      .def_property_readonly("surface_mass", [](const ContactPart& c) {
-        return c.surface_mass == SurfaceMass::kept ? "kept" : "redistributed";
-      });
+      .def_property_readonly("surface_mass", [](const ContactPart& c) { return name_of(c.surface_mass); });
 }
 
 using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;

@@ -220,6 +220,8 @@ def _info(options: argparse.Namespace) -> int:
     licence = "GPL-3.0-or-later (it contains parts under the GPL)" if info["gpl"] else "BSD-3-Clause"
     rows = {"plica": info["version"], "licence of this build": licence}
     rows |= {name: _plain(value) for name, value in info.items() if name not in {"version", "gpl"}}
+    if "meshing" in info["absent"]:
+        rows["meshing is for"] = "contact between any two meshes; built by PLICA_GPL=ON pip install ."
     rows["python"] = sys.version.split()[0]
     for name in ("numpy", "scipy", "h5py", "meshio", "pydantic", "pint", "xarray", "matplotlib"):
         try:

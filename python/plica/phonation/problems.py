@@ -51,8 +51,10 @@ def _lines(details: ErrorDetails) -> list[str]:
     else:
         path = _without_branches(path)
         value = details["input"]
-    shown = "" if value is _MISSING else f" = {value_text(value)}"
     relation = _relation(details, context)
+    if not path:
+        return [relation]
+    shown = "" if value is _MISSING else f" = {value_text(value)}"
     return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
 
 
