@@ -116,14 +116,27 @@ def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[s
     assert "numpy" in said
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["mesh"], ["info"], ["report"], ["measures"]])
+@pytest.mark.parametrize(
+    "command",
+    [
+        [],
+        ["run"],
+        ["mesh"],
+        ["info"],
+        ["report"],
+        ["measures"],
+        ["bench"],
+        ["bench", "impact"],
+        ["bench", "free"],
+    ],
+)
 def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
     assert stop.value.code == 0
     said = capsys.readouterr().out
-    if command in ([], ["run"], ["mesh"]):
-        assert "plica run" in said or "plica mesh" in said
+    if command in ([], ["run"], ["mesh"]) or command[0] == "bench":
+        assert any(f"plica {name}" in said for name in ("run", "mesh", "bench"))
         assert "example" in said
 
 

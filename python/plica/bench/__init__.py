@@ -1,0 +1,1 @@
+"""Benchmarks that come with the package: ``plica bench``. Nothing else in the package imports them."""
