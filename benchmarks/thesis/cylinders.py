@@ -83,8 +83,18 @@ class Impact:
         return float(self.right.sum() * self.step)
 
 
-def impact(across: int, step: float) -> Impact:
+@dataclass(frozen=True)
+class Pair:
     """Both cylinders with that many elements across a diameter and cubes of that size along."""
+
+    simulation: Any
+    mesh: Any
+    material: Any
+
+
+def pair(
+    across: int, step: float, scheme: Any, surface_mass: str = "kept", enforcement: Any | None = None
+) -> Pair:
     along = round(across * LENGTH / (2 * RADIUS))
     shape = {"size": (LENGTH, 2.0, 2.0), "divisions": (along, across, across)}
     left = rounded(engine.block_mesh(corner=(-LENGTH / 2, -1.0, -1.0), **shape))
@@ -95,19 +105,28 @@ def impact(across: int, step: float) -> Impact:
     velocity = np.zeros_like(points)
     velocity[:, 0] = np.where(points[:, 0] < APART / 2, SPEED, -SPEED)
     material = engine.Material(engine.Isotropic(E, NU), density=DENSITY)
-    of_cell = np.zeros(len(mesh.cells), int)
     simulation = engine.Simulation(
         mesh,
         [material],
         ["both"],
-        of_cell,
+        np.zeros(len(mesh.cells), int),
         np.zeros(points.shape, bool),
-        scheme=engine.HilberHughesTaylor(alpha=-0.3),
+        scheme=scheme,
         step=step,
-        contact=engine.Contact(airway=airway, enforcement=engine.Multipliers()),
+        contact=engine.Contact(
+            airway=airway, enforcement=enforcement or engine.Multipliers(), surface_mass=surface_mass
+        ),
         velocity=velocity,
     )
-    stress = TissueStress(points, np.asarray(mesh.cells), [material], of_cell)
+    return Pair(simulation, mesh, material)
+
+
+def impact(across: int, step: float) -> Impact:
+    """The impact with what the figures show."""
+    both = pair(across, step, engine.HilberHughesTaylor(alpha=-0.3))
+    simulation, mesh, points = both.simulation, both.mesh, np.asarray(both.mesh.points)
+    of_cell = np.zeros(len(mesh.cells), int)
+    stress = TissueStress(points, np.asarray(mesh.cells), [both.material], of_cell)
     skin = np.unique(engine.boundary(mesh.cells)[0])
     skin = skin[np.abs(points[skin, 2]) < 1e-6]
     time, forces, largest = [], [], []

@@ -64,6 +64,12 @@ def test_exact_motions_obey_the_wave_equation_and_start_and_rest_as_they_should(
     assert abs(middle[0]) < 1e-12 * length
     assert np.diff(middle)[0] / np.diff(at)[0] == pytest.approx(-slow, rel=1e-4)
 
+    e = 1e-6 * length / c
+    depths = length * np.linspace(0.05, 0.95, 19)
+    around = exact.displacement(depths, exact.end + e * np.array([-1.0, 1.0, 3.0]))
+    velocity = np.diff(around, axis=0) / (2 * e)
+    np.testing.assert_allclose(velocity, slow, rtol=1e-4)  # everywhere, as it comes off
+
 
 def test_the_fast_bars_are_those_of_the_specification() -> None:
     for name, pressure, duration, impulse in (
