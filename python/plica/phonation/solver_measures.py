@@ -56,8 +56,18 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
     return found
 
 
+def _made_by_contact(waveforms: Mapping[str, Array]) -> float:
+    """Largest work of contact over the largest energy, where more than a tenth; contact can only take energy."""
+    if not {"contact_work", "kinetic_energy", "elastic_energy"} <= waveforms.keys():
+        return 0.0
+    work = float(np.max(waveforms["contact_work"], initial=0.0))
+    energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
+    largest = float(np.max(energy, initial=0.0))
+    return work / largest if work > 0.1 * largest > 0 else 0.0
+
+
 def doubts(waveforms: Mapping[str, Array]) -> str:
-    """One sentence that counts the steps not to be trusted; empty where there are none."""
+    """One sentence on what is not to be trusted; empty where there is nothing."""
     found = []
     if "coupling_converged" in waveforms:
         converged = np.asarray(waveforms["coupling_converged"]) != 0
@@ -74,6 +84,8 @@ def doubts(waveforms: Mapping[str, Array]) -> str:
                 f"in {np.sum(~converged)} of {converged.size} steps augmented multipliers ran out of "
                 f"augmentations, with gap errors up to {error:.2g} m"
             )
+    if made := _made_by_contact(waveforms):
+        found.append(f"contact has made energy, {100 * made:.0f} % of the largest that the tissue held")
     inverted = np.asarray(waveforms.get("inverted_tissue", []))
     if inverted.any():
         found.append(
