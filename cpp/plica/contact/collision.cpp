@@ -243,7 +243,8 @@ bool Collision::augment(const std::vector<Constraint>& constraints, const Points
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
-  constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
+  constexpr int relax_from = 3;    // passes that converge as Newton's method does are done by then
+  constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
   const double reach = detector_.reach(before.x, x_free, before.depth);
   const auto* augmented = std::get_if<Augmented>(&enforcement_);
   const bool exact = augmented || std::holds_alternative<Multipliers>(enforcement_);
@@ -271,7 +272,20 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     };
     update(x);
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
-    std::vector<Constraint> constraints = constraints_at(x, keys, reach, uzawa, before.stress);
+    const auto constraints_now = [&] {
+      std::vector<Constraint> all = constraints_at(x, keys, reach, uzawa, before.stress);
+      if (contacts.passes < settle_from) return all;
+      for (Constraint& constraint : all) {
+        const std::ptrdiff_t i = known(constraint.key);
+        if (i < 0 || !constraint.beside(x, tolerance())) continue;
+        const Constraint& last = contacts.constraints[static_cast<std::size_t>(i)];
+        constraint.weights = last.weights;
+        constraint.normal = last.normal;
+        constraint.gradient = last.gradient;
+      }
+      return all;
+    };
+    std::vector<Constraint> constraints = constraints_now();
     double worst = 0;
     const Constraint* worst_one = nullptr;
     const auto find_worst = [&] {
@@ -290,7 +304,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
       if (done && !(exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys)))
         return contacts;
       if (again || done) {
-        constraints = constraints_at(x, keys, reach, uzawa, before.stress);
+        constraints = constraints_now();
         find_worst();
       }
     }

@@ -8,6 +8,12 @@ Vector3 Constraint::offset(const Points& x) const {
   return d;
 }
 
+bool Constraint::beside(const Points& x, double least) const {
+  const Vector3 d = offset(x);
+  const double along = gradient.dot(d);
+  return d.norm() > least && 4 * along * along < d.squaredNorm() * gradient.squaredNorm();
+}
+
 double Constraint::residual(double p, const Points& x) const {
   return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
 }

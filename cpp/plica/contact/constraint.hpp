@@ -30,6 +30,9 @@ struct Constraint {
   /// From the master's point to the slave's, m.
   Vector3 offset(const Points& x) const;
   double gap(const Points& x) const { return gradient.dot(offset(x)); }
+  /// Whether the slave lies beside the master rather than over it: further than `least` (m) from its foot, and
+  /// more than 60 degrees off the gap's gradient.
+  bool beside(const Points& x, double least) const;
   /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the constraint's, m.
   double residual(double p, const Points& x) const;
   /// Turns the normal halfway to n (unit), unless it would then be further than 60 degrees from the gradient. The
