@@ -245,7 +245,7 @@ bool Collision::augment(const std::vector<Constraint>& constraints, const Points
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
   constexpr int relax_from = 3;    // passes that converge as Newton's method does are done by then
   constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
-  const double reach = detector_.reach(before.x, x_free, before.depth);
+  double reach = detector_.reach(before.x, x_free, before.depth);
   const auto* augmented = std::get_if<Augmented>(&enforcement_);
   const bool exact = augmented || std::holds_alternative<Multipliers>(enforcement_);
   Contacts contacts;
@@ -271,6 +271,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
       return i < 0 ? 0.0 : contacts.force[i];
     };
     update(x);
+    reach = std::max(reach, detector_.reach(before.x, x, before.depth));  // contact forces move surfaces too
     add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
     const auto constraints_now = [&] {
       std::vector<Constraint> all = constraints_at(x, keys, reach, uzawa, before.stress);

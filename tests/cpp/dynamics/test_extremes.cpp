@@ -63,3 +63,21 @@ TEST_CASE("surfaces without mass that a shear load drags over each other's rims 
   CHECK(rows >= 12);
   CHECK(passes < 50);
 }
+
+// A corner of the second cube is pushed into the first by the collision itself, further than the cubes fly in a
+// step.
+TEST_CASE("a node that contact forces move deeper than the bodies fly in a step is held too") {
+  Scene scene = free_cubes(Multipliers{});
+  scene.tissue.materials[0].viscosity = 0.5;
+  for (const char* end : {"a.x_min", "b.x_max"})
+    for (const auto node : scene.mesh.node_set(end)) {
+      scene.supports.fix(node);
+      scene.velocity->row(node).setZero();
+    }
+  Simulation simulation(scene, options(HilberHughesTaylor{}, 50e-6, 1e-10));
+  const double tolerance = scene.contact->options.tolerance * simulation.collision()->detector().mean_edge();
+  for (int k = 0; k < 30; ++k) {
+    simulation.advance();
+    CHECK(simulation.record().contact->deepest_gap >= -1.01 * tolerance);
+  }
+}
