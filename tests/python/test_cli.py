@@ -167,6 +167,17 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     assert sentence in doubts(run)
 
 
+def test_contact_that_makes_energy_is_said() -> None:
+    ones, zeros = np.ones(3), np.zeros(3)
+    run = {"kinetic_energy": ones, "elastic_energy": ones, "numerical_loss": zeros}
+    assert "contact made 25 % of the largest energy" in doubts(
+        run | {"contact_work": np.array([0.0, 0.5, 0.1])}
+    )
+    assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05])}) == ""
+    taken = {"contact_work": 0.5 * ones, "numerical_loss": 0.5 * ones}  # by the scheme, as fast as it is made
+    assert doubts(run | taken) == ""
+
+
 def stop(*args: object, **fields: object) -> None:
     """What Ctrl-C does to whoever is computing."""
     raise KeyboardInterrupt

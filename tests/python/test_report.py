@@ -176,16 +176,6 @@ def test_the_banner_counts_the_steps_in_doubt(unconverged: int, inverted: int, s
     assert banner(read(doubtful(base.run(), unconverged, inverted))) == said
 
 
-def test_the_banner_says_when_contact_made_energy() -> None:
-    run = base.run()
-    energy = np.asarray(run.waveforms["kinetic_energy"]) + np.asarray(run.waveforms["elastic_energy"])
-    rising = np.linspace(0, float(energy.max()), energy.size)
-    for share, said in ((0.09, ""), (0.5, "Caution: contact has made energy, 50 % of the largest that")):
-        worked = dataclasses.replace(run, waveforms={**run.waveforms, "contact_work": share * rising})
-        assert banner(read(worked)).startswith(said)
-        assert bool(banner(read(worked))) == bool(said)
-
-
 def test_a_part_of_a_run_may_be_in_doubt_too() -> None:
     said = banner(read(cut(doubtful(base.run(), 1200, 0), 700)))
     assert said.startswith("This run is not complete")
