@@ -194,7 +194,7 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--threads",
         metavar="N",
-        type=_count,
+        type=_threads,
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
         help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
     )
@@ -214,25 +214,24 @@ def _parser() -> argparse.ArgumentParser:
     impact = part("impact", _impact, "bars that collide, against closed forms", _IMPACT_HELP, benches)
     free = part("free", _free, "what free bodies keep through collisions", _FREE_HELP, benches)
     impact.add_argument(
-        "--elements", metavar="N", nargs="+", type=_count, default=[100], help="along a bar (default: 100)"
+        "--elements", metavar="N", nargs="+", type=_whole, default=[100], help="along a bar (default: 100)"
     )
     impact.add_argument(
-        "--periods", metavar="N", type=_count, default=1, help="of R1 to compute (default: 1)"
+        "--periods", metavar="N", type=_whole, default=1, help="of R1 to compute (default: 1)"
     )
     free.add_argument(
-        "--steps", metavar="N", type=_steps, default=100_000, help="of the box (default: 100000)"
+        "--steps", metavar="N", type=_whole, default=100_000, help="of the box (default: 100000)"
     )
     for sub in (impact, free):
         sub.add_argument("--problems", metavar="NAME", nargs="+", help="default: all")
         for option in ("--contacts", "--schemes", "--masses"):
             sub.add_argument(option, metavar="NAME", nargs="+", help="default: all; a wrong one lists them")
         sub.add_argument(
-            "--tolerance", metavar="T", type=float, default=1e-8, help="of linear solves (default: 1e-8)"
+            "--tolerance", metavar="T", type=_tolerance, default=1e-8, help="of linear solves (default: 1e-8)"
         )
         sub.add_argument(
             "-o",
             "--output",
-            "--csv",
             dest="csv",
             metavar="FILE",
             type=Path,
@@ -242,20 +241,29 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _steps(text: str) -> int:
-    if not text.isdigit() or int(text) == 0:
-        raise argparse.ArgumentTypeError(f"{text}; must be a whole number from 1.")
-    return int(text)
-
-
-def _count(text: str) -> int:
+def _whole(text: str, most: int | None = None) -> int:
     try:
-        count = int(text)
+        number = int(text)
     except ValueError:
-        count = 0
-    if not 1 <= count <= _MAX_THREADS:
-        raise argparse.ArgumentTypeError(f"{text}; must be a whole number from 1 to {_MAX_THREADS}.")
-    return count
+        number = 0
+    if number < 1 or (most is not None and number > most):
+        to = "" if most is None else f" to {most}"
+        raise argparse.ArgumentTypeError(f"{text}; must be a whole number from 1{to}.")
+    return number
+
+
+def _threads(text: str) -> int:
+    return _whole(text, _MAX_THREADS)
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1:
+        raise argparse.ArgumentTypeError(f"{text}; must be a number between 0 and 1.")
+    return value
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -128,6 +128,14 @@ void cut_prism(const Triangle& a, const Triangle& b, std::vector<std::int32_t>& 
 
 }  // namespace
 
+std::vector<std::int32_t> surface_nodes(const Airway& airway) {
+  std::vector<std::int32_t> nodes(airway.first.data(), airway.first.data() + airway.first.size());
+  nodes.insert(nodes.end(), airway.second.data(), airway.second.data() + airway.second.size());
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
+}
+
 Airway matched_airway(const Points& points, const Triangles& first, const Triangles& second,
                       const Vector3& direction) {
   if (first.rows() == 0 || second.rows() == 0)

@@ -19,6 +19,9 @@ struct Airway {
   Triangulate renewed = nullptr;  // makes the tetrahedra of a new step; null where they never change
 };
 
+/// Nodes of both surfaces, ascending.
+std::vector<std::int32_t> surface_nodes(const Airway& airway);
+
 /// The airway between two structured surfaces whose nodes face each other along `direction`: node pairs have
 /// the same position across it (to 1e-6 of the extent). Each facing pair of triangles spans a prism, cut
 /// into three tetrahedra conforming to its neighbours; a node common to both surfaces closes the prism.

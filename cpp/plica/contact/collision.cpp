@@ -25,6 +25,48 @@ double violation(const Constraint& constraint, double force, const Points& x, co
   return force == 0.0 ? std::max(0.0, -off) : std::abs(off);
 }
 
+/// The constraint that is furthest from complementarity.
+struct Worst {
+  double off = 0.0;  // m
+  const Constraint* constraint = nullptr;
+};
+Worst worst_of(const std::vector<Constraint>& constraints, const Contacts& last, const Points& x,
+               const NormalStress* stress) {
+  Worst worst{0.0, constraints.data()};
+  for (const Constraint& constraint : constraints)
+    if (const double off = violation(constraint, last.force_of(constraint.key), x, stress); off > worst.off)
+      worst = {off, &constraint};
+  return worst;
+}
+
+/// Which constraints to take for closed at first: those that press, and those that are inside.
+std::vector<char> first_guess(const std::vector<Constraint>& constraints, const Contacts& last,
+                              const std::vector<std::int32_t>& closed_before, const Points& x) {
+  std::vector<char> guess;
+  guess.reserve(constraints.size());
+  for (const Constraint& constraint : constraints) {
+    const bool pressed = last.passes == 0
+                             ? std::binary_search(closed_before.begin(), closed_before.end(), constraint.key)
+                             : last.force_of(constraint.key) > 0;
+    guess.push_back(pressed || constraint.gap(x) < 0);
+  }
+  return guess;
+}
+
+/// The last pass's forces along the normals and tangents of these constraints, (3 x constraints) N.
+Vector last_friction(const std::vector<Constraint>& constraints, const Contacts& last) {
+  const auto count = static_cast<std::ptrdiff_t>(constraints.size());
+  const auto before = static_cast<std::ptrdiff_t>(last.constraints.size());
+  Vector force = Vector::Zero(3 * count);
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const std::ptrdiff_t k = last.place_of(constraints[static_cast<std::size_t>(i)].key);
+    if (k < 0) continue;
+    force[i] = last.force[k];
+    force.segment<2>(count + 2 * i) = last.force.segment<2>(before + 2 * k);
+  }
+  return force;
+}
+
 /// Adds the tissue's normal stress over gamma to the row's gap.
 void add_stress(const NormalStress& stress, const Constraint& constraint, const Points& x_free, Row& row) {
   row.free += stress.at(constraint.slave, constraint.normal, x_free) / constraint.gamma;
@@ -76,7 +118,7 @@ std::unique_ptr<ConstraintKind> make_kind(Detector& detector, const Enforcement&
       throw InvalidInput(
           "Contact: faces = \"mortar\"; must come with multipliers, augmented multipliers or the penalty: "
           "Nitsche's method takes the tissue's stress at nodes.");
-    return mortar_weights(detector, mortar->first, mortar->second);
+    return mortar_means(detector, mortar->first, mortar->second);
   }
   return volume ? volume_pairs(detector, volume->kappa) : node_pairs(detector);
 }
@@ -85,6 +127,29 @@ std::unique_ptr<ConstraintKind> make_kind(Detector& detector, const Enforcement&
 
 void Contacts::add_forces(Vector& nodal) const {
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].add_force(force[static_cast<std::ptrdiff_t>(i)], nodal);
+}
+
+std::ptrdiff_t Contacts::place_of(std::int32_t key) const {
+  const auto at = std::lower_bound(constraints.begin(), constraints.end(), key,
+                                   [](const Constraint& c, std::int32_t k) { return c.key < k; });
+  return at != constraints.end() && at->key == key ? at - constraints.begin() : -1;
+}
+
+double Contacts::force_of(std::int32_t key) const {
+  const std::ptrdiff_t i = place_of(key);
+  return i < 0 ? 0.0 : force[i];
+}
+
+std::pair<std::vector<std::int32_t>, Vector> Contacts::closed() const {
+  std::vector<std::int32_t> keys;
+  std::vector<double> forces;
+  for (std::size_t i = 0; i < constraints.size(); ++i) {
+    const double p = force[static_cast<std::ptrdiff_t>(i)];
+    if (!(p > 0)) continue;
+    keys.push_back(constraints[i].key);
+    forces.push_back(p);
+  }
+  return {std::move(keys), Eigen::Map<const Vector>(forces.data(), static_cast<std::ptrdiff_t>(forces.size()))};
 }
 
 void Collision::Options::validate() const {
@@ -106,29 +171,44 @@ Collision::Collision(Airway airway, const Points& reference, Enforcement enforce
   kind_ = make_kind(detector_, enforcement_, faces);
 }
 
-std::vector<Constraint> Collision::constraints_at(const Points& x, const std::vector<std::int32_t>& keys,
-                                                  double reach, const Uzawa& uzawa, const NormalStress* stress) {
+Collision::Search Collision::begin(const Points& x_free, double scale, const Before& before) const {
+  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth)};
+  if (const auto* augmented = std::get_if<Augmented>(&enforcement_)) {
+    search.uzawa.stiffness = augmented->stiffness;
+    search.keys = before.closed;
+    for (std::size_t i = 0; i < before.closed.size(); ++i)
+      search.uzawa.multiplier[before.closed[i]] = before.force[static_cast<std::ptrdiff_t>(i)];
+  }
+  return search;
+}
+
+std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
+  constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
   const Stopwatch watch(detection_time_);
   const auto* penalty = std::get_if<Penalty>(&enforcement_);
   const auto* nitsche = std::get_if<Nitsche>(&enforcement_);
   const bool augmented = std::holds_alternative<Augmented>(enforcement_);
   std::vector<Constraint> constraints;
-  constraints.reserve(keys.size());
-  for (const std::int32_t key : keys) {
-    Constraint constraint = kind_->at(key, x, reach);
+  constraints.reserve(search.keys.size());
+  for (const std::int32_t key : search.keys) {
+    Constraint constraint = kind_->at(key, x, search.reach);
     if (constraint.key < 0) continue;
     if (penalty) constraint.stiffness = penalty->stiffness;
     if (nitsche) {
       const std::int32_t slave = constraint.slave;
       const ContactSurface& own = detector_.first().contains(slave) ? detector_.first() : detector_.second();
-      constraint.gamma = nitsche->factor * stress->stiffness(slave, constraint.normal, detector_.mean_edge());
+      constraint.gamma =
+          nitsche->factor * search.before.stress->stiffness(slave, constraint.normal, detector_.mean_edge());
       constraint.stiffness = constraint.gamma * own.tributary_area(slave);
     }
     if (augmented) {
-      constraint.stiffness = uzawa.stiffness;
-      if (const auto known = uzawa.multiplier.find(key); known != uzawa.multiplier.end())
+      constraint.stiffness = search.uzawa.stiffness;
+      if (const auto known = search.uzawa.multiplier.find(key); known != search.uzawa.multiplier.end())
         constraint.multiplier = known->second;
     }
+    if (search.last.passes >= settle_from && constraint.beside(x, tolerance()))
+      if (const std::ptrdiff_t i = search.last.place_of(key); i >= 0)
+        constraint.keep_direction(search.last.constraints[static_cast<std::size_t>(i)]);
     constraints.push_back(std::move(constraint));
   }
   return constraints;
@@ -145,43 +225,41 @@ void Collision::renew(const Points& x, double depth) {
   detector_.renew(x, depth);
 }
 
-bool Collision::add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
-                               std::vector<std::int32_t>& keys) {
+bool Collision::add_candidates(Search& search, const Points& x, const ContactSurface& side, double least) {
   const Stopwatch watch(detection_time_);
-  const std::size_t known = keys.size();
-  for (const std::int32_t key : kind_->violated(x, reach, side, least)) {
-    const auto at = std::lower_bound(keys.begin(), keys.end(), key);
-    if (at == keys.end() || *at != key) keys.insert(at, key);
+  const std::size_t known = search.keys.size();
+  for (const std::int32_t key : kind_->violated(x, search.reach, side, least)) {
+    const auto at = std::lower_bound(search.keys.begin(), search.keys.end(), key);
+    if (at == search.keys.end() || *at != key) search.keys.insert(at, key);
   }
-  return keys.size() > known;
+  return search.keys.size() > known;
 }
 
-Complementarity Collision::closing_forces(const std::vector<Constraint>& constraints, const Points& x,
-                                          const Points& x_free, const Before& before, double scale,
-                                          std::vector<char> guess, const Vector& start, Contacts& contacts) {
-  const auto count = static_cast<std::ptrdiff_t>(constraints.size());
-  std::vector<Row>& rows = contacts.rows;
+Complementarity Collision::closing_forces(Search& search, const std::vector<Constraint>& constraints,
+                                          const Points& x) {
   constexpr int most_sweeps = 20000;  // of block Gauss-Seidel, with friction
-  const auto solve = [&](std::vector<char> first, int most) -> Complementarity {
+  constexpr int few_pivots = 30;
+  const Points& x_free = search.x_free;
+  const Points& x_before = search.before.x;
+  const std::vector<char> guess = first_guess(constraints, search.last, search.before.closed, x);
+  std::vector<Row>& rows = search.last.rows;
+  const auto solve = [&](int most_pivots) -> Complementarity {
     for (std::size_t i = 0; i < constraints.size(); ++i)
-      if (constraints[i].gamma > 0) add_stress(*before.stress, constraints[i], x_free, rows[i]);
-    if (!friction_) return path_->solve(rows, scale, std::move(first), 0.1 * tolerance(), most);
+      if (constraints[i].gamma > 0) add_stress(*search.before.stress, constraints[i], x_free, rows[i]);
+    if (!friction_) return path_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
     for (const Constraint& constraint : constraints) {
       const Vector3 t = constraint.normal.unitOrthogonal();
-      rows.push_back(constraint.slip_row(t, before.x, x_free));
-      rows.push_back(constraint.slip_row(constraint.normal.cross(t), before.x, x_free));
+      rows.push_back(constraint.slip_row(t, x_before, x_free));
+      rows.push_back(constraint.slip_row(constraint.normal.cross(t), x_before, x_free));
     }
-    Vector free(3 * count);
-    for (std::ptrdiff_t i = 0; i < free.size(); ++i) free[i] = rows[static_cast<std::size_t>(i)].free;
-    return solve_coulomb(path_->compliance(rows, scale), free, friction_->coefficient, start, 0.1 * tolerance(),
-                         most_sweeps);
+    return solve_coulomb(path_->compliance(rows, search.scale), free_gaps(rows), friction_->coefficient,
+                         last_friction(constraints, search.last), 0.1 * tolerance(), most_sweeps);
   };
 
   rows.clear();
   for (const Constraint& constraint : constraints)
     rows.push_back(constraint.row(constraint.gradient, constraint.gap(x_free)));
-  constexpr int few_pivots = 30;
-  Complementarity solution = solve(guess, few_pivots);
+  Complementarity solution = solve(few_pivots);
   if (solution.converged) return solution;
 
   rows.clear();
@@ -189,8 +267,8 @@ Complementarity Collision::closing_forces(const std::vector<Constraint>& constra
     rows.push_back(constraint.row(
         constraint.normal,
         constraint.gap(x) + constraint.normal.dot(constraint.offset(x_free) - constraint.offset(x))));
-  const int pivots = solution.pivots, most_pivots = 100 + 20 * static_cast<int>(constraints.size());
-  solution = solve(std::move(guess), most_pivots);
+  const int pivots = solution.pivots;
+  solution = solve(100 + 20 * static_cast<int>(constraints.size()));
   solution.pivots += pivots;
   if (!solution.converged)
     throw SolveFailed("Contact: no consistent set of closed constraints among " +
@@ -221,130 +299,74 @@ Vector Collision::without_shear(const Vector& force) const {
   return pressing;
 }
 
-bool Collision::augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,
-                        Uzawa& uzawa) const {
+bool Collision::settled(Search& search, const std::vector<Constraint>& constraints, const Points& x) const {
+  if (std::holds_alternative<Augmented>(enforcement_)) return augmented_enough(search, constraints, x);
+  search.last.gap_error = worst_of(constraints, search.last, x, search.before.stress).off;
+  return search.last.gap_error <= tolerance();
+}
+
+bool Collision::augmented_enough(Search& search, const std::vector<Constraint>& constraints,
+                                 const Points& x) const {
   const auto& augmented = std::get<Augmented>(enforcement_);
+  Contacts& last = search.last;
+  Uzawa& uzawa = search.uzawa;
   uzawa.multiplier.clear();
-  for (std::size_t i = 0; i < contacts.constraints.size(); ++i)
-    if (const double force = contacts.force[static_cast<std::ptrdiff_t>(i)]; force > 0)
-      uzawa.multiplier[contacts.constraints[i].key] = force;
+  const auto [keys, forces] = last.closed();
+  for (std::size_t i = 0; i < keys.size(); ++i) uzawa.multiplier[keys[i]] = forces[static_cast<std::ptrdiff_t>(i)];
   double error = 0;
   for (const Constraint& constraint : constraints) {
     const double gap = constraint.gap(x);
     error = std::max(error, uzawa.multiplier.count(constraint.key) ? std::abs(gap) : -gap);
   }
-  contacts.gap_error = error;
-  contacts.converged = error <= tolerance();
-  if (contacts.converged || contacts.augmentations >= augmented.max_augmentations) return false;
+  last.gap_error = error;
+  last.converged = error <= tolerance();
+  if (last.converged || last.augmentations >= augmented.max_augmentations) return true;
   if (error > (1 - augmented.reduction) * uzawa.last_error) uzawa.stiffness *= augmented.growth;
   uzawa.last_error = error;
-  ++contacts.augmentations;
-  return true;
+  ++last.augmentations;
+  return false;
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
-  constexpr int relax_from = 3;    // passes that converge as Newton's method does are done by then
-  constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
-  double reach = detector_.reach(before.x, x_free, before.depth);
-  const auto* augmented = std::get_if<Augmented>(&enforcement_);
+  constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
+  const bool augmented = std::holds_alternative<Augmented>(enforcement_);
   const bool exact = augmented || std::holds_alternative<Multipliers>(enforcement_);
-  Contacts contacts;
-  std::vector<std::int32_t> keys;  // candidates of this step
-  Uzawa uzawa{0.0, {}};
-  if (augmented) {
-    uzawa.stiffness = augmented->stiffness;
-    keys = before.closed;
-    for (std::size_t i = 0; i < keys.size(); ++i)
-      uzawa.multiplier[keys[i]] = before.force[static_cast<std::ptrdiff_t>(i)];
-  }
+  Search search = begin(x_free, scale, before);
+  Contacts& last = search.last;
   x = x_free;
   detector_.forget();
-  for (contacts.passes = 0;; ++contacts.passes) {
-    // Place of a key among the constraints of the pass before, or -1.
-    const auto known = [&](std::int32_t key) -> std::ptrdiff_t {
-      const auto at = std::lower_bound(contacts.constraints.begin(), contacts.constraints.end(), key,
-                                       [](const Constraint& c, std::int32_t k) { return c.key < k; });
-      return at != contacts.constraints.end() && at->key == key ? at - contacts.constraints.begin() : -1;
-    };
-    const auto force_of = [&](std::int32_t key) {
-      const std::ptrdiff_t i = known(key);
-      return i < 0 ? 0.0 : contacts.force[i];
-    };
+  for (;; ++last.passes) {
     update(x);
-    reach = std::max(reach, detector_.reach(before.x, x, before.depth));  // contact forces move surfaces too
-    add_candidates(x, reach, detector_.slave_side(), 0.0, keys);
-    const auto constraints_now = [&] {
-      std::vector<Constraint> all = constraints_at(x, keys, reach, uzawa, before.stress);
-      if (contacts.passes < settle_from) return all;
-      for (Constraint& constraint : all) {
-        const std::ptrdiff_t i = known(constraint.key);
-        if (i < 0 || !constraint.beside(x, tolerance())) continue;
-        const Constraint& last = contacts.constraints[static_cast<std::size_t>(i)];
-        constraint.weights = last.weights;
-        constraint.normal = last.normal;
-        constraint.gradient = last.gradient;
-      }
-      return all;
-    };
-    std::vector<Constraint> constraints = constraints_now();
-    double worst = 0;
-    const Constraint* worst_one = nullptr;
-    const auto find_worst = [&] {
-      worst = 0;
-      worst_one = constraints.data();
-      for (const Constraint& constraint : constraints)
-        if (const double off = violation(constraint, force_of(constraint.key), x, before.stress); off > worst)
-          worst = off, worst_one = &constraint;
-    };
-    find_worst();
+    search.reach = std::max(search.reach, detector_.reach(before.x, x, before.depth));  // forces move surfaces too
+    add_candidates(search, x, detector_.slave_side(), 0.0);
+    std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
-    if (contacts.passes > 0 || constraints.empty()) {
-      const bool again = augmented && augment(constraints, x, contacts, uzawa);
-      const bool done = !again && (augmented || worst <= tolerance());
-      if (!augmented) contacts.gap_error = worst;
-      if (done && !(exact && add_candidates(x, reach, detector_.master_side(), tolerance(), keys)))
-        return contacts;
-      if (again || done) {
-        constraints = constraints_now();
-        find_worst();
-      }
+    if (last.passes > 0 || constraints.empty()) {
+      const bool done = settled(search, constraints, x);
+      if (done && !(exact && add_candidates(search, x, detector_.master_side(), tolerance())))
+        return std::move(last);
+      if (done || augmented) constraints = constraints_at(search, x);  // more of them, or other multipliers
     }
-    if (contacts.passes == options_.max_passes)
-      throw SolveFailed("Contact: gap error " + number(worst) + " m after " + std::to_string(contacts.passes) +
+    if (last.passes == options_.max_passes) {
+      const Worst worst = worst_of(constraints, last, x, before.stress);
+      throw SolveFailed("Contact: gap error " + number(worst.off) + " m after " + std::to_string(last.passes) +
                         " passes (tolerance " + number(tolerance()) + " m), worst at node " +
-                        std::to_string(worst_one->slave) + " " + place(x.row(worst_one->slave)) +
-                        ". Try a smaller step, or a larger tolerance.");
+                        std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +
+                        ". Try a smaller step, more passes, or a larger tolerance.");
+    }
 
     // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
     // that.
-    if (contacts.passes >= relax_from)
+    if (last.passes >= relax_from)
       for (Constraint& constraint : constraints)
-        if (const std::ptrdiff_t i = known(constraint.key); i >= 0)
-          constraint.turn_towards(contacts.constraints[static_cast<std::size_t>(i)].normal);
+        if (const std::ptrdiff_t i = last.place_of(constraint.key); i >= 0)
+          constraint.turn_towards(last.constraints[static_cast<std::size_t>(i)].normal);
 
-    std::vector<char> guess(constraints.size());
-    for (std::size_t i = 0; i < constraints.size(); ++i)
-      guess[i] = contacts.passes == 0
-                     ? std::binary_search(before.closed.begin(), before.closed.end(), constraints[i].key) ||
-                           constraints[i].gap(x) < 0
-                     : force_of(constraints[i].key) > 0 || constraints[i].gap(x) < 0;
-    Vector start;
-    if (friction_) {  // where the pass before ended
-      const auto count = static_cast<std::ptrdiff_t>(constraints.size());
-      const auto old = static_cast<std::ptrdiff_t>(contacts.constraints.size());
-      start = Vector::Zero(3 * count);
-      for (std::ptrdiff_t i = 0; i < count; ++i)
-        if (const std::ptrdiff_t k = known(constraints[static_cast<std::size_t>(i)].key); k >= 0) {
-          start[i] = contacts.force[k];
-          start.segment<2>(count + 2 * i) = contacts.force.segment<2>(old + 2 * k);
-        }
-    }
-    Complementarity solution =
-        closing_forces(constraints, x, x_free, before, scale, std::move(guess), start, contacts);
-    contacts.pivots += solution.pivots;
-    contacts.constraints = std::move(constraints);
-    contacts.force = std::move(solution.force);
-    path_->move(contacts.rows, contacts.force, scale, x_free, x);
+    Complementarity solution = closing_forces(search, constraints, x);
+    last.pivots += solution.pivots;
+    last.constraints = std::move(constraints);
+    last.force = std::move(solution.force);
+    path_->move(last.rows, last.force, scale, x_free, x);
   }
 }
 

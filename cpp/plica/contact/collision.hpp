@@ -24,13 +24,20 @@ struct Contacts {
   bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
   /// Adds the forces on all nodes to `nodal` (3 n).
   void add_forces(Vector& nodal) const;
+  /// Place of a key among the constraints, or -1.
+  std::ptrdiff_t place_of(std::int32_t key) const;
+  /// N, zero where there is no constraint of this key.
+  double force_of(std::int32_t key) const;
+  /// What carries force, keys ascending, and its forces (N).
+  std::pair<std::vector<std::int32_t>, Vector> closed() const;
 };
 
 /// Detects contact and finds the forces that end it: constraints are linearised at the current positions, solved
 /// for, and rebuilt at the positions that follow, until no gap and no closed one is off by more than the
-/// tolerance. Slaves are the nodes of the finer side; with multipliers, also those nodes of the other side that
-/// are still inside by more than the tolerance once the first ones are out. So matched meshes give one row a
-/// node pair, and a coarse side is not run through. Constraints found in a step stay candidates until its end.
+/// tolerance. Slaves are the nodes of the finer side (mortar faces: means around its corners); with multipliers,
+/// also those nodes of the other side (mortar faces: of both) that are still inside by more than the tolerance
+/// once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run through.
+/// Constraints found in a step stay candidates until its end.
 /// With augmented multipliers each pass is an augmentation.
 /// Throws SolveFailed, naming the worst constraint and its place, when max_passes do not suffice.
 class Collision {
@@ -86,29 +93,36 @@ class Collision {
  private:
   /// Where Uzawa's iteration of a step stands.
   struct Uzawa {
-    double stiffness;                                             // N/m
+    double stiffness = 0.0;                                       // N/m
     std::map<std::int32_t, double> multiplier;                    // N, by key
     double last_error = std::numeric_limits<double>::infinity();  // m
   };
 
-  std::vector<Constraint> constraints_at(const Points& x, const std::vector<std::int32_t>& keys, double reach,
-                                         const Uzawa& uzawa, const NormalStress* stress);
-  /// Adds those with slaves on `side` whose gap is below -least; whether any was new.
-  bool add_candidates(const Points& x, double reach, const ContactSurface& side, double least,
-                      std::vector<std::int32_t>& keys);
+  /// What a call of solve() is about, and how far it has come.
+  struct Search {
+    const Points& x_free;
+    double scale;
+    const Before& before;
+    double reach;                      // m
+    std::vector<std::int32_t> keys{};  // candidates of this step, ascending
+    Uzawa uzawa{};
+    Contacts last{};  // of the last pass
+  };
+
+  Search begin(const Points& x_free, double scale, const Before& before) const;
+  std::vector<Constraint> constraints_at(const Search& search, const Points& x);
+  /// Adds what is violated by more than `least` (m) to the candidates, see ConstraintKind; whether any was new.
+  bool add_candidates(Search& search, const Points& x, const ContactSurface& side, double least);
+  /// Whether nothing is left to do for these constraints. With augmented multipliers the forces become the next
+  /// multipliers, and the stiffness is raised where that did too little.
+  bool settled(Search& search, const std::vector<Constraint>& constraints, const Points& x) const;
+  bool augmented_enough(Search& search, const std::vector<Constraint>& constraints, const Points& x) const;
   /// Forces that close the constraints as linearised at x. By the gaps' own gradients first, which converges in
   /// few passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
-  /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in contacts.rows.
-  /// With friction from `start` (3 x constraints) N.
-  Complementarity closing_forces(const std::vector<Constraint>& constraints, const Points& x, const Points& x_free,
-                                 const Before& before, double scale, std::vector<char> guess, const Vector& start,
-                                 Contacts& contacts);
+  /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in search.last.rows.
+  Complementarity closing_forces(Search& search, const std::vector<Constraint>& constraints, const Points& x);
   /// The nodal forces (3 n) without what friction adds along the surfaces.
   Vector without_shear(const Vector& force) const;
-  /// Takes the forces for the next multipliers, and raises the stiffness where that did too little; false where
-  /// the gaps are closed or no augmentation is left.
-  bool augment(const std::vector<Constraint>& constraints, const Points& x, Contacts& contacts,
-               Uzawa& uzawa) const;
   double tolerance() const { return options_.tolerance * detector_.mean_edge(); }  // m
 
   Detector detector_;

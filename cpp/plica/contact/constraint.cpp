@@ -18,6 +18,12 @@ double Constraint::residual(double p, const Points& x) const {
   return stiffness > 0 ? gap(x) + (p - multiplier) / stiffness : gap(x);
 }
 
+void Constraint::keep_direction(const Constraint& other) {
+  weights = other.weights;
+  normal = other.normal;
+  gradient = other.gradient;
+}
+
 void Constraint::turn_towards(const Vector3& n) {
   const Vector3 between = (normal + n).normalized();
   if (2 * gradient.dot(between) >= gradient.norm()) normal = between;

@@ -35,6 +35,8 @@ struct Constraint {
   bool beside(const Points& x, double least) const;
   /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the constraint's, m.
   double residual(double p, const Points& x) const;
+  /// Takes the other's weights, normal and gradient.
+  void keep_direction(const Constraint& other);
   /// Turns the normal halfway to n (unit), unless it would then be further than 60 degrees from the gradient. The
   /// gap stays the same, so gradient . normal may then differ from 1.
   void turn_towards(const Vector3& n);
@@ -66,14 +68,16 @@ class ConstraintKind {
   virtual ~ConstraintKind() = default;
   /// Takes up positions x (n, 3), those of the calls that follow.
   virtual void update(const Points& x) = 0;
-  /// Keys of those with slaves on `side` whose gap is below -least (m), confirmed: no deeper than `reach` (m).
+  /// Keys of those whose gap is below -least (m), confirmed: no deeper than `reach` (m). Of nodes: slaves on
+  /// `side`. Of mortar faces: means for the slave side, single nodes of both that these leave inside for the
+  /// other. Of volumes: all, whatever `side` and `least`.
   virtual std::vector<std::int32_t> violated(const Points& x, double reach, const ContactSurface& side,
                                              double least) = 0;
   /// Whether there can be a constraint of this key.
   virtual bool knows(std::int32_t key) const = 0;
   /// Key -1 where there is nothing to hold apart.
   virtual Constraint at(std::int32_t key, const Points& x, double reach) = 0;
-  /// What is pressed on a side.
+  /// What is pressed on a side; of mortar faces means of the slave side for either, with single nodes of `side`.
   virtual std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact,
                                            const Points& x) = 0;
   /// (n) Pa at the nodes of both surfaces, zero elsewhere.

@@ -12,9 +12,8 @@ class DirectPath final : public ContactPath {
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
-    Vector free(static_cast<std::ptrdiff_t>(rows.size()));
-    for (std::size_t i = 0; i < rows.size(); ++i) free[static_cast<std::ptrdiff_t>(i)] = rows[i].free;
-    return solve_complementarity(compliance(rows, scale), free, std::move(guess), gap_tolerance, most_pivots);
+    return solve_complementarity(compliance(rows, scale), free_gaps(rows), std::move(guess), gap_tolerance,
+                                 most_pivots);
   }
 
   Eigen::MatrixXd compliance(const std::vector<Row>& rows, double scale) override {

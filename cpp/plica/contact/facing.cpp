@@ -114,7 +114,7 @@ std::vector<std::int32_t> FacingPoints::facing_triangles(std::int32_t triangle,
   return found;
 }
 
-FacingPoints::Foot FacingPoints::foot(std::int32_t triangle, const Vector3& p, const Points& x) const {
+FacingPoints::FaceFoot FacingPoints::foot(std::int32_t triangle, const Vector3& p, const Points& x) const {
   const auto on_face_of = [&](std::int32_t of, const Vector3& w) {
     const ParameterTriangle& in_face = master_.in_face(of);
     return closest_on(master_.nodes(master_.face_of(of), x), p,
@@ -123,7 +123,7 @@ FacingPoints::Foot FacingPoints::foot(std::int32_t triangle, const Vector3& p, c
   const auto [a, b, c] = master_.corners(triangle, x);
   const CurvedFoot beside = on_face_of(triangle, closest_weights(p, a, b, c));
   if (beside.inside) return {master_.face_of(triangle), beside.shapes};
-  const plica::Foot nearest = master_.flat.closest(x, p, triangle);
+  const Foot nearest = master_.flat.closest(x, p, triangle);
   return {master_.face_of(nearest.triangle), on_face_of(nearest.triangle, nearest.weights).shapes};
 }
 

@@ -62,7 +62,7 @@ class FacingPoints {
   const std::vector<FacingPoint>& of(std::int32_t face, const Points& x);
 
  private:
-  struct Foot {
+  struct FaceFoot {
     std::int32_t face;
     FaceShapes shapes;
   };
@@ -74,7 +74,7 @@ class FacingPoints {
                                              const Points& x);
   /// The master's point closest to p: on the face of a triangle beside it, or where that ends on the face of the
   /// triangle that is closest of all.
-  Foot foot(std::int32_t triangle, const Vector3& p, const Points& x) const;
+  FaceFoot foot(std::int32_t triangle, const Vector3& p, const Points& x) const;
 
   Detector& detector_;
   const FacedSide &slave_, &master_;

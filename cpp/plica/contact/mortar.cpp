@@ -19,13 +19,17 @@ void check(const Faces& faces, const ContactSurface& surface, const char* name) 
                        "; must have the flat triangles of the airway's surface of that name, in their order.");
 }
 
-class MortarWeights final : public ConstraintKind {
+class MortarMeans final : public ConstraintKind {
  public:
-  MortarWeights(Detector& detector, Faces first, Faces second)
+  MortarMeans(Detector& detector, Faces first, Faces second)
       : detector_(detector),
         slave_{detector.slave_side(), detector.slave_is_first() ? first : second},
         master_{detector.master_side(), detector.slave_is_first() ? second : first},
-        facing_(detector, slave_, master_) {}
+        facing_(detector, slave_, master_),
+        corners_(static_cast<std::size_t>(detector.node_count()), 0) {
+    for (const std::int32_t node : slave_.faces.leftCols(3).reshaped())
+      corners_[static_cast<std::size_t>(node)] = 1;
+  }
 
   void update(const Points&) override { facing_.update(); }
 
@@ -35,7 +39,8 @@ class MortarWeights final : public ConstraintKind {
   }
 
   bool knows(std::int32_t key) const override {
-    return detector_.contains(key < detector_.node_count() ? key : key - detector_.node_count());
+    const std::int32_t nodes = detector_.node_count();
+    return key < nodes ? is_corner(key) : detector_.contains(key - nodes);
   }
 
   Constraint at(std::int32_t key, const Points& x, double reach) override {
@@ -82,6 +87,12 @@ class MortarWeights final : public ConstraintKind {
   }
 
  private:
+  /// Of a slave face, and not common to both surfaces; any number may be asked for.
+  bool is_corner(std::int32_t node) const {
+    return detector_.contains(node) && slave_.flat.contains(node) && !master_.flat.contains(node) &&
+           corners_[static_cast<std::size_t>(node)];
+  }
+
   std::vector<PressedNode> pressed_means(const Contact& contact, const Points& x) {
     constexpr double sliver = 0.05;  // -
     std::vector<PressedNode> found;
@@ -156,14 +167,15 @@ class MortarWeights final : public ConstraintKind {
   Detector& detector_;
   FacedSide slave_, master_;
   FacingPoints facing_;
+  std::vector<char> corners_;  // (n) of the slave's faces
 };
 
 }  // namespace
 
-std::unique_ptr<ConstraintKind> mortar_weights(Detector& detector, Faces first, Faces second) {
+std::unique_ptr<ConstraintKind> mortar_means(Detector& detector, Faces first, Faces second) {
   check(first, detector.first(), "first");
   check(second, detector.second(), "second");
-  return std::make_unique<MortarWeights>(detector, std::move(first), std::move(second));
+  return std::make_unique<MortarMeans>(detector, std::move(first), std::move(second));
 }
 
 }  // namespace plica

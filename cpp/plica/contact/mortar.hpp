@@ -12,6 +12,6 @@ namespace plica {
 /// psi_i. Integrals run over what the two sides' triangles share. Key: the corner. first, second (f, 3 or 6):
 /// faces whose flat triangles are those of the detector's surfaces; throws InvalidInput where they are not. The
 /// detector must outlive it.
-std::unique_ptr<ConstraintKind> mortar_weights(Detector& detector, Faces first, Faces second);
+std::unique_ptr<ConstraintKind> mortar_means(Detector& detector, Faces first, Faces second);
 
 }  // namespace plica

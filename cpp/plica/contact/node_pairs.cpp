@@ -57,7 +57,10 @@ class VolumePairs final : public NodePairs {
     return found;
   }
 
-  bool knows(std::int32_t tet) const override { return tet >= 0 && tet < detector_.airway().tets.rows(); }
+  bool knows(std::int32_t tet) const override {
+    const Airway& airway = detector_.airway();
+    return tet >= 0 && (airway.renewed || tet < airway.tets.rows());
+  }
 
   Constraint at(std::int32_t tet, const Points& x, double) override {
     return detector_.volume_pair(tet, x, kappa_).constraint();

@@ -91,10 +91,7 @@ Detector::Detector(Airway airway, const Points& reference)
       second_(airway_.second, reference.rows()),
       foot_hint_(static_cast<std::size_t>(reference.rows()), -1),
       partner_(static_cast<std::size_t>(reference.rows()), -1) {
-  std::vector<std::int32_t> all = first_.nodes();
-  all.insert(all.end(), second_.nodes().begin(), second_.nodes().end());
-  std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<std::int32_t> all = surface_nodes(airway_);
   nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
   const double first_edge = first_.mean_edge(reference), second_edge = second_.mean_edge(reference);
   mean_edge_ = 0.5 * (first_edge + second_edge);

@@ -33,6 +33,9 @@ struct Row {
   }
 };
 
+/// (rows) m, their gaps without contact forces.
+Vector free_gaps(const std::vector<Row>& rows);
+
 /// The rows with the components of held unknowns set to zero.
 std::vector<Row> without_held(std::vector<Row> rows, const Supports& supports);
 

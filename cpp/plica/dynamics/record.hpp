@@ -30,7 +30,7 @@ struct ContactRecord {
   double friction_loss = 0.0;        // J, minus the work of friction in the step
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
   double length = 0.0;               // m, anteroposterior; a node stands for half the way to its neighbours
-  double peak_pressure = 0.0;        // Pa, largest of Simulation::contact_pressure
+  double peak_pressure = 0.0;        // Pa, largest of a pressed node or mean (Collision::pressed)
   double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
   double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
   double edge_overlap_volume = 0.0;  // m^3, crossed edges

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/overlap.hpp"
@@ -14,18 +15,10 @@ namespace {
 constexpr double pi = 3.14159265358979323846;
 
 /// Nodes of the two sides of a contact, ascending.
-std::vector<std::int32_t> contact_nodes(const Airway& airway) {
-  std::vector<std::int32_t> nodes(airway.first.data(), airway.first.data() + airway.first.size());
-  nodes.insert(nodes.end(), airway.second.data(), airway.second.data() + airway.second.size());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return nodes;
-}
-
 /// A node that is held does not move, so its mass does no harm: it stays.
 std::vector<std::int32_t> massless_nodes(const Scene& scene) {
   if (!scene.contact || scene.contact->surface_mass == SurfaceMass::kept) return {};
-  std::vector<std::int32_t> nodes = contact_nodes(scene.contact->airway);
+  std::vector<std::int32_t> nodes = surface_nodes(scene.contact->airway);
   const auto held = [&](std::int32_t node) { return scene.supports.node_fixed(node); };
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), held), nodes.end());
   return nodes;
@@ -115,7 +108,7 @@ Simulation::Simulation(Scene scene, Options options)
     airflow_.emplace(scene_.mesh, scene_.mesh.surface(scene_.airflow->surface), scene_.airflow->flow);
   if (scene_.contact) {
     ContactPart& part = *scene_.contact;
-    std::vector<std::int32_t> nodes = contact_nodes(part.airway);
+    std::vector<std::int32_t> nodes = surface_nodes(part.airway);
     if (scene_.airflow) {  // sections and loads of a step in the making need its contact response too
       const Faces& surface = scene_.mesh.surface(scene_.airflow->surface);
       nodes.insert(nodes.end(), surface.data(), surface.data() + surface.size());
@@ -241,10 +234,10 @@ void Simulation::restore(State state) {
   for (std::size_t i = 0; i < state.closed.size(); ++i)
     if (!(state.closed_force[static_cast<std::ptrdiff_t>(i)] > 0) || (i && state.closed[i] <= state.closed[i - 1]))
       throw InvalidInput("Simulation: the state's closed constraints must ascend, each with a force > 0 N.");
-  if (collision_ && std::holds_alternative<Augmented>(scene_.contact->enforcement))
+  if (collision_)
     for (const std::int32_t key : state.closed)
       if (!collision_->knows(key))
-        throw InvalidInput("Simulation", "state's closed constraint", key, "", "of a node of a contact surface",
+        throw InvalidInput("Simulation", "state's closed constraint", key, "", "one that this contact can have",
                            "It belongs to another scene.");
   if (!(state.depth >= 0) || !std::isfinite(state.depth))
     throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
@@ -292,15 +285,7 @@ void Simulation::finish(Step& step) {
   state_.acceleration = std::move(step.acceleration);
   state_.load = std::move(step.load);
   state_.contact_force = std::move(step.contact_force);
-  std::vector<double> closed_force;
-  for (std::size_t i = 0; i < step.contacts.constraints.size(); ++i) {
-    const double force = step.contacts.force[static_cast<std::ptrdiff_t>(i)];
-    if (!(force > 0)) continue;
-    state_.closed.push_back(step.contacts.constraints[i].key);
-    closed_force.push_back(force);
-  }
-  state_.closed_force =
-      Eigen::Map<const Vector>(closed_force.data(), static_cast<std::ptrdiff_t>(closed_force.size()));
+  std::tie(state_.closed, state_.closed_force) = step.contacts.closed();
   state_.flow_stopped = step.flow_stopped;
   state_.ledger = previous.ledger;
   {

@@ -1,7 +1,6 @@
 #include "plica/dynamics/statics.hpp"
 
 #include <Eigen/Dense>
-#include <algorithm>
 #include <cmath>
 
 #include "plica/core/error.hpp"
@@ -66,14 +65,6 @@ Vector load_at_rest(const Scene& scene, const Assembler& assembler) {
   return load;
 }
 
-Indices nodes_of(const Airway& airway) {
-  std::vector<std::int32_t> nodes(airway.first.data(), airway.first.data() + airway.first.size());
-  nodes.insert(nodes.end(), airway.second.data(), airway.second.data() + airway.second.size());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  return Eigen::Map<const Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-}
-
 }  // namespace
 
 Points equilibrium(const Scene& scene) {
@@ -93,6 +84,10 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   if (!scene.contact)
     throw InvalidInput("Scene: contact is missing; must be there for an equilibrium in contact.");
   const ContactPart& part = *scene.contact;
+  if (std::holds_alternative<Nitsche>(part.enforcement))
+    throw InvalidInput(
+        "Scene: contact = Nitsche's method; must be multipliers, augmented multipliers or a penalty at rest. Its "
+        "gamma belongs to a time step.");
   const Assembler assembler(scene.mesh);
   BlockMatrix K = assembler.stiffness(scene.tissue);
   Vector held = Vector::Zero(3 * scene.mesh.node_count());
@@ -110,25 +105,26 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
     return held + factors.solve(force);
   };
 
+  const std::vector<std::int32_t> on_surfaces = surface_nodes(part.airway);
+  const Indices nodes =
+      Eigen::Map<const Indices>(on_surfaces.data(), static_cast<std::ptrdiff_t>(on_surfaces.size()));
   Collision collision(part.airway, scene.mesh.points, part.enforcement, part.friction, part.options,
-                      direct_path(factors, scene.supports, nodes_of(part.airway)), part.faces);
+                      direct_path(factors, scene.supports, nodes), part.faces);
   const Points x_free = scene.mesh.points + as_points(displaced(load));
   Points x;
   const std::vector<std::int32_t> none;
   const Contacts contacts = collision.solve(x_free, 1.0, {scene.mesh.points, none, {}, 0.0}, x);
+  if (!contacts.converged)
+    throw SolveFailed("Contact: gap error " + number(contacts.gap_error) + " m after " +
+                      std::to_string(contacts.augmentations) +
+                      " augmentations at rest. Try a larger stiffness, or more augmentations.");
 
   ContactEquilibrium rest;
   rest.contact_force = Vector::Zero(load.size());
   contacts.add_forces(rest.contact_force);
   rest.displacement = as_points(displaced(load + rest.contact_force));
-  std::vector<double> force;
-  for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
-    const double p = contacts.force[static_cast<std::ptrdiff_t>(i)];
-    if (!(p > 0)) continue;
-    rest.closed.push_back(contacts.constraints[i].key);
-    force.push_back(p);
-  }
-  const Vector closed_force = Eigen::Map<const Vector>(force.data(), static_cast<std::ptrdiff_t>(force.size()));
+  Vector closed_force;
+  std::tie(rest.closed, closed_force) = contacts.closed();
   x = scene.mesh.points + rest.displacement;
   collision.update(x);
   rest.contact_pressure = collision.pressure({rest.contact_force, rest.closed, closed_force}, x);

@@ -17,7 +17,8 @@ struct ContactEquilibrium {
 };
 /// As equilibrium(), with the scene's contact, and with held unknowns at the scene's initial displacement: what is
 /// pressed together is moved there. One factorisation, and a back-substitution for each constraint and pass.
-/// Throws InvalidInput where there is no contact, and SolveFailed as Collision does.
+/// A solver that the contact names, and its position within a step, are left out. Throws InvalidInput where there
+/// is no contact and for Nitsche's method, SolveFailed as Collision does and where augmentations run out.
 ContactEquilibrium contact_equilibrium(const Scene& scene);
 
 }  // namespace plica

@@ -18,7 +18,7 @@ from plica.bench.body import SCHEMES, Body, advanced, mass_columns
 from plica.bench.box import CELL, DENSITY, NU, Box, E
 from plica.bench.combinations import Combination
 from plica.bench.impact import PENALTY
-from plica.errors import SolveFailed
+from plica.errors import InvalidInput, SolveFailed
 
 __all__ = ["BLOCK_STEPS", "COLUMNS", "PROBLEMS", "blocks", "box", "rows"]
 
@@ -188,7 +188,7 @@ def rows(names: Sequence[str], asked: Sequence[Combination], steps: int, toleran
                 found = (
                     box(combination, steps, tolerance) if name == "box" else blocks(combination, tolerance)
                 )
-            except SolveFailed as failure:
+            except (InvalidInput, SolveFailed) as failure:
                 yield row | {"failure": str(failure).splitlines()[0]}
             else:
                 yield row | found

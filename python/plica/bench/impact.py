@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from plica.bench.bars import PROBLEMS, Collision, Measured, Problem
 from plica.bench.body import advanced, mass_columns
 from plica.bench.combinations import Combination
-from plica.errors import SolveFailed
+from plica.errors import InvalidInput, SolveFailed
 
 __all__ = ["COLUMNS", "PENALTY", "measure", "recommendation", "rows"]
 
@@ -132,7 +132,7 @@ def rows(
                 row: Row = {"problem": name, "elements": count} | vars(combination)
                 try:
                     yield row | measure(problem, combination, tolerance, periods if name == "R1" else 1)
-                except SolveFailed as failure:
+                except (InvalidInput, SolveFailed) as failure:
                     yield row | {"failure": str(failure).splitlines()[0]}
 
 

@@ -55,7 +55,10 @@ class _PartType(_ModelType):
     def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805 (of a class)
         names = getattr(cls, "positional", ())
         if len(args) > len(names):
-            raise TypeError(f"{cls.__name__} takes {len(names)} positional arguments; {len(args)} were given")
+            raise TypeError(
+                f"{cls.__name__} takes {len(names)} arguments without a name; {len(args)} were given. "
+                f"The names: {', '.join(getattr(cls, 'model_fields', ()))}."
+            )
         try:
             return super().__call__(**dict(zip(names, args, strict=False)), **fields)
         except ValidationError as error:

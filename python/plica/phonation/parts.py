@@ -228,11 +228,12 @@ class Contact(OneOf):
     in the mean around each corner, forces spread by the faces' shape functions: right on quadratic faces."""
     friction: Annotated[Number, Field(gt=0)] | None = None
     """[-] Coulomb's coefficient between the surfaces, for multipliers (solver "auto" or "condensed") and,
-    slower, augmented multipliers; left out, there is no friction."""
+    slower, augmented multipliers; left out, there is no friction. On mortar faces steps may not converge."""
     surface_mass: Literal["kept", "redistributed"] = Field(
         default_factory=engine_default("Contact", "surface_mass")
     )
-    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact."""
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact. Use
+    `order = 2` with it: coarse linear elements then answer a collision with half the impulse."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
@@ -241,6 +242,14 @@ class Contact(OneOf):
         if self.airway == "triangulated" and self.direction != Contact.model_fields["direction"].default:
             relation = "must be left out. A triangulated airway has no direction."
             raise problem(relation, "direction", value=list(self.direction))
+        return self
+
+    @model_validator(mode="after")
+    def _has_two_surfaces(self) -> Self:
+        if self.first == self.second:
+            raise problem(
+                "must be another surface than first: contact is between two.", "second", value=self.second
+            )
         return self
 
     @model_validator(mode="after")

@@ -43,8 +43,14 @@ _WAVEFORMS = {
     "contact_length": ("m", "Anteroposterior; a loaded node stands for half the way to its neighbours."),
     "peak_contact_pressure": ("Pa", "Largest nodal force over the node's area, friction left out."),
     "deepest_gap": ("m", "Worst gap at a node; negative is overlap."),
-    "overlap_volume": ("m^3", "Of the overlap confirmed at nodes."),
-    "edge_overlap_volume": ("m^3", "Of the overlap between edges, which no contact row sees."),
+    "overlap_volume": (
+        "m^3",
+        "Of inverted air tetrahedra with a node inside; little worth after sliding in a matched airway.",
+    ),
+    "edge_overlap_volume": (
+        "m^3",
+        "Of inverted air tetrahedra between crossed edges, which no contact row sees; likewise.",
+    ),
     "largest_multiplier": ("N", "Largest pull of a contact force; <= 0 where none is tensile."),
     "contact_work": ("J", "Work of the contact forces since t = 0, friction's included."),
     "friction_loss": ("J", "Minus the work of friction in the step."),

@@ -76,8 +76,12 @@ TEST_CASE("a node that contact forces move deeper than the bodies fly in a step 
     }
   Simulation simulation(scene, options(HilberHughesTaylor{}, 50e-6, 1e-10));
   const double tolerance = scene.contact->options.tolerance * simulation.collision()->detector().mean_edge();
+  int rows = 0;
   for (int k = 0; k < 30; ++k) {
     simulation.advance();
+    rows = std::max(rows, simulation.record().contact->rows);
     CHECK(simulation.record().contact->deepest_gap >= -1.01 * tolerance);
+    CHECK(depth(simulation) <= 1.01 * tolerance);
   }
+  CHECK(rows >= 12);
 }

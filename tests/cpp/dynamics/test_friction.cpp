@@ -119,6 +119,13 @@ TEST_CASE(
       while (simulation.time() < end - h / 2) {
         simulation.advance();
         loss += simulation.record().contact->friction_loss;
+        if (!mortar && simulation.record().contact->rows > 0) {  // pressure is the normal force's alone
+          const Detector& detector = simulation.collision()->detector();
+          double pressing = 0;
+          for (const auto node : detector.second().nodes())
+            pressing += simulation.contact_pressure()[node] * detector.second().tributary_area(node);
+          CHECK(pressing == doctest::Approx(simulation.record().contact->force_second[0]).epsilon(1e-3));
+        }
         if (simulation.time() < end / 2) halfway = gone(simulation);
       }
       const double free = 9.81 * end * end / 2;

@@ -218,6 +218,25 @@ TEST_CASE("a state with a part missing or not finite is refused and leaves the s
   CHECK(simulation.record().time == simulation.time());
 }
 
+TEST_CASE("a state is refused by contact that cannot have its constraints") {
+  const auto touching = [](Scene scene) {
+    Simulation simulation(std::move(scene), options(HilberHughesTaylor{}, 1e-4));
+    while (!simulation.record().contact || simulation.record().contact->rows < 4) simulation.advance();
+    return simulation.state();
+  };
+  const Scene on_means = scenes::on_mortar_faces(scenes::two_cubes(Augmented{}), "a.x_max", "b.x_min");
+  Scene on_nodes = on_means;
+  on_nodes.contact->faces = AtNodes{};
+  State state = touching(on_nodes);  // mid-sides are closed, too
+  Simulation mortar(on_means, options(HilberHughesTaylor{}, 1e-4));
+  CHECK_THROWS_WITH_AS(mortar.restore(state), doctest::Contains("state's closed constraint"), InvalidInput);
+  mortar.restore(touching(on_means));
+  Simulation nodes(scenes::two_cubes(Multipliers{}), options(HilberHughesTaylor{}, 1e-4));
+  state = touching(scenes::two_cubes(Multipliers{}));
+  state.closed.back() = 100'000'000;
+  CHECK_THROWS_WITH_AS(nodes.restore(state), doctest::Contains("state's closed constraint = 1"), InvalidInput);
+}
+
 TEST_CASE("positions that diverge within a step fail the solve, with step and time") {
   Simulation simulation(scenes::small_larynx(), options(HilberHughesTaylor{}, 1e-4, 1e-8));
   State state = simulation.state();

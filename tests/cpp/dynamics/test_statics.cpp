@@ -69,7 +69,7 @@ TEST_CASE("a body that can move without strain has no equilibrium, and the messa
   CHECK_NOTHROW(equilibrium(two));
 }
 
-TEST_CASE("pressed together at rest, blocks share the load as one, on any path to it") {
+TEST_CASE("pressed together at rest, blocks share the load as one, at nodes and on mortar faces") {
   // Two quadratic blocks that touch, the far end of one pushed by 10 um: uniform strain, as of one block.
   const double side = 0.01, push = 1e-5;
   const TetMesh a = to_quadratic(block_mesh({{-side, 0, 0}, {side, side, side}, {1, 2, 2}})),
@@ -97,6 +97,12 @@ TEST_CASE("pressed together at rest, blocks share the load as one, on any path t
       for (const auto node : scene.mesh.node_set("b.x_min"))
         CHECK(rest.contact_pressure[node] == doctest::Approx(pressure).epsilon(1e-5));
   }
+  scene.contact->enforcement = Nitsche{};
+  scene.contact->faces = AtNodes{};
+  CHECK_THROWS_WITH_AS(contact_equilibrium(scene), doctest::Contains("must be multipliers"), InvalidInput);
+  scene.contact->enforcement = Augmented{1e-3, 10.0, 0.75, 1};
+  CHECK_THROWS_WITH_AS(contact_equilibrium(scene), doctest::Contains("after 1 augmentations at rest"),
+                       SolveFailed);
   scene.contact.reset();
   CHECK_THROWS_WITH_AS(contact_equilibrium(scene), doctest::Contains("Scene: contact is missing"), InvalidInput);
 }
