@@ -27,8 +27,8 @@ class MortarMeans final : public ConstraintKind {
         master_{detector.master_side(), detector.slave_is_first() ? second : first},
         facing_(detector, slave_, master_),
         corners_(static_cast<std::size_t>(detector.node_count()), 0) {
-    for (const std::int32_t node : slave_.faces.leftCols(3).reshaped())
-      corners_[static_cast<std::size_t>(node)] = 1;
+    for (std::ptrdiff_t face = 0; face < slave_.faces.rows(); ++face)
+      for (int k = 0; k < 3; ++k) corners_[static_cast<std::size_t>(slave_.faces(face, k))] = 1;
   }
 
   void update(const Points&) override { facing_.update(); }
