@@ -71,8 +71,8 @@ constexpr double far = 10.0;  // m, a reach that leaves nothing out
 std::vector<Constraint> constraints(const Sheets& sheets, Detector& detector) {
   const auto mortar = mortar_means(detector, sheets.upper, sheets.lower);
   std::vector<Constraint> found;
-  std::vector<std::int32_t> corners(sheets.upper.leftCols(3).reshaped().begin(),
-                                    sheets.upper.leftCols(3).reshaped().end());
+  const Faces of_corners = sheets.upper.leftCols(3);
+  std::vector<std::int32_t> corners(of_corners.data(), of_corners.data() + of_corners.size());
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   for (const std::int32_t corner : corners)
