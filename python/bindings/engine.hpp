@@ -4,5 +4,6 @@
 // Each file of this folder adds the classes and functions of one module to plica._engine.
 void bind_mesh(pybind11::module_& engine);
 void bind_tissue(pybind11::module_& engine);
+void bind_imaging(pybind11::module_& engine);
 void bind_contact(pybind11::module_& engine);
 void bind_dynamics(pybind11::module_& engine);

@@ -44,6 +44,7 @@ from plica.phonation.results import Run
 from plica.phonation.run import run
 from plica.phonation.scene import Scene
 from plica.phonation.tissue import Tissue, TissueSide
+from plica.video.flow import flow
 
 __version__: str = build_info()["version"]
 
@@ -87,6 +88,7 @@ __all__ = [
     "build_mesh",
     "build_simulation",
     "equilibrium",
+    "flow",
     "run",
     "set_threads",
 ]

@@ -17,6 +17,7 @@ __all__: list[str] = [
     "Contact",
     "ContactEquilibrium",
     "Extrapolated",
+    "FlowOptions",
     "HilberHughesTaylor",
     "InvalidInput",
     "Isotropic",
@@ -40,9 +41,12 @@ __all__: list[str] = [
     "check_mesh",
     "combine",
     "contact_equilibrium",
+    "dense_flow",
     "elasticity_matrix",
     "equilibrium",
     "flat_triangles",
+    "flow_residual",
+    "forward_backward_mismatch",
     "larynx_defaults",
     "larynx_mesh",
     "larynx_preset",
@@ -172,6 +176,54 @@ class Assembly:
         numpy.typing.NDArray[numpy.int32],
         numpy.typing.NDArray[numpy.int32],
     ]: ...
+
+class FlowOptions:
+    def __init__(
+        self,
+        *,
+        smoothness: typing.SupportsFloat | typing.SupportsIndex = 0.045,
+        data_scale: typing.SupportsFloat | typing.SupportsIndex = 3.5,
+        smooth_scale: typing.SupportsFloat | typing.SupportsIndex = 0.1,
+        data_penalty: str = "lorentzian",
+        smooth_penalty: str = "lorentzian",
+        stages: typing.SupportsInt | typing.SupportsIndex = 3,
+        levels: typing.SupportsInt | typing.SupportsIndex | None = None,
+        spacing: typing.SupportsFloat | typing.SupportsIndex = 2.0,
+        fine_levels: typing.SupportsInt | typing.SupportsIndex = 2,
+        fine_spacing: typing.SupportsFloat | typing.SupportsIndex = 1.25,
+        warps: typing.SupportsInt | typing.SupportsIndex = 10,
+        largest_step: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        sweeps: typing.SupportsInt | typing.SupportsIndex = 10,
+        relaxation: typing.SupportsFloat | typing.SupportsIndex = 1.9,
+    ) -> None: ...
+    @property
+    def data_penalty(self) -> str: ...
+    @property
+    def data_scale(self) -> float: ...
+    @property
+    def fine_levels(self) -> int: ...
+    @property
+    def fine_spacing(self) -> float: ...
+    @property
+    def largest_step(self) -> float: ...
+    @property
+    def levels(self) -> int | None: ...
+    @property
+    def relaxation(self) -> float: ...
+    @property
+    def smooth_penalty(self) -> str: ...
+    @property
+    def smooth_scale(self) -> float: ...
+    @property
+    def smoothness(self) -> float: ...
+    @property
+    def spacing(self) -> float: ...
+    @property
+    def stages(self) -> int: ...
+    @property
+    def sweeps(self) -> int: ...
+    @property
+    def warps(self) -> int: ...
 
 class Airway:
     def __init__(
@@ -453,6 +505,12 @@ def contact_equilibrium(
     | None = None,
     displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
 ) -> ContactEquilibrium: ...
+def dense_flow(
+    first: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    options: FlowOptions,
+    used: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+) -> numpy.typing.NDArray[numpy.float32]: ...
 def elasticity_matrix(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
 def equilibrium(
     mesh: TetMesh,
@@ -470,6 +528,15 @@ def equilibrium(
 def flat_triangles(
     faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.int32]: ...
+def flow_residual(
+    first: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+) -> numpy.typing.NDArray[numpy.float32]: ...
+def forward_backward_mismatch(
+    forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+) -> numpy.typing.NDArray[numpy.float32]: ...
 def larynx_defaults() -> dict[str, typing.Any]: ...
 def larynx_mesh(
     *,

@@ -130,6 +130,29 @@ examples:
 """
 
 
+_FLOW_HELP = """\
+Finds the motion of every pixel from picture A to picture B and says how far to trust it.
+
+examples:
+  plica flow frame10.png frame11.png -o ab.flo
+  plica flow frame10.png frame11.png -o ab.flo --preset fast
+  plica flow frame10.png frame11.png -o ab.flo --truth flow10.flo    the error against a known flow
+  plica flow frame10.png frame11.png -o ab.flo --mask tissue.png     only where the mask is not black
+
+ab.flo (Middlebury's format) holds u (to the right) and v (downwards) in pixels, for each pixel of A:
+A(x, y) is seen again at B(x + u, y + v). What is printed:
+
+  motion     length of the flow, median and largest
+  residual   root mean square of B(x + u, y + v) - A(x, y), beside that without motion; grey levels
+  mismatch   pixels missed by going from A to B and back again, median and 95th percentile: above 1 the flow
+             is not to be trusted there (things hidden, highlights, no texture)
+  error      with --truth: mean distance from the true flow
+
+presets: robust (the default), reference (Sun, Roth and Black, solved to rest), thesis (as reference, with
+lambda 0.5 instead of 0.045: smoother), fast (for a first look).
+"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     options = _parser().parse_args(arguments)
@@ -191,17 +214,24 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--resume", action="store_true", help="continue the run in DIR from its newest checkpoint"
     )
-    run.add_argument(
-        "--threads",
-        metavar="N",
-        type=_threads,
-        default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
-        help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
-    )
+    _add_threads(run)
     run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
+    flow = part("flow", _flow, "find the motion between two pictures", _FLOW_HELP)
+    flow.add_argument("first", metavar="A", type=Path, help="picture (PNG, TIFF, JPEG, ...)")
+    flow.add_argument("second", metavar="B", type=Path, help="the next one, of the same size")
+    flow.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, required=True, help="the flow, e.g. ab.flo"
+    )
+    flow.add_argument("--preset", metavar="NAME", default="robust", help="robust, reference, thesis or fast")
+    flow.add_argument("--truth", metavar="FILE", type=Path, help="true flow (.flo) to compare with")
+    flow.add_argument(
+        "--mask", metavar="FILE", type=Path, help="picture that is black where A and B are useless"
+    )
+    _add_threads(flow)
+    flow.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
     part("info", _info, "show versions, what this build contains, and its licence")
     for name, command, summary in (
         ("report", _report, "write DIR/report.html anew"),
@@ -239,6 +269,16 @@ def _parser() -> argparse.ArgumentParser:
         )
         sub.add_argument("--quiet", action="store_true", help="no progress")
     return parser
+
+
+def _add_threads(part: argparse.ArgumentParser) -> None:
+    part.add_argument(
+        "--threads",
+        metavar="N",
+        type=_threads,
+        default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
+        help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
+    )
 
 
 def _whole(text: str, most: int | None = None) -> int:
@@ -318,6 +358,24 @@ def _mesh(options: argparse.Namespace) -> int:
     return 0
 
 
+def _flow(options: argparse.Namespace) -> int:
+    import plica
+    from plica.video.flow_command import flow_of_files
+
+    plica.set_threads(options.threads)
+    said = flow_of_files(
+        options.first,
+        options.second,
+        options.output,
+        preset=options.preset,
+        truth=options.truth,
+        mask=options.mask,
+    )
+    if not options.quiet:
+        print(said)
+    return 0
+
+
 def _info(options: argparse.Namespace) -> int:
     import plica
 
@@ -328,7 +386,7 @@ def _info(options: argparse.Namespace) -> int:
     if "meshing" in info["absent"]:
         rows["meshing is for"] = "contact between any two meshes; built by PLICA_GPL=ON pip install ."
     rows["python"] = sys.version.split()[0]
-    for name in ("numpy", "scipy", "h5py", "meshio", "pydantic", "pint", "xarray", "matplotlib"):
+    for name in ("numpy", "scipy", "h5py", "meshio", "pydantic", "pint", "xarray", "matplotlib", "pillow"):
         try:
             rows[name] = metadata.version(name)
         except metadata.PackageNotFoundError:

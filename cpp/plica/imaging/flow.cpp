@@ -1,0 +1,159 @@
+#include "plica/imaging/flow.hpp"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
+#include "plica/imaging/linearise.hpp"
+#include "plica/imaging/median.hpp"
+#include "plica/imaging/resample.hpp"
+
+namespace plica {
+namespace {
+
+constexpr std::ptrdiff_t smallest_side = 8;  // px, of a picture
+constexpr double coarsest_side = 16;         // px, of a pyramid's last level
+
+void require(bool holds, const char* name, double value, const char* unit, const char* relation) {
+  if (!holds) throw InvalidInput("FlowOptions", name, value, unit, relation);
+}
+
+void require_size(const Plane& image, const Plane& first, const std::string& name) {
+  const auto size = [](const Plane& plane) {
+    return std::to_string(plane.cols()) + " x " + std::to_string(plane.rows()) + " px";
+  };
+  if (image.rows() != first.rows() || image.cols() != first.cols()) {
+    throw InvalidInput("dense_flow: " + name + " is " + size(image) + "; must be " + size(first) +
+                       " like the first picture.");
+  }
+  if (std::min(image.rows(), image.cols()) < smallest_side) {
+    throw InvalidInput("dense_flow: the pictures are " + size(first) + "; must have sides of at least " +
+                       std::to_string(smallest_side) + " px.");
+  }
+  if (!image.isFinite().all()) {
+    for (std::ptrdiff_t y = 0; y < image.rows(); ++y) {
+      for (std::ptrdiff_t x = 0; x < image.cols(); ++x) {
+        if (!std::isfinite(image(y, x))) {
+          throw InvalidInput("dense_flow: " + name + " has " + number(image(y, x)) + " at row " +
+                             std::to_string(y) + ", column " + std::to_string(x) + "; must be finite.");
+        }
+      }
+    }
+  }
+}
+
+/// rho'(e) / e of alpha E_quad + (1 - alpha) E with rho(e) = log(1 + e^2 / (2 scale^2)), Eqs. (5) and (6), and
+/// rho_quad(e) = e^2 / quadratic_scale^2.
+Weight weight(Penalty penalty, double alpha, double scale, double quadratic_scale) {
+  if (penalty == Penalty::quadratic) alpha = 1;
+  return {static_cast<float>(alpha * 2 / (quadratic_scale * quadratic_scale)), static_cast<float>((1 - alpha) * 2),
+          static_cast<float>(2 * scale * scale)};
+}
+
+struct Pictures {
+  std::vector<Plane> first, used;
+  std::vector<Spline> second;
+
+  Pictures(const Plane& first_image, const Plane& second_image, const Plane& used_pixels, int levels,
+           double spacing)
+      : first(pyramid(first_image, levels, spacing)) {
+    for (const Plane& level : pyramid(second_image, levels, spacing)) second.emplace_back(level);
+    if (used_pixels.size() > 0) {
+      used = pyramid(used_pixels, levels, spacing);
+    } else {
+      used.resize(first.size());
+    }
+  }
+};
+
+/// u0 + (u - u0) with the change bounded.
+void bound_change(const Plane& u0, float largest, Plane& u) {
+  for_chunks(u.rows(), chunk_rows(u.cols()), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    auto rows = u.middleRows(begin, end - begin);
+    const auto before = u0.middleRows(begin, end - begin);
+    rows = before + (rows - before).max(-largest).min(largest);
+  });
+}
+
+void solve_stage(const Pictures& pictures, const FlowOptions& options, Weight data_weight, Weight smooth_weight,
+                 Flow& flow) {
+  const auto lambda = static_cast<float>(options.smoothness);
+  Linearisation data;
+  Flow next;
+  for (std::size_t level = pictures.first.size(); level-- > 0;) {
+    const Plane& first = pictures.first[level];
+    const std::ptrdiff_t rows = first.rows(), columns = first.cols();
+    const auto along = static_cast<float>(static_cast<double>(columns) / static_cast<double>(flow.u.cols()));
+    const auto down = static_cast<float>(static_cast<double>(rows) / static_cast<double>(flow.u.rows()));
+    flow.u = along * resize(flow.u, rows, columns);
+    flow.v = down * resize(flow.v, rows, columns);
+    FlowSystem system(rows, columns);
+    for (int warp = 0; warp < options.warps; ++warp) {
+      linearise(first, pictures.second[level], pictures.used[level], flow.u, flow.v, data);
+      system.assemble(data, flow.u, flow.v, data_weight, smooth_weight, lambda);
+      system.sweep(options.sweeps, static_cast<float>(options.relaxation));
+      system.read(next.u, next.v);
+      bound_change(flow.u, static_cast<float>(options.largest_step), next.u);
+      bound_change(flow.v, static_cast<float>(options.largest_step), next.v);
+      median_5x5(next.u, flow.u);
+      median_5x5(next.v, flow.v);
+    }
+  }
+}
+
+}  // namespace
+
+void FlowOptions::validate() const {
+  const auto bounded = [](double value, double least, double most, const char* name, const char* unit) {
+    require(value >= least && value <= most, name, value, unit,
+            ("in [" + number(least) + ", " + number(most) + "]").c_str());
+  };
+  bounded(smoothness, 1e-6, 1e6, "smoothness", "");
+  bounded(data_scale, 1e-3, 1e3, "data_scale", "grey levels");
+  bounded(smooth_scale, 1e-4, 100, "smooth_scale", "px per px");
+  bounded(stages, 1, 20, "stages", "");
+  if (levels) bounded(*levels, 1, 20, "levels", "");
+  require(spacing > 1 && spacing <= 4, "spacing", spacing, "", "in (1, 4]");
+  bounded(fine_levels, 1, 20, "fine_levels", "");
+  require(fine_spacing > 1 && fine_spacing <= 4, "fine_spacing", fine_spacing, "", "in (1, 4]");
+  bounded(warps, 1, 100, "warps", "");
+  bounded(largest_step, 1e-3, 100, "largest_step", "px");
+  bounded(sweeps, 1, 1000, "sweeps", "");
+  require(relaxation > 0 && relaxation < 2, "relaxation", relaxation, "", "in (0, 2)");
+}
+
+Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options, const Plane& used) {
+  options.validate();
+  require_size(first, first, "the first picture");
+  require_size(second, first, "the second picture");
+  if (used.size() > 0) require_size(used, first, "the mask");
+
+  const auto deepest = [&](double spacing) {
+    const double side = static_cast<double>(std::min(first.rows(), first.cols()));
+    return 1 +
+           std::max(0, static_cast<int>(std::floor(std::log(side / coarsest_side) / std::log(spacing) + 1e-9)));
+  };
+  const int coarse = std::min(options.levels.value_or(20), deepest(options.spacing));
+  const int fine = std::min(options.fine_levels, deepest(options.fine_spacing));
+
+  Flow flow{Plane::Zero(first.rows(), first.cols()), Plane::Zero(first.rows(), first.cols())};
+  std::optional<Pictures> pictures;
+  for (int stage = 0; stage < options.stages; ++stage) {
+    const double alpha = options.stages == 1 ? 0 : 1 - static_cast<double>(stage) / (options.stages - 1);
+    if (stage == 0) pictures.emplace(first, second, used, coarse, options.spacing);
+    if (stage == 1) pictures.emplace(first, second, used, fine, options.fine_spacing);
+    solve_stage(*pictures, options,
+                weight(options.data_penalty, alpha, options.data_scale, options.data_scale / options.smooth_scale),
+                weight(options.smooth_penalty, alpha, options.smooth_scale, 1), flow);
+  }
+  if (!flow.u.isFinite().all() || !flow.v.isFinite().all()) {
+    throw SolveFailed("dense_flow: the flow is not finite (smoothness = " + number(options.smoothness) +
+                      ", grey levels up to " + number(std::max(first.abs().maxCoeff(), second.abs().maxCoeff())) +
+                      "). Take grey levels of a range of 255 and options near their defaults.");
+  }
+  return flow;
+}
+
+}  // namespace plica

@@ -1,0 +1,40 @@
+#pragma once
+#include <optional>
+
+#include "plica/imaging/plane.hpp"
+
+namespace plica {
+
+enum class Penalty { lorentzian, quadratic };
+
+/// Algorithm 1 of Paper C as docs/imaging.md completes it. Intensities are grey levels of a range of 255.
+struct FlowOptions {
+  double smoothness = 0.045;  // lambda of Eq. (4): weight of smoothness against data, [1e-6, 1e6]
+  double data_scale = 3.5;    // tau_D: data errors well above it are outliers; grey levels, [1e-3, 1e3]
+  double smooth_scale = 0.1;  // tau_S: flow steps well above it are edges; px from pixel to pixel, [1e-4, 100]
+  Penalty data_penalty = Penalty::lorentzian;
+  Penalty smooth_penalty = Penalty::lorentzian;
+  int stages = 3;              // of graduated non-convexity, alpha = 1 ... 0; 1: alpha = 0 at once; [1, 20]
+  std::optional<int> levels;   // of the first stage's pyramid, [1, 20]; none: down to sides of 16 px
+  double spacing = 2;          // of the first stage's pyramid, in (1, 4]
+  int fine_levels = 2;         // of the later stages' pyramid, [1, 20]
+  double fine_spacing = 1.25;  // of the later stages' pyramid, in (1, 4]
+  int warps = 10;              // at each level, [1, 100]
+  double largest_step = 1;     // bound of each component's change in a warp, px, [1e-3, 100]
+  int sweeps = 10;             // of the linear solver in each warp, [1, 1000]
+  double relaxation = 1.9;     // of the linear solver, in (0, 2)
+  void validate() const;       // throws InvalidInput
+};
+
+/// first(x, y) is seen again at second(x + u, y + v): px, v downwards, on the grid of the first picture.
+struct Flow {
+  Plane u, v;
+};
+
+/// The motion from `first` to `second`, both of the same size with sides of at least 8 px and finite values.
+/// `used` is 1 where the data term counts and 0 where not (darkness, highlights): there smoothness alone fills in;
+/// empty: everywhere. The same bits for any number of threads. Throws SolveFailed where single precision
+/// overflows.
+Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options = {}, const Plane& used = {});
+
+}  // namespace plica

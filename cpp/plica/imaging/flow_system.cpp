@@ -1,0 +1,195 @@
+#include "plica/imaging/flow_system.hpp"
+
+#include "plica/core/threads.hpp"
+#include "plica/imaging/versions.hpp"
+
+namespace plica {
+namespace {
+
+/// lambda w_S(b - a) of n pairs.
+PLICA_INLINE void edge_weights_body(const float* a, const float* b, std::ptrdiff_t n, Weight weight, float lambda,
+                                    float* __restrict__ result) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    const float d = b[x] - a[x];
+    result[x] = lambda * weight(d * d);
+  }
+}
+PLICA_VERSIONS(edge_weights,
+               (const float* a, const float* b, std::ptrdiff_t n, Weight weight, float lambda, float* result),
+               (a, b, n, weight, lambda, result))
+
+/// The data term of a row, and the inverse of each pixel's 2 x 2 block. The determinant is a sum of terms that
+/// are not negative: nothing cancels.
+struct Row {
+  const float *ix, *iy, *it, *trust, *u0, *v0;
+  const float *right_u, *down_u, *up_u, *right_v, *down_v, *up_v;  // right_*[-1] is the weight to the left
+  float *b1, *b2, *inverse11, *inverse12, *inverse22;
+};
+
+PLICA_INLINE void blocks_body(const Row& row, std::ptrdiff_t n, Weight weight) {
+  const float* const ix = row.ix;
+  const float* const iy = row.iy;
+  const float* const it = row.it;
+  const float* const trust = row.trust;
+  const float* const u0 = row.u0;
+  const float* const v0 = row.v0;
+  float* __restrict__ b1 = row.b1;
+  float* __restrict__ b2 = row.b2;
+  float* __restrict__ inverse11 = row.inverse11;
+  float* __restrict__ inverse12 = row.inverse12;
+  float* __restrict__ inverse22 = row.inverse22;
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    const float w = trust[x] * weight(it[x] * it[x]);
+    const float wx = w * ix[x], wy = w * iy[x];
+    const float xx = wx * ix[x], xy = wx * iy[x], yy = wy * iy[x];
+    const float e0 = ix[x] * u0[x] + iy[x] * v0[x] - it[x];
+    const float su = row.right_u[x] + row.right_u[x - 1] + row.down_u[x] + row.up_u[x];
+    const float sv = row.right_v[x] + row.right_v[x - 1] + row.down_v[x] + row.up_v[x];
+    const float scale = 1.0F / (xx * sv + yy * su + su * sv);
+    b1[x] = wx * e0;
+    b2[x] = wy * e0;
+    inverse11[x] = scale * (yy + sv);
+    inverse12[x] = -scale * xy;
+    inverse22[x] = scale * (xx + su);
+  }
+}
+PLICA_VERSIONS(blocks, (const Row& row, std::ptrdiff_t n, Weight weight), (row, n, weight))
+
+/// Every second value of a row: n of them.
+PLICA_INLINE void thin_body(const float* from, std::ptrdiff_t n, float* __restrict__ to) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < n; ++i) to[i] = from[2 * i];
+}
+PLICA_VERSIONS(thin, (const float* from, std::ptrdiff_t n, float* to), (from, n, to))
+
+/// To every second value of a row.
+PLICA_INLINE void spread_body(const float* from, std::ptrdiff_t n, float* to) {
+  for (std::ptrdiff_t i = 0; i < n; ++i) to[2 * i] = from[i];
+}
+PLICA_VERSIONS(spread, (const float* from, std::ptrdiff_t n, float* to), (from, n, to))
+
+/// One colour's half of a row. left and right: of the other colour in the same row.
+struct Half {
+  float *u, *v;
+  const float *b1, *b2, *inverse11, *inverse12, *inverse22;
+  const float *left_u, *right_u, *up_u, *down_u, *left_v, *right_v, *up_v, *down_v;
+  const float *to_left_u, *to_right_u, *to_up_u, *to_down_u, *to_left_v, *to_right_v, *to_up_v, *to_down_v;
+};
+
+PLICA_INLINE void relax_body(const Half& h, std::ptrdiff_t n, float relaxation) {
+  float* __restrict__ u = h.u;
+  float* __restrict__ v = h.v;
+  const Half c = h;
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const float su = c.b1[i] + (c.to_left_u[i] * c.left_u[i] + c.to_right_u[i] * c.right_u[i]) +
+                     (c.to_up_u[i] * c.up_u[i] + c.to_down_u[i] * c.down_u[i]);
+    const float sv = c.b2[i] + (c.to_left_v[i] * c.left_v[i] + c.to_right_v[i] * c.right_v[i]) +
+                     (c.to_up_v[i] * c.up_v[i] + c.to_down_v[i] * c.down_v[i]);
+    u[i] += relaxation * (c.inverse11[i] * su + c.inverse12[i] * sv - u[i]);
+    v[i] += relaxation * (c.inverse12[i] * su + c.inverse22[i] * sv - v[i]);
+  }
+}
+PLICA_VERSIONS(relax, (const Half& h, std::ptrdiff_t n, float relaxation), (h, n, relaxation))
+
+}  // namespace
+
+FlowSystem::FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns)
+    : rows_(rows), columns_(columns), half_((columns + 1) / 2), pitch_(half_ + 2) {
+  const auto size = static_cast<std::size_t>((rows_ + 2) * pitch_);
+  for (Colour& c : colours_) {
+    for (auto* field : {&c.u, &c.v, &c.b1, &c.b2, &c.inverse11, &c.inverse12, &c.inverse22, &c.right_u, &c.down_u,
+                        &c.right_v, &c.down_v}) {
+      field->assign(size, 0.0F);
+    }
+  }
+}
+
+void FlowSystem::assemble(const Linearisation& data, const Plane& u0, const Plane& v0, Weight data_weight,
+                          Weight smooth_weight, float lambda) {
+  for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    const std::ptrdiff_t n = columns_;
+    // right_* have an entry before the first: the weight to the left of pixel 0 is 0.
+    std::vector<float> right_u(static_cast<std::size_t>(n + 1)), right_v(right_u), up_u(right_u), up_v(right_u),
+        down_u(right_u), down_v(right_u), b1(right_u), b2(right_u), i11(right_u), i12(right_u), i22(right_u);
+    const auto line = [&](const Plane& plane, std::ptrdiff_t y) { return plane.data() + y * n; };
+    const auto below = [&](std::ptrdiff_t y, std::vector<float>& to_u, std::vector<float>& to_v) {
+      if (y < 0 || y + 1 >= rows_) {
+        std::fill(to_u.begin(), to_u.end(), 0.0F);
+        std::fill(to_v.begin(), to_v.end(), 0.0F);
+        return;
+      }
+      edge_weights(line(u0, y), line(u0, y + 1), n, smooth_weight, lambda, to_u.data());
+      edge_weights(line(v0, y), line(v0, y + 1), n, smooth_weight, lambda, to_v.data());
+    };
+    below(begin - 1, down_u, down_v);
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      std::swap(up_u, down_u);
+      std::swap(up_v, down_v);
+      below(y, down_u, down_v);
+      edge_weights(line(u0, y), line(u0, y) + 1, n - 1, smooth_weight, lambda, right_u.data() + 1);
+      edge_weights(line(v0, y), line(v0, y) + 1, n - 1, smooth_weight, lambda, right_v.data() + 1);
+      right_u.back() = right_v.back() = 0;
+      blocks({line(data.ix, y), line(data.iy, y), line(data.it, y), line(data.trust, y), line(u0, y), line(v0, y),
+              right_u.data() + 1, down_u.data(), up_u.data(), right_v.data() + 1, down_v.data(), up_v.data(),
+              b1.data(), b2.data(), i11.data(), i12.data(), i22.data()},
+             n, data_weight);
+      for (int colour = 0; colour < 2; ++colour) {
+        Colour& c = colours_[static_cast<std::size_t>(colour)];
+        const std::ptrdiff_t start = (y + colour) % 2, count = (n - start + 1) / 2, to = at(y, 0);
+        thin(line(u0, y) + start, count, c.u.data() + to);
+        thin(line(v0, y) + start, count, c.v.data() + to);
+        thin(b1.data() + start, count, c.b1.data() + to);
+        thin(b2.data() + start, count, c.b2.data() + to);
+        thin(i11.data() + start, count, c.inverse11.data() + to);
+        thin(i12.data() + start, count, c.inverse12.data() + to);
+        thin(i22.data() + start, count, c.inverse22.data() + to);
+        thin(right_u.data() + 1 + start, count, c.right_u.data() + to);
+        thin(down_u.data() + start, count, c.down_u.data() + to);
+        thin(right_v.data() + 1 + start, count, c.right_v.data() + to);
+        thin(down_v.data() + start, count, c.down_v.data() + to);
+      }
+    }
+  });
+}
+
+void FlowSystem::sweep(int count, float relaxation) {
+  const auto of = [](const std::vector<float>& field, std::ptrdiff_t k) { return field.data() + k; };
+  for (int half_sweep = 0; half_sweep < 2 * count; ++half_sweep) {
+    const std::ptrdiff_t colour = half_sweep % 2;
+    Colour& own = colours_[static_cast<std::size_t>(colour)];
+    const Colour& other = colours_[static_cast<std::size_t>(1 - colour)];
+    for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+      for (std::ptrdiff_t y = begin; y < end; ++y) {
+        const std::ptrdiff_t i = at(y, 0), right = i + (y + colour) % 2, left = right - 1, up = i - pitch_,
+                             down = i + pitch_;
+        relax({own.u.data() + i,     own.v.data() + i,     of(own.b1, i),        of(own.b2, i),
+               of(own.inverse11, i), of(own.inverse12, i), of(own.inverse22, i), of(other.u, left),
+               of(other.u, right),   of(other.u, up),      of(other.u, down),    of(other.v, left),
+               of(other.v, right),   of(other.v, up),      of(other.v, down),    of(other.right_u, left),
+               of(own.right_u, i),   of(other.down_u, up), of(own.down_u, i),    of(other.right_v, left),
+               of(own.right_v, i),   of(other.down_v, up), of(own.down_v, i)},
+              half_, relaxation);
+      }
+    });
+  }
+}
+
+void FlowSystem::read(Plane& u, Plane& v) const {
+  u.resize(rows_, columns_);
+  v.resize(rows_, columns_);
+  for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      for (int colour = 0; colour < 2; ++colour) {
+        const Colour& c = colours_[static_cast<std::size_t>(colour)];
+        const std::ptrdiff_t start = (y + colour) % 2, count = (columns_ - start + 1) / 2;
+        spread(c.u.data() + at(y, 0), count, &u(y, 0) + start);
+        spread(c.v.data() + at(y, 0), count, &v(y, 0) + start);
+      }
+    }
+  });
+}
+
+}  // namespace plica

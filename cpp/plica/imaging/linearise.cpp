@@ -1,0 +1,111 @@
+#include "plica/imaging/linearise.hpp"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "plica/core/threads.hpp"
+#include "plica/imaging/versions.hpp"
+
+namespace plica {
+namespace {
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+PLICA_INLINE void mean_body(const float* a, const float* b, std::ptrdiff_t n, float* __restrict__ mean,
+                            float* __restrict__ difference) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    mean[x] = 0.5F * (a[x] + b[x]);
+    difference[x] = b[x] - a[x];
+  }
+}
+PLICA_VERSIONS(mean, (const float* a, const float* b, std::ptrdiff_t n, float* half, float* difference),
+               (a, b, n, half, difference))
+
+PLICA_INLINE void derivative_body(const float* m2, const float* m1, const float* p1, const float* p2,
+                                  std::ptrdiff_t n, float* __restrict__ result) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    result[x] = (2.0F / 3.0F) * (p1[x] - m1[x]) - (1.0F / 12.0F) * (p2[x] - m2[x]);
+  }
+}
+PLICA_VERSIONS(derivative,
+               (const float* m2, const float* m1, const float* p1, const float* p2, std::ptrdiff_t n,
+                float* result),
+               (m2, m1, p1, p2, n, result))
+
+}  // namespace
+
+void linearise(const Plane& first, const Spline& second, const Plane& used, const Plane& u, const Plane& v,
+               Linearisation& result) {
+  const std::ptrdiff_t rows = first.rows(), columns = first.cols();
+  Plane mean_image(rows, columns + 4);  // two more on each side
+  for (Plane* plane : {&result.ix, &result.iy, &result.it, &result.trust}) plane->resize(rows, columns);
+  for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    std::vector<float> warped(static_cast<std::size_t>(columns));
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      second.warp_row(y, u.data() + y * columns, v.data() + y * columns, warped.data(),
+                      result.trust.data() + y * columns);
+      float* const line = mean_image.data() + y * (columns + 4) + 2;
+      mean(first.data() + y * columns, warped.data(), columns, line, result.it.data() + y * columns);
+      for (std::ptrdiff_t i = 1; i <= 2; ++i) {
+        line[-i] = line[mirrored(-i, columns)];
+        line[columns - 1 + i] = line[mirrored(columns - 1 + i, columns)];
+      }
+      if (used.size() > 0) result.trust.row(y) *= used.row(y);
+    }
+  });
+  for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      const auto line = [&](std::ptrdiff_t k) {
+        return mean_image.data() + mirrored(y + k, rows) * (columns + 4) + 2;
+      };
+      derivative(line(0) - 2, line(0) - 1, line(0) + 1, line(0) + 2, columns, result.ix.data() + y * columns);
+      derivative(line(-2), line(-1), line(1), line(2), columns, result.iy.data() + y * columns);
+    }
+  });
+}
+
+Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v) {
+  const Spline spline(second);
+  const std::ptrdiff_t columns = first.cols();
+  Plane result(first.rows(), columns);
+  for_chunks(first.rows(), chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    Plane warped(1, columns), inside(1, columns);
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      spline.warp_row(y, u.data() + y * columns, v.data() + y * columns, warped.data(), inside.data());
+      result.row(y) = (inside > 0).select(warped - first.row(y), nan);
+    }
+  });
+  return result;
+}
+
+Plane forward_backward_mismatch(const Plane& forward_u, const Plane& forward_v, const Plane& backward_u,
+                                const Plane& backward_v) {
+  const std::ptrdiff_t rows = forward_u.rows(), columns = forward_u.cols();
+  Plane result(rows, columns);
+  for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      for (std::ptrdiff_t x = 0; x < columns; ++x) {
+        const float to_x = static_cast<float>(x) + forward_u(y, x), to_y = static_cast<float>(y) + forward_v(y, x);
+        if (!(to_x >= 0 && to_x <= static_cast<float>(columns - 1) && to_y >= 0 &&
+              to_y <= static_cast<float>(rows - 1))) {
+          result(y, x) = nan;
+          continue;
+        }
+        const auto i = std::min(static_cast<std::ptrdiff_t>(to_x), columns - 2);
+        const auto j = std::min(static_cast<std::ptrdiff_t>(to_y), rows - 2);
+        const float s = to_x - static_cast<float>(i), t = to_y - static_cast<float>(j);
+        const auto there = [&](const Plane& b) {
+          return (1 - t) * ((1 - s) * b(j, i) + s * b(j, i + 1)) +
+                 t * ((1 - s) * b(j + 1, i) + s * b(j + 1, i + 1));
+        };
+        result(y, x) = std::hypot(forward_u(y, x) + there(backward_u), forward_v(y, x) + there(backward_v));
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace plica

@@ -1,0 +1,21 @@
+#pragma once
+#include "plica/imaging/flow_system.hpp"
+#include "plica/imaging/spline.hpp"
+
+namespace plica {
+
+/// The data term about the flow (u, v): `it` = second(x + u, y + v) - first, and the derivatives
+/// [1 -8 0 8 -1] / 12 of the mean of the two. `trust` is `used` where (x + u, y + v) lies in the picture, else 0;
+/// an empty `used` is 1 everywhere.
+void linearise(const Plane& first, const Spline& second, const Plane& used, const Plane& u, const Plane& v,
+               Linearisation& result);
+
+/// second(x + u, y + v) - first; not a number where (x + u, y + v) lies outside the picture.
+Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v);
+
+/// How far (px) one lands from the start: |f(x) + b(x + f(x))|, b interpolated linearly; not a number where
+/// x + f(x) lies outside the picture.
+Plane forward_backward_mismatch(const Plane& forward_u, const Plane& forward_v, const Plane& backward_u,
+                                const Plane& backward_v);
+
+}  // namespace plica

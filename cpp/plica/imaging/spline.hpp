@@ -1,0 +1,23 @@
+#pragma once
+#include "plica/imaging/plane.hpp"
+
+namespace plica {
+
+/// The cubic B-spline through the pixels of a picture (symmetric borders): exact on cubics away from the border.
+class Spline {
+ public:
+  explicit Spline(const Plane& image);
+
+  std::ptrdiff_t rows() const { return rows_; }
+  std::ptrdiff_t columns() const { return columns_; }
+
+  /// Row y of the warped picture, S(x + u, y + v), and 1 where that place lies in the picture, 0 where not
+  /// (there: the value at the nearest place that does).
+  void warp_row(std::ptrdiff_t y, const float* u, const float* v, float* warped, float* inside) const;
+
+ private:
+  std::ptrdiff_t rows_, columns_;
+  Plane coefficients_;  // with one more on each side
+};
+
+}  // namespace plica

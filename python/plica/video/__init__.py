@@ -1,0 +1,1 @@
+"""Tissue motion from frames."""

@@ -1,0 +1,189 @@
+"""Dense motion between two frames (docs/imaging.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plica import _engine as engine
+from plica.errors import InvalidInput, nearest, one_of
+from plica.video.grey import to_grey
+
+__all__ = ["PRESETS", "FlowOptions", "PairFlow", "endpoint_error", "flow"]
+
+FlowOptions = engine.FlowOptions
+
+PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
+    {
+        "robust": FlowOptions(),
+        "reference": FlowOptions(sweeps=40),
+        "thesis": FlowOptions(smoothness=0.5, sweeps=40),
+        "fast": FlowOptions(stages=2, warps=3),
+    }
+)
+"""Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``thesis``:
+the same with the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less."""
+
+
+@dataclass(frozen=True)
+class PairFlow:
+    """Motion from one frame to the next.
+
+    Attributes
+    ----------
+    flow : (rows, columns, 2) float32
+        (u, v) in px, u to the right and v downwards: what is at (x, y) in the first frame is at
+        (x + u, y + v) in the second.
+    residual : (rows, columns) float32
+        second(x + u, y + v) - first(x, y) in the frames' grey levels; not a number where (x + u, y + v) lies
+        outside the frame.
+    mismatch : (rows, columns) float32, or None
+        Distance (px) from where one began after going there and back again, \\|f(x) + b(x + f(x))\\| with b
+        the flow from the second frame to the first; not a number where x + f(x) lies outside the frame.
+    intensity : (float, float)
+        The grey levels that were stretched to 0 and 255.
+    """
+
+    flow: NDArray[np.float32]
+    residual: NDArray[np.float32]
+    mismatch: NDArray[np.float32] | None
+    intensity: tuple[float, float]
+
+
+def flow(
+    first: ArrayLike,
+    second: ArrayLike,
+    *,
+    preset: str = "robust",
+    mask: ArrayLike | None = None,
+    intensity: tuple[float, float] | None = None,
+    mismatch: bool = False,
+    **options: Any,
+) -> PairFlow:
+    """Motion from `first` to `second`: Algorithm 1 of Paper C, completed and corrected (docs/imaging.md).
+
+    Parameters
+    ----------
+    first, second : array
+        Frames of one size with sides of at least 8 px: grey (rows, columns), or RGB(A) with a third axis.
+    preset : str
+        A name of `PRESETS`.
+    mask : (rows, columns) bool, optional
+        True where the frames say something: what is dark, saturated or a highlight is left out of the data
+        term, and smoothness alone fills the flow in. On the grid of the first frame; taken for the way back
+        too, so leave out what is useless in either.
+    intensity : (low, high), optional
+        Grey levels that are stretched to 0 and 255, the scale on which tau_D and lambda act. The default is
+        the pair's own least and greatest; for the frames of one recording give one pair of levels for all.
+    mismatch : bool
+        Also find the way back, which takes as long again, and how well the two agree.
+    **options
+        Fields of `FlowOptions` that differ from the preset's, such as ``smoothness=0.1``.
+
+    Raises
+    ------
+    InvalidInput
+        On sizes that differ or are too small, values that are not finite, a mask without a pixel, a pair
+        without contrast, and options out of range.
+    SolveFailed
+        Where `intensity` is so narrow that single precision overflows.
+    """
+    one, two = to_grey(first, name="first"), to_grey(second, name="second")
+    if one.shape != two.shape:
+        raise InvalidInput(
+            f"flow: second is {_size(two)}; must be {_size(one)} like first. "
+            "Frames of different recordings, or a region cut from one of them?"
+        )
+    chosen = _options(preset, options)
+    used = None if mask is None else _used(mask, one)
+    low, high = _levels(one, two, intensity)
+    scale = np.float32(255 / (high - low))
+    one, two = (one - np.float32(low)) * scale, (two - np.float32(low)) * scale
+    there = engine.dense_flow(one, two, chosen, used)
+    missed = None
+    if mismatch:
+        missed = engine.forward_backward_mismatch(there, engine.dense_flow(two, one, chosen, used))
+    return PairFlow(there, engine.flow_residual(one, two, there) / scale, missed, (low, high))
+
+
+def endpoint_error(found: ArrayLike, truth: ArrayLike) -> float:
+    """Mean distance (px) of two (rows, columns, 2) flows over the pixels where `truth` is a number.
+
+    Raises
+    ------
+    InvalidInput
+        Where the sizes differ or `truth` knows no pixel.
+    """
+    one, other = np.asarray(found, float), np.asarray(truth, float)
+    if one.shape != other.shape:
+        raise InvalidInput(
+            f"endpoint_error: the true flow is {_size(other)}; must be {_size(one)} like the flow found."
+        )
+    distance = np.hypot(*np.moveaxis(one - other, -1, 0))
+    known = np.isfinite(other).all(axis=-1)
+    if not known.any():
+        raise InvalidInput("endpoint_error: the true flow is known at 0 pixels; must be at least 1.")
+    return float(distance[known].mean())
+
+
+def _options(preset: str, options: Mapping[str, Any]) -> FlowOptions:
+    if preset not in PRESETS:
+        raise InvalidInput(
+            f'flow: preset = "{preset}"; must be {one_of(PRESETS)}.{nearest(str(preset), PRESETS)}'
+        )
+    fields = [name for name in dir(FlowOptions) if not name.startswith("_")]
+    for name in options:
+        if name not in fields:
+            raise InvalidInput(
+                f"flow: option {name} is unknown; must be {one_of(fields)}.{nearest(name, fields)}"
+            )
+    values = {name: getattr(PRESETS[preset], name) for name in fields} | dict(options)
+    try:
+        return FlowOptions(**values)
+    except TypeError:
+        wrong = ", ".join(f"{name} = {value!r}" for name, value in options.items())
+        raise InvalidInput(f"flow: {wrong}; must be numbers, and names for the penalties.") from None
+
+
+def _levels(
+    one: NDArray[np.float32], two: NDArray[np.float32], intensity: tuple[float, float] | None
+) -> tuple[float, float]:
+    if intensity is None:
+        for name, frame in (("first", one), ("second", two)):
+            bad = np.argwhere(~np.isfinite(frame))
+            if bad.size:
+                row, column = bad[0]
+                raise InvalidInput(
+                    f"flow: {name} has {frame[row, column]} at row {row}, column {column} "
+                    f"({len(bad)} such pixels); must be finite."
+                )
+        low, high = float(min(one.min(), two.min())), float(max(one.max(), two.max()))
+        if low == high:
+            raise InvalidInput(
+                f"flow: every pixel of both frames is {low:g}; must differ somewhere. Are the frames empty?"
+            )
+        return low, high
+    low, high = (float(level) for level in intensity)
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise InvalidInput(f"flow: intensity = ({low:g}, {high:g}); must be (low, high) with low < high.")
+    return low, high
+
+
+def _used(mask: ArrayLike, frame: NDArray[np.float32]) -> NDArray[np.float32]:
+    array = np.asarray(mask)
+    if array.shape != frame.shape:
+        raise InvalidInput(f"flow: mask has shape {array.shape}; must be {frame.shape} like the frames.")
+    if array.dtype != np.bool_:
+        raise InvalidInput(f"flow: mask has type {array.dtype}; must be bool, True where a pixel counts.")
+    if not array.any():
+        raise InvalidInput("flow: mask leaves 0 pixels; must leave at least 1.")
+    return array.astype(np.float32)
+
+
+def _size(array: NDArray[Any]) -> str:
+    return f"{array.shape[1]} x {array.shape[0]} px" if array.ndim >= 2 else f"of shape {array.shape}"

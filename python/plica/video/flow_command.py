@@ -1,0 +1,62 @@
+"""``plica flow``: the motion between two picture files, in words and as a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from plica.errors import InvalidInput, StorageFailed
+from plica.video.flow import PairFlow, endpoint_error, flow
+from plica.video.flow_file import read_flow, write_flow
+from plica.video.image_file import read_image
+
+__all__ = ["flow_of_files"]
+
+
+def flow_of_files(
+    first: Path, second: Path, output: Path, *, preset: str, truth: Path | None, mask: Path | None
+) -> str:
+    """Write the flow between two pictures to `output`; returns what to say about it."""
+    if not output.absolute().parent.is_dir():
+        raise StorageFailed(f"flow: {output} cannot be written: its directory does not exist.")
+    one, two = read_image(first), read_image(second)
+    known = None if truth is None else read_flow(truth)
+    if known is not None and known.shape[:2] != one.shape:
+        raise InvalidInput(
+            f"flow: {truth} is {known.shape[1]} x {known.shape[0]} px; "
+            f"must be {one.shape[1]} x {one.shape[0]} px like {first}."
+        )
+    used = None if mask is None else read_image(mask) > 0
+    found = flow(one, two, preset=preset, mask=used, mismatch=True)
+    write_flow(output, found.flow)
+    lines = _summary(found, two - one, used)
+    if known is not None:
+        share = float(np.isfinite(known).all(axis=-1).mean())
+        error = endpoint_error(found.flow, known)
+        lines.append(f"error     {error:.4f} px from {truth}, known on {100 * share:.1f} % of the pixels")
+    return "\n".join([*lines, f"written: {output}"])
+
+
+def _summary(found: PairFlow, without: np.ndarray, used: np.ndarray | None) -> list[str]:
+    counted = np.ones(without.shape, bool) if used is None else used
+    speed = np.hypot(found.flow[..., 0], found.flow[..., 1])[counted]
+    inside = counted & np.isfinite(found.residual)
+    lines = [f"motion    {np.median(speed):.3f} px median, {speed.max():.3f} px largest"]
+    if not inside.any():
+        return [*lines, "residual  -          every pixel leaves the picture"]
+
+    def rms(values: np.ndarray) -> float:
+        return float(np.sqrt(np.mean(np.square(values[inside], dtype=float))))
+
+    low, high = found.intensity
+    left, before = rms(found.residual), rms(without)
+    lines.append(f"residual  {left:.3g} of {high - low:g} grey levels; {before:.3g} without motion")
+    if found.mismatch is not None:
+        missed = found.mismatch[inside]
+        lines.append(
+            f"mismatch  {np.median(missed):.3f} px median, {np.percentile(missed, 95):.3f} px 95th percentile"
+        )
+    if not inside[counted].all():
+        lines.append(f"          {100 * (1 - inside[counted].mean()):.1f} % of the pixels leave the picture")
+    return lines

@@ -1,0 +1,151 @@
+#include <doctest/doctest.h>
+
+#include <limits>
+
+#include "pictures.hpp"
+#include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
+#include "plica/imaging/flow.hpp"
+#include "plica/imaging/linearise.hpp"
+
+using namespace plica;
+
+namespace {
+
+/// Mean distance of a flow from (u, v) over the pixels `margin` and more from the border.
+double error(const Flow& flow, float u, float v, std::ptrdiff_t margin) {
+  const std::ptrdiff_t rows = flow.u.rows() - 2 * margin, columns = flow.u.cols() - 2 * margin;
+  return static_cast<double>(
+      ((flow.u - u).square() + (flow.v - v).square()).sqrt().block(margin, margin, rows, columns).mean());
+}
+
+}  // namespace
+
+TEST_CASE("a translation is found, whole pixels or not, larger than the texture's waves too") {
+  const Texture texture;
+  const float motions[][2] = {{0.37F, -0.81F}, {-2, 3}, {7.3F, 5.6F}};
+  for (const auto& m : motions) {
+    const Plane first = texture.picture(96, 110), second = texture.picture(96, 110, double(m[0]), double(m[1]));
+    CHECK(error(dense_flow(first, second), m[0], m[1], 12) < 0.01);
+  }
+}
+
+TEST_CASE("a level begins with the motion of the coarser one in its own pixels") {
+  // Three levels with one warp each, of one pixel at most: motion left in coarser pixels would stay below 3 px.
+  const Texture texture;
+  const Plane first = texture.picture(97, 131), second = texture.picture(97, 131, 3.8, -3.5);
+  FlowOptions options;
+  options.stages = options.warps = 1;
+  CHECK(error(dense_flow(first, second, options), 3.8F, -3.5F, 12) < 0.3);
+}
+
+TEST_CASE("pictures that do not differ do not move") {
+  const Plane first = Texture().picture(40, 50);
+  const Flow flow = dense_flow(first, first);
+  CHECK(flow.u.abs().maxCoeff() < 1e-4);
+  CHECK(flow.v.abs().maxCoeff() < 1e-4);
+  const Plane black = Plane::Zero(40, 50);
+  CHECK(dense_flow(black, black).u.abs().maxCoeff() == 0);
+}
+
+TEST_CASE("swapping rows and columns swaps the flow's components") {
+  const Texture texture;
+  const Plane first = texture.picture(64, 80), second = texture.picture(64, 80, 1.3, -0.6);
+  const Flow flow = dense_flow(first, second);
+  const Flow swapped = dense_flow(first.transpose(), second.transpose());
+  // The order of the sums, and so the round-off, differs.
+  CHECK((flow.u - swapped.v.transpose()).abs().mean() < 1e-3);
+  CHECK((flow.v - swapped.u.transpose()).abs().mean() < 1e-3);
+}
+
+TEST_CASE("the flow has the same bits for any number of threads") {
+  const Texture texture;
+  const Plane first = texture.picture(150, 170) + noise(150, 170, 4, 8);
+  const Plane second = texture.picture(150, 170, 2.2, 1.1) + noise(150, 170, 4, 9);
+  const Flow alone = dense_flow(first, second);
+  for (const int count : {2, 3, 7}) {
+    set_threads(count);
+    const Flow together = dense_flow(first, second);
+    CHECK((alone.u == together.u).all());
+    CHECK((alone.v == together.v).all());
+  }
+  set_threads(1);
+}
+
+TEST_CASE("what the mask leaves out does not hold the flow back") {
+  // A highlight that stays where it is while the tissue under it moves.
+  const Texture texture;
+  Plane first = texture.picture(90, 90), second = texture.picture(90, 90, 1.5, 0.5);
+  Plane used = Plane::Ones(90, 90);
+  first.block(35, 35, 20, 20) = second.block(35, 35, 20, 20) = 255;
+  used.block(32, 32, 26, 26) = 0;
+  const Flow held = dense_flow(first, second), free = dense_flow(first, second, {}, used);
+  CHECK(error(held, 1.5F, 0.5F, 35) > 0.5);  // over the highlight
+  CHECK(error(free, 1.5F, 0.5F, 35) < 0.1);
+  const Flow all = dense_flow(first, second, {}, Plane::Ones(90, 90));
+  CHECK((all.u - held.u).abs().mean() < 1e-3);  // blurred ones are one to round-off
+}
+
+TEST_CASE("scaling grey levels leaves the flow where tau_D or lambda goes along") {
+  const Texture texture;
+  const Plane first = texture.picture(60, 60), second = texture.picture(60, 60, 0.7, 0.2);
+  FlowOptions robust;
+  const Flow flow = dense_flow(first, second, robust);
+  robust.data_scale *= 4;
+  CHECK((dense_flow(4 * first, 4 * second, robust).u == flow.u).all());
+
+  // All is quadratic: the whole energy is 16 times as large, to the bit.
+  FlowOptions quadratic;
+  quadratic.data_penalty = quadratic.smooth_penalty = Penalty::quadratic;
+  const Flow smooth = dense_flow(first, second, quadratic);
+  CHECK((smooth.u != flow.u).any());
+  quadratic.smoothness *= 16;
+  CHECK((dense_flow(4 * first, 4 * second, quadratic).u == smooth.u).all());
+}
+
+TEST_CASE("the residual is second(x + u) - first(x), and not a number outside") {
+  const Texture texture;
+  const Plane first = texture.picture(50, 50), second = texture.picture(50, 50, 2.5, 0);
+  const Plane u = Plane::Constant(50, 50, 2.5F), v = Plane::Zero(50, 50);
+  const Plane left = residual(first, second, u, v), still = residual(first, second, 0 * u, v);
+  CHECK(left.rightCols(3).isNaN().count() == 150);
+  CHECK(left.block(10, 10, 30, 30).abs().maxCoeff() < 0.5);
+  CHECK(still.abs().mean() > 10);
+  CHECK((still - (second - first)).abs().maxCoeff() < 1e-3);
+}
+
+TEST_CASE("going there and back again misses by the sum of the flows") {
+  const Plane u = Plane::Constant(30, 40, 2), v = Plane::Constant(30, 40, -1);
+  const Plane exact = forward_backward_mismatch(u, v, -u, -v),
+              off = forward_backward_mismatch(u, v, -u + 3, -v + 4);
+  CHECK(exact.isNaN().count() == 2 * 30 + 40 - 2);
+  CHECK(exact.block(1, 0, 29, 38).maxCoeff() == 0);
+  CHECK(off(10, 10) == doctest::Approx(5));
+  // Where the backward flow is a ramp, linear interpolation is exact.
+  Plane ramp(30, 40);
+  for (std::ptrdiff_t x = 0; x < 40; ++x) ramp.col(x) = 0.1F * static_cast<float>(x);
+  const Plane half = Plane::Constant(30, 40, 0.5F);
+  CHECK(forward_backward_mismatch(half, 0 * v, ramp, 0 * v)(5, 12) == doctest::Approx(0.5 + 1.25));
+}
+
+TEST_CASE("bad pictures and options are refused with what must hold") {
+  const Plane good = Texture().picture(20, 30);
+  Plane bad = good;
+  bad(3, 4) = std::numeric_limits<float>::quiet_NaN();
+  CHECK_THROWS_WITH_AS(dense_flow(good, bad),
+                       "dense_flow: the second picture has nan at row 3, column 4; must be finite.", InvalidInput);
+  CHECK_THROWS_WITH_AS(dense_flow(good, good.leftCols(29)),
+                       "dense_flow: the second picture is 29 x 20 px; must be 30 x 20 px like the first picture.",
+                       InvalidInput);
+  CHECK_THROWS_WITH_AS(dense_flow(Plane::Zero(1, 1), Plane::Zero(1, 1)),
+                       "dense_flow: the pictures are 1 x 1 px; must have sides of at least 8 px.", InvalidInput);
+  CHECK_THROWS_AS(dense_flow(good, good, {}, Plane::Ones(20, 20)), InvalidInput);
+  CHECK_THROWS_AS(dense_flow(1e30F * good, 1.1e30F * good), SolveFailed);
+  FlowOptions options;
+  options.smoothness = 0;
+  CHECK_THROWS_WITH_AS(dense_flow(good, good, options), "FlowOptions: smoothness = 0; must be in [1e-06, 1e+06].",
+                       InvalidInput);
+  options = {};
+  options.relaxation = 2;
+  CHECK_THROWS_WITH_AS(options.validate(), "FlowOptions: relaxation = 2; must be in (0, 2).", InvalidInput);
+}
