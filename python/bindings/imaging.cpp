@@ -43,13 +43,15 @@ void same_size(const Plane& plane, const py::array& array, const Plane& other, c
   }
 }
 
-Penalty to_penalty(const std::string& name, const std::string& field) {
-  if (name == "lorentzian") return Penalty::lorentzian;
-  if (name == "quadratic") return Penalty::quadratic;
+PenaltyShape to_penalty(const std::string& name, const std::string& field) {
+  if (name == "lorentzian") return PenaltyShape::lorentzian;
+  if (name == "quadratic") return PenaltyShape::quadratic;
   throw InvalidInput("FlowOptions: " + field + " = \"" + name + "\"; must be \"lorentzian\" or \"quadratic\".");
 }
 
-const char* name_of(Penalty penalty) { return penalty == Penalty::lorentzian ? "lorentzian" : "quadratic"; }
+const char* name_of(PenaltyShape penalty) {
+  return penalty == PenaltyShape::lorentzian ? "lorentzian" : "quadratic";
+}
 
 }  // namespace
 

@@ -46,8 +46,8 @@ void require_size(const Plane& image, const Plane& first, const std::string& nam
 
 /// rho'(e) / e of alpha E_quad + (1 - alpha) E with rho(e) = log(1 + e^2 / (2 scale^2)), Eqs. (5) and (6), and
 /// rho_quad(e) = e^2 / quadratic_scale^2.
-Weight weight(Penalty penalty, double alpha, double scale, double quadratic_scale) {
-  if (penalty == Penalty::quadratic) alpha = 1;
+Weight weight(PenaltyShape penalty, double alpha, double scale, double quadratic_scale) {
+  if (penalty == PenaltyShape::quadratic) alpha = 1;
   return {static_cast<float>(alpha * 2 / (quadratic_scale * quadratic_scale)), static_cast<float>((1 - alpha) * 2),
           static_cast<float>(2 * scale * scale)};
 }

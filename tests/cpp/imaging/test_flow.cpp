@@ -96,7 +96,7 @@ TEST_CASE("scaling grey levels leaves the flow where tau_D or lambda goes along"
 
   // All is quadratic: the whole energy is 16 times as large, to the bit.
   FlowOptions quadratic;
-  quadratic.data_penalty = quadratic.smooth_penalty = Penalty::quadratic;
+  quadratic.data_penalty = quadratic.smooth_penalty = PenaltyShape::quadratic;
   const Flow smooth = dense_flow(first, second, quadratic);
   CHECK((smooth.u != flow.u).any());
   quadratic.smoothness *= 16;
