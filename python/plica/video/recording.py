@@ -1,0 +1,208 @@
+"""A high-speed recording: its frames as grey images, read when they are asked for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.video.errors import VideoError
+from plica.video.sources import FrameSource, open_source
+
+__all__ = ["Frames", "Grey", "Recording", "Region"]
+
+Grey = npt.NDArray[np.float32]  # (height, width), 0 dark
+
+_DARK, _BRIGHT = 0.5, 99.5  # percentiles of all pixels of the recording
+_BINS = 4096
+
+
+class Frames(Protocol):
+    """What has frames of one size: a recording, or one that was worked on."""
+
+    @property
+    def count(self) -> int: ...
+
+    @property
+    def shape(self) -> tuple[int, int]: ...
+
+    def frames(self) -> Iterator[Grey]: ...
+
+    def frame(self, index: int, /) -> Grey: ...
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of pixels: columns x to x + width, rows y to y + height, from the top left."""
+
+    x: int
+    y: int
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording that was opened with :meth:`open`.
+
+    Attributes
+    ----------
+    source : FrameSource
+        Where frames come from.
+    low, high : float
+        Grey values that become 0 and 255: percentiles 0.5 and 99.5 of all pixels, one scale for the whole
+        recording, so that brightness does not flicker and no highlight sets it.
+    fps : float or None
+        Frames per second as given by the user; None: unknown, and times are in frames and cycles.
+    mm_per_px : float or None
+        Size of a pixel; None: unknown, and lengths are in pixels.
+    rotation : float
+        Degrees, anticlockwise as seen, by which frames are turned about their centre before the region is
+        cut.
+    region : Region or None
+        Part of the turned frames that is used; None: all.
+    """
+
+    source: FrameSource
+    low: float
+    high: float
+    fps: float | None = None
+    mm_per_px: float | None = None
+    rotation: float = 0.0
+    region: Region | None = None
+
+    @classmethod
+    def open(
+        cls,
+        path: str | Path,
+        *,
+        fps: float | None = None,
+        mm_per_px: float | None = None,
+        rotation: float = 0.0,
+        region: Region | None = None,
+        dataset: str | None = None,
+    ) -> Recording:
+        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY. Reads every frame once.
+
+        Parameters
+        ----------
+        path : str or Path
+        fps : float, optional
+            True frames per second of the recording. What a container says is nearly always the speed of
+            playing it, so it is not taken.
+        mm_per_px : float, optional
+            Millimetres a pixel.
+        rotation : float
+            Degrees, anticlockwise as seen.
+        region : Region, optional
+        dataset : str, optional
+            Name of the frames' dataset in an HDF5 file that holds several.
+
+        Raises
+        ------
+        VideoError
+            Naming the frame, where one cannot be used; for fewer than two frames; for settings outside their
+            range.
+        """
+        for name, value in (("fps", fps), ("mm_per_px", mm_per_px)):
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise VideoError(
+                    f"Recording: {name} = {value:g}; must be > 0 and finite, or left out if unknown."
+                )
+        if not math.isfinite(rotation):
+            raise VideoError(f"Recording: rotation = {rotation:g} degrees; must be finite.")
+        source = open_source(Path(path), dataset)
+        _check_region(source, region)
+        low, high = _scale(source)
+        return cls(source, low, high, fps, mm_per_px, rotation, region)
+
+    @property
+    def count(self) -> int:
+        """Frames."""
+        return self.source.count
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width of the frames as used, px."""
+        if self.region is None:
+            return self.source.shape
+        return self.region.height, self.region.width
+
+    def frames(self, begin: int = 0, end: int | None = None) -> Iterator[Grey]:
+        """Frames begin to end (excluded), float32, 0 to 255 on the recording's scale, one at a time.
+
+        What is darker or brighter than the scale goes on beyond 0 and 255.
+        """
+        for raw in self.source.read(begin, self.count if end is None else end):
+            yield self._used(raw)
+
+    def frame(self, index: int) -> Grey:
+        """One frame, as of :meth:`frames`; negative counts from the end."""
+        index = index + self.count if index < 0 else index
+        if not 0 <= index < self.count:
+            raise VideoError(f"Recording: frame {index}; must be in [0, {self.count}).")
+        return next(self.frames(index, index + 1))
+
+    def turned(self, rotation: float, region: Region | None) -> Recording:
+        """The same recording, turned and cut anew."""
+        _check_region(self.source, region)
+        return replace(self, rotation=rotation, region=region)
+
+    def _used(self, raw: Grey) -> Grey:
+        image = (raw - np.float32(self.low)) * np.float32(255.0 / (self.high - self.low))
+        if self.rotation:
+            from scipy import ndimage
+
+            image = ndimage.rotate(image, self.rotation, reshape=False, order=3, mode="mirror")
+        if self.region is not None:
+            r = self.region
+            image = image[r.y : r.y + r.height, r.x : r.x + r.width]
+        return np.ascontiguousarray(image, dtype=np.float32)
+
+
+def _check_region(source: FrameSource, region: Region | None) -> None:
+    if region is None:
+        return
+    height, width = source.shape
+    inside = (
+        0 <= region.x < region.x + region.width <= width
+        and 0 <= region.y < region.y + region.height <= height
+    )
+    if not inside:
+        raise VideoError(
+            f"Recording: region = {region.x}, {region.y}, {region.width}, {region.height} px; must lie "
+            f"within "
+            f"the frames of {width} x {height} px."
+        )
+    if min(region.width, region.height) < 16:
+        raise VideoError(
+            f"Recording: region of {region.width} x {region.height} px; must be at least 16 x 16 px."
+        )
+
+
+def _scale(source: FrameSource) -> tuple[float, float]:
+    """Percentiles of all pixels, from a histogram between the least and the largest value."""
+    least, largest = math.inf, -math.inf
+    for frame in source.read(0, source.count):
+        least, largest = min(least, float(frame.min())), max(largest, float(frame.max()))
+    ends = (least, largest)
+    if not ends[1] > ends[0]:
+        raise VideoError(f"Recording: {source.name}: every pixel is {ends[0]:g}; must be an image.")
+    counts = np.zeros(_BINS, dtype=np.int64)
+    for frame in source.read(0, source.count):
+        counts += np.histogram(frame, bins=_BINS, range=ends)[0]
+    edges = np.linspace(*ends, _BINS + 1)
+    below = np.concatenate([[0.0], np.cumsum(counts) / counts.sum()])
+    low, high = np.interp([_DARK / 100, _BRIGHT / 100], below, edges)
+    if not high - low > 1e-3 * (ends[1] - ends[0]):
+        raise VideoError(
+            f"Recording: {source.name}: 99 % of all pixels lie between {low:g} and {high:g}; must be an "
+            f"image "
+            "with contrast. Is it saturated, or empty?"
+        )
+    return float(low), float(high)

@@ -1,0 +1,311 @@
+"""Where frames come from: video files, TIFF stacks, folders of images, arrays in HDF5 and NPY files."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.errors import InvalidInput
+from plica.video.errors import VideoError
+from plica.video.grey import to_grey
+from plica.video.image_file import read_image
+
+__all__ = ["FrameSource", "open_source"]
+
+_VIDEO = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm"}
+_TIFF = {".tif", ".tiff"}
+_IMAGE = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", *_TIFF}
+_HDF5 = {".h5", ".hdf5", ".mat"}
+_LEAST = 16  # px, of a side
+
+
+class FrameSource(Protocol):
+    """Frames of one size, grey, as the file has them.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    count : int
+        Frames, >= 2.
+    shape : tuple of int
+        Height and width, px.
+    """
+
+    name: str
+    count: int
+    shape: tuple[int, int]
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        """Frames begin to end (excluded), one at a time; VideoError names one that cannot be used."""
+
+
+def open_source(path: Path, dataset: str | None = None) -> FrameSource:
+    """The source for what this path holds. Raises VideoError."""
+    if not path.exists():
+        raise VideoError(f"Recording: {path} does not exist.")
+    if path.is_dir():
+        return Images(path)
+    suffix = path.suffix.lower()
+    if path.stat().st_size == 0:
+        raise VideoError(f"Recording: {path} is empty: 0 bytes.")
+    if suffix in _VIDEO:
+        return Video(path)
+    if suffix in _TIFF:
+        return Stack(path)
+    if suffix in _HDF5:
+        return Dataset(path, dataset)
+    if suffix == ".npy":
+        return Arrays(path.name, _loaded(path))
+    if suffix in _IMAGE:
+        raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
+    known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | {".npy"}))
+    raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
+
+
+def grey(image: npt.NDArray[Any], name: str) -> npt.NDArray[np.float32]:
+    """A frame in grey, unrounded (:func:`plica.video.grey.to_grey`), finite. Raises VideoError."""
+    try:
+        found = to_grey(image, name=name)
+    except InvalidInput as error:
+        raise VideoError(f"Recording: {error}") from None
+    if not np.isfinite(found).all():
+        y, x = np.argwhere(~np.isfinite(found))[0]
+        raise VideoError(f"Recording: {name}: pixel ({x}, {y}) is {found[y, x]:g}; must be finite.")
+    return found
+
+
+def check(name: str, count: int, shape: tuple[int, int]) -> None:
+    """Raises VideoError for fewer than two frames or frames too small to be a recording."""
+    if count < 2:
+        raise VideoError(
+            f"Recording: {name} has {count} frame{'' if count == 1 else 's'}; must be two or more."
+        )
+    if min(shape) < _LEAST:
+        raise VideoError(
+            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must be {_LEAST} x {_LEAST} px or "
+            f"more."
+        )
+
+
+class Video:
+    """A file that FFmpeg reads. Opening decodes it once: containers often state a wrong count."""
+
+    def __init__(self, path: Path) -> None:
+        self.name, self._path = path.name, path
+        self.count, self.shape = 0, (0, 0)
+        stated = 0
+        for index, (frame, of_container) in enumerate(self._decoded()):
+            stated = of_container
+            size = (frame.height, frame.width)
+            if index and size != self.shape:
+                raise self._broken(
+                    index, f"is {frame.width} x {frame.height} px, frame 0 {self.shape[1]} x {self.shape[0]}"
+                )
+            self.count, self.shape = index + 1, size
+        if stated and self.count < stated:
+            raise VideoError(
+                f"Recording: {self.name} ends after {self.count} frames; must have the {stated} that it "
+                f"states. "
+                "It is cut off: copy it again, or store what there is of it in a file of its own "
+                f"(ffmpeg -i {self.name} -c copy whole.mkv)."
+            )
+        check(self.name, self.count, self.shape)
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        for index, (frame, _) in enumerate(islice(self._decoded(), end)):
+            if index < begin:
+                continue
+            mono = frame.format.name.startswith("gray")
+            yield grey(frame.to_ndarray(format="gray" if mono else "rgb24"), f"{self.name}: frame {index}")
+
+    def _decoded(self) -> Iterator[tuple[Any, int]]:
+        """Frames, each with the count that the container states (0: none)."""
+        import av
+
+        index = -1
+        try:
+            with av.open(str(self._path)) as container:
+                if not container.streams.video:
+                    raise VideoError(f"Recording: {self.name} has no video.")
+                stream = container.streams.video[0]
+                stream.thread_type = "AUTO"
+                for index, frame in enumerate(container.decode(stream)):
+                    if frame.is_corrupt:
+                        raise self._broken(index, "is damaged")
+                    yield frame, stream.frames
+        except av.FFmpegError as error:
+            if index < 0:
+                raise VideoError(
+                    f"Recording: {self.name} cannot be read as a video ({error.strerror}). Is it whole?"
+                ) from None
+            raise self._broken(index + 1, f"cannot be decoded ({error.strerror})") from None
+
+    def _broken(self, index: int, what: str) -> VideoError:
+        return VideoError(
+            f"Recording: {self.name}: frame {index} {what}. The {index} frames before it are whole: store "
+            f"them "
+            f"in a file of their own (ffmpeg -i {self.name} -frames:v {index} whole.mkv)."
+        )
+
+
+class Images:
+    """A folder of images, one a frame, in the order of the numbers in their names."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = path.name
+        self._files = sorted(
+            (
+                file
+                for file in path.iterdir()
+                if file.suffix.lower() in _IMAGE and not file.name.startswith(".")
+            ),
+            key=lambda file: [
+                int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)
+            ],
+        )
+        if not self._files:
+            raise VideoError(
+                f"Recording: the folder {path} has no images; must have some of {', '.join(sorted(_IMAGE))}."
+            )
+        self.count = len(self._files)
+        first = _image(self._files[0])
+        self.shape = (first.shape[0], first.shape[1])
+        check(self.name, self.count, self.shape)
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        for index, file in enumerate(self._files[begin:end], start=begin):
+            image = _image(file)
+            if image.shape[:2] != self.shape:
+                raise VideoError(
+                    f"Recording: {self.name}: frame {index} ({file.name}) is {image.shape[1]} x "
+                    f"{image.shape[0]} "
+                    f"px; must be {self.shape[1]} x {self.shape[0]} px as {self._files[0].name}."
+                )
+            yield image
+
+
+class Stack:
+    """A TIFF file with a page a frame."""
+
+    def __init__(self, path: Path) -> None:
+        import tifffile
+
+        self.name, self._path = path.name, path
+        try:
+            with tifffile.TiffFile(path) as stack:
+                first = stack.pages[0].asarray()
+                self.count = len(stack.pages)
+        except (tifffile.TiffFileError, ValueError, OSError, IndexError) as error:
+            raise VideoError(f"Recording: {self.name} cannot be read as a TIFF stack ({error}).") from None
+        self.shape = (first.shape[0], first.shape[1])
+        check(self.name, self.count, self.shape)
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        import tifffile
+
+        with tifffile.TiffFile(self._path) as stack:
+            for index in range(begin, min(end, self.count)):
+                try:
+                    image = stack.pages[index].asarray()
+                except (tifffile.TiffFileError, ValueError, OSError) as error:
+                    raise VideoError(
+                        f"Recording: {self.name}: frame {index} cannot be decoded ({error}). The {index} "
+                        f"frames "
+                        "before it are whole."
+                    ) from None
+                if image.shape[:2] != self.shape:
+                    raise VideoError(
+                        f"Recording: {self.name}: frame {index} is {image.shape[1]} x {image.shape[0]} px; "
+                        f"must be "
+                        f"{self.shape[1]} x {self.shape[0]} px as frame 0."
+                    )
+                yield grey(image, f"{self.name}: frame {index}")
+
+
+class Arrays:
+    """An array (frames, height, width) or (frames, height, width, 3), in memory or mapped from a file."""
+
+    def __init__(self, name: str, data: Any) -> None:
+        self.name, self._data = name, data
+        dimensions = len(data.shape)
+        if dimensions not in (3, 4) or (dimensions == 4 and data.shape[3] not in (1, 3)):
+            raise VideoError(
+                f"Recording: {name} has shape {tuple(data.shape)}; must be (frames, height, width) or "
+                "(frames, height, width, 3)."
+            )
+        if data.dtype.kind not in "uif":
+            raise VideoError(f"Recording: {name} holds {data.dtype}; must be numbers.")
+        self.count = int(data.shape[0])
+        self.shape = (int(data.shape[1]), int(data.shape[2]))
+        check(name, self.count, self.shape)
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        for index in range(begin, min(end, self.count)):
+            yield grey(np.asarray(self._data[index]), f"{self.name}: frame {index}")
+
+
+class Dataset(Arrays):
+    """A dataset of an HDF5 file (MATLAB's since 7.3 are such files); open only while frames are read."""
+
+    def __init__(self, path: Path, dataset: str | None) -> None:
+        import h5py
+
+        self._path = path
+        try:
+            with h5py.File(path, "r") as file:
+                self._key = _dataset(file, path, dataset)
+                super().__init__(f"{path.name}: {self._key}", file[self._key])
+        except OSError as error:
+            raise VideoError(f"Recording: {path.name} cannot be read as HDF5 ({error}).") from None
+        self._data = None
+
+    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+        import h5py
+
+        with h5py.File(self._path, "r") as file:
+            yield from Arrays(self.name, file[self._key]).read(begin, end)
+
+
+def _dataset(file: Any, path: Path, wanted: str | None) -> str:
+    import h5py
+
+    found: list[str] = []
+    file.visititems(
+        lambda name, item: (
+            found.append(name) if isinstance(item, h5py.Dataset) and item.ndim in (3, 4) else None
+        )
+    )
+    if wanted is not None:
+        if wanted.strip("/") not in found:
+            raise VideoError(
+                f'Recording: {path.name} has no frames "{wanted}"; must be one of '
+                f"{', '.join(found) or 'none'}."
+            )
+        return wanted.strip("/")
+    if len(found) != 1:
+        raise VideoError(
+            f"Recording: {path.name} has {len(found)} datasets that can be frames"
+            f"{': ' + ', '.join(found) if found else ''}; must be one. Name it: --dataset NAME."
+        )
+    return found[0]
+
+
+def _loaded(path: Path) -> Any:
+    try:
+        return np.load(path, mmap_mode="r", allow_pickle=False)
+    except (ValueError, OSError, EOFError) as error:
+        raise VideoError(f"Recording: {path.name} cannot be read as a NumPy array ({error}).") from None
+
+
+def _image(file: Path) -> npt.NDArray[np.float32]:
+    try:
+        return read_image(file)
+    except InvalidInput as error:
+        raise VideoError(f"Recording: {error}") from None
