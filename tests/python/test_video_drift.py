@@ -1,0 +1,56 @@
+"""The endoscope's motion against one that is put in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from plica.video.drift import drift, still_region, without_drift
+from plica.video.errors import VideoError
+from plica.video.synthetic import Synthetic, SyntheticGlottis
+
+_FRAMES = 12
+
+
+def shaken() -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:
+    """Frames of a still endoscope and of a moving one, and its motion."""
+    glottis = SyntheticGlottis(Synthetic(height=160, width=160, frames=_FRAMES, frequency=0.11, highlights=0))
+    t = np.arange(_FRAMES)
+    motion = np.stack([1.7 * np.sin(0.5 * t), 1.2 * (1 - np.cos(0.3 * t)), 0.01 * np.sin(0.4 * t)], axis=1)
+    still = list(glottis.frames())
+    y, x = np.mgrid[0:160, 0:160].astype(float)
+    moved = []
+    for frame, (right, down, turn) in zip(still, motion, strict=True):
+        dx, dy = x - 79.5 - right, y - 79.5 - down
+        cos, sin = np.cos(turn), np.sin(turn)
+        places = [79.5 - sin * dx + cos * dy, 79.5 + cos * dx + sin * dy]
+        moved.append(ndimage.map_coordinates(frame.astype(float), places, order=3, mode="mirror"))
+    return still, moved, motion
+
+
+def test_the_motion_that_was_put_in_is_found_and_taken_out() -> None:
+    still, moved, motion = shaken()
+    first = drift(moved, still_region(np.std(moved, axis=0)))
+    spread = np.std(list(without_drift(moved, first)), axis=0)
+    found = drift(moved, still_region(spread, 0.3))
+    assert np.abs(found - motion)[:, :2].max() < 0.05
+    assert np.abs(found - motion)[:, 2].max() < 5e-4
+    inner = np.s_[12:-12, 12:-12]
+    left = [np.std((a - b)[inner]) for a, b in zip(without_drift(moved, found), still, strict=True)]
+    before = [np.std((a - b)[inner]) for a, b in zip(moved, still, strict=True)]
+    assert max(left) < 4  # noise of two grey values, blurred once and not
+    assert max(before) > 4 * max(left)
+
+
+def test_vibration_alone_is_no_drift() -> None:
+    still, _, _ = shaken()
+    found = drift(still, still_region(np.std(still, axis=0)))
+    assert np.abs(found[:, :2]).max() < 0.05
+    assert np.abs(found[:, 2]).max() < 5e-4
+
+
+def test_without_texture_the_motion_is_refused() -> None:
+    plain = [np.full((64, 64), 100.0)] * 3
+    with pytest.raises(VideoError, match="too little texture"):
+        drift(plain, np.ones((64, 64), dtype=bool))

@@ -1,0 +1,145 @@
+"""Glottal waveforms against the synthetic glottis, whose truth is known."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from plica.phonation.cycles import find_cycles
+from plica.video.errors import VideoError
+from plica.video.recording import Recording
+from plica.video.segmentation import segment
+from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.video.waveforms import (
+    GlottalArea,
+    Midline,
+    areas,
+    find_midline,
+    kymogram,
+    masks,
+    measures,
+    phases,
+)
+
+_FPS = 4000.0
+
+
+@pytest.fixture(scope="module")
+def asymmetric() -> SyntheticGlottis:
+    """Noise, blur, highlights; the right fold swings less and leads by 0.6 rad."""
+    return SyntheticGlottis(Synthetic(frames=90, phase=(0.0, 0.6), amplitude=(9, 7), frequency=0.0473))
+
+
+@pytest.fixture(scope="module")
+def recorded(asymmetric: SyntheticGlottis, tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    path = tmp_path_factory.mktemp("video") / "glottis.npy"
+    np.save(path, asymmetric.stack())
+    return Recording.open(path, fps=_FPS)
+
+
+def test_flow_of_the_synthetic_glottis_carries_one_frame_to_the_next() -> None:
+    from scipy import ndimage
+
+    glottis = SyntheticGlottis(Synthetic(height=120, width=120, noise=0, blur=0, highlights=0, light=0))
+    flow, known = glottis.flow(2, 3)
+    y, x = np.mgrid[0:120, 0:120].astype(float)
+    seen = ndimage.map_coordinates(glottis.frame(3), [y, x + flow[..., 0]], order=3)
+    away = known & ~ndimage.binary_dilation(glottis.mask(2) | glottis.mask(3), iterations=2)
+    away[:, :4] = away[:, -4:] = False
+    assert np.abs(seen - glottis.frame(2))[away].max() < 2
+    assert np.abs(glottis.frame(3) - glottis.frame(2))[away].max() > 20
+
+
+def test_area_of_the_synthetic_glottis_is_that_of_its_mask() -> None:
+    glottis = SyntheticGlottis()
+    for t in (3, 5, 8):
+        assert sum(glottis.area(t)) == pytest.approx(glottis.mask(t).sum(), rel=0.01)
+
+
+def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
+    found = list(masks(recorded))
+    midline = find_midline(found)
+    assert abs(midline.anterior[0] - asymmetric.midline) < 0.5
+    assert abs(midline.posterior[0] - asymmetric.midline) < 0.5
+    area, truth = areas(found, midline), np.array([asymmetric.area(t) for t in range(90)])
+    assert area.total.mean() == pytest.approx(truth.sum(axis=1).mean(), rel=0.02)
+    wide = truth.sum(axis=1) > 0.5 * truth.sum(axis=1).max()
+    overlap = np.array(
+        [
+            (found[t] & asymmetric.mask(t)).sum() / max(1, (found[t] | asymmetric.mask(t)).sum())
+            for t in range(90)
+        ]
+    )
+    assert overlap[wide].min() > 0.95
+    assert (area.total[truth.sum(axis=1) == 0] < 0.01 * truth.max()).all()
+
+    told, cycles = measures(area, _FPS)
+    true_measures, _ = measures(GlottalArea(truth[:, 0], truth[:, 1]), _FPS)
+    assert cycles.count == 3
+    assert told["fundamental_frequency"].value == pytest.approx(0.0473 * _FPS, abs=2)
+    assert told["phase_asymmetry"].value == pytest.approx(-0.6, abs=0.1)
+    for name, close in (("open_quotient", 0.05), ("amplitude_asymmetry", 0.02)):
+        assert told[name].value == pytest.approx(true_measures[name].value, abs=close)
+
+
+def test_a_closed_glottis_and_plain_tissue_have_none() -> None:
+    glottis = SyntheticGlottis(Synthetic(highlights=0))
+    assert not glottis.mask(15).any()
+    assert segment(np.full((64, 64), 90.0)).score == 0
+    open_one = segment(glottis.frame(5))
+    truth = glottis.mask(5)
+    assert (open_one.mask & truth).sum() / (open_one.mask | truth).sum() > 0.9
+
+
+def test_measures_without_a_frame_rate_are_in_frames() -> None:
+    time = np.arange(120.0)
+    area = np.maximum(0, np.sin(2 * np.pi * time / 15)) * 100
+    found, cycles = measures(GlottalArea(0.5 * area, 0.5 * area))
+    assert found["fundamental_frequency"].unit == "1/frame"
+    assert found["fundamental_frequency"].value == pytest.approx(1 / 15, rel=1e-3)
+    assert found["open_quotient"].value == pytest.approx(
+        1 - 2 * np.arcsin(0.05) / (2 * np.pi) - 0.5, abs=0.04
+    )
+    labels = phases(GlottalArea(0.5 * area, 0.5 * area), cycles, time)
+    assert {"closed", "opening", "open", "closing"} <= set(labels)
+    quiet, _ = measures(GlottalArea(np.zeros(40), np.zeros(40)))
+    assert quiet["fundamental_frequency"].value is None
+    assert "no oscillation" in quiet["fundamental_frequency"].note
+    assert find_cycles(np.arange(40.0), np.zeros(40)).count == 0
+
+
+def test_sides_are_those_of_the_image_whichever_way_the_midline_leans() -> None:
+    mask = np.zeros((40, 40), dtype=bool)
+    mask[10:30, 20:26] = True
+    for lean in (-4.0, 0.0, 4.0):
+        area = areas([mask], Midline((18.0 - lean, 0.0), (18.0 + lean, 39.0)))
+        assert area.right[0] > area.left[0]
+    turned = areas([mask], Midline((18.0, 39.0), (18.0, 0.0)))  # the anterior end below: sides change
+    assert turned.left[0] > turned.right[0]
+
+
+def test_a_kymogram_shows_the_edges_where_they_are(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
+    line = asymmetric.midline
+    top, bottom = 0.15 * 256, 0.85 * 256
+    picture = kymogram(recorded, Midline((line, top), (line, bottom)), 0.5, 30)
+    assert picture.shape == (90, 61)
+    row = np.array([0.5 * (top + bottom)])
+    for t in (4, 26, 47):
+        width = asymmetric.edge(0, row, t)[0] + asymmetric.edge(1, row, t)[0]
+        dark = picture[t] < 60
+        assert dark.sum() == pytest.approx(width, abs=2)
+
+
+def test_without_a_glottis_or_a_direction_it_is_said(tmp_path: Path) -> None:
+    random = np.random.default_rng(2)
+    np.save(tmp_path / "noise.npy", random.normal(120, 1, (5, 64, 64)))
+    with pytest.raises(VideoError, match=r"Glottis: the darkest region is .* grey levels darker"):
+        list(masks(Recording.open(tmp_path / "noise.npy")))
+    with pytest.raises(VideoError, match="no frame has a glottis"):
+        find_midline([np.zeros((20, 20), dtype=bool)])
+    square = np.zeros((20, 20), dtype=bool)
+    square[5:15, 5:15] = True
+    with pytest.raises(VideoError, match="times as long as wide"):
+        find_midline([square])
