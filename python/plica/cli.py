@@ -129,6 +129,26 @@ examples:
   plica bench free --contacts multipliers --schemes trapezoidal --masses redistributed
 """
 
+_VIDEO_HELP = """\
+Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
+tissue from frame to frame, its modes, and how far to trust all of it. Reads AVI, MP4, MOV, MKV, a TIFF stack,
+a folder of images, HDF5 and NPY. Stores in DIR as it goes:
+
+  results.h5     masks, flow, modes, paths, trust (HDF5)
+  waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
+  measures.json  {name: {value, unit, spread, cycles}}
+  report.html    pictures, waveforms, kymogram, modes, quality; a player
+
+The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
+times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels. Left and
+right are those of the image.
+
+examples:
+  plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
+  plica video larynx.avi --fps 4000 -o analysis        again after Ctrl-C: it goes on where it stopped
+  plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
+  plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
+"""
 
 _FLOW_HELP = """\
 Finds the motion of every pixel from picture A to picture B and says how far to trust it.
@@ -219,6 +239,7 @@ def _parser() -> argparse.ArgumentParser:
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
+    _add_video(part("video", _video, "analyse a high-speed recording", _VIDEO_HELP))
     flow = part("flow", _flow, "find the motion between two pictures", _FLOW_HELP)
     flow.add_argument("first", metavar="A", type=Path, help="picture (PNG, TIFF, JPEG, ...)")
     flow.add_argument("second", metavar="B", type=Path, help="the next one, of the same size")
@@ -279,6 +300,46 @@ def _add_threads(part: argparse.ArgumentParser) -> None:
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
         help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
     )
+
+
+def _add_video(video: argparse.ArgumentParser) -> None:
+    video.add_argument("source", metavar="FILE", type=Path, help="video, TIFF stack, folder, HDF5 or NPY")
+    video.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, required=True, help="directory of the results"
+    )
+    video.add_argument("--fps", metavar="N", type=float, help="true frames per second")
+    video.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
+    video.add_argument(
+        "--rotation", metavar="DEG", type=float, default=0.0, help="turn frames, anticlockwise as seen"
+    )
+    video.add_argument(
+        "--region", metavar="X,Y,W,H", type=_numbers(int, 4), help="part of the turned frames, px"
+    )
+    video.add_argument(
+        "--midline",
+        metavar="X,Y,X,Y",
+        type=_numbers(float, 4),
+        help="anterior and posterior end, px of the region (default: found, anterior end up)",
+    )
+    video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
+    video.add_argument("--preset", metavar="NAME", default="robust", help="robust, reference, thesis or fast")
+    video.add_argument("--modes", metavar="N", type=_whole, default=6, help="principal modes (default: 6)")
+    video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
+    _add_threads(video)
+    video.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
+
+
+def _numbers(kind: Callable[[str], Any], count: int) -> Callable[[str], tuple[Any, ...]]:
+    def read(text: str) -> tuple[Any, ...]:
+        try:
+            values = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            values = ()
+        if len(values) != count:
+            raise argparse.ArgumentTypeError(f"{text}; must be {count} numbers with commas between them.")
+        return values
+
+    return read
 
 
 def _whole(text: str, most: int | None = None) -> int:
@@ -398,6 +459,34 @@ def _info(options: argparse.Namespace) -> int:
 
 def _plain(value: object) -> str:
     return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
+def _video(options: argparse.Namespace) -> int:
+    import plica
+    from plica.phonation.storage import storage_errors
+    from plica.video.analysis import Settings, analyse, write_tables
+    from plica.video.report import write_report
+
+    plica.set_threads(options.threads)
+    settings = Settings(
+        fps=options.fps,
+        mm_per_px=options.mm_per_px,
+        rotation=options.rotation,
+        region=options.region,
+        dataset=options.dataset,
+        midline=options.midline,
+        preset=options.preset,
+        correct_drift=not options.no_drift,
+        modes=options.modes,
+    )
+    with storage_errors(options.output):
+        found = analyse(options.source, options.output, settings, progress=not options.quiet)
+        write_tables(found)
+        report = write_report(found, options.source)
+    if not options.quiet:
+        print(_table({name: item.as_json() for name, item in found.measures.items()}))
+        print(f"report: {report}")
+    return 0
 
 
 def _report(options: argparse.Namespace) -> int:
