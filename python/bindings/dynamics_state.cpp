@@ -81,7 +81,7 @@ class Records {
       force_second_ = table_.column<double>("contact_force_second", {3});
       for (const char* name :
            {"contact_area", "contact_length", "peak_contact_pressure", "deepest_gap", "overlap_volume",
-            "edge_overlap_volume", "largest_multiplier", "contact_work", "contact_gap_error"})
+            "edge_overlap_volume", "largest_multiplier", "contact_work", "contact_gap_error", "contact_slide"})
         contact_.push_back(table_.column<double>(name));
       for (const char* name : {"contact_rows", "contact_passes", "contact_converged"})
         contact_counts_.push_back(table_.column<std::int32_t>(name));
@@ -132,7 +132,7 @@ class Records {
     Eigen::Map<Vector3>(force_second_ + 3 * k) = contact.force_second;
     put(contact_, k,
         {contact.area, contact.length, contact.peak_pressure, contact.deepest_gap, contact.overlap_volume,
-         contact.edge_overlap_volume, contact.largest_multiplier, work, contact.gap_error});
+         contact.edge_overlap_volume, contact.largest_multiplier, work, contact.gap_error, contact.slide});
     put<std::int32_t>(contact_counts_, k, {contact.rows, contact.passes, contact.converged});
     if (friction_loss_) friction_loss_[k] = contact.friction_loss;
   }

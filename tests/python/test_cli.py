@@ -167,6 +167,11 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     assert sentence in doubts(run)
 
 
+def test_surfaces_that_slide_in_a_matched_airway_are_said() -> None:
+    assert doubts({"contact_slide": np.array([0.0, 0.2])}) == ""
+    assert "slid along each other by 0.4 edges" in doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
+
+
 def test_contact_that_makes_energy_is_said() -> None:
     ones, zeros = np.ones(6), np.zeros(6)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}

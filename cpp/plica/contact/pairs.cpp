@@ -87,6 +87,7 @@ Constraint Pair::constraint() const {
 
 Detector::Detector(Airway airway, const Points& reference)
     : airway_(checked(std::move(airway), reference.rows())),
+      reference_(reference),
       first_(airway_.first, reference.rows()),
       second_(airway_.second, reference.rows()),
       foot_hint_(static_cast<std::size_t>(reference.rows()), -1),
@@ -261,6 +262,14 @@ std::vector<EdgeCrossing> Detector::edge_crossings(const Points& x, double reach
       found.push_back({0.5 * (p1 + p2), std::abs(volume(x, airway_.tets.row(t)))});
   }
   return found;
+}
+
+double Detector::slide(std::int32_t node, const Points& x) const {
+  const std::int32_t partner = partner_[node];
+  if (airway_.renewed || partner < 0) return 0.0;
+  const Vector3 n = (first_.contains(node) ? first_ : second_).normal(node);
+  const Vector3 moved = x.row(node) - x.row(partner) - reference_.row(node) + reference_.row(partner);
+  return (moved - n.dot(moved) * n).norm();
 }
 
 double Detector::reach(const Points& before, const Points& x, double depth) const {

@@ -107,6 +107,9 @@ class Detector {
   Deepest deepest(const Points& x, double reach);
   /// Sum of |V| over inverted tetrahedra with one node on one side whose slave penetrates, m^3.
   double overlap_volume(const Points& x, double reach);
+  /// How far a node has slid along the other surface since the reference, m: by that its airway knows less of what
+  /// it faces. 0 where the airway is renewed, or joins it to nothing.
+  double slide(std::int32_t node, const Points& x) const;
   /// Largest depth (m) that two surfaces can have at x if they were `depth` (m) deep at `before`: twice the
   /// largest displacement of a surface node, plus that depth.
   double reach(const Points& before, const Points& x, double depth) const;
@@ -117,6 +120,7 @@ class Detector {
   void find_thin(const Points& x);
 
   Airway airway_;
+  Points reference_;
   ContactSurface first_, second_;
   Indices nodes_;
   double mean_edge_ = 0.0;

@@ -68,6 +68,7 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
     if (force == 0.0) continue;
     ++record.rows;
     const std::int32_t slave = contacts.constraints[i].slave;
+    record.slide = std::max(record.slide, detector.slide(slave, x) / detector.mean_edge());
     const double pull = at_nodes ? -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal) : -force;
     record.largest_multiplier = record.rows == 1 ? pull : std::max(record.largest_multiplier, pull);
   }

@@ -38,6 +38,10 @@ _WAVEFORMS = {
     "contact_rows": ("1", "Closed contact constraints."),
     "contact_passes": ("1", "Rebuildings of the contact rows in the step."),
     "contact_gap_error": ("m", "Largest gap error left at the end of the step."),
+    "contact_slide": (
+        "1",
+        "How far closed nodes have slid along the other surface of a matched airway, at most, in mean edges.",
+    ),
     "contact_converged": ("1", "0 where augmentations ran out with a gap error above the tolerance."),
     "contact_area": ("m^2", "Of the loaded nodes, mean of both sides."),
     "contact_length": ("m", "Anteroposterior; a loaded node stands for half the way to its neighbours."),

@@ -134,6 +134,10 @@ TEST_CASE(
         CHECK(std::abs(gone(simulation) - halfway) < 1e-5 * free);
       } else {
         CHECK(gone(simulation) == doctest::Approx((std::sin(slope) - mu * std::cos(slope)) * free).epsilon(0.01));
+        if (!mortar) {  // by partner, which is a corner of the plate's triangles: the slide is the block's
+          const double edge = simulation.collision()->detector().mean_edge();
+          CHECK(simulation.record().contact->slide * edge == doctest::Approx(gone(simulation)).epsilon(0.01));
+        }
         const double pressing = 1000 * side * side * side * 9.81 * std::cos(slope);
         CHECK(loss == doctest::Approx(mu * pressing * gone(simulation)).epsilon(0.02));
       }
