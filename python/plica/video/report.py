@@ -94,9 +94,16 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
         text = "-" if value is None else number(value)
         if measure.spread is not None:
             text += f" ± {number(measure.spread)}"
-        cycles = f"{measure.cycles} cycles; " if measure.cycles else ""
+        cycles = f"{measure.cycles} cycles" if measure.cycles else ""
         shown = {"1": "", "px^2": "px²", "mm^2": "mm²"}.get(unit, unit)
-        rows.append({"name": label, "value": text, "unit": shown, "note": cycles + measure.note})
+        rows.append(
+            {
+                "name": label,
+                "value": text,
+                "unit": shown,
+                "note": "; ".join(filter(None, (cycles, measure.note))),
+            }
+        )
     return rows
 
 
