@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import h5py
@@ -47,7 +48,8 @@ def test_the_command_leaves_measures_tables_and_a_report(done: Path) -> None:
     assert len(rows) == 67
     assert len({len(row) for row in rows}) == 1
     page = (done / "report.html").read_text(encoding="utf-8")
-    assert "http" not in page.replace("http://www.w3.org", "")  # fetches nothing
+    text_alone = re.sub(r"data:image/[a-z]+;base64,[A-Za-z0-9+/=]+", "", page)
+    assert "http" not in text_alone.replace("http://www.w3.org", "")  # fetches nothing
     for text in ("Fundamental frequency", "Open quotient", "Kymogram", "mode 1", "--fps 4000"):
         assert text in page
     assert page.count("data:image/jpeg") > 20

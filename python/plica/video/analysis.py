@@ -148,7 +148,8 @@ def load(directory: str | Path) -> Analysis:
             raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
         stored = json.loads(file.attrs["settings"])
         settings = Settings(**{name: _tuple(value) for name, value in stored.items()})
-        area = GlottalArea(file["glottis/left"][:], file["glottis/right"][:])
+        parts = ("left", "right", "left_edge", "right_edge")
+        area = GlottalArea(*(file[f"glottis/{name}"][:] for name in parts))
         ends = file["glottis/midline"][:]
         midline = Midline((float(ends[0]), float(ends[1])), (float(ends[2]), float(ends[3])))
         flags = [str(text) for text in file["trust/flags"].asstr()[:]]
@@ -255,6 +256,8 @@ class _Chain:
             "glottis",
             left=area.left,
             right=area.right,
+            left_edge=area.left_edge,
+            right_edge=area.right_edge,
             tissue=tissue,
             midline=np.array([*midline.anterior, *midline.posterior]),
             kymogram=kymogram(steady, midline, half_width=0.25 * min(shape)).astype(np.float32),

@@ -29,6 +29,8 @@ _MOST_FRAMES = 60  # in the page
 _NAMES = {
     "fundamental_frequency": "Fundamental frequency",
     "open_quotient": "Open quotient",
+    "amplitude_left": "Amplitude, left in the image",
+    "amplitude_right": "Amplitude, right in the image",
     "amplitude_asymmetry": "Amplitude asymmetry",
     "phase_asymmetry": "Phase asymmetry",
     "glottal_area_max": "Largest glottal area",
@@ -88,12 +90,10 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
     rows = []
     for name, label in _NAMES.items():
         measure = found.measures[name]
-        value, unit = measure.value, measure.unit
-        if unit == "px^2" and found.settings.mm_per_px and value is not None:
-            value, unit = value * found.settings.mm_per_px**2, "mm^2"
-        text = "-" if value is None else number(value)
+        scale, unit = _in_mm(measure.unit, found.settings.mm_per_px)
+        text = "-" if measure.value is None else number(scale * measure.value)
         if measure.spread is not None:
-            text += f" ± {number(measure.spread)}"
+            text += f" ± {number(scale * measure.spread)}"
         cycles = f"{measure.cycles} cycles" if measure.cycles else ""
         shown = {"1": "", "px^2": "px²", "mm^2": "mm²"}.get(unit, unit)
         rows.append(
@@ -105,6 +105,13 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
             }
         )
     return rows
+
+
+def _in_mm(unit: str, mm_per_px: float | None) -> tuple[float, str]:
+    """What to multiply a measure with, and its unit then."""
+    if mm_per_px and unit in ("px", "px^2"):
+        return (mm_per_px, "mm") if unit == "px" else (mm_per_px**2, "mm^2")
+    return 1.0, unit
 
 
 def _command(found: Analysis, source: str | Path) -> str:

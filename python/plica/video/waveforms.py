@@ -41,6 +41,12 @@ class Midline:
         """px."""
         return float(np.hypot(*np.subtract(self.posterior, self.anterior)))
 
+    def along(self, shape: tuple[int, int]) -> Floats:
+        """(h, w) how far a pixel lies along the line, 0 at its anterior and 1 at its posterior end."""
+        y, x = np.mgrid[0 : shape[0], 0 : shape[1]]
+        dx, dy = np.subtract(self.posterior, self.anterior)
+        return np.asarray(((x - self.anterior[0]) * dx + (y - self.anterior[1]) * dy) / self.length**2)
+
     def right_of(self, shape: tuple[int, int]) -> Mask:
         """(h, w) whether a pixel lies right of the line for who looks from its anterior to its posterior end
         with that end below: the image's right, for a midline that points down."""
@@ -51,10 +57,19 @@ class Midline:
 
 @dataclass(frozen=True)
 class GlottalArea:
-    """Glottal area, (frames) px^2, left and right of the midline in the image."""
+    """Glottal area, left and right of the midline in the image.
+
+    Attributes
+    ----------
+    left, right : (frames) px^2
+    left_edge, right_edge : (frames) px
+        Mean distance of the folds' edges from the midline, over the middle tenth of its length.
+    """
 
     left: Floats
     right: Floats
+    left_edge: Floats
+    right_edge: Floats
 
     @property
     def total(self) -> Floats:
@@ -65,9 +80,8 @@ def masks(recording: Frames) -> Iterator[Mask]:
     """The glottis of every frame, in order.
 
     Where it can be is learnt from how much each pixel varies (first pass); some twenty frames and the
-    darkest are segmented alone. They tell how dark the glottis is, D, and how bright the tissue around it,
-    B; a pixel's own tissue is what covers it when it is brightest, if that is more than B. The outline of
-    every frame is where it passes halfway between the two, which is where a blurred step stands.
+    darkest are segmented alone. They tell how dark the glottis is and how bright the tissue
+    around it; the outline of every frame is halfway between the two, which is where a blurred step stands.
 
     Raises
     ------
@@ -77,12 +91,10 @@ def masks(recording: Frames) -> Iterator[Mask]:
     from scipy import ndimage
 
     total, square = np.zeros(recording.shape), np.zeros(recording.shape)
-    brightest = np.full(recording.shape, -np.inf)
     darkest = (np.inf, 0)
     for index, frame in enumerate(recording.frames()):
         total += frame
         square += np.square(frame, dtype=float)
-        np.maximum(brightest, blurred(frame), out=brightest)
         darkest = min(darkest, (float(np.percentile(frame, 5)), index))
     spread = np.sqrt(np.maximum(square / recording.count - (total / recording.count) ** 2, 0.0))
     prior = Prior(where=_smooth(spread))
@@ -114,7 +126,7 @@ def masks(recording: Frames) -> Iterator[Mask]:
             f"noise "
             f"{np.median(noise):.3g}; must be more than twice as much. Is this a recording of a larynx?"
         )
-    level = 0.5 * (float(np.median(dark)) + np.maximum(brightest, float(np.median(tissue))))
+    level = np.full(recording.shape, float(np.median(dark)) + 0.5 * contrast)
     # Beyond, what is dark is another thing: a shadow, the rim of the endoscope's view.
     near = ndimage.binary_dilation(reach, iterations=max(2, round(0.01 * max(recording.shape))))
     level[~near] = -np.inf
@@ -173,14 +185,28 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
 
 
 def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
-    """Area of each mask left and right of the midline."""
-    left, right = [], []
+    """Area and edges of each mask left and right of the midline."""
+    rows: list[tuple[float, float, float, float]] = []
     side: Mask | None = None
+    middle: Mask | None = None
+    band = 0.0  # px, extent of the band along the line, as its pixels have it
     for mask in glottis:
-        side = midline.right_of((mask.shape[0], mask.shape[1])) if side is None else side
-        right.append(float((mask & side).sum()))
-        left.append(float(mask.sum()) - right[-1])
-    return GlottalArea(np.array(left), np.array(right))
+        if side is None or middle is None:
+            shape = (mask.shape[0], mask.shape[1])
+            side = midline.right_of(shape)
+            middle = np.abs(midline.along(shape) - 0.5) < 0.05
+            down = abs(midline.posterior[1] - midline.anterior[1]) / midline.length
+            band = float(middle.sum()) * down / shape[1]
+        right, whole = mask & side, mask & middle
+        rows.append(
+            (
+                float(mask.sum() - right.sum()),
+                float(right.sum()),
+                float((whole & ~side).sum()) / band,
+                float((whole & side).sum()) / band,
+            )
+        )
+    return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
 def kymogram(recording: Frames, midline: Midline, place: float = 0.5, half_width: float = 60) -> Floats:
@@ -224,7 +250,8 @@ def measures(area: GlottalArea, fps: float | None = None) -> tuple[dict[str, Mea
     """Frequency, open quotient, amplitudes and asymmetries, each with its spread over cycles.
 
     With `fps` times are in seconds, without in frames: a frequency is then in cycles per frame, unit
-    "1/frame". The amplitude of a side is half of its area's range in a cycle (px^2); the phase asymmetry, at
+    "1/frame". The amplitude of a side is half of its edge's way in a cycle, its asymmetry that of the
+    areas' ranges; the phase asymmetry, at
     the cycles' frequency, is positive where the right lags.
     """
     unit = "Hz" if fps else "1/frame"
@@ -233,6 +260,8 @@ def measures(area: GlottalArea, fps: float | None = None) -> tuple[dict[str, Mea
     names = {
         "fundamental_frequency": unit,
         "open_quotient": "1",
+        "amplitude_left": "px",
+        "amplitude_right": "px",
         "amplitude_asymmetry": "1",
         "phase_asymmetry": "rad",
     }
@@ -244,8 +273,11 @@ def measures(area: GlottalArea, fps: float | None = None) -> tuple[dict[str, Mea
         return found | {name: absent(of, cycles.note) for name, of in names.items()}, cycles
     parts = cycles.samples(time)
     opened, amplitude, phase = [], [], []
+    swing: dict[str, list[float]] = {"amplitude_left": [], "amplitude_right": []}
     for (begin, end), part in zip(zip(cycles.starts, cycles.starts[1:], strict=False), parts, strict=True):
         opened.append(_open_share(time, area.total, begin, end, float(area.total[part].max())))
+        for name, edge in (("amplitude_left", area.left_edge), ("amplitude_right", area.right_edge)):
+            swing[name].append(0.5 * float(np.ptp(edge[part])))
         left, right = (0.5 * float(np.ptp(side[part])) for side in (area.left, area.right))
         amplitude.append((right - left) / (right + left) if right + left else np.nan)
         angle = [_angle(time[part], side[part], begin, end - begin) for side in (area.left, area.right)]
@@ -254,6 +286,9 @@ def measures(area: GlottalArea, fps: float | None = None) -> tuple[dict[str, Mea
     found["open_quotient"] = per_cycle(
         cycles, np.array(opened), "1", f"open: area above {100 * open_share:g} % of the cycle's maximum"
     )
+    for name, values in swing.items():
+        note = "half of the way of the edge in the middle of the midline"
+        found[name] = per_cycle(cycles, np.array(values), "px", note)
     found["amplitude_asymmetry"] = per_cycle(
         cycles, np.array(amplitude), "1", "(right - left) / (right + left)"
     )
