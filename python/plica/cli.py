@@ -8,9 +8,12 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
+
+if TYPE_CHECKING:
+    from plica.video.analysis import Analysis
 
 __all__ = ["main"]
 
@@ -25,6 +28,7 @@ A first session:
   plica run examples/normal_phonation.toml -o runs/normal    compute; ends with a report
   xdg-open runs/normal/report.html                           look at it
   paraview runs/normal/fields.xdmf                           look at it in 3D
+  plica video larynx.avi --fps 4000 -o analysis              measure a high-speed recording
 
 A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
 [airflow] table there is no airflow, without [contact] no contact. Quantities are SI numbers or texts with
@@ -150,6 +154,25 @@ examples:
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
 """
 
+_GLOTTIS_HELP = """\
+The part of plica video that needs no flow: the endoscope's motion, the glottis in every frame, its area left
+and right, a kymogram, measures. Writes results.h5, waveforms.csv and measures.json to DIR; plica video with
+the same settings goes on from there.
+
+examples:
+  plica glottis larynx.avi --fps 4000 -o analysis
+  plica video larynx.avi --fps 4000 -o analysis
+"""
+
+_MODES_HELP = """\
+The principal modes of the tissue's motion: plica video without its report. Prints each mode's share of the
+variance and its likeness to its mirror image, +1 where both folds move alike; results.h5 in DIR has the modes
+and their coefficients.
+
+examples:
+  plica modes larynx.avi --fps 4000 --modes 8 -o analysis
+"""
+
 _FLOW_HELP = """\
 Finds the motion of every pixel from picture A to picture B and says how far to trust it.
 
@@ -240,6 +263,8 @@ def _parser() -> argparse.ArgumentParser:
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
     _add_video(part("video", _video, "analyse a high-speed recording", _VIDEO_HELP))
+    _add_video(part("glottis", _glottis, "find the glottis in a high-speed recording", _GLOTTIS_HELP))
+    _add_video(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
     flow = part("flow", _flow, "find the motion between two pictures", _FLOW_HELP)
     flow.add_argument("first", metavar="A", type=Path, help="picture (PNG, TIFF, JPEG, ...)")
     flow.add_argument("second", metavar="B", type=Path, help="the next one, of the same size")
@@ -462,10 +487,40 @@ def _plain(value: object) -> str:
 
 
 def _video(options: argparse.Namespace) -> int:
+    from plica.phonation.storage import storage_errors
+    from plica.video.report import write_report
+
+    found = _analysed(options, "modes")
+    with storage_errors(options.output):
+        report = write_report(found, options.source)
+    if not options.quiet:
+        print(f"report: {report}")
+    return 0
+
+
+def _glottis(options: argparse.Namespace) -> int:
+    _analysed(options, "glottis")
+    return 0
+
+
+def _modes(options: argparse.Namespace) -> int:
+    import h5py
+
+    found = _analysed(options, "modes")
+    if not options.quiet:
+        with h5py.File(found.file, "r") as file:
+            rows = zip(file["modes/share"][:], file["modes/symmetry"][:], strict=True)
+            print("mode   share  symmetry")
+            for k, (share, symmetry) in enumerate(rows, start=1):
+                print(f"{k:4d} {100 * share:6.2f} %  {symmetry:+8.3f}")
+    return 0
+
+
+def _analysed(options: argparse.Namespace, until: str) -> Analysis:
+    """The analysis of a recording as far as `until`, its tables written and its measures printed."""
     import plica
     from plica.phonation.storage import storage_errors
     from plica.video.analysis import Settings, analyse, write_tables
-    from plica.video.report import write_report
 
     plica.set_threads(options.threads)
     settings = Settings(
@@ -480,13 +535,11 @@ def _video(options: argparse.Namespace) -> int:
         modes=options.modes,
     )
     with storage_errors(options.output):
-        found = analyse(options.source, options.output, settings, progress=not options.quiet)
+        found = analyse(options.source, options.output, settings, until=until, progress=not options.quiet)
         write_tables(found)
-        report = write_report(found, options.source)
     if not options.quiet:
         print(_table({name: item.as_json() for name, item in found.measures.items()}))
-        print(f"report: {report}")
-    return 0
+    return found
 
 
 def _report(options: argparse.Namespace) -> int:

@@ -100,6 +100,26 @@ def test_a_stopped_analysis_goes_on_and_ends_the_same(
             assert np.array_equal(one[name][:], other[name][:], equal_nan=True)
 
 
+@pytest.mark.slow
+def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
+    movie: Path, done: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [str(movie), "-o", str(tmp_path), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast"]
+    assert main(["glottis", *arguments]) == 0
+    assert "fundamental_frequency" in capsys.readouterr().out
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert set(file) == {"frames", "glottis"}
+    with (tmp_path / "waveforms.csv").open() as table:
+        assert "mode 1 (px)" not in next(csv.reader(table))
+    assert main(["modes", *arguments]) == 0
+    said = capsys.readouterr().out
+    with h5py.File(tmp_path / "results.h5") as one, h5py.File(done / "results.h5") as other:
+        assert np.array_equal(one["modes/patterns"][:], other["modes/patterns"][:])
+        share = 100 * one["modes/share"][0]
+    assert f"   1 {share:6.2f} %" in said
+    assert not (tmp_path / "report.html").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -11,6 +11,7 @@ import csv
 import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -107,9 +108,16 @@ class Analysis:
 
 
 def analyse(
-    source: str | Path, directory: str | Path, settings: Settings | None = None, *, progress: bool = True
+    source: str | Path,
+    directory: str | Path,
+    settings: Settings | None = None,
+    *,
+    until: str = "modes",
+    progress: bool = True,
 ) -> Analysis:
     """Analyse a recording and store the results in `directory` as they come; goes on where it was stopped.
+
+    `until` is the last step to do: "glottis" (masks, area, kymogram) or "modes", everything.
 
     Raises
     ------
@@ -132,7 +140,7 @@ def analyse(
     where.mkdir(parents=True, exist_ok=True)
     with h5py.File(where / "results.h5", "a") as file:
         _claim(file, where, source, chosen)
-        _Chain(file, recording, chosen, progress).run()
+        _Chain(file, recording, chosen, progress).run(until)
     return load(where)
 
 
@@ -144,7 +152,7 @@ def load(directory: str | Path) -> Analysis:
     if not path.exists():
         raise VideoError(f"Video: {where} has no results.h5; must be the directory of an analysis.")
     with h5py.File(path, "r") as file:
-        if "modes" not in file:
+        if "glottis" not in file or ("flow" in file and "modes" not in file):
             raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
         stored = json.loads(file.attrs["settings"])
         settings = Settings(**{name: _tuple(value) for name, value in stored.items()})
@@ -152,7 +160,8 @@ def load(directory: str | Path) -> Analysis:
         area = GlottalArea(*(file[f"glottis/{name}"][:] for name in parts))
         ends = file["glottis/midline"][:]
         midline = Midline((float(ends[0]), float(ends[1])), (float(ends[2]), float(ends[3])))
-        flags = [str(text) for text in file["trust/flags"].asstr()[:]]
+        told = "trust" in file
+        flags = [str(text) for text in file["trust/flags"].asstr()[:]] if told else [""] * area.total.size
     found, cycles = measures(area, settings.fps)
     time = np.arange(area.total.size) / (settings.fps or 1.0)
     return Analysis(where, settings, area, midline, cycles, found, time, phases(area, cycles, time), flags)
@@ -182,7 +191,7 @@ class _Chain:
     def __init__(self, file: h5py.File, recording: Recording, settings: Settings, shown: bool) -> None:
         self._file, self._recording, self._settings, self._shown = file, recording, settings, shown
 
-    def run(self) -> None:
+    def run(self, until: str) -> None:
         for name, step in (
             ("frames", self._frames),
             ("glottis", self._glottis),
@@ -194,6 +203,8 @@ class _Chain:
             if name == "flow" or name not in self._file:
                 step()
                 self._file.flush()
+            if name == until:
+                return
 
     def _store(self, name: str, **arrays: Any) -> None:
         """A group, complete or not there."""
@@ -386,22 +397,30 @@ def _spread(frames: Iterable[npt.NDArray[np.float32]], recording: Recording) -> 
 
 
 def write_tables(found: Analysis) -> None:
-    """waveforms.csv, a row a frame; measures.json."""
+    """waveforms.csv, a row a frame, of the flow and the modes as far as they are done; measures.json."""
     unit = "s" if found.settings.fps else "frames"
+    columns: dict[str, Any] = {
+        f"time ({unit})": found.time,
+        "area left (px^2)": found.area.left,
+        "area right (px^2)": found.area.right,
+        "edge left (px)": found.area.left_edge,
+        "edge right (px)": found.area.right_edge,
+        "phase": found.phase,
+        "flags": found.flags,
+    }
     with h5py.File(found.file, "r") as file:
-        residual, mismatch = file["flow/residual"][:], file["trust/mismatch"][:]
-        coefficients, motion = file["modes/coefficients"][:], file["frames/drift"][:]
-    head = [f"time ({unit})", "area left (px^2)", "area right (px^2)", "phase", "flags"]
-    head += ["drift right (px)", "drift down (px)", "drift turn (rad)", "residual (grey)", "mismatch (px)"]
-    head += [f"mode {k + 1} (px)" for k in range(coefficients.shape[1])]
+        for name, values in zip(
+            ("right (px)", "down (px)", "turn (rad)"), file["frames/drift"][:].T, strict=True
+        ):
+            columns[f"drift {name}"] = values
+        if "modes" in file:
+            columns["residual (grey)"] = file["flow/residual"][:]
+            columns["mismatch (px)"] = file["trust/mismatch"][:]
+            for k, values in enumerate(file["modes/coefficients"][:].T, start=1):
+                columns[f"mode {k} (px)"] = values
     with (found.directory / "waveforms.csv").open("w", newline="", encoding="utf-8") as out:
         rows = csv.writer(out)
-        rows.writerow(head)
-        for k in range(found.time.size):
-            pair = (
-                [residual[k], mismatch[k], *coefficients[k]] if k < residual.size else [""] * (len(head) - 8)
-            )
-            own = [found.time[k], found.area.left[k], found.area.right[k], found.phase[k], found.flags[k]]
-            rows.writerow([*own, *motion[k], *pair])
+        rows.writerow(columns)
+        rows.writerows(zip_longest(*columns.values(), fillvalue=""))  # the last frame has no flow
     text = json.dumps({name: value.as_json() for name, value in found.measures.items()}, indent=2)
     (found.directory / "measures.json").write_text(text + "\n", encoding="utf-8")
