@@ -271,7 +271,9 @@ def _parser() -> argparse.ArgumentParser:
     flow.add_argument(
         "-o", "--output", metavar="FILE", type=Path, required=True, help="the flow, e.g. ab.flo"
     )
-    flow.add_argument("--preset", metavar="NAME", default="robust", help="robust, reference, thesis or fast")
+    flow.add_argument(
+        "--preset", metavar="NAME", default="robust", help="robust, video, reference, thesis or fast"
+    )
     flow.add_argument("--truth", metavar="FILE", type=Path, help="true flow (.flo) to compare with")
     flow.add_argument(
         "--mask", metavar="FILE", type=Path, help="picture that is black where A and B are useless"
@@ -347,7 +349,12 @@ def _add_video(video: argparse.ArgumentParser) -> None:
         help="anterior and posterior end, px of the region (default: found, anterior end up)",
     )
     video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
-    video.add_argument("--preset", metavar="NAME", default="robust", help="robust, reference, thesis or fast")
+    video.add_argument(
+        "--preset",
+        metavar="NAME",
+        default="video",
+        help="of the flow: video, robust, reference, thesis or fast",
+    )
     video.add_argument("--modes", metavar="N", type=_whole, default=6, help="principal modes (default: 6)")
     video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
     _add_threads(video)

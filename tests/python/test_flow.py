@@ -131,7 +131,7 @@ def test_colour_becomes_grey_by_the_weights_of_the_thesis() -> None:
         ({"first": np.array([["a"]])}, "to_grey: first has type <U1; must be numbers."),
         (
             {"preset": "robus"},
-            'preset = "robus"; must be one of robust, reference, thesis, fast. Did you mean',
+            'preset = "robus"; must be one of robust, reference, video, thesis, fast. Did you mean',
         ),
         ({"lamda": 0.1}, "flow: option lamda is unknown; must be one of"),
         ({"smoothness": -1}, "FlowOptions: smoothness = -1; must be in [1e-06, 1e+06]."),

@@ -63,7 +63,7 @@ class Settings:
     """Of an HDF5 file that holds several."""
     midline: tuple[float, float, float, float] | None = None
     """x, y of the anterior end and of the posterior one, px of the region; None: found, anterior end up."""
-    preset: str = "robust"
+    preset: str = "video"
     """Of the flow."""
     correct_drift: bool = True
     """Take the endoscope's motion out."""

@@ -22,12 +22,14 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
     {
         "robust": FlowOptions(),
         "reference": FlowOptions(sweeps=40),
+        "video": FlowOptions(smoothness=0.5),
         "thesis": FlowOptions(smoothness=0.5, sweeps=40),
         "fast": FlowOptions(stages=2, warps=3),
     }
 )
-"""Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``thesis``:
-the same with the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less."""
+"""Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
+for noisy recordings, chosen on the synthetic glottis (docs/verification.md). ``thesis``: ``reference`` with
+the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less."""
 
 
 @dataclass(frozen=True)
