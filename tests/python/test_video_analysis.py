@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from plica.cli import main
-from plica.video import analysis
+from plica.video import analysis, report
 from plica.video.analysis import Settings, analyse, load
 from plica.video.errors import VideoError
 from plica.video.synthetic import Synthetic, SyntheticGlottis
@@ -98,6 +98,24 @@ def test_a_stopped_analysis_goes_on_and_ends_the_same(
     with h5py.File(tmp_path / "results.h5") as one, h5py.File(done / "results.h5") as other:
         for name in ("flow/uv", "modes/patterns", "glottis/left", "paths/places"):
             assert np.array_equal(one[name][:], other[name][:], equal_nan=True)
+
+
+@pytest.mark.slow
+def test_the_report_draws_the_outline_on_the_frame_that_it_belongs_to(tmp_path: Path) -> None:
+    """The camera moves by 6 px: masks are those of frames without that motion."""
+    stack = SyntheticGlottis(_OPTIONS).stack()
+    moved = np.stack([np.roll(frame, min(k // 4, 6), axis=1) for k, frame in enumerate(stack)])
+    np.save(tmp_path / "moved.npy", moved)
+    analyse(tmp_path / "moved.npy", tmp_path, Settings(preset="fast"), until="glottis", progress=False)
+    with h5py.File(tmp_path / "results.h5") as file:
+        assert file["frames/drift"][-1, 0] == pytest.approx(6, abs=0.5)
+        areas = file["glottis/left"][:] + file["glottis/right"][:]
+        wide = 30 + int(np.argmax(areas[30:]))
+        mask = file["glottis/mask"][wide]
+        image = report._overlays(load(tmp_path), tmp_path / "moved.npy", file, np.array([wide]))[0]
+    grey = (image[..., 0] == image[..., 1]) & (image[..., 1] == image[..., 2])
+    assert image[mask & grey].mean() < 40
+    assert image[~mask & grey].mean() > 80
 
 
 @pytest.mark.slow

@@ -21,11 +21,12 @@ import numpy.typing as npt
 
 from plica.phonation.cycles import Cycles
 from plica.phonation.measure import Measure
+from plica.phonation.measures import write_measures
 from plica.video.drift import drift, still_region, without_drift
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS, flow
 from plica.video.modes import modes
-from plica.video.recording import Recording, Region
+from plica.video.recording import Recording, Region, spread
 from plica.video.trajectories import follow
 from plica.video.waveforms import (
     GlottalArea,
@@ -145,8 +146,7 @@ def analyse(
 
 
 def load(directory: str | Path) -> Analysis:
-    """Read the analysis in a directory. Raises VideoError where there is none, or one that is not
-    finished."""
+    """Read the analysis in a directory. Raises VideoError where there is none, or an unfinished one."""
     where = Path(directory)
     path = where / "results.h5"
     if not path.exists():
@@ -237,9 +237,9 @@ class _Chain:
         recording = self._recording
         motion = np.zeros((recording.count, 3))
         if self._settings.correct_drift:
-            still = still_region(_spread(recording.frames(), recording), 0.5)
+            still = still_region(spread(recording.frames()), 0.5)
             first = drift(self._watched("drift", recording.frames(), recording.count), still)
-            still = still_region(_spread(without_drift(recording.frames(), first), recording), 0.3)
+            still = still_region(spread(without_drift(recording.frames(), first)), 0.3)
             motion = drift(self._watched("drift again", recording.frames(), recording.count), still)
         sharp, bright = [], []
         for frame in recording.frames():
@@ -313,9 +313,9 @@ class _Chain:
         sharp, bright = file["frames/sharpness"][:], file["frames/saturated"][:]
         moved = np.linalg.norm(np.diff(file["frames/drift"][:, :2], axis=0, prepend=0.0), axis=1)
         shut = total <= 0.02 * total.max()
-        flags = [[] for _ in range(count)]  # type: list[list[str]]
+        flags: list[list[str]] = [[] for _ in range(count)]
         for name, wrong in (
-            ("collision", shut & (np.roll(total, 1) > total)),
+            ("collision", shut & (np.diff(total, prepend=total[0]) < 0)),
             ("blur", sharp < 0.5 * np.median(sharp)),
             ("saturation", bright > 0.05),
             ("drift", moved > 1.0),
@@ -379,21 +379,10 @@ class _Replayed:
 
 
 def _telling(frame: npt.NDArray[np.float32], glottis: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Where a frame shows tissue: neither glottis nor highlight, a margin of two pixels about both left
-    out."""
+    """Where a frame shows tissue: neither glottis nor highlight, nor two pixels about both."""
     from scipy import ndimage
 
     return np.asarray(~ndimage.binary_dilation(glottis | (frame >= _BRIGHT), iterations=2))
-
-
-def _spread(frames: Iterable[npt.NDArray[np.float32]], recording: Recording) -> Floats:
-    """(h, w) standard deviation over the frames."""
-    total, square = np.zeros(recording.shape), np.zeros(recording.shape)
-    for frame in frames:
-        total += frame
-        square += np.square(frame, dtype=float)
-    mean = total / recording.count
-    return np.asarray(np.sqrt(np.maximum(square / recording.count - mean**2, 0.0)))
 
 
 def write_tables(found: Analysis) -> None:
@@ -422,5 +411,4 @@ def write_tables(found: Analysis) -> None:
         rows = csv.writer(out)
         rows.writerow(columns)
         rows.writerows(zip_longest(*columns.values(), fillvalue=""))  # the last frame has no flow
-    text = json.dumps({name: value.as_json() for name, value in found.measures.items()}, indent=2)
-    (found.directory / "measures.json").write_text(text + "\n", encoding="utf-8")
+    write_measures(found.measures, found.directory / "measures.json")

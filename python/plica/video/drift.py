@@ -1,9 +1,8 @@
 """Motion of the endoscope: the rigid motion of what does not vibrate, by frame, and frames without it.
 
-Each frame is aligned to the mean of the frames around it so far known to be aligned: a translation and a
-small rotation about the frame's centre that minimise the Huber norm of the brightness difference over the
-still region, by Gauss and Newton's iteration on frames blurred coarse to fine. Steps between neighbouring
-frames are small, so the motion of one frame is the start for the next.
+Each frame is aligned to the first: a translation and a small rotation about the frame's centre that minimise
+the Huber norm of the brightness difference over the still region, by Gauss and Newton's iteration on frames
+blurred coarse to fine. Neighbouring frames move little, so the motion of one frame is the start for the next.
 """
 
 from __future__ import annotations
@@ -20,8 +19,7 @@ __all__ = ["Drift", "drift", "still_region", "without_drift"]
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Drift = npt.NDArray[np.float64]
-"""(frames, 3): right and down, px, and clockwise about the centre as seen, rad; that of a frame against the
-first."""
+"""(frames, 3): right and down, px, and clockwise about the centre as seen, rad, against the first frame."""
 
 _BLURS = (4.0, 1.5)  # px
 _HUBER = 10.0  # grey values of 255
@@ -107,8 +105,8 @@ class _Level:
         if not (scale > 0).all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
             raise VideoError(
                 f"Drift: the {int(self._used.sum())} still pixels have too little texture to tell the "
-                f"endoscope's "
-                "motion; must have some. Leave the correction out (--no-drift), or take in more of the frame."
+                "endoscope's motion; must have some. Leave the correction out (--no-drift), or take in more "
+                "of the frame."
             )
 
     def align(self, frame: npt.NDArray[np.floating], start: Floats) -> Floats:

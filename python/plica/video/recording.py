@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from plica.video.errors import VideoError
 from plica.video.sources import FrameSource, open_source
 
-__all__ = ["Frames", "Grey", "Recording", "Region"]
+__all__ = ["Frames", "Grey", "Recording", "Region", "spread"]
 
 Grey = npt.NDArray[np.float32]  # (height, width), 0 dark
 
@@ -148,11 +148,6 @@ class Recording:
             raise VideoError(f"Recording: frame {index}; must be in [0, {self.count}).")
         return next(self.frames(index, index + 1))
 
-    def turned(self, rotation: float, region: Region | None) -> Recording:
-        """The same recording, turned and cut anew."""
-        _check_region(self.source, region)
-        return replace(self, rotation=rotation, region=region)
-
     def _used(self, raw: Grey) -> Grey:
         image = (raw - np.float32(self.low)) * np.float32(255.0 / (self.high - self.low))
         if self.rotation:
@@ -163,6 +158,18 @@ class Recording:
             r = self.region
             image = image[r.y : r.y + r.height, r.x : r.x + r.width]
         return np.ascontiguousarray(image, dtype=np.float32)
+
+
+def spread(frames: Iterable[Grey]) -> npt.NDArray[np.float64]:
+    """(h, w) standard deviation of each pixel over the frames, of which there is one at least."""
+    total: npt.NDArray[np.float64] | float = 0.0
+    square: npt.NDArray[np.float64] | float = 0.0
+    count = 0
+    for frame in frames:
+        total = total + frame.astype(float)
+        square = square + np.square(frame, dtype=float)
+        count += 1
+    return np.asarray(np.sqrt(np.maximum(square / count - np.square(total / count), 0.0)))
 
 
 def _check_region(source: FrameSource, region: Region | None) -> None:
@@ -176,8 +183,7 @@ def _check_region(source: FrameSource, region: Region | None) -> None:
     if not inside:
         raise VideoError(
             f"Recording: region = {region.x}, {region.y}, {region.width}, {region.height} px; must lie "
-            f"within "
-            f"the frames of {width} x {height} px."
+            f"within the frames of {width} x {height} px."
         )
     if min(region.width, region.height) < 16:
         raise VideoError(
@@ -202,7 +208,6 @@ def _scale(source: FrameSource) -> tuple[float, float]:
     if not high - low > 1e-3 * (ends[1] - ends[0]):
         raise VideoError(
             f"Recording: {source.name}: 99 % of all pixels lie between {low:g} and {high:g}; must be an "
-            f"image "
-            "with contrast. Is it saturated, or empty?"
+            "image with contrast. Is it saturated, or empty?"
         )
     return float(low), float(high)

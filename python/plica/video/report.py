@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.report.wording import number
 from plica.video.analysis import Analysis, Settings
+from plica.video.drift import without_drift
 from plica.video.recording import Recording, Region
 
 __all__ = ["write_report"]
@@ -146,9 +147,11 @@ def _overlays(
     rows = np.clip(np.round(ay + along * (py - ay)), 0, recording.shape[0] - 1).astype(int)
     columns = np.clip(np.round(ax + along * (px - ax)), 0, recording.shape[1] - 1).astype(int)
     images = []
-    for index in shown:
-        image = np.clip(recording.frame(int(index)), 0, 255).astype(np.uint8)
-        coloured = np.stack([image] * 3, axis=-1)
+    wanted = set(shown.tolist())
+    for index, frame in enumerate(without_drift(recording.frames(), file["frames/drift"][:])):
+        if index not in wanted:
+            continue
+        coloured = np.stack([np.clip(frame, 0, 255).astype(np.uint8)] * 3, axis=-1)
         mask = file["glottis/mask"][index]
         coloured[rows, columns] = (90, 160, 230)
         coloured[mask & ~ndimage.binary_erosion(mask)] = (255, 140, 40)

@@ -2,8 +2,8 @@
 
 After Paper D, Sec. 2.3 (Lindeberg's scale-space edges). Edge strength is the largest over the scales s of
 s^(1/2) |grad (G_s * I)|, which a blurred step of any width answers alike. Candidates are the connected
-components of I < T over a ladder of thresholds T; a candidate's score is the mean edge strength along its
-outline, over the contrast of the frame, times what is known of where a glottis can be (`prior`).
+components of I < T over a ladder of thresholds T, I being brightness over that of the surroundings; a
+candidate's score is the mean edge strength along its outline times what is known of where a glottis can be.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class Glottis:
     mask : (h, w) bool
         Empty where nothing dark is surrounded by an edge: a closed glottis.
     score : float
-        Mean edge strength along the outline over the frame's contrast, times the prior's weight; 0 if empty.
+        Mean edge strength along the outline, of relative brightness, times the prior's weight; 0 if empty.
     threshold : float
-        Grey value below which the glottis lies; NaN if empty.
+        Relative brightness below which the glottis lies; NaN if empty.
     """
 
     mask: Mask
@@ -60,7 +60,7 @@ class Glottis:
 
 
 def edge_strength(image: Floats) -> Floats:
-    """(h, w) the largest over scales s of s^(1/2) |grad (G_s * I)|, grey values."""
+    """(h, w) the largest over scales s of s^(1/2) |grad (G_s * I)|, in units of the image."""
     from scipy import ndimage
 
     strongest = np.zeros(image.shape)
@@ -111,8 +111,7 @@ def segment(image: Floats, prior: Prior | None = None, least_score: float = 0.05
 
 
 def _at_half(found: Glottis, relative: Floats) -> Glottis:
-    """The outline halfway between the brightness inside and that of the tissue around: where a blurred step
-    is."""
+    """The outline halfway between the brightness inside and around: where a blurred step is."""
     from scipy import ndimage
 
     inside = ndimage.binary_erosion(found.mask)
@@ -125,13 +124,13 @@ def _at_half(found: Glottis, relative: Floats) -> Glottis:
 
 
 def relative_brightness(image: Floats) -> Floats:
-    """Brightness over that of the surroundings: light and highlights fall out."""
+    """(h, w) brightness over that of the surroundings: light and highlights fall out."""
     from scipy import ndimage
 
     image = np.asarray(image, dtype=float)
     image = np.minimum(image - image.min(), np.percentile(image, 95) - image.min())
-    around = ndimage.gaussian_filter(image, 0.08 * max(image.shape), mode="mirror")
-    return np.asarray(image / (around + max(0.1 * image.max(), 1e-12)))
+    surroundings = ndimage.gaussian_filter(image, 0.08 * max(image.shape), mode="mirror")
+    return np.asarray(image / (surroundings + max(0.1 * image.max(), 1e-12)))
 
 
 def region_below(image: Floats, threshold: float, reach: Mask) -> Mask:

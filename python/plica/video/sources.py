@@ -89,8 +89,8 @@ def check(name: str, count: int, shape: tuple[int, int]) -> None:
         )
     if min(shape) < _LEAST:
         raise VideoError(
-            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must be {_LEAST} x {_LEAST} px or "
-            f"more."
+            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must be "
+            f"{_LEAST} x {_LEAST} px or more."
         )
 
 
@@ -112,8 +112,7 @@ class Video:
         if stated and self.count < stated:
             raise VideoError(
                 f"Recording: {self.name} ends after {self.count} frames; must have the {stated} that it "
-                f"states. "
-                "It is cut off: copy it again, or store what there is of it in a file of its own "
+                "states. It is cut off: copy it again, or store what there is of it in a file of its own "
                 f"(ffmpeg -i {self.name} -c copy whole.mkv)."
             )
         check(self.name, self.count, self.shape)
@@ -149,9 +148,8 @@ class Video:
 
     def _broken(self, index: int, what: str) -> VideoError:
         return VideoError(
-            f"Recording: {self.name}: frame {index} {what}. The {index} frames before it are whole: store "
-            f"them "
-            f"in a file of their own (ffmpeg -i {self.name} -frames:v {index} whole.mkv)."
+            f"Recording: {self.name}: frame {index} {what}. The {index} frames before it are whole: "
+            f"store them in a file of their own (ffmpeg -i {self.name} -frames:v {index} whole.mkv)."
         )
 
 
@@ -185,8 +183,8 @@ class Images:
             if image.shape[:2] != self.shape:
                 raise VideoError(
                     f"Recording: {self.name}: frame {index} ({file.name}) is {image.shape[1]} x "
-                    f"{image.shape[0]} "
-                    f"px; must be {self.shape[1]} x {self.shape[0]} px as {self._files[0].name}."
+                    f"{image.shape[0]} px; must be {self.shape[1]} x {self.shape[0]} px as "
+                    f"{self._files[0].name}."
                 )
             yield image
 
@@ -217,14 +215,12 @@ class Stack:
                 except (tifffile.TiffFileError, ValueError, OSError) as error:
                     raise VideoError(
                         f"Recording: {self.name}: frame {index} cannot be decoded ({error}). The {index} "
-                        f"frames "
-                        "before it are whole."
+                        "frames before it are whole."
                     ) from None
                 if image.shape[:2] != self.shape:
                     raise VideoError(
                         f"Recording: {self.name}: frame {index} is {image.shape[1]} x {image.shape[0]} px; "
-                        f"must be "
-                        f"{self.shape[1]} x {self.shape[0]} px as frame 0."
+                        f"must be {self.shape[1]} x {self.shape[0]} px as frame 0."
                     )
                 yield grey(image, f"{self.name}: frame {index}")
 
@@ -277,11 +273,12 @@ def _dataset(file: Any, path: Path, wanted: str | None) -> str:
     import h5py
 
     found: list[str] = []
-    file.visititems(
-        lambda name, item: (
-            found.append(name) if isinstance(item, h5py.Dataset) and item.ndim in (3, 4) else None
-        )
-    )
+
+    def note(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.ndim in (3, 4):
+            found.append(name)
+
+    file.visititems(note)
     if wanted is not None:
         if wanted.strip("/") not in found:
             raise VideoError(

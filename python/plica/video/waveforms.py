@@ -15,7 +15,7 @@ import numpy.typing as npt
 from plica.phonation.cycles import Cycles, find_cycles
 from plica.phonation.measure import Measure, absent, per_cycle, whole
 from plica.video.errors import VideoError
-from plica.video.recording import Frames
+from plica.video.recording import Frames, Grey, spread
 from plica.video.segmentation import Prior, around, blurred, region_below, segment
 
 __all__ = ["GlottalArea", "Midline", "areas", "find_midline", "kymogram", "masks", "measures", "phases"]
@@ -77,42 +77,41 @@ class GlottalArea:
 
 
 def masks(recording: Frames) -> Iterator[Mask]:
-    """The glottis of every frame, in order.
+    """The glottis of every frame, (h, w) bool each, in order; reads the frames three times.
 
-    Where it can be is learnt from how much each pixel varies (first pass); some twenty frames and the
-    darkest are segmented alone. They tell how dark the glottis is and how bright the tissue
-    around it; the outline of every frame is halfway between the two, which is where a blurred step stands.
+    Where it can be is learnt from how much each pixel varies; some twenty frames and the darkest are
+    segmented alone. They tell how dark the glottis is and how bright the tissue around it; the outline of
+    every frame is halfway between the two, which is where a blurred step stands.
 
     Raises
     ------
     VideoError
-        Where no frame has a glottis.
+        Where no frame has a glottis, or one no darker than the noise.
     """
     from scipy import ndimage
 
-    total, square = np.zeros(recording.shape), np.zeros(recording.shape)
-    darkest = (np.inf, 0)
-    for index, frame in enumerate(recording.frames()):
-        total += frame
-        square += np.square(frame, dtype=float)
-        darkest = min(darkest, (float(np.percentile(frame, 5)), index))
-    spread = np.sqrt(np.maximum(square / recording.count - (total / recording.count) ** 2, 0.0))
-    prior = Prior(where=_smooth(spread))
-    chosen = sorted({*range(0, recording.count, max(1, recording.count // 20)), darkest[1]})
-    found = [(index, segment(recording.frame(index), prior)) for index in chosen]
+    darkness: list[float] = []
+
+    def seen() -> Iterator[Grey]:
+        for frame in recording.frames():
+            darkness.append(float(np.percentile(frame, 5)))
+            yield frame
+
+    varies = spread(seen())
+    prior = Prior(where=_smooth(varies))
+    chosen = {*range(0, recording.count, max(1, recording.count // 20)), int(np.argmin(darkness))}
+    found = [(frame, segment(frame, prior)) for k, frame in enumerate(recording.frames()) if k in chosen]
     largest = max(glottis.mask.sum() for _, glottis in found)
     if not largest:
         raise VideoError(
-            f"Glottis: none of the {len(chosen)} frames looked at has a dark region within an edge; must be "
-            f"a "
-            "recording in which the glottis opens. Cut the region around it (--region)."
+            f"Glottis: none of the {len(found)} frames looked at has a dark region within an edge; must be "
+            "a recording in which the glottis opens. Cut the region around it (--region)."
         )
     reach = np.zeros(recording.shape, dtype=bool)
     dark, tissue, noise = [], [], []
-    for index, glottis in found:
+    for raw, glottis in found:
         if glottis.mask.sum() < 0.3 * largest:
             continue
-        raw = recording.frame(index)
         frame = blurred(raw)
         noise.append(1.4826 * np.median(np.abs(raw - frame)))
         inside = ndimage.binary_erosion(glottis.mask)
@@ -122,16 +121,15 @@ def masks(recording: Frames) -> Iterator[Mask]:
     contrast = float(np.median(tissue) - np.median(dark))
     if not contrast > 2 * np.median(noise):
         raise VideoError(
-            f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, the "
-            f"noise "
-            f"{np.median(noise):.3g}; must be more than twice as much. Is this a recording of a larynx?"
+            f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, "
+            f"the noise {np.median(noise):.3g}; must be more than twice as much. Is this a recording of a "
+            "larynx?"
         )
-    level = np.full(recording.shape, float(np.median(dark)) + 0.5 * contrast)
+    level = float(np.median(dark)) + 0.5 * contrast
     # Beyond, what is dark is another thing: a shadow, the rim of the endoscope's view.
     near = ndimage.binary_dilation(reach, iterations=max(2, round(0.01 * max(recording.shape))))
-    level[~near] = -np.inf
     for frame in recording.frames():
-        yield region_below(blurred(frame) - level, 0.0, reach)
+        yield region_below(np.where(near, blurred(frame), np.inf), level, reach)
 
 
 def _smooth(spread: Floats) -> Floats:
@@ -162,8 +160,7 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
     if not spreads[1] > 2.0 * spreads[0]:
         raise VideoError(
             f"Midline: the glottis is {np.sqrt(spreads[1] / max(spreads[0], 1e-12)):.2g} times as long as "
-            f"wide; must "
-            "be clearly longer. Set the midline's two ends."
+            "wide; must be clearly longer. Set the midline's two ends."
         )
     along = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
     across = np.array([along[1], -along[0]])
