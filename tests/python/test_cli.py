@@ -14,7 +14,8 @@ import pytest
 
 import plica
 from analytic_run import Phonation
-from plica.cli import _MAIN_MEASURES, main
+from plica.cli import main
+from plica.commands.table import MAIN_MEASURES
 from plica.phonation.measures import measure
 from plica.phonation.solver_measures import doubts
 
@@ -81,7 +82,7 @@ def test_a_run_takes_the_processors_there_are(
 
 
 def test_the_main_measures_are_measures() -> None:
-    assert set(_MAIN_MEASURES) <= set(measure(Phonation().run()))
+    assert set(MAIN_MEASURES) <= set(measure(Phonation().run()))
 
 
 def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

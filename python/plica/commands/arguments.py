@@ -1,0 +1,84 @@
+"""Kinds of arguments that several commands take; a wrong one is refused in one sentence."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable
+from typing import Any
+
+__all__ = ["add_command", "add_threads", "numbers", "tolerance", "whole"]
+
+_MAX_THREADS = 1024  # the engine's
+_DEFAULT_THREADS = 8  # at most
+
+
+def add_command(
+    commands: Any,
+    name: str,
+    command: Callable[[argparse.Namespace], int] | None,
+    summary: str,
+    text: str = "",
+) -> Any:
+    """A parser among `commands` for the command of this name; `text` is its help, else the summary."""
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=text or summary,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.set_defaults(command=command)
+    return parser
+
+
+def add_threads(part: argparse.ArgumentParser) -> None:
+    """The option --threads."""
+    part.add_argument(
+        "--threads",
+        metavar="N",
+        type=_threads,
+        default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
+        help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
+    )
+
+
+def numbers(kind: Callable[[str], Any], count: int) -> Callable[[str], tuple[Any, ...]]:
+    """Reads so many numbers with commas between them."""
+
+    def read(text: str) -> tuple[Any, ...]:
+        try:
+            values = tuple(kind(part) for part in text.split(","))
+        except ValueError:
+            values = ()
+        if len(values) != count:
+            raise argparse.ArgumentTypeError(f"{text}; must be {count} numbers with commas between them.")
+        return values
+
+    return read
+
+
+def whole(text: str, most: int | None = None) -> int:
+    """Reads a whole number from 1 to `most`."""
+    try:
+        number = int(text)
+    except ValueError:
+        number = 0
+    if number < 1 or (most is not None and number > most):
+        to = "" if most is None else f" to {most}"
+        raise argparse.ArgumentTypeError(f"{text}; must be a whole number from 1{to}.")
+    return number
+
+
+def _threads(text: str) -> int:
+    return whole(text, _MAX_THREADS)
+
+
+def tolerance(text: str) -> float:
+    """Reads a number between 0 and 1."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 1:
+        raise argparse.ArgumentTypeError(f"{text}; must be a number between 0 and 1.")
+    return value
