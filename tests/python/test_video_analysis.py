@@ -42,6 +42,9 @@ def test_the_command_leaves_measures_tables_and_a_report(done: Path) -> None:
     found = load(done)
     assert found.measures["fundamental_frequency"].value == pytest.approx(0.0813 * 4000, abs=2)
     assert abs(found.measures["phase_asymmetry"].value) < 0.1
+    collisions = [k for k, flags in enumerate(found.flags) if "collision" in flags]
+    assert len(collisions) >= 4  # once a cycle
+    assert all(found.area.total[k] < found.area.total[k - 1] for k in collisions)
     assert json.loads((done / "measures.json").read_text())["fundamental_frequency"]["unit"] == "Hz"
     with (done / "waveforms.csv").open() as file:
         rows = list(csv.reader(file))

@@ -43,6 +43,15 @@ def test_the_motion_that_was_put_in_is_found_and_taken_out() -> None:
     assert max(before) > 4 * max(left)
 
 
+def test_light_that_changes_is_no_drift() -> None:
+    _, moved, motion = shaken()
+    brighter = [frame + 25 * np.sin(0.9 * k) for k, frame in enumerate(moved)]
+    still = np.zeros(moved[0].shape, dtype=bool)
+    still[:, :40] = still[:, -40:] = True  # one side of the frame alone would take light for motion
+    assert np.abs(drift(brighter, still) - drift(moved, still)).max() < 0.02
+    assert np.abs(motion).max() > 1
+
+
 def test_vibration_alone_is_no_drift() -> None:
     still, _, _ = shaken()
     found = drift(still, still_region(np.std(still, axis=0)))

@@ -45,6 +45,17 @@ def test_planted_modes_and_their_shares_are_found() -> None:
     assert rebuilt == pytest.approx(flows, abs=1e-8)
 
 
+def test_a_mode_has_the_sign_in_which_the_folds_part() -> None:
+    """Though the fold on the left, which parts by negative u, swings further."""
+    y, x = np.mgrid[0 : _SHAPE[0], 0 : _SHAPE[1]].astype(float)
+    bell = np.exp(-((x - _MIDLINE) ** 2) / 60 - (y - 20) ** 2 / 100) * np.where(x < _MIDLINE, 1.3, 1.0)
+    parting = np.stack([np.sign(x - _MIDLINE) * bell, 0 * bell], axis=-1)
+    flows = np.sin(2 * np.pi * np.arange(_FRAMES) / 10)[:, None, None, None] * parting
+    for given in (flows, -flows):
+        assert np.sum(modes(given, 1, midline=_MIDLINE).patterns[0] * parting) > 0
+        assert np.sum(modes(given, 1).patterns[0] * parting) < 0  # the largest component is positive
+
+
 def test_noise_takes_the_share_that_its_variance_says() -> None:
     noise = 0.1
     found = modes(planted(noise)[0], 2, midline=_MIDLINE)

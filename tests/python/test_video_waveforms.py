@@ -92,6 +92,13 @@ def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, 
         assert told[name].value == pytest.approx(true_measures[name].value, abs=close)
 
 
+def test_the_midline_is_where_the_folds_meet_and_not_halfway_between_them() -> None:
+    glottis = SyntheticGlottis(Synthetic(height=128, width=128, amplitude=(9, 3), opening=(4, 2)))
+    midline = find_midline(glottis.mask(t) for t in range(20))
+    assert abs(midline.anterior[0] - glottis.midline) < 0.6
+    assert abs(midline.posterior[0] - glottis.midline) < 0.6
+
+
 def test_a_closed_glottis_and_plain_tissue_have_none() -> None:
     glottis = SyntheticGlottis(Synthetic(highlights=0))
     assert not glottis.mask(15).any()
