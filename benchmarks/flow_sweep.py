@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from plica.video.flow import flow
+from plica.video.flow import flow, warp_error
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
@@ -33,13 +33,7 @@ def errors(glottis: SyntheticGlottis, t: int, options: dict[str, Any]) -> tuple[
     counted = tissue & known
     distance = np.hypot(*np.moveaxis(found.flow - truth, -1, 0))[counted].mean()
     left = found.residual[counted & np.isfinite(found.residual)]
-    y, x = np.mgrid[0 : first.shape[0], 0 : first.shape[1]].astype(float)
-    warped = ndimage.map_coordinates(
-        first.astype(float), [y - found.flow[..., 1], x - found.flow[..., 0]], order=3, mode="mirror"
-    )
-    rim = round(0.015 * first.shape[0])
-    off = (second - warped)[rim:-rim, rim:-rim]
-    return float(distance), float(np.sqrt(np.mean(left**2))), float(np.sqrt(np.mean(off**2)))
+    return float(distance), float(np.sqrt(np.mean(left**2))), warp_error(first, second, found.flow).rms
 
 
 def phase_of(glottis: SyntheticGlottis, t: int) -> str:

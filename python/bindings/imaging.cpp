@@ -134,17 +134,17 @@ void bind_imaging(py::module_& engine) {
       },
       py::arg("first"), py::arg("second"), py::arg("flow"));
   engine.def(
-      "forward_backward_mismatch",
+      "round_trip",
       [](const FloatArray& forward, const FloatArray& backward) {
-        const std::string where = "forward_backward_mismatch";
+        const std::string where = "round_trip";
         const Flow there = to_flow(forward, where, "forward"), back = to_flow(backward, where, "backward");
         same_size(back.u, backward, there.u, where, "backward");
-        Plane missed;
+        Flow missed;
         {
           const Released released;
-          missed = forward_backward_mismatch(there.u, there.v, back.u, back.v);
+          missed = round_trip(there, back);
         }
-        return give(std::move(missed));
+        return give_flow(missed);
       },
       py::arg("forward"), py::arg("backward"));
 }

@@ -1,4 +1,4 @@
-"""Plica simulates vibrating vocal folds: tissue, airflow and collision in three dimensions.
+"""Plica simulates vibrating vocal folds in three dimensions and measures them in high-speed video.
 
 A scene is composed of parts and run::
 
@@ -8,10 +8,14 @@ A scene is composed of parts and run::
     run = plica.run(scene, "runs/normal")
     print(run.measures["fundamental_frequency"])
 
+`plica.flow` finds the motion between two frames, `plica.video` analyses recordings.
+
 All quantities are SI; a field of a part also takes a text with a unit, ``"0.8 kPa"``.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StorageFailed
@@ -44,7 +48,9 @@ from plica.phonation.results import Run
 from plica.phonation.run import run
 from plica.phonation.scene import Scene
 from plica.phonation.tissue import Tissue, TissueSide
-from plica.video.flow import flow
+
+if TYPE_CHECKING:
+    from plica.video.flow import flow
 
 __version__: str = build_info()["version"]
 
@@ -92,3 +98,11 @@ __all__ = [
     "run",
     "set_threads",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "flow":  # who simulates needs nothing of the video
+        from plica.video.flow import flow
+
+        return flow
+    raise AttributeError(f"module 'plica' has no attribute {name!r}")

@@ -46,11 +46,11 @@ __all__: list[str] = [
     "equilibrium",
     "flat_triangles",
     "flow_residual",
-    "forward_backward_mismatch",
     "larynx_defaults",
     "larynx_mesh",
     "larynx_preset",
     "matched_airway",
+    "round_trip",
     "set_threads",
     "signed_volumes",
     "threads",
@@ -533,10 +533,6 @@ def flow_residual(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
-def forward_backward_mismatch(
-    forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
-    backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
-) -> numpy.typing.NDArray[numpy.float32]: ...
 def larynx_defaults() -> dict[str, typing.Any]: ...
 def larynx_mesh(
     *,
@@ -572,6 +568,10 @@ def matched_airway(
         collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
     ],
 ) -> Airway: ...
+def round_trip(
+    forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+    backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
+) -> numpy.typing.NDArray[numpy.float32]: ...
 def set_threads(count: typing.SupportsInt | typing.SupportsIndex) -> None: ...
 def signed_volumes(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

@@ -59,7 +59,7 @@ def test_every_preset_finds_a_translation(preset: str, pair: tuple[Frame, Frame]
 
 def test_residual_and_mismatch_are_those_of_their_formulas(pair: tuple[Frame, Frame]) -> None:
     first, second = pair
-    found = flow(first, second, mismatch=True)
+    found = flow(first, second, round_trip=True)
     outside = np.isnan(found.residual)
     assert outside[:, -1].all()  # u > 0: the last column leaves the frame
     assert outside[0].all()

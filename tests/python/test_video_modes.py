@@ -10,17 +10,19 @@ import pytest
 
 from plica.video import modes as module
 from plica.video.errors import VideoError
+from plica.video.midline import Midline
 from plica.video.modes import modes
 
-_SHAPE, _FRAMES, _MIDLINE = (40, 30), 50, 14.5
+_SHAPE, _FRAMES, _COLUMN = (40, 30), 50, 14.5
+_MIDLINE = Midline((_COLUMN, 0.0), (_COLUMN, 39.0))
 
 
 def planted(noise: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Flows of two modes, symmetric and antisymmetric, with shares 0.9 and 0.1; the modes; the
     coefficients."""
     y, x = np.mgrid[0 : _SHAPE[0], 0 : _SHAPE[1]].astype(float)
-    bell = np.exp(-((x - _MIDLINE) ** 2) / 60 - (y - 20) ** 2 / 100)
-    together = np.stack([np.sign(x - _MIDLINE) * bell, 0.2 * bell], axis=-1)
+    bell = np.exp(-((x - _COLUMN) ** 2) / 60 - (y - 20) ** 2 / 100)
+    together = np.stack([np.sign(x - _COLUMN) * bell, 0.2 * bell], axis=-1)
     opposite = np.stack([bell, 0 * bell], axis=-1)
     shapes = np.stack([w / np.linalg.norm(w) for w in (together, opposite)])
     t = np.arange(_FRAMES)
@@ -48,12 +50,30 @@ def test_planted_modes_and_their_shares_are_found() -> None:
 def test_a_mode_has_the_sign_in_which_the_folds_part() -> None:
     """Though the fold on the left, which parts by negative u, swings further."""
     y, x = np.mgrid[0 : _SHAPE[0], 0 : _SHAPE[1]].astype(float)
-    bell = np.exp(-((x - _MIDLINE) ** 2) / 60 - (y - 20) ** 2 / 100) * np.where(x < _MIDLINE, 1.3, 1.0)
-    parting = np.stack([np.sign(x - _MIDLINE) * bell, 0 * bell], axis=-1)
+    bell = np.exp(-((x - _COLUMN) ** 2) / 60 - (y - 20) ** 2 / 100) * np.where(x < _COLUMN, 1.3, 1.0)
+    parting = np.stack([np.sign(x - _COLUMN) * bell, 0 * bell], axis=-1)
     flows = np.sin(2 * np.pi * np.arange(_FRAMES) / 10)[:, None, None, None] * parting
     for given in (flows, -flows):
         assert np.sum(modes(given, 1, midline=_MIDLINE).patterns[0] * parting) > 0
         assert np.sum(modes(given, 1).patterns[0] * parting) < 0  # the largest component is positive
+
+
+def test_symmetry_is_about_the_midline_however_it_leans() -> None:
+    """A planted motion towards and from a leaning line, and one across it."""
+    y, x = np.mgrid[0:60, 0:60].astype(float)
+    for lean in (-12.0, 0.0, 9.0):
+        line = Midline((29.5 - lean, 0.0), (29.5 + lean, 59.0))
+        along, off = np.moveaxis(line.place(np.stack([x, y], axis=-1)), -1, 0)
+        bell = np.exp(-(off**2) / 60 - (along - 30) ** 2 / 200)
+        shapes = [(np.tanh(off) * bell)[..., None] * line.across, bell[..., None] * line.across]
+        t = np.arange(_FRAMES)[:, None, None, None]
+        flows = 3 * np.sin(2 * np.pi * t / 10) * shapes[0] + np.cos(2 * np.pi * t / 10) * shapes[1]
+        found = modes(flows, 2, midline=line)
+        assert found.symmetry(line) == pytest.approx([1, -1], abs=0.01)
+        assert np.sum(found.patterns[0] * shapes[0]) > 0
+        if lean:
+            upright = Midline((29.5, 0.0), (29.5, 59.0))
+            assert found.symmetry(upright)[0] < 0.95
 
 
 def test_noise_takes_the_share_that_its_variance_says() -> None:

@@ -9,19 +9,12 @@ import pytest
 
 from plica.phonation.cycles import find_cycles
 from plica.video.errors import VideoError
+from plica.video.glottis import masks
+from plica.video.midline import Midline, find_midline
 from plica.video.recording import Recording
 from plica.video.segmentation import segment
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import (
-    GlottalArea,
-    Midline,
-    areas,
-    find_midline,
-    kymogram,
-    masks,
-    measures,
-    phases,
-)
+from plica.video.waveforms import GlottalArea, areas, kymogram, measures, phases
 
 _FPS = 4000.0
 
@@ -61,8 +54,8 @@ def test_area_of_the_synthetic_glottis_is_that_of_its_mask() -> None:
 def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
     found = list(masks(recorded))
     midline = find_midline(found)
-    assert abs(midline.anterior[0] - asymmetric.midline) < 0.5
-    assert abs(midline.posterior[0] - asymmetric.midline) < 0.5
+    assert abs(midline.upper[0] - asymmetric.midline) < 0.5
+    assert abs(midline.lower[0] - asymmetric.midline) < 0.5
     area, truth = areas(found, midline), np.array([asymmetric.area(t) for t in range(90)])
     assert area.total.mean() == pytest.approx(truth.sum(axis=1).mean(), rel=0.02)
     wide = truth.sum(axis=1) > 0.5 * truth.sum(axis=1).max()
@@ -95,8 +88,8 @@ def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, 
 def test_the_midline_is_where_the_folds_meet_and_not_halfway_between_them() -> None:
     glottis = SyntheticGlottis(Synthetic(height=128, width=128, amplitude=(9, 3), opening=(4, 2)))
     midline = find_midline(glottis.mask(t) for t in range(20))
-    assert abs(midline.anterior[0] - glottis.midline) < 0.6
-    assert abs(midline.posterior[0] - glottis.midline) < 0.6
+    assert abs(midline.upper[0] - glottis.midline) < 0.6
+    assert abs(midline.lower[0] - glottis.midline) < 0.6
 
 
 def test_a_closed_glottis_and_plain_tissue_have_none() -> None:
@@ -131,15 +124,18 @@ def test_sides_are_those_of_the_image_whichever_way_the_midline_leans() -> None:
     for lean in (-4.0, 0.0, 4.0):
         area = areas([mask], Midline((18.0 - lean, 0.0), (18.0 + lean, 39.0)))
         assert area.right[0] > area.left[0]
-    turned = areas([mask], Midline((18.0, 39.0), (18.0, 0.0)))  # the anterior end below: sides change
-    assert turned.left[0] > turned.right[0]
+    with pytest.raises(VideoError, match=r"runs 180 degrees from the vertical; must be within 45"):
+        Midline((18.0, 39.0), (18.0, 0.0))
+    with pytest.raises(VideoError, match=r"runs 60 degrees .*--rotation -60"):
+        Midline((0.0, 0.0), (np.sqrt(3), 1.0))
 
 
 def test_a_kymogram_shows_the_edges_where_they_are(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
     line = asymmetric.midline
     top, bottom = 0.15 * 256, 0.85 * 256
-    picture = kymogram(recorded, Midline((line, top), (line, bottom)), 0.5, 30)
-    assert picture.shape == (90, 61)
+    both = kymogram(recorded, Midline((line, top), (line, bottom)), (0.5, 0.2), 30)
+    assert both.shape == (2, 90, 61)
+    picture = both[0]
     row = np.array([0.5 * (top + bottom)])
     for t in (4, 26, 47):
         width = asymmetric.edge(0, row, t)[0] + asymmetric.edge(1, row, t)[0]
@@ -158,3 +154,27 @@ def test_without_a_glottis_or_a_direction_it_is_said(tmp_path: Path) -> None:
     square[5:15, 5:15] = True
     with pytest.raises(VideoError, match="times as long as wide"):
         find_midline([square])
+
+
+def test_a_midline_tells_places_and_mirror_images() -> None:
+    midline = Midline((10.0, 5.0), (14.0, 8.0 + 5.0))
+    assert midline.place(np.array([14.0, 13.0])) == pytest.approx([np.sqrt(80), 0])
+    assert midline.place(np.array([12.0, 9.0]) + 3 * midline.across) == pytest.approx([np.sqrt(20), 3])
+    assert midline.across[0] > 0  # to the right
+    points = np.random.default_rng(1).normal(0, 20, (7, 2))
+    assert midline.points(midline.place(points)) == pytest.approx(points)
+
+
+def test_calibrated_measures_are_in_mm_and_others_over_the_glottal_length() -> None:
+    time = np.arange(120.0)
+    edge = 8 * np.maximum(0, np.sin(2 * np.pi * time / 15))
+    area = GlottalArea(100 * edge, 100 * edge, edge, edge)
+    bare, told = measures(area)[0], measures(area, 3000, 0.05, 200.0)[0]
+    assert bare["amplitude_left"].unit == "px"
+    assert told["amplitude_left"].unit == "mm"
+    assert told["amplitude_left"].value == pytest.approx(0.05 * bare["amplitude_left"].value)
+    assert told["glottal_area_max"].value == pytest.approx(0.05**2 * bare["glottal_area_max"].value)
+    assert told["glottal_length"].value == pytest.approx(10.0)
+    assert told["amplitude_left_relative"].value == pytest.approx(bare["amplitude_left"].value / 200)
+    assert told["glottal_area_max_relative"].value == pytest.approx(area.total.max() / 200**2)
+    assert "glottal_length" not in bare

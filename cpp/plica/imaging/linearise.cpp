@@ -81,17 +81,16 @@ Plane residual(const Plane& first, const Plane& second, const Plane& u, const Pl
   return result;
 }
 
-Plane forward_backward_mismatch(const Plane& forward_u, const Plane& forward_v, const Plane& backward_u,
-                                const Plane& backward_v) {
-  const std::ptrdiff_t rows = forward_u.rows(), columns = forward_u.cols();
-  Plane result(rows, columns);
+Flow round_trip(const Flow& forward, const Flow& backward) {
+  const std::ptrdiff_t rows = forward.u.rows(), columns = forward.u.cols();
+  Flow result{Plane(rows, columns), Plane(rows, columns)};
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     for (std::ptrdiff_t y = begin; y < end; ++y) {
       for (std::ptrdiff_t x = 0; x < columns; ++x) {
-        const float to_x = static_cast<float>(x) + forward_u(y, x), to_y = static_cast<float>(y) + forward_v(y, x);
+        const float to_x = static_cast<float>(x) + forward.u(y, x), to_y = static_cast<float>(y) + forward.v(y, x);
         if (!(to_x >= 0 && to_x <= static_cast<float>(columns - 1) && to_y >= 0 &&
               to_y <= static_cast<float>(rows - 1))) {
-          result(y, x) = nan;
+          result.u(y, x) = result.v(y, x) = nan;
           continue;
         }
         const auto i = std::min(static_cast<std::ptrdiff_t>(to_x), columns - 2);
@@ -101,7 +100,8 @@ Plane forward_backward_mismatch(const Plane& forward_u, const Plane& forward_v, 
           return (1 - t) * ((1 - s) * b(j, i) + s * b(j, i + 1)) +
                  t * ((1 - s) * b(j + 1, i) + s * b(j + 1, i + 1));
         };
-        result(y, x) = std::hypot(forward_u(y, x) + there(backward_u), forward_v(y, x) + there(backward_v));
+        result.u(y, x) = forward.u(y, x) + there(backward.u);
+        result.v(y, x) = forward.v(y, x) + there(backward.v);
       }
     }
   });

@@ -1,4 +1,5 @@
 #pragma once
+#include "plica/imaging/flow.hpp"
 #include "plica/imaging/flow_system.hpp"
 #include "plica/imaging/spline.hpp"
 
@@ -13,9 +14,8 @@ void linearise(const Plane& first, const Spline& second, const Plane& used, cons
 /// second(x + u, y + v) - first; not a number where (x + u, y + v) lies outside the picture.
 Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v);
 
-/// How far (px) one lands from the start: |f(x) + b(x + f(x))|, b interpolated linearly; not a number where
-/// x + f(x) lies outside the picture.
-Plane forward_backward_mismatch(const Plane& forward_u, const Plane& forward_v, const Plane& backward_u,
-                                const Plane& backward_v);
+/// Where (px) one lands from the start after going there and back: f(x) + b(x + f(x)), b interpolated linearly; not a
+/// number where x + f(x) lies outside the picture.
+Flow round_trip(const Flow& forward, const Flow& backward);
 
 }  // namespace plica

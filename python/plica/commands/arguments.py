@@ -42,16 +42,17 @@ def add_threads(part: argparse.ArgumentParser) -> None:
     )
 
 
-def numbers(kind: Callable[[str], Any], count: int) -> Callable[[str], tuple[Any, ...]]:
-    """Reads so many numbers with commas between them."""
+def numbers(kind: Callable[[str], Any], count: int | None = None) -> Callable[[str], tuple[Any, ...]]:
+    """Reads so many numbers, or some, with commas between them."""
 
     def read(text: str) -> tuple[Any, ...]:
         try:
             values = tuple(kind(part) for part in text.split(","))
         except ValueError:
             values = ()
-        if len(values) != count:
-            raise argparse.ArgumentTypeError(f"{text}; must be {count} numbers with commas between them.")
+        if not values or (count is not None and len(values) != count):
+            many = "" if count is None else f"{count} "
+            raise argparse.ArgumentTypeError(f"{text}; must be {many}numbers with commas between them.")
         return values
 
     return read

@@ -21,25 +21,46 @@ tissue from frame to frame, its modes, and how far to trust all of it. Reads AVI
 a folder of images, HDF5 and NPY. Stores in DIR as it goes:
 
   results.h5     masks, flow, modes, paths, trust (HDF5)
+  flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
   waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
   measures.json  {name: {value, unit, spread, cycles}}
   report.html    pictures, waveforms, kymogram, modes, quality; a player
 
 The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
-times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels. Left and
-right are those of the image.
+times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels and over
+the glottal length. Left and right are those of the image; which is the patient's, and which end is the
+anterior one, is never guessed: say so with --patient-left and --anterior. These four may be given later, in
+the same directory: nothing is computed again.
+
+Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
+takes those that you corrected; the other frames are then found by what yours show.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
   plica video larynx.avi --fps 4000 -o analysis        again after Ctrl-C: it goes on where it stopped
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
+  plica masks analysis --frames 57,120 -o drawn && gimp drawn/mask_00057.png ...
+  plica video larynx.avi --fps 4000 -o analysis --masks drawn
+"""
+
+_MASKS_HELP = """\
+Writes frames of an analysis and the masks of their glottis, to be corrected by hand: frame_N.png and
+mask_N.png, white where the glottis is, N being the number of the frame. Paint in the masks, delete those that
+need no correction, and give the folder to plica video (or glottis) with --masks: the masks in it are taken as
+they are, and the other frames are found by how dark the glottis is in them and where. One drawn mask of a
+wide open glottis often mends a whole recording; a black mask says that the glottis is closed.
+
+examples:
+  plica masks analysis -o drawn                    twelve frames, spread over the recording
+  plica masks analysis --frames 57,120 -o drawn
+  plica glottis larynx.avi -o analysis --masks drawn
 """
 
 _GLOTTIS_HELP = """\
 The part of plica video that needs no flow: the endoscope's motion, the glottis in every frame, its area left
-and right, a kymogram, measures. Writes results.h5, waveforms.csv and measures.json to DIR; plica video with
-the same settings goes on from there.
+and right, kymograms, measures. Writes results.h5, waveforms.csv, measures.json and report.html to DIR; plica
+video with the same settings goes on from there.
 
 examples:
   plica glottis larynx.avi --fps 4000 -o analysis
@@ -79,11 +100,16 @@ presets: robust (the default), video (lambda 0.5 instead of 0.045: smoother, for
 
 
 def add_commands(commands: Any) -> None:
-    """Add the four to the commands of ``plica``."""
+    """Add the five to the commands of ``plica``."""
     part = partial(add_command, commands)
     _add_recording(part("video", _video, "analyse a high-speed recording", _VIDEO_HELP))
     _add_recording(part("glottis", _glottis, "find the glottis in a high-speed recording", _GLOTTIS_HELP))
     _add_recording(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
+    masks = part("masks", _masks, "write masks of an analysis to be corrected by hand", _MASKS_HELP)
+    masks.add_argument("analysis", metavar="DIR", type=Path, help="of plica video or plica glottis")
+    masks.add_argument("-o", "--output", metavar="FOLDER", type=Path, required=True, help="of the pictures")
+    masks.add_argument("--frames", metavar="N,N,...", type=numbers(int), help="which (default: twelve)")
+    masks.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
     flow = part("flow", _flow, "find the motion between two pictures", _FLOW_HELP)
     flow.add_argument("first", metavar="A", type=Path, help="picture (PNG, TIFF, JPEG, ...)")
     flow.add_argument("second", metavar="B", type=Path, help="the next one, of the same size")
@@ -118,8 +144,22 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         "--midline",
         metavar="X,Y,X,Y",
         type=numbers(float, 4),
-        help="anterior and posterior end, px of the region (default: found, anterior end up)",
+        help="its ends, px of the region (default: found)",
     )
+    video.add_argument("--anterior", metavar="END", help="anterior end of the midline: upper or lower")
+    video.add_argument(
+        "--patient-left",
+        metavar="SIDE",
+        help="of the image, on which the patient's left fold is: left or right",
+    )
+    video.add_argument(
+        "--kymogram",
+        metavar="P,P,...",
+        type=numbers(float),
+        default=(0.25, 0.5, 0.75),
+        help="places of kymograms, 0 at the midline's upper end, 1 at its lower (default: 0.25,0.5,0.75)",
+    )
+    video.add_argument("--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks)")
     video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
     video.add_argument(
         "--preset",
@@ -134,40 +174,34 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
 
 
 def _video(options: argparse.Namespace) -> int:
-    from plica.phonation.storage import storage_errors
-    from plica.video.report import write_report
-
-    found = _analysed(options, "modes")
-    with storage_errors(options.output):
-        report = write_report(found, options.source)
-    if not options.quiet:
-        print(f"report: {report}")
+    _analysed(options, "modes", report=True)
     return 0
 
 
 def _glottis(options: argparse.Namespace) -> int:
-    _analysed(options, "glottis")
+    _analysed(options, "glottis", report=True)
     return 0
 
 
 def _modes(options: argparse.Namespace) -> int:
-    import h5py
-
-    found = _analysed(options, "modes")
+    found = _analysed(options, "modes", report=False)
     if not options.quiet:
-        with h5py.File(found.file, "r") as file:
-            rows = zip(file["modes/share"][:], file["modes/symmetry"][:], strict=True)
-            print("mode   share  symmetry")
-            for k, (share, symmetry) in enumerate(rows, start=1):
-                print(f"{k:4d} {100 * share:6.2f} %  {symmetry:+8.3f}")
+        print("mode   share  symmetry")
+        for k, (share, symmetry) in enumerate(
+            zip(found.modes.share, found["modes/symmetry"], strict=True), 1
+        ):
+            print(f"{k:4d} {100 * share:6.2f} %  {symmetry:+8.3f}")
     return 0
 
 
-def _analysed(options: argparse.Namespace, until: str) -> Analysis:
+def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analysis:
     """The analysis of a recording as far as `until`, its tables written and its measures printed."""
     import plica
     from plica.phonation.storage import storage_errors
-    from plica.video.analysis import Settings, analyse, write_tables
+    from plica.video.analysis import analyse
+    from plica.video.report import write_report
+    from plica.video.settings import Settings
+    from plica.video.tables import write_tables
 
     plica.set_threads(options.threads)
     settings = Settings(
@@ -177,16 +211,42 @@ def _analysed(options: argparse.Namespace, until: str) -> Analysis:
         region=options.region,
         dataset=options.dataset,
         midline=options.midline,
+        anterior=options.anterior,
+        patient_left=options.patient_left,
         preset=options.preset,
         correct_drift=not options.no_drift,
         modes=options.modes,
+        kymogram=options.kymogram,
     )
     with storage_errors(options.output):
-        found = analyse(options.source, options.output, settings, until=until, progress=not options.quiet)
+        found = analyse(
+            options.source,
+            options.output,
+            settings,
+            masks=options.masks,
+            until=until,
+            progress=not options.quiet,
+        )
         write_tables(found)
+        page = write_report(found) if report else None
     if not options.quiet:
         print(measures_table({name: item.as_json() for name, item in found.measures.items()}))
+        if page:
+            print(f"report: {page}")
     return found
+
+
+def _masks(options: argparse.Namespace) -> int:
+    from plica.video.analysis import load
+    from plica.video.glottis import write_masks
+
+    found = load(options.analysis)
+    chosen = options.frames or [round(k * (found.count - 1) / 11) for k in range(12)]
+    frames = found.frames()
+    write_masks(options.output, {k: (frames.frame(k), found.mask(k)) for k in chosen})
+    if not options.quiet:
+        print(f"written: {options.output}: {len(set(chosen))} frames and their masks")
+    return 0
 
 
 def _flow(options: argparse.Namespace) -> int:

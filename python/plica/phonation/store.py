@@ -21,7 +21,7 @@ from plica.phonation.scene import Scene
 from plica.phonation.storage import require_space, storage_errors
 from plica.phonation.waveform_units import WAVEFORM_UNITS
 
-__all__ = ["FAILED", "FINISHED", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
+__all__ = ["FAILED", "FINISHED", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps", "lay_out"]
 
 RUNNING, FINISHED, FAILED, INTERRUPTED = range(4)
 """States of a run in /progress/status."""
@@ -89,27 +89,27 @@ class ResultFile:
             file.attrs["scene"] = scene.text()
             if scene.contact is not None:
                 file.attrs["contact_solver"] = simulation.info()["contact_solver"]
-            _lay_out(file, "progress/steps", (), np.int64, "1", 0)
-            _lay_out(file, "progress/frames", (), np.int64, "1", 0)
-            _lay_out(file, "progress/seconds", (), np.float64, "s", 0)
-            status = _lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
+            lay_out(file, "progress/steps", (), np.int64, "1", 0)
+            lay_out(file, "progress/frames", (), np.int64, "1", 0)
+            lay_out(file, "progress/seconds", (), np.float64, "s", 0)
+            status = lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
             status.attrs["meaning"] = _STATUS_TEXT
-            _lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
+            lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
             _store_mesh(file.create_group("mesh"), mesh)
             for name, values in sample.items():
                 array = np.asarray(values)
                 kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
                 fill = np.nan if kind.kind == "f" else -1
                 unit = WAVEFORM_UNITS.get(name, "")
-                _lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
+                lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
             if scene.airflow is not None:
                 for name in ("height", "major"):
                     _store(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
             if frames:
-                _lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
-                _lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
+                lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
+                lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
                 if scene.contact is not None:
-                    _lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
+                    lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
         with storage_errors(path):
             os.replace(draft, path)
         return cls(path)
@@ -171,7 +171,7 @@ class ResultFile:
             self._file.flush()
 
 
-def _lay_out(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, fill: Any) -> Any:
+def lay_out(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, fill: Any) -> Any:
     """A contiguous data set whose space is taken, and filled, at once."""
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_layout(h5py.h5d.CONTIGUOUS)

@@ -3,26 +3,54 @@
 Each frame is aligned to the first: a translation and a small rotation about the frame's centre that minimise
 the Huber norm of the brightness difference over the still region, by Gauss and Newton's iteration on frames
 blurred coarse to fine. Neighbouring frames move little, so the motion of one frame is the start for the next.
+A frame in which the still region does not look like the first's keeps the motion of the one before it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
+from plica.video.recording import Grey, Recording
 
-__all__ = ["Drift", "drift", "still_region", "without_drift"]
+__all__ = ["Drift", "Steadied", "drift", "still_region", "without_drift"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-Drift = npt.NDArray[np.float64]
-"""(frames, 3): right and down, px, and clockwise about the centre as seen, rad, against the first frame."""
 
 _BLURS = (4.0, 1.5)  # px
 _HUBER = 10.0  # grey values of 255
+_ALIKE = 0.5  # correlation with the first frame below which a frame shows another thing
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The endoscope's motion against the first frame.
+
+    Attributes
+    ----------
+    motion : (frames, 3)
+        Right and down, px, and clockwise about the centre as seen, rad.
+    likeness : (frames)
+        Correlation of the still region, aligned, with the first frame's.
+    """
+
+    motion: Floats
+    likeness: Floats
+
+    @classmethod
+    def none(cls, frames: int) -> Drift:
+        """Of an endoscope that does not move."""
+        return cls(np.zeros((frames, 3)), np.ones(frames))
+
+    @property
+    def lost(self) -> Mask:
+        """(frames) where the still region is not that of the first frame: the motion is not known."""
+        return self.likeness < _ALIKE
 
 
 def still_region(spread: Floats, share: float = 0.5) -> Mask:
@@ -45,22 +73,35 @@ def drift(frames: Iterable[npt.NDArray[np.floating]], still: Mask) -> Drift:
     Raises
     ------
     VideoError
-        Where the still region has too little texture to tell a motion.
+        Where the still region has too little texture to tell a motion, or looks otherwise than the first
+        frame's in more than half of the frames.
     """
     found: list[Floats] = []
+    likeness: list[float] = []
     levels: list[_Level] = []
-    motion = np.zeros(3)
+    last = np.zeros(3)
     for frame in frames:
         if not levels:
             levels = [_Level(frame, still, blur) for blur in _BLURS]
+        motion, alike = last, 0.0
         for level in levels:
-            motion = level.align(frame, motion)
-        found.append(motion.copy())
-    return np.array(found)
+            motion, alike = level.align(frame, motion)
+        if alike >= _ALIKE:
+            last = motion
+        found.append(last)
+        likeness.append(alike)
+    made = Drift(np.array(found), np.array(likeness))
+    if made.lost.mean() > 0.5:
+        raise VideoError(
+            f"Drift: {int(made.lost.sum())} of {made.lost.size} frames do not look like the first where "
+            "nothing vibrates; must in most. Is the first frame of the same view? Cut the recording, or "
+            "leave the correction out (--no-drift)."
+        )
+    return made
 
 
 def without_drift(
-    frames: Iterable[npt.NDArray[np.floating]], motion: Drift
+    frames: Iterable[npt.NDArray[np.floating]], motion: Floats
 ) -> Iterator[npt.NDArray[np.float32]]:
     """The frames as a still endoscope would have seen them, by cubic splines."""
     from scipy import ndimage
@@ -72,6 +113,32 @@ def without_drift(
         y, x = _moved(frame.shape, moved)
         seen = ndimage.map_coordinates(np.asarray(frame, dtype=float), [y, x], order=3, mode="mirror")
         yield seen.astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Steadied:
+    """A recording as a still endoscope would have seen it, by the motion that was found."""
+
+    recording: Recording
+    motion: Floats
+
+    @property
+    def count(self) -> int:
+        """Frames."""
+        return self.recording.count
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width, px."""
+        return self.recording.shape
+
+    def frames(self, begin: int = 0) -> Iterator[Grey]:
+        """Frames from this one on."""
+        return without_drift(self.recording.frames(begin), self.motion[begin:])
+
+    def frame(self, index: int) -> Grey:
+        """One of them."""
+        return next(without_drift(self.recording.frames(index, index + 1), self.motion[index : index + 1]))
 
 
 def _moved(shape: tuple[int, ...], motion: Floats) -> tuple[Floats, Floats]:
@@ -109,7 +176,8 @@ class _Level:
                 "of the frame."
             )
 
-    def align(self, frame: npt.NDArray[np.floating], start: Floats) -> Floats:
+    def align(self, frame: npt.NDArray[np.floating], start: Floats) -> tuple[Floats, float]:
+        """The motion, and the correlation with the first frame before its last step."""
         from scipy import ndimage
 
         image = ndimage.spline_filter(
@@ -119,10 +187,8 @@ class _Level:
         for _ in range(12):
             y, x = _moved(frame.shape, motion)
             places = [y[self._used], x[self._used]]
-            error = (
-                ndimage.map_coordinates(image, places, prefilter=False, mode="mirror")
-                - self._first[self._used]
-            )
+            seen = ndimage.map_coordinates(image, places, prefilter=False, mode="mirror")
+            error = seen - self._first[self._used]
             error -= np.median(error)  # the light may change
             weights = np.minimum(1.0, _HUBER / np.maximum(np.abs(error), 1e-12))
             weighted = self._slopes * weights[:, None]
@@ -130,4 +196,11 @@ class _Level:
             motion += change
             if np.abs(change[:2]).max() < 1e-3 and abs(change[2]) < 1e-5:
                 break
-        return motion
+        return motion, _correlation(seen, self._first[self._used])
+
+
+def _correlation(one: Floats, other: Floats) -> float:
+    """-1 to 1; 0 where one of them is plain."""
+    a, b = one - one.mean(), other - other.mean()
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0 else 0.0

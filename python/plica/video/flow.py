@@ -14,7 +14,7 @@ from plica import _engine as engine
 from plica.errors import InvalidInput, nearest, one_of
 from plica.video.grey import to_grey
 
-__all__ = ["PRESETS", "FlowOptions", "PairFlow", "endpoint_error", "flow"]
+__all__ = ["PRESETS", "FlowOptions", "PairFlow", "WarpError", "endpoint_error", "flow", "warp_error"]
 
 FlowOptions = engine.FlowOptions
 
@@ -44,17 +44,22 @@ class PairFlow:
     residual : (rows, columns) float32
         second(x + u, y + v) - first(x, y) in the frames' grey levels; not a number where (x + u, y + v) lies
         outside the frame.
-    mismatch : (rows, columns) float32, or None
-        Distance (px) from where one began after going there and back again, \\|f(x) + b(x + f(x))\\| with b
-        the flow from the second frame to the first; not a number where x + f(x) lies outside the frame.
+    round_trip : (rows, columns, 2) float32, or None
+        Where (px) one lands from the start after going there and back again, f(x) + b(x + f(x)) with b the
+        flow from the second frame to the first; not a number where x + f(x) lies outside the frame.
     intensity : (float, float)
         The grey levels that were stretched to 0 and 255.
     """
 
     flow: NDArray[np.float32]
     residual: NDArray[np.float32]
-    mismatch: NDArray[np.float32] | None
+    round_trip: NDArray[np.float32] | None
     intensity: tuple[float, float]
+
+    @property
+    def mismatch(self) -> NDArray[np.float32] | None:
+        """(rows, columns) px, length of the round trip's miss; None without one."""
+        return None if self.round_trip is None else np.hypot(self.round_trip[..., 0], self.round_trip[..., 1])
 
 
 def flow(
@@ -64,7 +69,7 @@ def flow(
     preset: str = "robust",
     mask: ArrayLike | None = None,
     intensity: tuple[float, float] | None = None,
-    mismatch: bool = False,
+    round_trip: bool = False,
     **options: Any,
 ) -> PairFlow:
     """Motion from `first` to `second`: Algorithm 1 of Paper C, completed and corrected (docs/imaging.md).
@@ -82,7 +87,7 @@ def flow(
     intensity : (low, high), optional
         Grey levels that are stretched to 0 and 255, the scale on which tau_D and lambda act. The default is
         the pair's own least and greatest; for the frames of one recording give one pair of levels for all.
-    mismatch : bool
+    round_trip : bool
         Also find the way back, which takes as long again, and how well the two agree.
     **options
         Fields of `FlowOptions` that differ from the preset's, such as ``smoothness=0.1``.
@@ -108,8 +113,8 @@ def flow(
     one, two = (one - np.float32(low)) * scale, (two - np.float32(low)) * scale
     there = engine.dense_flow(one, two, chosen, used)
     missed = None
-    if mismatch:
-        missed = engine.forward_backward_mismatch(there, engine.dense_flow(two, one, chosen, used))
+    if round_trip:
+        missed = engine.round_trip(there, engine.dense_flow(two, one, chosen, used))
     return PairFlow(there, engine.flow_residual(one, two, there) / scale, missed, (low, high))
 
 
@@ -131,6 +136,47 @@ def endpoint_error(found: ArrayLike, truth: ArrayLike) -> float:
     if not known.any():
         raise InvalidInput("endpoint_error: the true flow is known at 0 pixels; must be at least 1.")
     return float(distance[known].mean())
+
+
+@dataclass(frozen=True)
+class WarpError:
+    """Paper C's measure of a flow; it misleads: see :func:`warp_error`.
+
+    Attributes
+    ----------
+    rms : float
+        Root mean square over the centred 97 % of each side (94 % of the area), grey levels; Eq. (16).
+    percent : (rows, columns)
+        Of the second frame's grey level; Eq. (17); not a number where that is 0.
+    """
+
+    rms: float
+    percent: NDArray[np.float64]
+
+
+def warp_error(first: ArrayLike, second: ArrayLike, flow: ArrayLike) -> WarpError:
+    """second(x) - first(x - u(x)): Paper C, Eqs. (15)-(17), by cubic splines.
+
+    Given so that figures can be compared with the thesis's. It takes u, which belongs to x in the first
+    frame, at x in the second, so it rewards smooth flow: the true flow may score worse than a wrong one.
+    `PairFlow.residual` has not this fault. **Corrected**: Eq. (16) prints the first frame's time.
+
+    Parameters
+    ----------
+    first, second : (rows, columns)
+    flow : (rows, columns, 2) px
+    """
+    from scipy import ndimage
+
+    one, two = to_grey(first, name="first").astype(float), to_grey(second, name="second").astype(float)
+    u, v = np.moveaxis(np.asarray(flow, dtype=float), -1, 0)
+    y, x = np.mgrid[0 : one.shape[0], 0 : one.shape[1]].astype(float)
+    off = two - ndimage.map_coordinates(one, [y - v, x - u], order=3, mode="mirror")
+    top, side = (round(0.015 * size) for size in one.shape)
+    centre = off[top : one.shape[0] - top, side : one.shape[1] - side]
+    percent = np.full(off.shape, np.nan)
+    np.divide(100 * off, two, out=percent, where=two != 0)
+    return WarpError(float(np.sqrt(np.mean(np.square(centre)))), percent)
 
 
 def _options(preset: str, options: Mapping[str, Any]) -> FlowOptions:

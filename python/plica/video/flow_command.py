@@ -28,7 +28,7 @@ def flow_of_files(
             f"must be {one.shape[1]} x {one.shape[0]} px like {first}."
         )
     used = None if mask is None else read_image(mask) > 0
-    found = flow(one, two, preset=preset, mask=used, mismatch=True)
+    found = flow(one, two, preset=preset, mask=used, round_trip=True)
     write_flow(output, found.flow)
     lines = _summary(found, two - one, used)
     if known is not None:

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
+from plica.video.midline import Midline, pixels
 
 __all__ = ["Modes", "modes"]
 
@@ -41,6 +42,8 @@ class Modes:
         Of the variance of all modes.
     variance : float
         px^2, of all modes: sum over pixels of the variance over frames.
+    mask : (h, w) bool
+        Pixels that count.
     """
 
     mean: Floats
@@ -48,23 +51,34 @@ class Modes:
     coefficients: Floats
     share: Floats
     variance: float
+    mask: Mask
 
-    def symmetry(self, midline: float) -> Floats:
-        """(k) -1 to 1: the modes' likeness to their mirror image in the column `midline` (px), u reversed.
+    def symmetry(self, midline: Midline) -> Floats:
+        """(k) -1 to 1: the modes' likeness to their mirror image in the midline.
 
-        1: left and right move alike, towards and from the midline; -1: in opposite phase. Pixels without a
-        mirror image in the frame do not count.
+        1: left and right move alike, towards and from the midline; -1: in opposite phase. Mirror images are
+        interpolated linearly; pixels whose mirror image does not count do not count.
         """
-        columns = np.arange(self.patterns.shape[2])
-        mirror = np.round(2 * midline - columns).astype(int)
-        inside = (mirror >= 0) & (mirror < columns.size)
-        a, b = self.patterns[:, :, inside], self.patterns[:, :, mirror[inside]] * np.array([-1.0, 1.0])
-        both = np.sum(a * b, axis=(1, 2, 3))
-        size = np.sum(a * a, axis=(1, 2, 3))
-        return np.asarray(np.divide(both, size, out=np.full(size.shape, np.nan), where=size > 0))
+        from scipy import ndimage
+
+        place = midline.place(pixels(self.mask.shape))
+        x, y = np.moveaxis(midline.points(place * [1, -1]), -1, 0)
+        other = ndimage.map_coordinates(self.mask.astype(float), [y, x], order=1, mode="constant")
+        both = self.mask & (other > 0.999)
+        found = np.full(len(self.patterns), np.nan)
+        for k, pattern in enumerate(self.patterns):
+            image = np.stack(
+                [ndimage.map_coordinates(part, [y, x], order=1) for part in np.moveaxis(pattern, -1, 0)], -1
+            )
+            image -= 2 * (image @ midline.across)[..., None] * midline.across
+            a, b = pattern[both], image[both]
+            size = np.sqrt(np.sum(a * a) * np.sum(b * b))
+            if size > 0:
+                found[k] = np.sum(a * b) / size
+        return found
 
 
-def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: float | None = None) -> Modes:
+def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: Midline | None = None) -> Modes:
     """Principal components of a sequence of flows.
 
     Parameters
@@ -75,10 +89,9 @@ def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: float |
         Modes kept, fewer than N.
     mask : (h, w) bool, optional
         Pixels that count.
-    midline : float, optional
-        Column, px. With it a mode's sign is that in which the folds part while its coefficient is positive;
-        without, and where it neither parts nor
-        closes them, its largest component is positive.
+    midline : Midline, optional
+        With it a mode's sign is that in which the folds part while its coefficient is positive; without, and
+        where it neither parts nor closes them, its largest component is positive.
 
     Raises
     ------
@@ -126,6 +139,7 @@ def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: float |
         vectors[:, :found] * sizes * signs,
         variances[:found] / total,
         total / (frames - 1),
+        used,
     )
 
 
@@ -138,13 +152,13 @@ def _band(flows: Any, band: slice, used: Mask) -> Floats:
     return data.reshape(data.shape[0], -1)
 
 
-def _signs(patterns: Floats, midline: float | None) -> Floats:
+def _signs(patterns: Floats, midline: Midline | None) -> Floats:
     flat = patterns.reshape(patterns.shape[0], -1)
     largest = np.take_along_axis(flat, np.abs(flat).argmax(axis=1)[:, None], axis=1)[:, 0]
     telling = largest
     if midline is not None:
-        outward = np.sign(np.arange(patterns.shape[2]) - midline)
-        parting = np.sum(patterns[..., 0] * outward, axis=(1, 2))
+        outward = np.sign(midline.place(pixels(patterns.shape[1:3]))[..., 1])
+        parting = np.sum(patterns @ midline.across * outward, axis=(1, 2))
         says = np.abs(parting) > 1e-6 * np.abs(patterns).sum(axis=(1, 2, 3))
         telling = np.where(says, parting, largest)
     return np.where(telling < 0, -1.0, 1.0)

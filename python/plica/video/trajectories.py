@@ -36,13 +36,15 @@ class Paths:
         """
         if not cycles.count:
             return np.full(self.places.shape[1], np.nan)
-        at = np.stack(
-            [
-                np.stack([np.interp(cycles.starts, time, self.places[:, p, c]) for c in (0, 1)], axis=-1)
-                for p in range(self.places.shape[1])
-            ]
-        )
-        return np.asarray(np.nanmedian(np.linalg.norm(np.diff(at, axis=1), axis=-1), axis=1))
+        steps = np.clip(np.searchsorted(time, cycles.starts, side="right") - 1, 0, time.size - 2)
+        share = (cycles.starts - time[steps]) / (time[steps + 1] - time[steps])
+        share = share[:, None, None]
+        at = (1 - share) * self.places[steps] + share * self.places[steps + 1]
+        gaps = np.linalg.norm(np.diff(at, axis=0), axis=-1)
+        found = np.full(gaps.shape[1], np.nan)
+        whole = np.isfinite(gaps).any(axis=0)  # a point that leaves at once has no cycle
+        found[whole] = np.nanmedian(gaps[:, whole], axis=0)
+        return found
 
 
 def follow(flows: Iterable[npt.NDArray[np.floating]], points: Floats) -> Paths:

@@ -1,0 +1,417 @@
+"""The steps of an analysis: drift, glottis, flow, trust, paths, modes; kept as they come, and gone on with.
+
+results.h5 has a group for each step that is done. It is replaced as a whole when one ends, so that it is
+never half written. The flow, which is large, is in flow.h5, laid out at its full length when it is begun;
+each pair's entry says with which masks it was found, so that only those are computed that are not there, or
+whose masks were corrected. results.h5 links to it.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from plica.phonation.storage import replaced, require_space
+from plica.phonation.store import lay_out
+from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
+from plica.video.errors import VideoError
+from plica.video.flow import flow, warp_error
+from plica.video.glottis import learn
+from plica.video.midline import Midline, find_midline, pixels
+from plica.video.modes import modes
+from plica.video.recording import Grey, Recording, spread
+from plica.video.settings import Settings
+from plica.video.trajectories import follow
+from plica.video.waveforms import GlottalArea, areas, kymogram, measures
+
+__all__ = ["Chain"]
+
+T = TypeVar("T")
+Mask = npt.NDArray[np.bool_]
+Seen = tuple[Grey, Mask]  # a frame, and where it shows tissue
+
+_STEPS = ("drift", "glottis", "flow", "trust", "paths", "modes")  # each stands on those before it
+_BRIGHT = 250.0  # grey: a highlight, which moves with the light and not with the tissue
+_CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
+_BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
+_BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
+_TRUSTED = 0.5  # confidence from which a pixel counts in the modes
+_GRID = 12  # px between the points whose paths are followed
+
+
+class Chain:
+    """The analysis of one recording in one directory."""
+
+    def __init__(self, where: Path, recording: Recording, settings: Settings, *, shown: bool) -> None:
+        self._results, self._flows = where / "results.h5", where / "flow.h5"
+        self._recording, self._settings, self._shown = recording, settings, shown
+        self._count, self._shape = recording.count, recording.shape
+
+    def claim(self, source: Path) -> None:
+        """Mark the results as of this recording and these settings; VideoError where they are of others."""
+        asked = {"source": str(source.resolve()), "settings": self._settings.as_json()}
+        if self._results.exists():
+            with h5py.File(self._results, "r") as file:
+                there = {name: str(file.attrs.get(name, "")) for name in asked}
+            if there == asked:
+                return
+            self._compare(there, asked)
+        self._change(lambda file: file.attrs.update(asked))
+
+    def _compare(self, there: Mapping[str, str], asked: Mapping[str, str]) -> None:
+        where = self._results.parent
+        if there["source"] != asked["source"]:
+            raise VideoError(
+                f"Video: {where} holds an analysis of {there['source'] or 'something else'}; must be of "
+                f"{asked['source']}. Choose another directory."
+            )
+        old, new = Settings.from_json(there["settings"]).computing(), self._settings.computing()
+        for name, value in new.items():
+            if old[name] != value:
+                raise VideoError(
+                    f"Video: {where} holds an analysis with {name} = {old[name]}; must be {value}. Choose "
+                    "another directory."
+                )
+
+    def correct(self, drawn: Mapping[int, Mask]) -> None:
+        """Take these masks for their frames; what stands on others is done again."""
+        there = self._drawn()
+        if there.keys() == drawn.keys() and all(np.array_equal(there[k], drawn[k]) for k in drawn):
+            return
+
+        def add(file: h5py.File) -> None:
+            file["drawn/frames"] = np.array(sorted(drawn))
+            masks = np.array([drawn[k] for k in sorted(drawn)])
+            file.create_dataset("drawn/masks", data=masks, compression="gzip", compression_opts=1)
+
+        self._change(add, without=("drawn", *_STEPS[1:]))
+
+    def run(self, until: str) -> None:
+        """Do what is not done yet, as far as this step."""
+        for name in _STEPS[: _STEPS.index(until) + 1]:
+            with h5py.File(self._results, "r") as file:
+                done = name in file
+            if not done:
+                getattr(self, f"_{name}")()
+
+    def _read(self, *names: str) -> dict[str, Any]:
+        with h5py.File(self._results, "r") as file:
+            return {name: file[name][()] for name in names}
+
+    def _drawn(self) -> dict[int, Mask]:
+        with h5py.File(self._results, "r") as file:
+            if "drawn" not in file:
+                return {}
+            return dict(zip(map(int, file["drawn/frames"][()]), file["drawn/masks"][()], strict=True))
+
+    def _drifted(self) -> Drift:
+        return Drift(*self._read("drift/motion", "drift/likeness").values())
+
+    def _steady(self) -> Steadied:
+        return Steadied(self._recording, self._drifted().motion)
+
+    def _masks(self, begin: int = 0) -> Iterator[Mask]:
+        """The glottis of each frame from this one on."""
+        with h5py.File(self._results, "r") as file:
+            for index in range(begin, self._count):
+                yield file["glottis/mask"][index]
+
+    def _change(self, add: Callable[[h5py.File], None], without: Iterable[str] = ()) -> None:
+        """results.h5 but for these groups, added to, takes the place of the one that is there."""
+
+        def write(draft: Path) -> None:
+            with h5py.File(draft, "w") as file:
+                if self._results.exists():
+                    with h5py.File(self._results, "r") as old:
+                        file.attrs.update(old.attrs)
+                        for name in old.keys() - set(without):
+                            link = old.get(name, getlink=True)
+                            if isinstance(link, h5py.ExternalLink):
+                                file[name] = link
+                            else:
+                                old.copy(name, file)
+                add(file)
+
+        replaced(self._results, write)
+
+    def _store(self, name: str, **arrays: Any) -> None:
+        """Add a group."""
+        self._change(lambda file: _fill(file.create_group(name), **arrays))
+
+    def _watched(self, what: str, items: Iterable[T], total: int) -> Iterator[T]:
+        """The items, with a bar on standard error."""
+        if not self._shown:
+            yield from items
+            return
+        from tqdm import tqdm
+
+        yield from tqdm(items, desc=what, total=total, unit=" frames", mininterval=0.5)
+
+    # ---- Steps -----------------------------------------------------------------------------------
+
+    def _drift(self) -> None:
+        recording = self._recording
+        found = Drift.none(recording.count)
+        if self._settings.correct_drift:
+            still = still_region(spread(recording.frames()), 0.5)
+            first = drift(self._watched("drift", recording.frames(), recording.count), still)
+            still = still_region(spread(without_drift(recording.frames(), first.motion)), 0.3)
+            found = drift(self._watched("drift again", recording.frames(), recording.count), still)
+        self._store("drift", motion=found.motion, likeness=found.likeness)
+
+    def _glottis(self) -> None:
+        drawn, steady = self._drawn(), self._steady()
+        look = learn(steady, drawn)
+        ends = self._settings.midline
+
+        def add(file: h5py.File) -> None:
+            group = file.create_group("glottis")
+            kept = group.create_dataset(
+                "mask",
+                (self._count, *self._shape),
+                bool,
+                chunks=(1, *self._shape),
+                compression="gzip",
+                compression_opts=1,
+            )
+            band = np.empty((self._count, 2))
+            tissue = np.ones(self._shape, dtype=bool)
+            for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
+                mask = drawn.get(index)
+                if mask is None:
+                    mask = look.mask(frame)
+                    band[index] = [look.mask(frame, share).sum() for share in _BAND]
+                else:
+                    band[index] = mask.sum()
+                kept[index] = mask
+                tissue &= ~mask
+            midline = find_midline(_each(kept)) if ends is None else _between(ends[:2], ends[2:])
+            area = areas(_each(kept), midline)
+            folds = tissue & _near(midline, self._shape)
+            sharpness, saturated = _light(self._recording, folds)
+            lines = kymogram(steady, midline, self._settings.kymogram, 0.25 * min(self._shape))
+            _fill(
+                group,
+                left=area.left,
+                right=area.right,
+                left_edge=area.left_edge,
+                right_edge=area.right_edge,
+                least=np.minimum(band[:, 0], area.total),
+                largest=np.maximum(band[:, 1], area.total),
+                tissue=tissue,
+                folds=folds,
+                sharpness=sharpness,
+                saturated=saturated,
+                midline=np.array([*midline.upper, *midline.lower]),
+                kymogram=lines.astype(np.float32),
+            )
+
+        self._change(add)
+
+    def _flow(self) -> None:
+        pairs = self._count - 1
+        if not self._flows.exists():
+            self._lay_out_flow(pairs)
+        prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._masks()]
+        asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
+        with h5py.File(self._flows, "r+") as file:
+            stale = np.flatnonzero(file["masks"][:] != asked)
+            for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
+                self._store_pair(file, index, before, after)
+                file.flush()
+                file["masks"][index] = asked[index]
+                file.flush()
+        self._change(lambda results: results.__setitem__("flow", h5py.ExternalLink("flow.h5", "/")))
+
+    def _lay_out_flow(self, pairs: int) -> None:
+        large = (pairs, *self._shape, 2)
+        require_space(self._flows, 8 * int(np.prod(large)))
+
+        def write(draft: Path) -> None:
+            with h5py.File(draft, "w") as file:
+                lay_out(file, "uv", large, "f4", "px", None)
+                lay_out(file, "round_trip", large, "f4", "px", None)
+                lay_out(file, "residual", (pairs,), "f8", "grey levels", np.nan)
+                lay_out(file, "warp_error", (pairs,), "f8", "grey levels", np.nan)
+                lay_out(file, "masks", (pairs,), "u8", "checksum of both masks; 0: not done", 0)
+
+        replaced(self._flows, write)
+
+    def _pairs(self, wanted: npt.NDArray[np.int_]) -> Iterator[tuple[int, Seen, Seen]]:
+        """Pairs of frames, each with where it shows tissue."""
+        begin = int(wanted[0]) if wanted.size else self._count
+        before: Seen | None = None
+        lost = self._drifted().lost
+        frames = zip(self._steady().frames(begin), self._masks(begin), strict=True)
+        for index, (frame, glottis) in enumerate(frames, start=begin):
+            seen = frame, _telling(frame, glottis) & ~lost[index]
+            if before is not None and index - 1 in wanted:
+                yield index - 1, before, seen
+            if index > wanted[-1]:
+                return
+            before = seen
+
+    def _store_pair(self, file: h5py.File, index: int, before: Seen, after: Seen) -> None:
+        used = before[1] & after[1]
+        if used.mean() < _BLIND:
+            file["uv"][index] = 0.0
+            file["round_trip"][index] = np.nan
+            file["residual"][index] = file["warp_error"][index] = np.nan
+            return
+        pair = flow(
+            before[0],
+            after[0],
+            preset=self._settings.preset,
+            mask=used,
+            intensity=(0.0, 255.0),
+            round_trip=True,
+        )
+        assert pair.round_trip is not None
+        file["uv"][index] = pair.flow
+        file["round_trip"][index] = np.where(used[..., None], pair.round_trip, np.nan)
+        left = pair.residual[used & np.isfinite(pair.residual)]
+        file["residual"][index] = np.sqrt(np.mean(np.square(left, dtype=float)))
+        file["warp_error"][index] = warp_error(before[0], after[0], pair.flow).rms
+
+    def _trust(self) -> None:
+        names = ("folds", "left", "right", "sharpness", "saturated")
+        folds, left, right, sharp, saturated = self._read(*(f"glottis/{name}" for name in names)).values()
+        pairs = self._count - 1
+        mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
+        with h5py.File(self._flows, "r") as file:
+            residual = file["residual"][:]
+            for k in range(pairs):
+                missed = np.hypot(*np.moveaxis(file["round_trip"][k], -1, 0))
+                mismatch[k] = _median(missed[folds])
+                trusted += missed < _CLOSES
+        total = left + right
+        drifted = self._drifted()
+        moved = np.linalg.norm(np.diff(drifted.motion[:, :2], axis=0, prepend=0.0), axis=1)
+        shut = total <= 0.02 * total.max()
+        flags: list[list[str]] = [[] for _ in range(self._count)]
+        for name, wrong in (
+            ("collision", shut & (np.diff(total, prepend=total[0]) < 0)),
+            ("blur", sharp < 0.5 * np.median(sharp)),
+            ("saturation", saturated > 0.05),
+            ("drift", moved > 1.0),
+            ("lost", drifted.lost),
+            ("residual", np.append(residual > 3 * _median(residual), False)),
+            ("blind", np.append(np.isnan(residual), False)),
+        ):
+            for k in np.flatnonzero(wrong).tolist():
+                flags[k].append(name)
+        self._store(
+            "trust",
+            mismatch=mismatch,
+            confidence=(trusted / pairs).astype(np.float32),
+            flags=np.array([", ".join(flag) for flag in flags], dtype=h5py.string_dtype()),
+        )
+
+    def _paths(self) -> None:
+        height, width = self._shape
+        y, x = np.mgrid[_GRID : height - _GRID : _GRID, _GRID : width - _GRID : _GRID]
+        points = np.stack([x.ravel(), y.ravel()], axis=1)
+        points = points[~next(self._masks())[points[:, 1], points[:, 0]]]
+        with h5py.File(self._flows, "r") as file:
+            paths = follow((file["uv"][k] for k in range(self._count - 1)), points.astype(float))
+        stored = self._read("glottis/left", "glottis/right", "glottis/left_edge", "glottis/right_edge")
+        _, cycles = measures(GlottalArea(*stored.values()))
+        closing = paths.closing_error(cycles, np.arange(float(self._count)))
+        self._store("paths", places=paths.places, closing=closing)
+
+    def _modes(self) -> None:
+        stored = self._read("glottis/tissue", "glottis/midline", "trust/confidence")
+        tissue, ends, confidence = stored.values()
+        midline = _between(ends[:2], ends[2:])
+        used = tissue & (confidence >= _TRUSTED)
+        if not used.any():
+            raise VideoError(
+                f"Modes: no pixel of tissue is seen well in {_TRUSTED:.0%} of the pairs of frames; must be "
+                "some. Is the recording sharp, and its light steady? plica glottis needs no motion."
+            )
+        count = min(self._settings.modes, self._count - 2)
+        with h5py.File(self._flows, "r") as file:
+            found = modes(file["uv"], count, used, midline)
+            error = np.array(
+                [
+                    np.tensordot(found.patterns, np.nan_to_num(file["round_trip"][k]), 3)
+                    for k in range(self._count - 1)
+                ]
+            )
+            blind = np.isnan(file["residual"][:])
+        found.coefficients[blind] = np.nan
+        self._store(
+            "modes",
+            mean=found.mean.astype(np.float32),
+            patterns=found.patterns.astype(np.float32),
+            coefficients=found.coefficients,
+            error=_running_rms(error) / np.sqrt(2.0),
+            share=found.share,
+            symmetry=found.symmetry(midline),
+            variance=np.array(found.variance),
+            used=used,
+        )
+
+
+def _fill(group: h5py.Group, **arrays: Any) -> None:
+    for name, value in arrays.items():
+        packed = isinstance(value, np.ndarray) and value.size > 10_000
+        group.create_dataset(
+            name, data=value, **({"compression": "gzip", "compression_opts": 1} if packed else {})
+        )
+
+
+def _each(dataset: h5py.Dataset) -> Iterator[Mask]:
+    """Its entries, one at a time."""
+    return (dataset[k] for k in range(dataset.shape[0]))
+
+
+def _between(one: Any, other: Any) -> Midline:
+    """The midline with these ends, whichever is the upper one."""
+    upper, lower = sorted(((float(x), float(y)) for x, y in (one, other)), key=lambda end: end[1])
+    return Midline(upper, lower)
+
+
+def _telling(frame: Grey, glottis: Mask) -> Mask:
+    """Where a frame shows tissue: neither glottis nor highlight, nor two pixels about both."""
+    from scipy import ndimage
+
+    return np.asarray(~ndimage.binary_dilation(glottis | (frame >= _BRIGHT), iterations=2))
+
+
+def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
+    """Where the folds are: within half of the glottal length of the midline."""
+    along, across = np.moveaxis(midline.place(pixels(shape)), -1, 0)
+    beyond = np.maximum(np.maximum(-along, along - midline.length), 0.0)
+    return np.asarray(np.hypot(across, beyond) < 0.5 * midline.length)
+
+
+def _light(recording: Recording, folds: Mask) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Of each frame, on the folds: the mean square of the difference of neighbours in a row, and the share of
+    highlights."""
+    sharp, saturated = [], []
+    for frame in recording.frames():
+        sharp.append(float(np.mean(np.square(np.diff(frame, axis=1), dtype=float)[folds[:, 1:]])))
+        saturated.append(float(np.mean(frame[folds] >= _BRIGHT)))
+    return np.array(sharp), np.array(saturated)
+
+
+def _median(values: npt.NDArray[np.floating]) -> float:
+    """Of those that are a number; not a number without one."""
+    there = values[np.isfinite(values)]
+    return float(np.median(there)) if there.size else float("nan")
+
+
+def _running_rms(values: npt.NDArray[np.float64], width: int = 9) -> npt.NDArray[np.float64]:
+    """(N, k) root of the mean of the squares over nine rows about each."""
+    from scipy import ndimage
+
+    square = ndimage.uniform_filter1d(np.square(values), width, axis=0, mode="nearest")
+    return np.asarray(np.sqrt(np.maximum(square, 0.0)))

@@ -1,0 +1,244 @@
+"""The figures of a recording's report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
+from plica.video.analysis import Analysis
+
+__all__ = ["sections", "side"]
+
+_SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
+_MOST_PATHS = 4000
+_SPACING = 12  # px, of the points
+
+
+def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
+    """Headings, each with its figures; of the flow where it was found."""
+    glottis = ("Waveforms", [_area(found), _kymograms(found)])
+    if not found.complete:
+        return [glottis]
+    motion = ("Motion of the tissue", [_modes(found), _coefficients(found), _paths(found)])
+    return [glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
+
+
+def side(found: Analysis, name: str) -> str:
+    """ "left" or "right" in the image, and whose it is where that is known."""
+    patient_left = found.settings.patient_left
+    if patient_left is None:
+        return f"{name} in the image"
+    whose = "left" if name == patient_left else "right"
+    return f"{name} in the image (the patient's {whose})"
+
+
+def _end(found: Analysis, name: str) -> str:
+    """ "upper" or "lower" end, and which it is where that is known."""
+    anterior = found.settings.anterior
+    if anterior is None:
+        return f"{name} end"
+    return f"{name} end ({'anterior' if name == anterior else 'posterior'})"
+
+
+def _time(found: Analysis) -> tuple[npt.NDArray[np.float64], str]:
+    return (1e3 * found.time, "time (ms)") if found.settings.fps else (found.time, "frame")
+
+
+def _area(found: Analysis) -> Drawing:
+    time, name = _time(found)
+    waves = found.waveforms
+    unit = "mm²" if found.settings.mm_per_px else "px²"
+    known = [(f"area_{name}", side(found, name), colour) for name, colour in (("left", blue), ("right", red))]
+
+    def paint(figure: Figure) -> None:
+        axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(12, 1))
+        axes.fill_between(time, waves["area_least"], waves["area_largest"], color=grey, alpha=0.35, lw=0)
+        line(axes, time, waves["area_total"], color=grey)
+        for key, _, colour in known:
+            line(axes, time, waves[key], color=colour)
+        axes.set_ylabel(f"glottal area ({unit})")
+        axes.margins(x=0)
+        label_ends(axes, [("total", grey), *((label, colour) for _, label, colour in known)])
+        _phases(strip, found, time)
+        strip.set_xlabel(name)
+
+    caption = (
+        "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at 0.4 "
+        "or at 0.6 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
+        "phases: closed (dark; under 5 % of the cycle's largest area), opening (light blue), open (blue; "
+        "over 95 %), closing (light red)."
+    )
+    return draw("area", caption, "Glottal area over time", (9, 3.3), paint)
+
+
+def _phases(axes: Axes, found: Analysis, time: npt.NDArray[np.float64]) -> None:
+    step = time[1] - time[0]
+    for name, colour in _SHADES.items():
+        spans = [(time[k] - 0.5 * step, step) for k, phase in enumerate(found.phase) if phase == name]
+        axes.broken_barh(spans, (0, 1), color=colour, lw=0)
+    axes.set_yticks([])
+    axes.set_ylim(0, 1)
+
+
+def _kymograms(found: Analysis) -> Drawing:
+    pictures, places = found["glottis/kymogram"], found.settings.kymogram
+    time, name = _time(found)
+
+    def paint(figure: Figure) -> None:
+        for axes, picture, place in zip(
+            figure.subplots(len(places), 1, sharex=True, squeeze=False)[:, 0], pictures, places, strict=True
+        ):
+            half = picture.shape[1] / 2
+            extent = (float(time[0]), float(time[-1]), half, -half)
+            axes.imshow(picture.T, cmap="gray", aspect="auto", extent=extent, vmin=0, vmax=255)
+            axes.set_ylabel(f"{place:g}\nacross (px)")
+        axes.set_xlabel(name)
+
+    caption = (
+        f"Kymograms: lines across the midline at shares of its length from its {_end(found, 'upper')} to its "
+        f"{_end(found, 'lower')}, frame by frame; the image's left is up."
+    )
+    return draw("kymograms", caption, "Kymograms", (9, 0.6 + 1.7 * len(places)), paint)
+
+
+def coloured(pattern: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """(h, w, 3) of (h, w, 2): colour for the direction, brightness for the size."""
+    from matplotlib.colors import hsv_to_rgb
+
+    size = np.hypot(pattern[..., 0], pattern[..., 1])
+    angle = np.arctan2(pattern[..., 1], pattern[..., 0]) / (2 * np.pi) % 1.0
+    strength = np.clip(size / max(float(np.percentile(size, 99.5)), 1e-12), 0, 1)
+    return np.asarray(hsv_to_rgb(np.stack([angle, np.ones_like(angle), strength], axis=-1)))
+
+
+def _modes(found: Analysis) -> Drawing:
+    patterns, share = found.modes.patterns[:3], found.modes.share
+    symmetry = found["modes/symmetry"]
+
+    def paint(figure: Figure) -> None:
+        panels = figure.subplots(1, len(patterns) + 1, width_ratios=[1] * len(patterns) + [0.22])
+        for k, (axes, pattern) in enumerate(zip(panels, patterns, strict=False)):
+            axes.imshow(coloured(pattern))
+            axes.set_title(f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f}")
+        y, x = np.mgrid[-1:1:61j, -1:1:61j]
+        wheel = coloured(np.stack([x, y], axis=-1))
+        panels[-1].imshow(np.where((np.hypot(x, y) <= 1)[..., None], wheel, 1.0))
+        panels[-1].set_title("direction", fontsize=8)
+        for axes in panels:
+            axes.set_axis_off()
+
+    caption = (
+        "Principal modes of the tissue's motion: colour is the direction, brightness the size; share of "
+        "the variance; likeness to the mirror image in the midline, +1 symmetric, -1 in opposite phase."
+    )
+    return draw("modes", caption, "Principal modes of the motion", (9, 3.4), paint)
+
+
+def _coefficients(found: Analysis) -> Drawing:
+    values, error = found.waveforms["mode_coefficients"], found.waveforms["mode_error"]
+    time, name = _time(found)
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        chosen = list(zip(range(min(3, values.shape[1])), (blue, red, green), strict=False))
+        for k, colour in chosen:
+            low, high = values[:, k] - error[:, k], values[:, k] + error[:, k]
+            axes.fill_between(time, low, high, color=colour, alpha=0.25, lw=0)
+            line(axes, time, values[:, k], color=colour)
+        axes.set_xlabel(name)
+        axes.set_ylabel("coefficient (px)")
+        axes.margins(x=0)
+        label_ends(axes, [(f"mode {k + 1}", colour) for k, colour in chosen])
+
+    caption = (
+        "Coefficients of the modes over time; positive: the folds part. Band: what going to the next frame"
+        " and back misses in this mode, over the root of two."
+    )
+    return draw("coefficients", caption, "Mode coefficients over time", (9, 2.6), paint)
+
+
+def _paths(found: Analysis) -> Drawing:
+    places, closing = found.paths.places, found["paths/closing"]
+    cycles = found.cycles
+    size, unit = (found.settings.mm_per_px, "mm") if found.settings.mm_per_px else (1.0, "px")
+    begin, end = (0, found.count) if not cycles.count else np.searchsorted(found.time, cycles.starts[:2])
+    end = min(int(end) + 1, found.count)
+    frame = found.frames().frame(int(begin))
+    way = places[begin:end] - places[begin]
+    largest = float(np.nanpercentile(np.linalg.norm(way, axis=-1).max(axis=0), 99))
+    times = max(1, int(0.8 * _SPACING / max(largest, 1e-9)))
+    drawn = places[begin] + times * way
+
+    def paint(figure: Figure) -> None:
+        from matplotlib.collections import LineCollection
+
+        axes = figure.subplots()
+        axes.imshow(frame, cmap="gray", vmin=0, vmax=255, alpha=0.75)
+        chosen = np.flatnonzero(np.isfinite(drawn).all(axis=(0, 2)))[:_MOST_PATHS]
+        lines = LineCollection(list(drawn[:, chosen].swapaxes(0, 1)), cmap="plasma", linewidths=1.0)
+        known = np.isfinite(closing[chosen])
+        lines.set_array(np.where(known, size * closing[chosen], 0.0))
+        if known.any():
+            lines.set_clim(0, max(float(np.percentile(size * closing[chosen][known], 95)), 1e-9))
+            figure.colorbar(lines, ax=axes, label=f"closing error ({unit})")
+        axes.add_collection(lines)
+        axes.set_axis_off()
+
+    told = closing[np.isfinite(closing)]
+    missed = (
+        f"; half of the points miss by less than {size * float(np.median(told)):.2g} {unit}"
+        if told.size
+        else ""
+    )
+    caption = (
+        f"Paths of points of the tissue over a cycle, drawn {times} times as large. Colour: how far a point"
+        f" is from where it was a period before, the median over the cycles{missed}."
+    )
+    return draw("paths", caption, "Paths of points over a cycle", (9, 5.6), paint)
+
+
+def _trust(found: Analysis) -> Drawing:
+    waves = found.waveforms
+    time, name = _time(found)
+
+    def paint(figure: Figure) -> None:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        line(upper, time, waves["residual"], color=purple)
+        line(upper, time, waves["warp_error"], color=grey)
+        line(lower, time, waves["mismatch"], color=green)
+        upper.set_ylabel("grey levels")
+        upper.set_ylim(bottom=0)
+        lower.set_ylabel("mismatch (px)")
+        lower.set_ylim(bottom=0)
+        lower.set_xlabel(name)
+        upper.margins(x=0)
+        label_ends(upper, [("residual", purple), ("warp error, Eq. (16)", grey)])
+
+    caption = (
+        "Residual: root mean square of what is left of the brightness difference after the motion, on "
+        "tissue. Warp error: Paper C's measure, over the whole frame; it rewards smooth flow and is given "
+        "for comparison. Mismatch: on the folds, median distance from the start after going to the next "
+        "frame and back."
+    )
+    return draw("trust", caption, "Residual, warp error and mismatch over time", (9, 3.2), paint)
+
+
+def _confidence(found: Analysis) -> Drawing:
+    values: Any = found["trust/confidence"]
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        shown = axes.imshow(values, cmap="viridis", vmin=0, vmax=1)
+        figure.colorbar(shown, ax=axes, label="confidence")
+        axes.set_axis_off()
+
+    caption = (
+        "Confidence: in how many of the pairs of frames a pixel shows tissue in both, and going to the "
+        "next and back misses it by less than half a pixel."
+    )
+    return draw("confidence", caption, "Confidence of each pixel", (9, 4.6), paint)

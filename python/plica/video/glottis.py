@@ -1,0 +1,163 @@
+"""The glottis in every frame of a recording, found, and corrected by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.video.errors import VideoError
+from plica.video.image_file import read_image
+from plica.video.recording import Frames, Grey, spread
+from plica.video.segmentation import Prior, around, blurred, region_below, segment
+
+__all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the glottis looks in a recording.
+
+    Attributes
+    ----------
+    dark, tissue : float
+        Grey of the glottis and of the tissue around it.
+    reach : (h, w) bool
+        Where it can be.
+    """
+
+    dark: float
+    tissue: float
+    reach: Mask
+
+    def mask(self, frame: Grey, share: float = 0.5) -> Mask:
+        """(h, w) where a frame, blurred by a pixel, is darker than this share of the way from dark to tissue.
+
+        A half is where a blurred step stands. Beyond the reach, what is dark is another thing: a shadow, the
+        rim of the endoscope's view.
+        """
+        from scipy import ndimage
+
+        near = ndimage.binary_dilation(self.reach, iterations=max(2, round(0.01 * max(self.reach.shape))))
+        level = self.dark + share * (self.tissue - self.dark)
+        return region_below(np.where(near, blurred(frame), np.inf), level, self.reach)
+
+
+def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
+    """How the glottis looks, from masks drawn by hand; where none is drawn, from frames segmented alone.
+
+    Where a glottis can be is then learnt from how much each pixel varies, and some twenty frames and the
+    darkest are segmented. Reads the frames once, or twice.
+
+    Parameters
+    ----------
+    recording : Frames
+    drawn : dict of frame to (h, w) bool, optional
+        An empty mask says that the glottis is closed, and nothing of how it looks.
+
+    Raises
+    ------
+    VideoError
+        Where no frame has a glottis, or one no darker than the noise.
+    """
+    from scipy import ndimage
+
+    shown = {frame: mask for frame, mask in (drawn or {}).items() if mask.any()}
+    if shown:
+        found = [(frame, shown[k]) for k, frame in enumerate(recording.frames()) if k in shown]
+    else:
+        found = _segmented(recording)
+    largest = max(mask.sum() for _, mask in found)
+    reach = np.zeros(recording.shape, dtype=bool)
+    dark, tissue, noise = [], [], []
+    for raw, mask in found:
+        if mask.sum() < 0.3 * largest:
+            continue
+        frame = blurred(raw)
+        noise.append(1.4826 * np.median(np.abs(raw - frame)))
+        inside = ndimage.binary_erosion(mask)
+        dark.append(np.median(frame[inside if inside.any() else mask]))
+        tissue.append(np.median(frame[around(mask)]))
+        reach |= mask
+    contrast = float(np.median(tissue) - np.median(dark))
+    if not contrast > 2 * np.median(noise):
+        raise VideoError(
+            f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, "
+            f"the noise {np.median(noise):.3g}; must be more than twice as much. Is this a recording of a "
+            "larynx?"
+        )
+    return Look(float(np.median(dark)), float(np.median(tissue)), reach)
+
+
+def masks(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Iterator[Mask]:
+    """The glottis of every frame, (h, w) bool each, in order: as drawn, or as :func:`learn` says it looks."""
+    look = learn(recording, drawn)
+    for index, frame in enumerate(recording.frames()):
+        yield drawn[index] if drawn and index in drawn else look.mask(frame)
+
+
+def _segmented(recording: Frames) -> list[tuple[Grey, Mask]]:
+    """Frames and their masks, each found without the others."""
+    from scipy import ndimage
+
+    darkness: list[float] = []
+
+    def seen() -> Iterator[Grey]:
+        for frame in recording.frames():
+            darkness.append(float(np.percentile(frame, 5)))
+            yield frame
+
+    varies = ndimage.gaussian_filter(spread(seen()), 0.02 * max(recording.shape))
+    prior = Prior(where=varies / max(float(varies.max()), 1e-12))
+    chosen = {*range(0, recording.count, max(1, recording.count // 20)), int(np.argmin(darkness))}
+    found = [(frame, segment(frame, prior).mask) for k, frame in enumerate(recording.frames()) if k in chosen]
+    if not any(mask.any() for _, mask in found):
+        raise VideoError(
+            f"Glottis: none of the {len(found)} frames looked at has a dark region within an edge; must be "
+            "a recording in which the glottis opens. Cut the region around it (--region), or draw the mask "
+            "of one frame (--masks)."
+        )
+    return found
+
+
+def write_masks(folder: Path, frames: Mapping[int, tuple[Grey, Mask]]) -> None:
+    """``mask_N.png``, white where the glottis is, and ``frame_N.png`` to draw it on, N being the frame."""
+    from PIL import Image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for index, (frame, mask) in frames.items():
+        seen = np.clip(np.round(frame), 0, 255).astype(np.uint8)
+        Image.fromarray(seen).save(folder / f"frame_{index:05d}.png")
+        Image.fromarray(255 * mask.astype(np.uint8)).save(folder / f"mask_{index:05d}.png")
+
+
+def read_masks(folder: Path, shape: tuple[int, int]) -> dict[int, Mask]:
+    """Masks drawn by hand: every ``mask_N.png`` of a folder, where it is brighter than half of its brightest.
+
+    Raises
+    ------
+    VideoError
+        Where there is none, or one without a number or of another size.
+    """
+    drawn: dict[int, Mask] = {}
+    for path in sorted(folder.glob("mask_*.png")):
+        number = path.stem.removeprefix("mask_")
+        if not number.isdecimal():
+            raise VideoError(f"Masks: {path.name}; must be mask_N.png with N the number of a frame.")
+        image = read_image(path)
+        if image.shape != shape:
+            raise VideoError(
+                f"Masks: {path.name} is {image.shape[1]} x {image.shape[0]} px; must be {shape[1]} x "
+                f"{shape[0]} px like the frames as used (turned and cut)."
+            )
+        drawn[int(number)] = image > 0.5 * image.max()
+    if not drawn:
+        raise VideoError(
+            f"Masks: {folder} has no mask_N.png; must have some. plica masks writes some to draw on."
+        )
+    return drawn

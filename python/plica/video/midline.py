@@ -1,0 +1,118 @@
+"""The line in which the folds meet: its ends, the sides of the frame that it divides, mirror images in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.video.errors import VideoError
+
+__all__ = ["Midline", "find_midline"]
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_STEEPEST = 45.0  # degrees from the vertical, beyond which left and right are not those of the image
+
+
+@dataclass(frozen=True)
+class Midline:
+    """The glottal midline, px: from its upper to its lower end in the image.
+
+    Left and right of it are those of the image. Which end is the anterior one, and which side the patient's
+    left, is for whoever knows to say.
+
+    Raises
+    ------
+    VideoError
+        Where the ends are one, or the line runs more than 45 degrees from the vertical.
+    """
+
+    upper: tuple[float, float]
+    lower: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if not np.isfinite([self.upper, self.lower]).all() or self.length == 0:
+            raise VideoError(f"Midline: ends = {self.upper}, {self.lower} px; must be two points.")
+        along = self.along
+        lean = float(np.degrees(np.arctan2(along[0], along[1])))  # anticlockwise as seen
+        if abs(lean) > _STEEPEST:
+            raise VideoError(
+                f"Midline: it runs {abs(lean):.0f} degrees from the vertical; must be within {_STEEPEST:g}, "
+                "with its upper end first, so that left and right are those of the image. Turn the frames "
+                f"(--rotation {-lean:.0f})."
+            )
+
+    @property
+    def length(self) -> float:
+        """px."""
+        return float(np.hypot(*np.subtract(self.lower, self.upper)))
+
+    @property
+    def along(self) -> Floats:
+        """(2) unit vector from the upper to the lower end."""
+        return np.asarray(np.subtract(self.lower, self.upper) / self.length)
+
+    @property
+    def across(self) -> Floats:
+        """(2) unit vector to the image's right."""
+        return np.array([self.along[1], -self.along[0]])
+
+    def place(self, points: Floats) -> Floats:
+        """(..., 2) of points (..., 2), px: how far along the line from its upper end, and right of it."""
+        return np.asarray((points - np.array(self.upper)) @ np.stack([self.along, self.across], axis=1))
+
+    def points(self, place: Floats) -> Floats:
+        """(..., 2) px: the points that lie there; the inverse of :meth:`place`."""
+        return np.asarray(np.array(self.upper) + place @ np.stack([self.along, self.across]))
+
+
+def pixels(shape: tuple[int, ...]) -> Floats:
+    """(h, w, 2) px, x and y of every pixel."""
+    y, x = np.mgrid[0 : shape[0], 0 : shape[1]].astype(float)
+    return np.stack([x, y], axis=-1)
+
+
+def find_midline(glottis: Iterable[Mask]) -> Midline:
+    """The line in which the folds meet.
+
+    Across the principal axis of all masks together, the centre of a slit is off the line by half its width at
+    most: the line is fitted to the slits of every mask, weighted by the inverse square of their width, so
+    that commissures and closing folds decide and not the larger swing of one fold.
+
+    Raises
+    ------
+    VideoError
+        Where no mask has a glottis, or all together no direction, or one across the image.
+    """
+    kept = [np.argwhere(mask)[:, ::-1].astype(float) for mask in glottis]
+    points = np.concatenate([*kept, np.empty((0, 2))])
+    if not points.size:
+        raise VideoError("Midline: no frame has a glottis; must have one. Set the midline's two ends.")
+    centre = points.mean(axis=0)
+    spreads, axes = np.linalg.eigh(np.cov((points - centre).T))
+    if not spreads[1] > 2.0 * spreads[0]:
+        raise VideoError(
+            f"Midline: the glottis is {np.sqrt(spreads[1] / max(spreads[0], 1e-12)):.2g} times as long as "
+            "wide; must be clearly longer. Set the midline's two ends."
+        )
+    along = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
+    across = np.array([along[1], -along[0]])
+    place, middle, width = [], [], []
+    for mask in kept:
+        if not mask.size:
+            continue
+        rows = np.round((mask - centre) @ along).astype(int)
+        count = np.bincount(rows - rows.min())
+        total = np.bincount(rows - rows.min(), weights=(mask - centre) @ across)
+        there = count > 0
+        place.append(np.flatnonzero(there) + rows.min())
+        middle.append(total[there] / count[there])
+        width.append(count[there])
+    s, c, w = (np.concatenate(part).astype(float) for part in (place, middle, width))
+    slope, offset = np.polyfit(s, c, 1, w=1 / w)
+    ends = [centre + end * along + (offset + slope * end) * across for end in (s.min(), s.max())]
+    return Midline(*((float(end[0]), float(end[1])) for end in ends))
