@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import runpy
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -91,3 +93,18 @@ def test_the_tension_mismatch_is_all_that_differs_from_the_demo() -> None:
     for scene in (normal, tense):  # a beat of the two folds takes longer to show
         del scene["time"]["duration"], scene["output"]["start"]
     assert tense == normal
+
+
+@pytest.mark.slow
+def test_the_synthetic_recording_is_found_as_it_was_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["recording.py", str(tmp_path), "90"])
+    runpy.run_path(str(EXAMPLES / "recording.py"), run_name="__main__")
+    said = capsys.readouterr().out
+    numbers = re.findall(r"^(\w+) +found +(\S+) \S+ +true +(\S+)$", said, flags=re.MULTILINE)
+    found = {name: (float(one), float(other)) for name, one, other in numbers}
+    assert found["fundamental_frequency"][0] == pytest.approx(found["fundamental_frequency"][1], abs=2)
+    assert found["phase_asymmetry"][0] == pytest.approx(found["phase_asymmetry"][1], abs=0.1)
+    assert found["glottal_area_mean"][0] == pytest.approx(found["glottal_area_mean"][1], rel=0.02)
+    assert "mode 1" in (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -20,7 +20,6 @@ from plica.cli import main
 from plica.video import chain, report
 from plica.video.analysis import analyse, load
 from plica.video.errors import VideoError
-from plica.video.glottis import read_masks
 from plica.video.image_file import read_image
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
@@ -262,19 +261,6 @@ def test_a_mask_that_fits_no_frame_is_refused(
 ) -> None:
     with pytest.raises(VideoError, match=said):
         analyse(movie, tmp_path, masks=masks, progress=False)
-
-
-def test_a_folder_without_masks_or_with_wrong_ones_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(VideoError, match=r"has no mask_N\.png"):
-        read_masks(tmp_path, (20, 30))
-    Image.fromarray(np.zeros((20, 31), np.uint8)).save(tmp_path / "mask_7.png")
-    with pytest.raises(VideoError, match=r"mask_7\.png is 31 x 20 px; must be 30 x 20 px"):
-        read_masks(tmp_path, (20, 30))
-    Image.fromarray(np.eye(30, dtype=np.uint8)[:20]).save(tmp_path / "mask_7.png")  # 0 and 1, as some save it
-    assert read_masks(tmp_path, (20, 30))[7].sum() == 20
-    Image.fromarray(np.zeros((20, 30), np.uint8)).save(tmp_path / "mask_7b.png")
-    with pytest.raises(VideoError, match=r"mask_7b\.png; must be mask_N\.png"):
-        read_masks(tmp_path, (20, 30))
 
 
 @pytest.mark.slow

@@ -157,7 +157,7 @@ def _coefficients(found: Analysis) -> Drawing:
 
     caption = (
         "Coefficients of the modes over time; positive: the folds part. Band: what going to the next frame"
-        " and back misses in this mode, over the root of two."
+        " and back misses in this mode, over the root of two; what both ways have in common it does not see."
     )
     return draw("coefficients", caption, "Mode coefficients over time", (9, 2.6), paint)
 

@@ -80,8 +80,8 @@ def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
             continue
         frame = blurred(raw)
         noise.append(1.4826 * np.median(np.abs(raw - frame)))
-        inside = ndimage.binary_erosion(mask)
-        dark.append(np.median(frame[inside if inside.any() else mask]))
+        depth = ndimage.distance_transform_edt(mask)
+        dark.append(np.median(frame[depth >= max(1.0, float(np.median(depth[mask])))]))  # away from the edge
         tissue.append(np.median(frame[around(mask)]))
         reach |= mask
     contrast = float(np.median(tissue) - np.median(dark))
