@@ -188,16 +188,22 @@ def test_another_recording_or_setting_needs_another_directory(movie: Path, tmp_p
         file.attrs["source"] = str(movie.resolve())
     with pytest.raises(VideoError, match=r"holds an analysis with modes = 6; must be 4"):
         analyse(movie, tmp_path, Settings(modes=4), progress=False)
+    with h5py.File(tmp_path / "results.h5", "a") as file:
+        file.attrs["recording"] = "65 frames"
+    with pytest.raises(VideoError, match=r"has 66 frames of 96 x 96 px, .*; must have 65 frames"):
+        analyse(movie, tmp_path, progress=False)
     with pytest.raises(VideoError, match=r"has no results\.h5"):
         load(tmp_path / "none")
 
 
 @pytest.mark.slow
-def test_what_is_said_of_a_recording_may_be_said_later(movie: Path, tmp_path: Path) -> None:
+def test_what_is_said_of_a_recording_may_be_said_later(
+    movie: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     first = analyse(movie, tmp_path, until="glottis", progress=False)
     assert first.units["area_total"] == "px^2"
     assert first.measures["fundamental_frequency"].unit == "1/frame"
-    made = (tmp_path / "results.h5").stat()
+    monkeypatch.delattr(chain, "learn")  # nothing is looked for again
     told = Settings(fps=4000, mm_per_px=0.1, patient_left="right", anterior="upper")
     again = analyse(movie, tmp_path, told, until="glottis", progress=False)
     assert again.units["area_total"] == "mm^2"
@@ -205,7 +211,6 @@ def test_what_is_said_of_a_recording_may_be_said_later(movie: Path, tmp_path: Pa
     page = report.write_report(again).read_text(encoding="utf-8")
     assert "right in the image (the patient&#39;s left)" in page
     assert "upper end (anterior)" in page
-    assert made.st_size == pytest.approx((tmp_path / "results.h5").stat().st_size, rel=0.01)
 
 
 @pytest.mark.slow

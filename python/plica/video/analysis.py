@@ -223,7 +223,16 @@ class Analysis:
 
     def frames(self) -> Steadied:
         """The recording as it was analysed: turned, cut, without the endoscope's motion."""
-        return Steadied(_open(self.source, self.settings), self["drift/motion"])
+        motion = self["drift/motion"]
+        with h5py.File(self.path, "r") as file:
+            low, high = file.attrs["scale"]
+        recording = _open(self.source, self.settings, (float(low), float(high)))
+        if recording.count != len(motion):
+            raise VideoError(
+                f"Video: {self.source} has {recording.count} frames; must have {len(motion)}, as when its "
+                f"analysis in {self.directory} began."
+            )
+        return Steadied(recording, motion)
 
     @cached_property
     def waveforms(self) -> dict[str, npt.NDArray[Any]]:
@@ -287,7 +296,7 @@ class Analysis:
         return xarray.Dataset(variables, coordinates, {"source": str(self.source)})
 
 
-def _open(source: str | Path, settings: Settings) -> Recording:
+def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | None = None) -> Recording:
     return Recording.open(
         source,
         fps=settings.fps,
@@ -295,6 +304,7 @@ def _open(source: str | Path, settings: Settings) -> Recording:
         rotation=settings.rotation,
         region=None if settings.region is None else Region(*settings.region),
         dataset=settings.dataset,
+        scale=scale,
     )
 
 

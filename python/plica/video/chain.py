@@ -56,14 +56,20 @@ class Chain:
 
     def claim(self, source: Path) -> None:
         """Mark the results as of this recording and these settings; VideoError where they are of others."""
-        asked = {"source": str(source.resolve()), "settings": self._settings.as_json()}
+        height, width = self._shape
+        scale = self._recording.scale
+        asked = {
+            "source": str(source.resolve()),
+            "recording": f"{self._count} frames of {width} x {height} px, grey {scale[0]:g} to {scale[1]:g}",
+            "settings": self._settings.as_json(),
+        }
         if self._results.exists():
             with h5py.File(self._results, "r") as file:
                 there = {name: str(file.attrs.get(name, "")) for name in asked}
             if there == asked:
                 return
             self._compare(there, asked)
-        self._change(lambda file: file.attrs.update(asked))
+        self._change(lambda file: file.attrs.update({**asked, "scale": scale}))
 
     def _compare(self, there: Mapping[str, str], asked: Mapping[str, str]) -> None:
         where = self._results.parent
@@ -79,6 +85,11 @@ class Chain:
                     f"Video: {where} holds an analysis with {name} = {old[name]}; must be {value}. Choose "
                     "another directory."
                 )
+        if there["recording"] != asked["recording"]:
+            raise VideoError(
+                f"Video: {asked['source']} has {asked['recording']}; must have {there['recording']}, as when "
+                f"its analysis in {where} began. Choose another directory."
+            )
 
     def correct(self, drawn: Mapping[int, Mask]) -> None:
         """Take these masks for their frames; what stands on others is done again."""

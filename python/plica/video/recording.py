@@ -54,9 +54,9 @@ class Recording:
     ----------
     source : FrameSource
         Where frames come from.
-    low, high : float
-        Grey values that become 0 and 255: percentiles 0.5 and 99.5 of all pixels, one scale for the whole
-        recording, so that brightness does not flicker and no highlight sets it.
+    scale : (low, high)
+        Grey values that become 0 and 255, the same for the whole recording, so that its brightness does not
+        flicker.
     fps : float or None
         Frames per second as given by the user; None: unknown, and times are in frames and cycles.
     mm_per_px : float or None
@@ -69,8 +69,7 @@ class Recording:
     """
 
     source: FrameSource
-    low: float
-    high: float
+    scale: tuple[float, float]
     fps: float | None = None
     mm_per_px: float | None = None
     rotation: float = 0.0
@@ -86,8 +85,9 @@ class Recording:
         rotation: float = 0.0,
         region: Region | None = None,
         dataset: str | None = None,
+        scale: tuple[float, float] | None = None,
     ) -> Recording:
-        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY. Reads every frame once.
+        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY. Reads every frame.
 
         Parameters
         ----------
@@ -102,6 +102,9 @@ class Recording:
         region : Region, optional
         dataset : str, optional
             Name of the frames' dataset in an HDF5 file that holds several.
+        scale : (low, high), optional
+            Grey values that become 0 and 255. The default is percentiles 0.5 and 99.5 of all pixels, which no
+            highlight sets.
 
         Raises
         ------
@@ -118,8 +121,7 @@ class Recording:
             raise VideoError(f"Recording: rotation = {rotation:g} degrees; must be finite.")
         source = open_source(Path(path), dataset)
         _check_region(source, region)
-        low, high = _scale(source)
-        return cls(source, low, high, fps, mm_per_px, rotation, region)
+        return cls(source, scale or _scale(source), fps, mm_per_px, rotation, region)
 
     @property
     def count(self) -> int:
@@ -149,7 +151,8 @@ class Recording:
         return next(self.frames(index, index + 1))
 
     def _used(self, raw: Grey) -> Grey:
-        image = (raw - np.float32(self.low)) * np.float32(255.0 / (self.high - self.low))
+        low, high = self.scale
+        image = (raw - np.float32(low)) * np.float32(255.0 / (high - low))
         if self.rotation:
             from scipy import ndimage
 

@@ -226,29 +226,38 @@ class Stack:
 
 
 class Arrays:
-    """An array (frames, height, width) or (frames, height, width, 3), in memory or mapped from a file."""
+    """An array (frames, height, width) or (frames, height, width, 3), in memory or mapped from a file.
 
-    def __init__(self, name: str, data: Any) -> None:
-        self.name, self._data = name, data
-        dimensions = len(data.shape)
-        if dimensions not in (3, 4) or (dimensions == 4 and data.shape[3] not in (1, 3)):
+    With `reversed_axes` a frame's axes are in the opposite order, as in a file that MATLAB wrote.
+    """
+
+    def __init__(self, name: str, data: Any, *, reversed_axes: bool = False) -> None:
+        self.name, self._data, self._reversed = name, data, reversed_axes
+        frame = tuple(data.shape[1:])[:: -1 if reversed_axes else 1]
+        if len(frame) not in (2, 3) or (len(frame) == 3 and frame[2] not in (1, 3)):
+            order = "(height, width, frames)" if reversed_axes else "(frames, height, width)"
             raise VideoError(
-                f"Recording: {name} has shape {tuple(data.shape)}; must be (frames, height, width) or "
-                "(frames, height, width, 3)."
+                f"Recording: {name} has shape {tuple(data.shape)[:: -1 if reversed_axes else 1]}; must be "
+                f"{order}, or have 3 colours "
+                + ("before the frames." if reversed_axes else "as a fourth axis.")
             )
         if data.dtype.kind not in "uif":
             raise VideoError(f"Recording: {name} holds {data.dtype}; must be numbers.")
         self.count = int(data.shape[0])
-        self.shape = (int(data.shape[1]), int(data.shape[2]))
+        self.shape = (int(frame[0]), int(frame[1]))
         check(name, self.count, self.shape)
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
         for index in range(begin, min(end, self.count)):
-            yield grey(np.asarray(self._data[index]), f"{self.name}: frame {index}")
+            frame = np.asarray(self._data[index])
+            yield grey(frame.T if self._reversed else frame, f"{self.name}: frame {index}")
 
 
 class Dataset(Arrays):
-    """A dataset of an HDF5 file (MATLAB's since 7.3 are such files); open only while frames are read."""
+    """A dataset of an HDF5 file; open only while frames are read.
+
+    MATLAB's ``.mat`` since version 7.3 are such files, with (height, width, frames) stored backwards.
+    """
 
     def __init__(self, path: Path, dataset: str | None) -> None:
         import h5py
@@ -257,16 +266,21 @@ class Dataset(Arrays):
         try:
             with h5py.File(path, "r") as file:
                 self._key = _dataset(file, path, dataset)
-                super().__init__(f"{path.name}: {self._key}", file[self._key])
+                of_matlab = path.suffix.lower() == ".mat"
+                super().__init__(f"{path.name}: {self._key}", file[self._key], reversed_axes=of_matlab)
         except OSError as error:
-            raise VideoError(f"Recording: {path.name} cannot be read as HDF5 ({error}).") from None
+            raise VideoError(
+                f"Recording: {path.name} cannot be read as HDF5 ({error}). A .mat file must be saved with "
+                "-v7.3."
+            ) from None
         self._data = None
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
         import h5py
 
         with h5py.File(self._path, "r") as file:
-            yield from Arrays(self.name, file[self._key]).read(begin, end)
+            data = file[self._key]
+            yield from Arrays(self.name, data, reversed_axes=self._reversed).read(begin, end)
 
 
 def _dataset(file: Any, path: Path, wanted: str | None) -> str:
