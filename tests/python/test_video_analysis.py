@@ -25,7 +25,7 @@ from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 _OPTIONS = Synthetic(
-    height=96, width=96, frames=66, frequency=0.0813, amplitude=(5, 5), opening=(2, 2), highlights=2
+    height=95, width=97, frames=66, frequency=0.0813, amplitude=(5, 5), opening=(2, 2), highlights=2
 )
 
 
@@ -166,7 +166,12 @@ def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
     [
         (["--fps", "-4000"], "fps = -4000; must be > 0"),
         (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
-        (["--region", "0,0,500,500"], "must lie within the frames of 96 x 96 px"),
+        (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
+        (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
+        (["--kymogram", "0.5,1.5"], "kymogram = 0.5, 1.5; must be places in [0, 1]"),
+        (["--masks", "nowhere"], "Masks: nowhere has no mask_N.png"),
+        (["--midline", "5,50,90,52"], "runs 89 degrees from the vertical"),
+        (["--region", "0,0,500,500"], "must lie within the frames of 97 x 95 px"),
     ],
 )
 def test_a_bad_setting_ends_in_one_sentence(
@@ -190,7 +195,7 @@ def test_another_recording_or_setting_needs_another_directory(movie: Path, tmp_p
         analyse(movie, tmp_path, Settings(modes=4), progress=False)
     with h5py.File(tmp_path / "results.h5", "a") as file:
         file.attrs["recording"] = "65 frames"
-    with pytest.raises(VideoError, match=r"has 66 frames of 96 x 96 px, .*; must have 65 frames"):
+    with pytest.raises(VideoError, match=r"has 66 frames of 97 x 95 px, .*; must have 65 frames"):
         analyse(movie, tmp_path, progress=False)
     with pytest.raises(VideoError, match=r"has no results\.h5"):
         load(tmp_path / "none")
@@ -256,9 +261,9 @@ def test_a_drawn_mask_is_taken_and_only_what_stands_on_it_is_done_again(
 @pytest.mark.parametrize(
     ("masks", "said"),
     [
-        ({66: np.zeros((96, 96), bool)}, r"Masks: frame 66; must be in \[0, 66\)"),
-        ({3: np.zeros((90, 96), bool)}, r"shape \(90, 96\); must be bool of \(96, 96\)"),
-        ({3: np.zeros((96, 96))}, "is float64 of shape"),
+        ({66: np.zeros((95, 97), bool)}, r"Masks: frame 66; must be in \[0, 66\)"),
+        ({3: np.zeros((90, 97), bool)}, r"shape \(90, 97\); must be bool of \(95, 97\)"),
+        ({3: np.zeros((95, 97))}, "is float64 of shape"),
     ],
 )
 def test_a_mask_that_fits_no_frame_is_refused(
@@ -301,7 +306,7 @@ def test_results_are_readable_by_others(done: Path) -> None:
     assert float(table["area_total"].mean()) == pytest.approx(found.measures["glottal_area_mean"].value)
     assert (found.waveforms["area_least"] <= found.waveforms["area_total"]).all()
     assert (found.waveforms["area_largest"] >= found.waveforms["area_total"]).all()
-    assert found.flow(0).shape == (96, 96, 2)
+    assert found.flow(0).shape == (95, 97, 2)
     assert np.nanmedian(np.hypot(*np.moveaxis(found.round_trip(5), -1, 0))) < 0.2
     with pytest.raises(VideoError, match=r'frame 65 of "flow/uv"; must be in \[0, 65\)'):
         found.flow(65)

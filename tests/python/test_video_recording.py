@@ -208,6 +208,7 @@ def test_a_bad_recording_is_one_sentence(kind: str, said: str, tmp_path: Path) -
         ({"fps": float("nan")}, "fps = nan; must be > 0"),
         ({"mm_per_px": -0.1}, "mm_per_px = -0.1; must be > 0"),
         ({"rotation": float("inf")}, "rotation = inf degrees; must be finite"),
+        ({"scale": (200.0, 20.0)}, r"scale = \(200, 20\); must be two finite numbers, the lower one first"),
         ({"region": Region(30, 0, 30, 20)}, "must lie within the frames of 48 x 32 px"),
         ({"region": Region(0, 0, 8, 20)}, "must be at least 16 x 16 px"),
     ],

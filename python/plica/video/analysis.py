@@ -147,8 +147,7 @@ class Analysis:
     @cached_property
     def midline(self) -> Midline:
         """px of the frames as used."""
-        ends = self["glottis/midline"].tolist()
-        return Midline((ends[0], ends[1]), (ends[2], ends[3]))
+        return Midline.between(self["glottis/midline"])
 
     @cached_property
     def _measured(self) -> tuple[dict[str, Measure], Cycles]:

@@ -203,7 +203,7 @@ class Chain:
                     band[index] = mask.sum()
                 kept[index] = mask
                 tissue &= ~mask
-            midline = find_midline(_each(kept)) if ends is None else _between(ends[:2], ends[2:])
+            midline = find_midline(_each(kept)) if ends is None else Midline.between(ends)
             area = areas(_each(kept), midline)
             folds = tissue & _near(midline, self._shape)
             sharpness, saturated = _light(self._recording, folds)
@@ -340,7 +340,7 @@ class Chain:
     def _modes(self) -> None:
         stored = self._read("glottis/tissue", "glottis/midline", "trust/confidence")
         tissue, ends, confidence = stored.values()
-        midline = _between(ends[:2], ends[2:])
+        midline = Midline.between(ends)
         used = tissue & (confidence >= _TRUSTED)
         if not used.any():
             raise VideoError(
@@ -382,12 +382,6 @@ def _fill(group: h5py.Group, **arrays: Any) -> None:
 def _each(dataset: h5py.Dataset) -> Iterator[Mask]:
     """Its entries, one at a time."""
     return (dataset[k] for k in range(dataset.shape[0]))
-
-
-def _between(one: Any, other: Any) -> Midline:
-    """The midline with these ends, whichever is the upper one."""
-    upper, lower = sorted(((float(x), float(y)) for x, y in (one, other)), key=lambda end: end[1])
-    return Midline(upper, lower)
 
 
 def _telling(frame: Grey, glottis: Mask) -> Mask:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +45,13 @@ class Midline:
                 "with its upper end first, so that left and right are those of the image. Turn the frames "
                 f"(--rotation {-lean:.0f})."
             )
+
+    @classmethod
+    def between(cls, ends: Sequence[float]) -> Midline:
+        """The line with these ends, x, y, x, y in px, whichever is the upper one."""
+        x, y, other_x, other_y = map(float, ends)
+        upper, lower = sorted(((x, y), (other_x, other_y)), key=lambda end: end[1])
+        return cls(upper, lower)
 
     @property
     def length(self) -> float:

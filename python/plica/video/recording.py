@@ -119,6 +119,11 @@ class Recording:
                 )
         if not math.isfinite(rotation):
             raise VideoError(f"Recording: rotation = {rotation:g} degrees; must be finite.")
+        if scale is not None and not (np.isfinite(scale).all() and scale[0] < scale[1]):
+            raise VideoError(
+                f"Recording: scale = ({scale[0]:g}, {scale[1]:g}); must be two finite numbers, the lower one "
+                "first."
+            )
         source = open_source(Path(path), dataset)
         _check_region(source, region)
         return cls(source, scale or _scale(source), fps, mm_per_px, rotation, region)

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from plica.errors import nearest, one_of
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
+from plica.video.midline import Midline
 
 __all__ = ["Settings"]
 
@@ -63,6 +64,8 @@ class Settings:
                 raise VideoError(
                     f'Video: {name} = "{value}"; must be {one_of(known)}.{nearest(value, known)}'
                 )
+        if self.midline is not None:
+            Midline.between(self.midline)
         if self.modes < 1:
             raise VideoError(f"Video: modes = {self.modes}; must be 1 or more.")
         if not self.kymogram or not all(0 <= place <= 1 for place in self.kymogram):
