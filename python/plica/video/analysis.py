@@ -21,6 +21,7 @@ from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
 from plica.video.recording import Recording, Region
+from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
 from plica.video.waveforms import GlottalArea, measures, phases
@@ -72,12 +73,12 @@ def analyse(
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
-        chain = Chain(where, recording, chosen, shown=progress)
-        chain.claim(Path(source))
+        results = Results(where / "results.h5")
+        results.claim(Path(source), recording, chosen)
         if masks is not None:
             drawn = masks if isinstance(masks, Mapping) else read_masks(Path(masks), recording.shape)
-            chain.correct(_checked(drawn, recording))
-        chain.run(until)
+            results.correct(_checked(drawn, recording))
+        Chain(results, recording, chosen, shown=progress).run(until)
     return load(where)
 
 

@@ -1,18 +1,17 @@
 """The steps of an analysis: drift, glottis, flow, trust, paths, modes; kept as they come, and gone on with.
 
-results.h5 has a group for each step that is done. It is replaced as a whole when one ends, so that it is
-never half written. The flow, which is large, is in flow.h5, laid out at its full length when it is begun;
-each pair's entry says with which masks it was found, so that only those are computed that are not there, or
-whose masks were corrected. results.h5 links to it.
+results.h5 has a group for each step that is done (results.py). The flow, which is large, is in flow.h5, laid
+out at its full length when it is begun; each pair's entry says with which masks it was found, so that only
+those are computed that are not there, or whose masks were corrected. results.h5 links to it.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import h5py
 import numpy as np
@@ -27,6 +26,7 @@ from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
 from plica.video.recording import Grey, Recording, spread
+from plica.video.results import Results, fill
 from plica.video.settings import Settings
 from plica.video.trajectories import follow
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
@@ -49,112 +49,22 @@ _GRID = 12  # px between the points whose paths are followed
 class Chain:
     """The analysis of one recording in one directory."""
 
-    def __init__(self, where: Path, recording: Recording, settings: Settings, *, shown: bool) -> None:
-        self._results, self._flows = where / "results.h5", where / "flow.h5"
+    def __init__(self, results: Results, recording: Recording, settings: Settings, *, shown: bool) -> None:
+        self._results, self._flows = results, results.path.with_name("flow.h5")
         self._recording, self._settings, self._shown = recording, settings, shown
         self._count, self._shape = recording.count, recording.shape
-
-    def claim(self, source: Path) -> None:
-        """Mark the results as of this recording and these settings; VideoError where they are of others."""
-        height, width = self._shape
-        scale = self._recording.scale
-        asked = {
-            "source": str(source.resolve()),
-            "recording": f"{self._count} frames of {width} x {height} px, grey {scale[0]:g} to {scale[1]:g}",
-            "settings": self._settings.as_json(),
-        }
-        if self._results.exists():
-            with h5py.File(self._results, "r") as file:
-                there = {name: str(file.attrs.get(name, "")) for name in asked}
-            if there == asked:
-                return
-            self._compare(there, asked)
-        self._change(lambda file: file.attrs.update({**asked, "scale": scale}))
-
-    def _compare(self, there: Mapping[str, str], asked: Mapping[str, str]) -> None:
-        where = self._results.parent
-        if there["source"] != asked["source"]:
-            raise VideoError(
-                f"Video: {where} holds an analysis of {there['source'] or 'something else'}; must be of "
-                f"{asked['source']}. Choose another directory."
-            )
-        old, new = Settings.from_json(there["settings"]).computing(), self._settings.computing()
-        for name, value in new.items():
-            if old[name] != value:
-                raise VideoError(
-                    f"Video: {where} holds an analysis with {name} = {old[name]}; must be {value}. Choose "
-                    "another directory."
-                )
-        if there["recording"] != asked["recording"]:
-            raise VideoError(
-                f"Video: {asked['source']} has {asked['recording']}; must have {there['recording']}, as when "
-                f"its analysis in {where} began. Choose another directory."
-            )
-
-    def correct(self, drawn: Mapping[int, Mask]) -> None:
-        """Take these masks for their frames; what stands on others is done again."""
-        there = self._drawn()
-        if there.keys() == drawn.keys() and all(np.array_equal(there[k], drawn[k]) for k in drawn):
-            return
-
-        def add(file: h5py.File) -> None:
-            file["drawn/frames"] = np.array(sorted(drawn))
-            masks = np.array([drawn[k] for k in sorted(drawn)])
-            file.create_dataset("drawn/masks", data=masks, compression="gzip", compression_opts=1)
-
-        self._change(add, without=("drawn", *_STEPS[1:]))
 
     def run(self, until: str) -> None:
         """Do what is not done yet, as far as this step."""
         for name in _STEPS[: _STEPS.index(until) + 1]:
-            with h5py.File(self._results, "r") as file:
-                done = name in file
-            if not done:
+            if name not in self._results:
                 getattr(self, f"_{name}")()
 
-    def _read(self, *names: str) -> dict[str, Any]:
-        with h5py.File(self._results, "r") as file:
-            return {name: file[name][()] for name in names}
-
-    def _drawn(self) -> dict[int, Mask]:
-        with h5py.File(self._results, "r") as file:
-            if "drawn" not in file:
-                return {}
-            return dict(zip(map(int, file["drawn/frames"][()]), file["drawn/masks"][()], strict=True))
-
     def _drifted(self) -> Drift:
-        return Drift(*self._read("drift/motion", "drift/likeness").values())
+        return Drift(*self._results.read("drift/motion", "drift/likeness"))
 
     def _steady(self) -> Steadied:
         return Steadied(self._recording, self._drifted().motion)
-
-    def _masks(self, begin: int = 0) -> Iterator[Mask]:
-        """The glottis of each frame from this one on."""
-        with h5py.File(self._results, "r") as file:
-            for index in range(begin, self._count):
-                yield file["glottis/mask"][index]
-
-    def _change(self, add: Callable[[h5py.File], None], without: Iterable[str] = ()) -> None:
-        """results.h5 but for these groups, added to, takes the place of the one that is there."""
-
-        def write(draft: Path) -> None:
-            with h5py.File(draft, "w") as file:
-                if self._results.exists():
-                    with h5py.File(self._results, "r") as old:
-                        file.attrs.update(old.attrs)
-                        for name in old.keys() - set(without):
-                            link = old.get(name, getlink=True)
-                            if isinstance(link, h5py.ExternalLink):
-                                file[name] = link
-                            else:
-                                old.copy(name, file)
-                add(file)
-
-        replaced(self._results, write)
-
-    def _store(self, name: str, **arrays: Any) -> None:
-        """Add a group."""
-        self._change(lambda file: _fill(file.create_group(name), **arrays))
 
     def _watched(self, what: str, items: Iterable[T], total: int) -> Iterator[T]:
         """The items, with a bar on standard error."""
@@ -175,10 +85,10 @@ class Chain:
             first = drift(self._watched("drift", recording.frames(), recording.count), still)
             still = still_region(spread(without_drift(recording.frames(), first.motion)), 0.3)
             found = drift(self._watched("drift again", recording.frames(), recording.count), still)
-        self._store("drift", motion=found.motion, likeness=found.likeness)
+        self._results.store("drift", motion=found.motion, likeness=found.likeness)
 
     def _glottis(self) -> None:
-        drawn, steady = self._drawn(), self._steady()
+        drawn, steady = self._results.drawn(), self._steady()
         look = learn(steady, drawn)
         ends = self._settings.midline
 
@@ -208,7 +118,7 @@ class Chain:
             folds = tissue & _near(midline, self._shape)
             sharpness, saturated = _light(self._recording, folds)
             lines = kymogram(steady, midline, self._settings.kymogram, 0.25 * min(self._shape))
-            _fill(
+            fill(
                 group,
                 left=area.left,
                 right=area.right,
@@ -224,13 +134,13 @@ class Chain:
                 kymogram=lines.astype(np.float32),
             )
 
-        self._change(add)
+        self._results.change(add)
 
     def _flow(self) -> None:
         pairs = self._count - 1
         if not self._flows.exists():
             self._lay_out_flow(pairs)
-        prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._masks()]
+        prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
         with h5py.File(self._flows, "r+") as file:
             stale = np.flatnonzero(file["masks"][:] != asked)
@@ -239,7 +149,7 @@ class Chain:
                 file.flush()
                 file["masks"][index] = asked[index]
                 file.flush()
-        self._change(lambda results: results.__setitem__("flow", h5py.ExternalLink("flow.h5", "/")))
+        self._results.change(lambda results: results.__setitem__("flow", h5py.ExternalLink("flow.h5", "/")))
 
     def _lay_out_flow(self, pairs: int) -> None:
         large = (pairs, *self._shape, 2)
@@ -260,7 +170,7 @@ class Chain:
         begin = int(wanted[0]) if wanted.size else self._count
         before: Seen | None = None
         lost = self._drifted().lost
-        frames = zip(self._steady().frames(begin), self._masks(begin), strict=True)
+        frames = zip(self._steady().frames(begin), self._results.masks(begin), strict=True)
         for index, (frame, glottis) in enumerate(frames, start=begin):
             seen = frame, _telling(frame, glottis) & ~lost[index]
             if before is not None and index - 1 in wanted:
@@ -293,7 +203,7 @@ class Chain:
 
     def _trust(self) -> None:
         names = ("folds", "left", "right", "sharpness", "saturated")
-        folds, left, right, sharp, saturated = self._read(*(f"glottis/{name}" for name in names)).values()
+        folds, left, right, sharp, saturated = self._results.read(*(f"glottis/{name}" for name in names))
         pairs = self._count - 1
         mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
         with h5py.File(self._flows, "r") as file:
@@ -318,7 +228,7 @@ class Chain:
         ):
             for k in np.flatnonzero(wrong).tolist():
                 flags[k].append(name)
-        self._store(
+        self._results.store(
             "trust",
             mismatch=mismatch,
             confidence=(trusted / pairs).astype(np.float32),
@@ -329,17 +239,17 @@ class Chain:
         height, width = self._shape
         y, x = np.mgrid[_GRID : height - _GRID : _GRID, _GRID : width - _GRID : _GRID]
         points = np.stack([x.ravel(), y.ravel()], axis=1)
-        points = points[~next(self._masks())[points[:, 1], points[:, 0]]]
+        points = points[~next(self._results.masks())[points[:, 1], points[:, 0]]]
         with h5py.File(self._flows, "r") as file:
             paths = follow((file["uv"][k] for k in range(self._count - 1)), points.astype(float))
-        stored = self._read("glottis/left", "glottis/right", "glottis/left_edge", "glottis/right_edge")
-        _, cycles = measures(GlottalArea(*stored.values()))
+        names = ("left", "right", "left_edge", "right_edge")
+        area = GlottalArea(*self._results.read(*(f"glottis/{name}" for name in names)))
+        _, cycles = measures(area)
         closing = paths.closing_error(cycles, np.arange(float(self._count)))
-        self._store("paths", places=paths.places, closing=closing)
+        self._results.store("paths", places=paths.places, closing=closing)
 
     def _modes(self) -> None:
-        stored = self._read("glottis/tissue", "glottis/midline", "trust/confidence")
-        tissue, ends, confidence = stored.values()
+        tissue, ends, confidence = self._results.read("glottis/tissue", "glottis/midline", "trust/confidence")
         midline = Midline.between(ends)
         used = tissue & (confidence >= _TRUSTED)
         if not used.any():
@@ -358,7 +268,7 @@ class Chain:
             )
             blind = np.isnan(file["residual"][:])
         found.coefficients[blind] = np.nan
-        self._store(
+        self._results.store(
             "modes",
             mean=found.mean.astype(np.float32),
             patterns=found.patterns.astype(np.float32),
@@ -368,14 +278,6 @@ class Chain:
             symmetry=found.symmetry(midline),
             variance=np.array(found.variance),
             used=used,
-        )
-
-
-def _fill(group: h5py.Group, **arrays: Any) -> None:
-    for name, value in arrays.items():
-        packed = isinstance(value, np.ndarray) and value.size > 10_000
-        group.create_dataset(
-            name, data=value, **({"compression": "gzip", "compression_opts": 1} if packed else {})
         )
 
 
