@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 Flow = Callable[[np.ndarray, np.ndarray], np.ndarray]
-PLICA = ("plica robust", "plica reference", "plica thesis", "plica fast")
+PLICA = ("plica gradient", "plica robust", "plica reference", "plica thesis", "plica fast")
 PEERS = (
     "DIS ultrafast",
     "DIS fast",

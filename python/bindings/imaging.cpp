@@ -45,11 +45,14 @@ void same_size(const Plane& plane, const py::array& array, const Plane& other, c
 
 PenaltyShape to_penalty(const std::string& name, const std::string& field) {
   if (name == "lorentzian") return PenaltyShape::lorentzian;
+  if (name == "charbonnier") return PenaltyShape::charbonnier;
   if (name == "quadratic") return PenaltyShape::quadratic;
-  throw InvalidInput("FlowOptions: " + field + " = \"" + name + "\"; must be \"lorentzian\" or \"quadratic\".");
+  throw InvalidInput("FlowOptions: " + field + " = \"" + name +
+                     "\"; must be \"lorentzian\", \"charbonnier\" or \"quadratic\".");
 }
 
 const char* name_of(PenaltyShape penalty) {
+  if (penalty == PenaltyShape::charbonnier) return "charbonnier";
   return penalty == PenaltyShape::lorentzian ? "lorentzian" : "quadratic";
 }
 
@@ -59,14 +62,15 @@ void bind_imaging(py::module_& engine) {
   const FlowOptions defaults;
   py::class_<FlowOptions>(engine, "FlowOptions")
       .def(py::init([](double smoothness, double data_scale, double smooth_scale, const std::string& data_penalty,
-                       const std::string& smooth_penalty, int stages, std::optional<int> levels, double spacing,
-                       int fine_levels, double fine_spacing, int warps, double largest_step, int sweeps,
-                       double relaxation) {
+                       const std::string& smooth_penalty, std::optional<double> gradient_noise, int stages,
+                       std::optional<int> levels, double spacing, int fine_levels, double fine_spacing, int warps,
+                       double largest_step, int sweeps, double relaxation) {
              const FlowOptions options{smoothness,
                                        data_scale,
                                        smooth_scale,
                                        to_penalty(data_penalty, "data_penalty"),
                                        to_penalty(smooth_penalty, "smooth_penalty"),
+                                       gradient_noise,
                                        stages,
                                        levels,
                                        spacing,
@@ -82,7 +86,8 @@ void bind_imaging(py::module_& engine) {
            py::kw_only(), py::arg("smoothness") = defaults.smoothness, py::arg("data_scale") = defaults.data_scale,
            py::arg("smooth_scale") = defaults.smooth_scale,
            py::arg("data_penalty") = name_of(defaults.data_penalty),
-           py::arg("smooth_penalty") = name_of(defaults.smooth_penalty), py::arg("stages") = defaults.stages,
+           py::arg("smooth_penalty") = name_of(defaults.smooth_penalty),
+           py::arg("gradient_noise") = defaults.gradient_noise, py::arg("stages") = defaults.stages,
            py::arg("levels") = defaults.levels, py::arg("spacing") = defaults.spacing,
            py::arg("fine_levels") = defaults.fine_levels, py::arg("fine_spacing") = defaults.fine_spacing,
            py::arg("warps") = defaults.warps, py::arg("largest_step") = defaults.largest_step,
@@ -92,6 +97,7 @@ void bind_imaging(py::module_& engine) {
       .def_readonly("smooth_scale", &FlowOptions::smooth_scale)
       .def_property_readonly("data_penalty", [](const FlowOptions& o) { return name_of(o.data_penalty); })
       .def_property_readonly("smooth_penalty", [](const FlowOptions& o) { return name_of(o.smooth_penalty); })
+      .def_readonly("gradient_noise", &FlowOptions::gradient_noise)
       .def_readonly("stages", &FlowOptions::stages)
       .def_readonly("levels", &FlowOptions::levels)
       .def_readonly("spacing", &FlowOptions::spacing)

@@ -106,6 +106,15 @@ def test_an_option_replaces_the_preset_s(pair: tuple[Frame, Frame]) -> None:
     )
 
 
+def test_light_that_changes_does_not_move_a_constant_gradient(pair: tuple[Frame, Frame]) -> None:
+    first, second = pair
+    y, x = np.mgrid[:60, :80]
+    lit = second + 20 + 0.2 * x - 0.1 * y
+    inside = np.s_[8:-8, 8:-8]
+    assert np.abs(flow(first, lit).flow[inside] - MOTION).mean() > 0.1
+    assert np.abs(flow(first, lit, preset="gradient").flow[inside] - MOTION).mean() < 0.02
+
+
 def test_a_masked_highlight_does_not_hold_the_flow(pair: tuple[Frame, Frame]) -> None:
     first, second = (frame.copy() for frame in pair)
     first[20:40, 30:50] = second[20:40, 30:50] = 255  # does not move
@@ -131,12 +140,13 @@ def test_colour_becomes_grey_by_the_weights_of_the_thesis() -> None:
         ({"first": np.array([["a"]])}, "to_grey: first has type <U1; must be numbers."),
         (
             {"preset": "robus"},
-            'preset = "robus"; must be one of robust, reference, video, thesis, fast. Did you mean',
+            'preset = "robus"; must be one of robust, reference, video, thesis, fast, gradient. Did you mean',
         ),
         ({"lamda": 0.1}, "flow: option lamda is unknown; must be one of"),
         ({"smoothness": -1}, "FlowOptions: smoothness = -1; must be in [1e-06, 1e+06]."),
         ({"warps": "many"}, "flow: warps = 'many'; must be numbers"),
-        ({"data_penalty": "huber"}, 'data_penalty = "huber"; must be "lorentzian" or "quadratic".'),
+        ({"data_penalty": "huber"}, 'data_penalty = "huber"; must be "lorentzian", "charbonnier" or "quadratic".'),
+        ({"gradient_noise": 0}, "gradient_noise = 0 grey levels per px^2; must be in [0.001, 1000]."),
         ({"mask": np.ones((3, 3), bool)}, "flow: mask has shape (3, 3); must be (60, 80)"),
         ({"mask": np.ones((60, 80))}, "flow: mask has type float64; must be bool"),
         ({"mask": np.zeros((60, 80), bool)}, "flow: mask leaves 0 pixels; must leave at least 1."),

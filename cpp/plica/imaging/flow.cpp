@@ -44,29 +44,49 @@ void require_size(const Plane& image, const Plane& first, const std::string& nam
   }
 }
 
-/// rho'(e) / e of alpha E_quad + (1 - alpha) E with rho(e) = log(1 + e^2 / (2 scale^2)), Eqs. (5) and (6), and
-/// rho_quad(e) = e^2 / quadratic_scale^2.
+/// rho'(e) / e of alpha E_quad + (1 - alpha) E with rho(e) = log(1 + e^2 / (2 scale^2)), Eqs. (5) and (6), or
+/// sqrt(1 + e^2 / scale^2), and rho_quad(e) = e^2 / quadratic_scale^2.
 Weight weight(PenaltyShape penalty, double alpha, double scale, double quadratic_scale) {
+  if (penalty == PenaltyShape::charbonnier) {
+    return {static_cast<float>(alpha * 2 / (quadratic_scale * quadratic_scale)),
+            static_cast<float>((1 - alpha) / scale), static_cast<float>(scale * scale), true};
+  }
   if (penalty == PenaltyShape::quadratic) alpha = 1;
   return {static_cast<float>(alpha * 2 / (quadratic_scale * quadratic_scale)), static_cast<float>((1 - alpha) * 2),
           static_cast<float>(2 * scale * scale)};
 }
 
-struct Pictures {
-  std::vector<Plane> first, used;
-  std::vector<Spline> second;
+/// What does not change as things move, in the first picture and in the second.
+struct Channel {
+  Plane first;
+  Spline second;
+};
 
-  Pictures(const Plane& first_image, const Plane& second_image, const Plane& used_pixels, int levels,
-           double spacing)
-      : first(pyramid(first_image, levels, spacing)) {
-    for (const Plane& level : pyramid(second_image, levels, spacing)) second.emplace_back(level);
-    if (used_pixels.size() > 0) {
-      used = pyramid(used_pixels, levels, spacing);
+struct Level {
+  std::vector<Channel> channels;  // brightness, or the two components of its gradient
+  Plane used;
+};
+
+std::vector<Level> make_levels(const Plane& first, const Plane& second, const Plane& used, int count,
+                               double spacing, bool of_gradient) {
+  auto firsts = pyramid(first, count, spacing), seconds = pyramid(second, count, spacing);
+  std::vector<Level> levels(firsts.size());
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    if (of_gradient) {
+      Gradient one = gradient(firsts[i]);
+      const Gradient two = gradient(seconds[i]);
+      levels[i].channels.push_back({std::move(one.x), Spline(two.x)});
+      levels[i].channels.push_back({std::move(one.y), Spline(two.y)});
     } else {
-      used.resize(first.size());
+      levels[i].channels.push_back({std::move(firsts[i]), Spline(seconds[i])});
     }
   }
-};
+  if (used.size() > 0) {
+    auto weights = pyramid(used, count, spacing);
+    for (std::size_t i = 0; i < levels.size(); ++i) levels[i].used = std::move(weights[i]);
+  }
+  return levels;
+}
 
 /// u0 + (u - u0) with the change bounded.
 void bound_change(const Plane& u0, float largest, Plane& u) {
@@ -77,21 +97,24 @@ void bound_change(const Plane& u0, float largest, Plane& u) {
   });
 }
 
-void solve_stage(const Pictures& pictures, const FlowOptions& options, Weight data_weight, Weight smooth_weight,
-                 Flow& flow) {
+void solve_stage(const std::vector<Level>& levels, const FlowOptions& options, Weight data_weight,
+                 Weight smooth_weight, Flow& flow) {
   const auto lambda = static_cast<float>(options.smoothness);
-  Linearisation data;
+  std::vector<Linearisation> data(levels.front().channels.size());
   Flow next;
-  for (std::size_t level = pictures.first.size(); level-- > 0;) {
-    const Plane& first = pictures.first[level];
-    const std::ptrdiff_t rows = first.rows(), columns = first.cols();
+  for (std::size_t i = levels.size(); i-- > 0;) {
+    const Level& level = levels[i];
+    const std::ptrdiff_t rows = level.channels[0].first.rows(), columns = level.channels[0].first.cols();
     const auto along = static_cast<float>(static_cast<double>(columns) / static_cast<double>(flow.u.cols()));
     const auto down = static_cast<float>(static_cast<double>(rows) / static_cast<double>(flow.u.rows()));
     flow.u = along * resize(flow.u, rows, columns);
     flow.v = down * resize(flow.v, rows, columns);
     FlowSystem system(rows, columns);
     for (int warp = 0; warp < options.warps; ++warp) {
-      linearise(first, pictures.second[level], pictures.used[level], flow.u, flow.v, data);
+      for (std::size_t k = 0; k < data.size(); ++k) {
+        linearise(level.channels[k].first, level.channels[k].second, level.used, flow.u, flow.v, data[k]);
+        if (options.gradient_noise) normalise(static_cast<float>(*options.gradient_noise), data[k]);
+      }
       system.assemble(data, flow.u, flow.v, data_weight, smooth_weight, lambda);
       system.sweep(options.sweeps, static_cast<float>(options.relaxation));
       system.read(next.u, next.v);
@@ -111,8 +134,9 @@ void FlowOptions::validate() const {
             ("in [" + number(least) + ", " + number(most) + "]").c_str());
   };
   bounded(smoothness, 1e-6, 1e6, "smoothness", "");
-  bounded(data_scale, 1e-3, 1e3, "data_scale", "grey levels");
+  bounded(data_scale, 1e-3, 1e3, "data_scale", gradient_noise ? "px" : "grey levels");
   bounded(smooth_scale, 1e-4, 100, "smooth_scale", "px per px");
+  if (gradient_noise) bounded(*gradient_noise, 1e-3, 1e3, "gradient_noise", "grey levels per px^2");
   bounded(stages, 1, 20, "stages", "");
   if (levels) bounded(*levels, 1, 20, "levels", "");
   require(spacing > 1 && spacing <= 4, "spacing", spacing, "", "in (1, 4]");
@@ -139,12 +163,15 @@ Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& opti
   const int fine = std::min(options.fine_levels, deepest(options.fine_spacing));
 
   Flow flow{Plane::Zero(first.rows(), first.cols()), Plane::Zero(first.rows(), first.cols())};
-  std::optional<Pictures> pictures;
+  std::vector<Level> levels;
   for (int stage = 0; stage < options.stages; ++stage) {
     const double alpha = options.stages == 1 ? 0 : 1 - static_cast<double>(stage) / (options.stages - 1);
-    if (stage == 0) pictures.emplace(first, second, used, coarse, options.spacing);
-    if (stage == 1) pictures.emplace(first, second, used, fine, options.fine_spacing);
-    solve_stage(*pictures, options,
+    if (stage < 2) {
+      levels =
+          make_levels(first, second, used, stage == 0 ? coarse : fine,
+                      stage == 0 ? options.spacing : options.fine_spacing, options.gradient_noise.has_value());
+    }
+    solve_stage(levels, options,
                 weight(options.data_penalty, alpha, options.data_scale, options.data_scale / options.smooth_scale),
                 weight(options.smooth_penalty, alpha, options.smooth_scale, 1), flow);
   }

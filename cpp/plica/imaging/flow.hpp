@@ -5,15 +5,18 @@
 
 namespace plica {
 
-enum class PenaltyShape { lorentzian, quadratic };
+enum class PenaltyShape { lorentzian, charbonnier, quadratic };
 
 /// Algorithm 1 of Paper C as docs/imaging.md completes it. Intensities are grey levels of a range of 255.
 struct FlowOptions {
   double smoothness = 0.045;  // lambda of Eq. (4): weight of smoothness against data, [1e-6, 1e6]
-  double data_scale = 3.5;    // tau_D: data errors well above it are outliers; grey levels, [1e-3, 1e3]
+  double data_scale = 3.5;    // tau_D: data errors well above it are outliers; grey levels, or px with
+                              // gradient_noise, [1e-3, 1e3]
   double smooth_scale = 0.1;  // tau_S: flow steps well above it are edges; px from pixel to pixel, [1e-4, 100]
   PenaltyShape data_penalty = PenaltyShape::lorentzian;
   PenaltyShape smooth_penalty = PenaltyShape::lorentzian;
+  std::optional<double> gradient_noise;  // none: brightness stays as things move. Else its gradient does, and
+                                         // slopes of it below this are noise; grey levels per px^2, [1e-3, 1e3]
   int stages = 3;              // of graduated non-convexity, alpha = 1 ... 0; 1: alpha = 0 at once; [1, 20]
   std::optional<int> levels;   // of the first stage's pyramid, [1, 20]; none: down to sides of 16 px
   double spacing = 2;          // of the first stage's pyramid, in (1, 4]

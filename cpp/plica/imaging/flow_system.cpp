@@ -19,43 +19,74 @@ PLICA_VERSIONS(edge_weights,
                (const float* a, const float* b, std::ptrdiff_t n, Weight weight, float lambda, float* result),
                (a, b, n, weight, lambda, result))
 
-/// The data term of a row, and the inverse of each pixel's 2 x 2 block. The determinant is a sum of terms that
-/// are not negative: nothing cancels.
-struct Row {
-  const float *ix, *iy, *it, *trust, *u0, *v0;
-  const float *right_u, *down_u, *up_u, *right_v, *down_v, *up_v;  // right_*[-1] is the weight to the left
-  float *b1, *b2, *inverse11, *inverse12, *inverse22;
+/// trust w_D(e) of n pixels.
+PLICA_INLINE void data_weights_body(const float* e, const float* trust, std::ptrdiff_t n, Weight weight,
+                                    float* __restrict__ result) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) result[x] = trust[x] * weight(e[x] * e[x]);
+}
+PLICA_VERSIONS(data_weights, (const float* e, const float* trust, std::ptrdiff_t n, Weight weight, float* result),
+               (e, trust, n, weight, result))
+
+/// One channel of the data term in a row, and the sums over channels it adds to: sum w_D (ix, iy)^T (ix, iy), its
+/// determinant and the right-hand side.
+struct Channel {
+  const float *ix, *iy, *it, *weight, *u0, *v0;
+  float *xx, *xy, *yy, *determinant, *b1, *b2;
 };
 
-PLICA_INLINE void blocks_body(const Row& row, std::ptrdiff_t n, Weight weight) {
-  const float* const ix = row.ix;
-  const float* const iy = row.iy;
-  const float* const it = row.it;
-  const float* const trust = row.trust;
-  const float* const u0 = row.u0;
-  const float* const v0 = row.v0;
-  float* __restrict__ b1 = row.b1;
-  float* __restrict__ b2 = row.b2;
+PLICA_INLINE void add_body(const Channel& channel, std::ptrdiff_t n) {
+  const float* const ix = channel.ix;
+  const float* const iy = channel.iy;
+  const float* const it = channel.it;
+  const float* const weight = channel.weight;
+  const float* const u0 = channel.u0;
+  const float* const v0 = channel.v0;
+  float* __restrict__ xx = channel.xx;
+  float* __restrict__ xy = channel.xy;
+  float* __restrict__ yy = channel.yy;
+  float* __restrict__ determinant = channel.determinant;
+  float* __restrict__ b1 = channel.b1;
+  float* __restrict__ b2 = channel.b2;
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    const float wx = weight[x] * ix[x], wy = weight[x] * iy[x];
+    const float e0 = ix[x] * u0[x] + iy[x] * v0[x] - it[x];
+    const float grown = xx[x] * iy[x] * wy - 2 * xy[x] * ix[x] * wy + yy[x] * ix[x] * wx;
+    determinant[x] += grown > 0 ? grown : 0.0F;
+    xx[x] += wx * ix[x];
+    xy[x] += wx * iy[x];
+    yy[x] += wy * iy[x];
+    b1[x] += wx * e0;
+    b2[x] += wy * e0;
+  }
+}
+PLICA_VERSIONS(add, (const Channel& channel, std::ptrdiff_t n), (channel, n))
+
+/// The inverse of each pixel's 2 x 2 block in a row. Its determinant is a sum of terms that are not negative:
+/// nothing cancels. With one channel the data's own is exactly 0.
+struct Row {
+  const float *xx, *xy, *yy, *determinant;
+  const float *right_u, *down_u, *up_u, *right_v, *down_v, *up_v;  // right_*[-1] is the weight to the left
+  float *inverse11, *inverse12, *inverse22;
+};
+
+PLICA_INLINE void blocks_body(const Row& row, std::ptrdiff_t n) {
   float* __restrict__ inverse11 = row.inverse11;
   float* __restrict__ inverse12 = row.inverse12;
   float* __restrict__ inverse22 = row.inverse22;
   PLICA_INDEPENDENT
   for (std::ptrdiff_t x = 0; x < n; ++x) {
-    const float w = trust[x] * weight(it[x] * it[x]);
-    const float wx = w * ix[x], wy = w * iy[x];
-    const float xx = wx * ix[x], xy = wx * iy[x], yy = wy * iy[x];
-    const float e0 = ix[x] * u0[x] + iy[x] * v0[x] - it[x];
+    const float xx = row.xx[x], xy = row.xy[x], yy = row.yy[x];
     const float su = row.right_u[x] + row.right_u[x - 1] + row.down_u[x] + row.up_u[x];
     const float sv = row.right_v[x] + row.right_v[x - 1] + row.down_v[x] + row.up_v[x];
-    const float scale = 1.0F / (xx * sv + yy * su + su * sv);
-    b1[x] = wx * e0;
-    b2[x] = wy * e0;
+    const float scale = 1.0F / (xx * sv + yy * su + su * sv + row.determinant[x]);
     inverse11[x] = scale * (yy + sv);
     inverse12[x] = -scale * xy;
     inverse22[x] = scale * (xx + su);
   }
 }
-PLICA_VERSIONS(blocks, (const Row& row, std::ptrdiff_t n, Weight weight), (row, n, weight))
+PLICA_VERSIONS(blocks, (const Row& row, std::ptrdiff_t n), (row, n))
 
 /// Every second value of a row: n of them.
 PLICA_INLINE void thin_body(const float* from, std::ptrdiff_t n, float* __restrict__ to) {
@@ -107,13 +138,14 @@ FlowSystem::FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns)
   }
 }
 
-void FlowSystem::assemble(const Linearisation& data, const Plane& u0, const Plane& v0, Weight data_weight,
-                          Weight smooth_weight, float lambda) {
+void FlowSystem::assemble(const std::vector<Linearisation>& channels, const Plane& u0, const Plane& v0,
+                          Weight data_weight, Weight smooth_weight, float lambda) {
   for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     const std::ptrdiff_t n = columns_;
     // right_* have an entry before the first: the weight to the left of pixel 0 is 0.
     std::vector<float> right_u(static_cast<std::size_t>(n + 1)), right_v(right_u), up_u(right_u), up_v(right_u),
-        down_u(right_u), down_v(right_u), b1(right_u), b2(right_u), i11(right_u), i12(right_u), i22(right_u);
+        down_u(right_u), down_v(right_u), weight(right_u), xx(right_u), xy(right_u), yy(right_u),
+        determinant(right_u), b1(right_u), b2(right_u), i11(right_u), i12(right_u), i22(right_u);
     const auto line = [&](const Plane& plane, std::ptrdiff_t y) { return plane.data() + y * n; };
     const auto below = [&](std::ptrdiff_t y, std::vector<float>& to_u, std::vector<float>& to_v) {
       if (y < 0 || y + 1 >= rows_) {
@@ -132,10 +164,16 @@ void FlowSystem::assemble(const Linearisation& data, const Plane& u0, const Plan
       edge_weights(line(u0, y), line(u0, y) + 1, n - 1, smooth_weight, lambda, right_u.data() + 1);
       edge_weights(line(v0, y), line(v0, y) + 1, n - 1, smooth_weight, lambda, right_v.data() + 1);
       right_u.back() = right_v.back() = 0;
-      blocks({line(data.ix, y), line(data.iy, y), line(data.it, y), line(data.trust, y), line(u0, y), line(v0, y),
-              right_u.data() + 1, down_u.data(), up_u.data(), right_v.data() + 1, down_v.data(), up_v.data(),
-              b1.data(), b2.data(), i11.data(), i12.data(), i22.data()},
-             n, data_weight);
+      for (auto* sum : {&xx, &xy, &yy, &determinant, &b1, &b2}) std::fill(sum->begin(), sum->end(), 0.0F);
+      for (const Linearisation& channel : channels) {
+        data_weights(line(channel.it, y), line(channel.trust, y), n, data_weight, weight.data());
+        add({line(channel.ix, y), line(channel.iy, y), line(channel.it, y), weight.data(), line(u0, y),
+             line(v0, y), xx.data(), xy.data(), yy.data(), determinant.data(), b1.data(), b2.data()},
+            n);
+      }
+      blocks({xx.data(), xy.data(), yy.data(), determinant.data(), right_u.data() + 1, down_u.data(), up_u.data(),
+              right_v.data() + 1, down_v.data(), up_v.data(), i11.data(), i12.data(), i22.data()},
+             n);
       for (int colour = 0; colour < 2; ++colour) {
         Colour& c = colours_[static_cast<std::size_t>(colour)];
         const std::ptrdiff_t start = (y + colour) % 2, count = (n - start + 1) / 2, to = at(y, 0);

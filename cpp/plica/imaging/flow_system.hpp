@@ -1,33 +1,40 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "plica/imaging/plane.hpp"
 
 namespace plica {
 
-/// Weight of a squared error e2 in a linear solve: rho'(e) / e = constant + share / (offset + e2).
+/// Weight of a squared error e2 in a linear solve: rho'(e) / e = constant + share / (offset + e2), or with the
+/// root of that sum.
 struct Weight {
   float constant, share, offset;
+  bool rooted = false;
 
-  float operator()(float e2) const { return constant + share / (offset + e2); }
+  float operator()(float e2) const {
+    const float sum = offset + e2;
+    return constant + share / (rooted ? std::sqrt(sum) : sum);
+  }
 };
 
-/// One linearisation of the data term about a flow (u0, v0): e = it + ix (u - u0) + iy (v - v0), grey levels,
-/// and the weight of each pixel, 0 where it says nothing.
+/// One channel of the data term about a flow (u0, v0): e = it + ix (u - u0) + iy (v - v0), and the weight of each
+/// pixel, 0 where it says nothing.
 struct Linearisation {
   Plane ix, iy, it, trust;
 };
 
 /// The linear equations of one warp, docs/imaging.md: for each pixel
-///   w_D e (ix, iy) + lambda sum over its four neighbours of w_S (u - u_neighbour) = 0,  v alike,
+///   sum over channels of w_D e (ix, iy) + lambda sum over its four neighbours of w_S (u - u_neighbour) = 0,  v
+///   alike,
 /// the weights w_D, w_S taken at (u0, v0). Pixels are kept in two colours like a chess board's, each colour's
 /// contiguous: a sweep over one reads only the other, in unit strides and in any order.
 class FlowSystem {
  public:
   FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns);
 
-  void assemble(const Linearisation& data, const Plane& u0, const Plane& v0, Weight data_weight,
+  void assemble(const std::vector<Linearisation>& channels, const Plane& u0, const Plane& v0, Weight data_weight,
                 Weight smooth_weight, float lambda);
 
   /// Successive over-relaxation from the present values: 76 bytes a pixel and sweep.

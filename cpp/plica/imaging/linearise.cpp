@@ -35,13 +35,49 @@ PLICA_VERSIONS(derivative,
                 float* result),
                (m2, m1, p1, p2, n, result))
 
+PLICA_INLINE void normalise_body(float noise, std::ptrdiff_t n, float* __restrict__ ix, float* __restrict__ iy,
+                                 float* __restrict__ it) {
+  PLICA_INDEPENDENT
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    const float scale = 1.0F / std::sqrt(ix[x] * ix[x] + iy[x] * iy[x] + noise * noise);
+    ix[x] *= scale;
+    iy[x] *= scale;
+    it[x] *= scale;
+  }
+}
+PLICA_VERSIONS(normalise, (float noise, std::ptrdiff_t n, float* ix, float* iy, float* it), (noise, n, ix, iy, it))
+
+/// Continues a row by two on each side.
+void continue_row(float* line, std::ptrdiff_t columns) {
+  for (std::ptrdiff_t i = 1; i <= 2; ++i) {
+    line[-i] = line[mirrored(-i, columns)];
+    line[columns - 1 + i] = line[mirrored(columns - 1 + i, columns)];
+  }
+}
+
+/// The derivatives of a picture that has two more columns on each side.
+void differentiate(const Plane& continued, Plane& along, Plane& down) {
+  const std::ptrdiff_t rows = continued.rows(), columns = continued.cols() - 4;
+  along.resize(rows, columns);
+  down.resize(rows, columns);
+  for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (std::ptrdiff_t y = begin; y < end; ++y) {
+      const auto line = [&](std::ptrdiff_t k) {
+        return continued.data() + mirrored(y + k, rows) * (columns + 4) + 2;
+      };
+      derivative(line(0) - 2, line(0) - 1, line(0) + 1, line(0) + 2, columns, along.data() + y * columns);
+      derivative(line(-2), line(-1), line(1), line(2), columns, down.data() + y * columns);
+    }
+  });
+}
+
 }  // namespace
 
 void linearise(const Plane& first, const Spline& second, const Plane& used, const Plane& u, const Plane& v,
                Linearisation& result) {
   const std::ptrdiff_t rows = first.rows(), columns = first.cols();
   Plane mean_image(rows, columns + 4);  // two more on each side
-  for (Plane* plane : {&result.ix, &result.iy, &result.it, &result.trust}) plane->resize(rows, columns);
+  for (Plane* plane : {&result.it, &result.trust}) plane->resize(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     std::vector<float> warped(static_cast<std::size_t>(columns));
     for (std::ptrdiff_t y = begin; y < end; ++y) {
@@ -49,22 +85,31 @@ void linearise(const Plane& first, const Spline& second, const Plane& used, cons
                       result.trust.data() + y * columns);
       float* const line = mean_image.data() + y * (columns + 4) + 2;
       mean(first.data() + y * columns, warped.data(), columns, line, result.it.data() + y * columns);
-      for (std::ptrdiff_t i = 1; i <= 2; ++i) {
-        line[-i] = line[mirrored(-i, columns)];
-        line[columns - 1 + i] = line[mirrored(columns - 1 + i, columns)];
-      }
+      continue_row(line, columns);
       if (used.size() > 0) result.trust.row(y) *= used.row(y);
     }
   });
-  for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    for (std::ptrdiff_t y = begin; y < end; ++y) {
-      const auto line = [&](std::ptrdiff_t k) {
-        return mean_image.data() + mirrored(y + k, rows) * (columns + 4) + 2;
-      };
-      derivative(line(0) - 2, line(0) - 1, line(0) + 1, line(0) + 2, columns, result.ix.data() + y * columns);
-      derivative(line(-2), line(-1), line(1), line(2), columns, result.iy.data() + y * columns);
-    }
-  });
+  differentiate(mean_image, result.ix, result.iy);
+}
+
+void normalise(float noise, Linearisation& channel) {
+  const std::ptrdiff_t columns = channel.it.cols();
+  for_chunks(channel.it.rows(), chunk_rows(columns),
+             [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+               const std::ptrdiff_t from = begin * columns;
+               normalise(noise, (end - begin) * columns, channel.ix.data() + from, channel.iy.data() + from,
+                         channel.it.data() + from);
+             });
+}
+
+Gradient gradient(const Plane& image) {
+  const std::ptrdiff_t columns = image.cols();
+  Plane continued(image.rows(), columns + 4);
+  continued.middleCols(2, columns) = image;
+  for (std::ptrdiff_t y = 0; y < image.rows(); ++y) continue_row(&continued(y, 2), columns);
+  Gradient result;
+  differentiate(continued, result.x, result.y);
+  return result;
 }
 
 Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v) {

@@ -11,6 +11,16 @@ namespace plica {
 void linearise(const Plane& first, const Spline& second, const Plane& used, const Plane& u, const Plane& v,
                Linearisation& result);
 
+/// Divides the channel by sqrt(ix^2 + iy^2 + noise^2): where the slope is well above `noise` its error is then a
+/// distance (px) along it.
+void normalise(float noise, Linearisation& channel);
+
+/// The derivatives of a picture by [1 -8 0 8 -1] / 12, grey levels per px.
+struct Gradient {
+  Plane x, y;
+};
+Gradient gradient(const Plane& image);
+
 /// second(x + u, y + v) - first; not a number where (x + u, y + v) lies outside the picture.
 Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v);
 

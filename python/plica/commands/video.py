@@ -94,8 +94,9 @@ A(x, y) is seen again at B(x + u, y + v). What is printed:
              is not to be trusted there (things hidden, highlights, no texture)
   error      with --truth: mean distance from the true flow
 
-presets: robust (the default), video (lambda 0.5 instead of 0.045: smoother, for noisy recordings), reference
-(Sun, Roth and Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
+presets: robust (the default), gradient (brightness may change as things move, its gradient not: less error where
+motion is smooth, more at its edges), video (lambda 0.5 instead of 0.045: smoother, for noisy recordings),
+reference (Sun, Roth and Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
 """
 
 
@@ -117,7 +118,10 @@ def add_commands(commands: Any) -> None:
         "-o", "--output", metavar="FILE", type=Path, required=True, help="the flow, e.g. ab.flo"
     )
     flow.add_argument(
-        "--preset", metavar="NAME", default="robust", help="robust, video, reference, thesis or fast"
+        "--preset",
+        metavar="NAME",
+        default="robust",
+        help="robust, gradient, video, reference, thesis or fast",
     )
     flow.add_argument("--truth", metavar="FILE", type=Path, help="true flow (.flo) to compare with")
     flow.add_argument(

@@ -25,11 +25,21 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
         "video": FlowOptions(smoothness=0.5),
         "thesis": FlowOptions(smoothness=0.5, sweeps=40),
         "fast": FlowOptions(stages=2, warps=3),
+        "gradient": FlowOptions(
+            smoothness=0.1,
+            data_scale=0.01,
+            smooth_scale=0.001,
+            data_penalty="charbonnier",
+            smooth_penalty="charbonnier",
+            gradient_noise=1,
+            warps=5,
+        ),
     }
 )
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
 for noisy recordings, chosen on the synthetic glottis (docs/verification.md). ``thesis``: ``reference`` with
-the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less."""
+the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less. ``gradient``: not
+brightness but its gradient stays as things move, and errors count by their size (docs/imaging.md)."""
 
 
 @dataclass(frozen=True)

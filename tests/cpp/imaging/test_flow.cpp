@@ -103,6 +103,85 @@ TEST_CASE("scaling grey levels leaves the flow where tau_D or lambda goes along"
   CHECK((dense_flow(4 * first, 4 * second, quadratic).u == smooth.u).all());
 }
 
+TEST_CASE("at scales far above all errors the Lorentzian and the Charbonnier penalty agree") {
+  const Texture texture;
+  const Plane first = texture.picture(60, 60), second = texture.picture(60, 60, 0.7, 0.2);
+  FlowOptions options;
+  options.data_scale = 1000;
+  options.smooth_scale = 100;
+  options.smoothness = 10;
+  const Flow lorentzian = dense_flow(first, second, options);
+  options.data_penalty = options.smooth_penalty = PenaltyShape::charbonnier;
+  const Flow charbonnier = dense_flow(first, second, options);
+  CHECK((charbonnier.u != lorentzian.u).any());
+  CHECK((charbonnier.u - lorentzian.u).abs().maxCoeff() < 1e-3);
+}
+
+namespace {
+
+FlowOptions of_gradient() {
+  FlowOptions options;
+  options.smoothness = 0.1;
+  options.data_scale = 0.01;
+  options.smooth_scale = 0.001;
+  options.data_penalty = options.smooth_penalty = PenaltyShape::charbonnier;
+  options.gradient_noise = 1;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("the gradient is exact on cubics, and continued evenly at the border") {
+  Plane cubic(12, 14);
+  for (std::ptrdiff_t y = 0; y < 12; ++y) {
+    for (std::ptrdiff_t x = 0; x < 14; ++x) cubic(y, x) = static_cast<float>(x * x * x - 2 * x * y * y + 5 * y);
+  }
+  const Gradient found = gradient(cubic);
+  for (std::ptrdiff_t y = 2; y < 10; ++y) {
+    for (std::ptrdiff_t x = 2; x < 12; ++x) {
+      CHECK(found.x(y, x) == doctest::Approx(3 * x * x - 2 * y * y).epsilon(1e-4));
+      CHECK(found.y(y, x) == doctest::Approx(-4 * x * y + 5).epsilon(1e-4));
+    }
+  }
+  CHECK(gradient(Plane::Constant(5, 4, 7)).x.abs().maxCoeff() < 1e-5);
+  const Plane flipped = cubic.rowwise().reverse();
+  CHECK((gradient(flipped).x.rowwise().reverse() == -found.x).all());
+}
+
+TEST_CASE("a normalised channel's error is a distance along the slope, and nothing where there is no slope") {
+  // Slopes (3, 4) and (0, 0), moved by (0.2, 0.1): errors 3 * 0.2 + 4 * 0.1 = 1, and noise of 0.5.
+  Linearisation channel{Plane::Zero(2, 3), Plane::Zero(2, 3), Plane::Constant(2, 3, 0.5F), Plane::Ones(2, 3)};
+  channel.ix.row(1) = 3;
+  channel.iy.row(1) = 4;
+  channel.it.row(1) = 1;
+  normalise(0.01F, channel);
+  CHECK(channel.it(1, 1) == doctest::Approx(0.2));
+  CHECK(channel.ix(1, 1) == doctest::Approx(0.6));
+  CHECK(channel.iy(1, 1) == doctest::Approx(0.8));
+  normalise(1e3F, channel);
+  CHECK(channel.it.abs().maxCoeff() == doctest::Approx(50e-3));
+  CHECK(channel.ix(0, 2) == 0);
+}
+
+TEST_CASE("with a constant gradient, light that changes moves nothing") {
+  const Texture texture;
+  const Plane first = texture.picture(70, 80), second = texture.picture(70, 80, 0.8, -0.4), lit = second + 20;
+  CHECK(error(dense_flow(first, lit), 0.8F, -0.4F, 12) > 0.3);
+  const Flow dark = dense_flow(first, second, of_gradient()), bright = dense_flow(first, lit, of_gradient());
+  CHECK(error(dark, 0.8F, -0.4F, 12) < 0.01);
+  CHECK(error(bright, 0.8F, -0.4F, 12) < 0.01);
+}
+
+TEST_CASE("with a constant gradient, contrast does not matter where its noise goes along") {
+  const Texture texture;
+  const Plane first = texture.picture(60, 60), second = texture.picture(60, 60, 0.7, 0.2);
+  FlowOptions options = of_gradient();
+  const Flow flow = dense_flow(first, second, options);
+  CHECK((dense_flow(4 * first, 4 * second, options).u != flow.u).any());
+  *options.gradient_noise *= 4;
+  CHECK((dense_flow(4 * first, 4 * second, options).u == flow.u).all());
+}
+
 TEST_CASE("the residual is second(x + u) - first(x), and not a number outside") {
   const Texture texture;
   const Plane first = texture.picture(50, 50), second = texture.picture(50, 50, 2.5, 0);
@@ -151,4 +230,9 @@ TEST_CASE("bad pictures and options are refused with what must hold") {
   options = {};
   options.relaxation = 2;
   CHECK_THROWS_WITH_AS(options.validate(), "FlowOptions: relaxation = 2; must be in (0, 2).", InvalidInput);
+  options = {};
+  options.gradient_noise = 0;
+  CHECK_THROWS_WITH_AS(options.validate(),
+                       "FlowOptions: gradient_noise = 0 grey levels per px^2; must be in [0.001, 1000].",
+                       InvalidInput);
 }

@@ -11,26 +11,33 @@ using namespace plica;
 namespace {
 
 struct Case {
-  Linearisation data;
+  std::vector<Linearisation> data;
   Plane u, v;
 
-  Case(std::ptrdiff_t rows, std::ptrdiff_t columns)
-      : data{noise(rows, columns, 20, 1), noise(rows, columns, 20, 2), noise(rows, columns, 15, 3),
-             noise(rows, columns, 1, 4).abs()},
-        u(noise(rows, columns, 0.3F, 5)),
-        v(noise(rows, columns, 0.3F, 6)) {
-    data.trust(1, 2) = data.trust(2, 2) = 0;
+  Case(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned channels = 1)
+      : u(noise(rows, columns, 0.3F, 5)), v(noise(rows, columns, 0.3F, 6)) {
+    for (unsigned k = 0; k < channels; ++k) {
+      data.push_back({noise(rows, columns, 20, 10 * k + 1), noise(rows, columns, 20, 10 * k + 2),
+                      noise(rows, columns, 15, 10 * k + 3), noise(rows, columns, 1, 4).abs()});
+      data[k].trust(1, 2) = data[k].trust(2, 2) = 0;
+    }
   }
 };
 
-/// rho of alpha e^2 / q^2 + (1 - alpha) log(1 + e^2 / (2 s^2)), and its weight.
+/// rho of alpha e^2 / q^2 + (1 - alpha) times log(1 + e^2 / (2 s^2)) or sqrt(1 + e^2 / s^2), and its weight.
 struct Mixed {
   double alpha, q, s;
+  bool rooted = false;
 
   double operator()(double e) const {
-    return alpha * e * e / (q * q) + (1 - alpha) * std::log1p(e * e / (2 * s * s));
+    return alpha * e * e / (q * q) +
+           (1 - alpha) * (rooted ? std::sqrt(1 + e * e / (s * s)) : std::log1p(e * e / (2 * s * s)));
   }
   Weight weight() const {
+    if (rooted) {
+      return {static_cast<float>(2 * alpha / (q * q)), static_cast<float>((1 - alpha) / s),
+              static_cast<float>(s * s), true};
+    }
     return {static_cast<float>(2 * alpha / (q * q)), static_cast<float>(2 * (1 - alpha)),
             static_cast<float>(2 * s * s)};
   }
@@ -42,9 +49,12 @@ double energy(const Case& c, const Plane& u, const Plane& v, const Mixed& data, 
   double sum = 0;
   for (std::ptrdiff_t y = 0; y < u.rows(); ++y) {
     for (std::ptrdiff_t x = 0; x < u.cols(); ++x) {
-      const double e = double(c.data.it(y, x)) + double(c.data.ix(y, x)) * (double(u(y, x)) - double(c.u(y, x))) +
-                       double(c.data.iy(y, x)) * (double(v(y, x)) - double(c.v(y, x)));
-      sum += double(c.data.trust(y, x)) * data(e);
+      for (const Linearisation& channel : c.data) {
+        const double e = double(channel.it(y, x)) +
+                         double(channel.ix(y, x)) * (double(u(y, x)) - double(c.u(y, x))) +
+                         double(channel.iy(y, x)) * (double(v(y, x)) - double(c.v(y, x)));
+        sum += double(channel.trust(y, x)) * data(e);
+      }
       for (const Plane* f : {&u, &v}) {
         if (x + 1 < u.cols()) sum += lambda * smooth(double((*f)(y, x + 1)) - double((*f)(y, x)));
         if (y + 1 < u.rows()) sum += lambda * smooth(double((*f)(y + 1, x)) - double((*f)(y, x)));
@@ -77,9 +87,12 @@ TEST_CASE("reweighted solves come to rest where the energy's finite differences 
   const Mixed stages[][2] = {{{1, 35, 3.5}, {1, 1, 0.1}},
                              {{0.5, 35, 3.5}, {0.5, 1, 0.1}},
                              {{0, 35, 3.5}, {0, 1, 0.1}},
-                             {{0, 35, 3.5}, {1, 1, 0.1}}};
-  for (const auto& [data, smooth] : stages) {
-    Case c(7, 6);
+                             {{0, 35, 3.5}, {1, 1, 0.1}},
+                             {{0.5, 35, 3.5, true}, {0.5, 1, 0.1, true}},
+                             {{0, 35, 3.5, true}, {0, 1, 0.1, true}}};
+  for (std::size_t k = 0; k < std::size(stages); ++k) {
+    const auto& [data, smooth] = stages[k];
+    Case c(7, 6, k % 2 + 1);
     const double lambda = 0.3, before = slope(c, c.u, c.v, data, smooth, lambda);
     Plane u, v;
     for (int solve = 0; solve < 300; ++solve) {
@@ -88,7 +101,7 @@ TEST_CASE("reweighted solves come to rest where the energy's finite differences 
       system.sweep(40, 1.5F);
       system.read(u, v);
       // The same linear data term, about the new flow.
-      c.data.it += c.data.ix * (u - c.u) + c.data.iy * (v - c.v);
+      for (Linearisation& channel : c.data) channel.it += channel.ix * (u - c.u) + channel.iy * (v - c.v);
       c.u = u;
       c.v = v;
     }
@@ -102,7 +115,7 @@ TEST_CASE("successive over-relaxation goes to the solution of the dense equation
   const std::ptrdiff_t sizes[][2] = {{6, 5}, {5, 8}, {43, 4}};
   for (const auto& size : sizes) {
     const std::ptrdiff_t rows = size[0], columns = size[1], n = rows * columns;
-    const Case c(rows, columns);
+    const Case c(rows, columns, rows == 5 ? 2 : 1);
     const Mixed data{0.5, 35, 3.5}, smooth{0.5, 1, 0.1};
     const double lambda = 0.045;
     const auto weight = [](const Mixed& m, double e) {
@@ -113,15 +126,17 @@ TEST_CASE("successive over-relaxation goes to the solution of the dense equation
     for (std::ptrdiff_t y = 0; y < rows; ++y) {
       for (std::ptrdiff_t x = 0; x < columns; ++x) {
         const std::ptrdiff_t i = y * columns + x;
-        const double ix = double(c.data.ix(y, x)), iy = double(c.data.iy(y, x)), it = double(c.data.it(y, x));
-        const double w = double(c.data.trust(y, x)) * weight(data, it);
-        const double e0 = ix * double(c.u(y, x)) + iy * double(c.v(y, x)) - it;
-        A(i, i) += w * ix * ix;
-        A(i, n + i) += w * ix * iy;
-        A(n + i, i) += w * ix * iy;
-        A(n + i, n + i) += w * iy * iy;
-        b(i) += w * ix * e0;
-        b(n + i) += w * iy * e0;
+        for (const Linearisation& channel : c.data) {
+          const double ix = double(channel.ix(y, x)), iy = double(channel.iy(y, x)), it = double(channel.it(y, x));
+          const double w = double(channel.trust(y, x)) * weight(data, it);
+          const double e0 = ix * double(c.u(y, x)) + iy * double(c.v(y, x)) - it;
+          A(i, i) += w * ix * ix;
+          A(i, n + i) += w * ix * iy;
+          A(n + i, i) += w * ix * iy;
+          A(n + i, n + i) += w * iy * iy;
+          b(i) += w * ix * e0;
+          b(n + i) += w * iy * e0;
+        }
         for (const auto& [j, inside] : {std::pair{i + 1, x + 1 < columns}, std::pair{i + columns, y + 1 < rows}}) {
           if (!inside) continue;
           for (const std::ptrdiff_t shift : {std::ptrdiff_t{0}, n}) {
