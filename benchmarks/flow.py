@@ -93,8 +93,8 @@ def draw(rows: list[tuple[str, float, float]], picture: Path) -> None:
         ours = name.startswith("plica")
         axes.plot(seconds, error, "o" if ours else "s", color="tab:red" if ours else "0.5")
         to_left, below = (
-            name in ("plica robust", "scikit-image ILK", "OpenCV TV-L1"),
-            name in ("DeepFlow", "plica robust"),
+            name in ("plica gradient", "plica robust", "plica fast", "scikit-image ILK", "OpenCV TV-L1"),
+            name in ("DeepFlow", "plica gradient"),
         )
         axes.annotate(
             name,

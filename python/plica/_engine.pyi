@@ -186,6 +186,7 @@ class FlowOptions:
         smooth_scale: typing.SupportsFloat | typing.SupportsIndex = 0.1,
         data_penalty: str = "lorentzian",
         smooth_penalty: str = "lorentzian",
+        gradient_noise: typing.SupportsFloat | typing.SupportsIndex | None = None,
         stages: typing.SupportsInt | typing.SupportsIndex = 3,
         levels: typing.SupportsInt | typing.SupportsIndex | None = None,
         spacing: typing.SupportsFloat | typing.SupportsIndex = 2.0,
@@ -204,6 +205,8 @@ class FlowOptions:
     def fine_levels(self) -> int: ...
     @property
     def fine_spacing(self) -> float: ...
+    @property
+    def gradient_noise(self) -> float | None: ...
     @property
     def largest_step(self) -> float: ...
     @property
