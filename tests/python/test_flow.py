@@ -145,7 +145,10 @@ def test_colour_becomes_grey_by_the_weights_of_the_thesis() -> None:
         ({"lamda": 0.1}, "flow: option lamda is unknown; must be one of"),
         ({"smoothness": -1}, "FlowOptions: smoothness = -1; must be in [1e-06, 1e+06]."),
         ({"warps": "many"}, "flow: warps = 'many'; must be numbers"),
-        ({"data_penalty": "huber"}, 'data_penalty = "huber"; must be "lorentzian", "charbonnier" or "quadratic".'),
+        (
+            {"data_penalty": "huber"},
+            'data_penalty = "huber"; must be "lorentzian", "charbonnier" or "quadratic".',
+        ),
         ({"gradient_noise": 0}, "gradient_noise = 0 grey levels per px^2; must be in [0.001, 1000]."),
         ({"mask": np.ones((3, 3), bool)}, "flow: mask has shape (3, 3); must be (60, 80)"),
         ({"mask": np.ones((60, 80))}, "flow: mask has type float64; must be bool"),
