@@ -4,7 +4,8 @@ For each setting, means over pairs of frames of one recording and, in brackets, 
 the difference from the default, pair by pair (so that what all settings share in a pair drops out): the
 distance from the true flow on tissue (px), the residual I(x + u, t + dt) - I(x, t) (grey levels), and Paper
 C's warp error, Eq. (15): root mean square of I(x, t + dt) - I(x - u, t) over the centred 97 % of each side
-(94 % of the area). The last part gives the flow error by phase of the cycle, for the default.
+(94 % of the area). The last parts give the flow error of every preset, and by phase of the cycle, for the
+default.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from plica.video.flow import flow, warp_error
+from plica.video.flow import PRESETS, flow, warp_error
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
@@ -76,6 +77,10 @@ def main() -> None:
                 ]
                 depth = "all" if levels is None else str(levels)
                 print(f"| {smoothness:g} | {penalty} | {depth} | " + " | ".join(cells) + " |", flush=True)
+    print("\n| preset | flow error (px) |\n| --- | --- |")
+    for preset in PRESETS:
+        off = np.mean([errors(glottis, t, {"preset": preset})[0] for t in range(options.pairs)])
+        print(f"| {preset} | {off:.3f} |", flush=True)
     names = np.array([phase_of(glottis, t) for t in range(options.pairs)])
     print("\n| phase | pairs | flow error (px) |\n| --- | --- | --- |")
     for name in PHASES:

@@ -94,10 +94,10 @@ A(x, y) is seen again at B(x + u, y + v). What is printed:
              is not to be trusted there (things hidden, highlights, no texture)
   error      with --truth: mean distance from the true flow
 
-presets: robust (the default), gradient (brightness may change as things move, its gradient not: less error
-where motion is smooth, more at its edges), video (lambda 0.5 instead of 0.045: smoother, for noisy
-recordings), reference (Sun, Roth and Black, solved to rest), thesis (as reference, with lambda 0.5), fast
-(for a first look).
+presets: robust (the default), gradient (for sharp pictures: brightness may change as things move, its
+gradient not; less error where motion is smooth, more at its edges), video (lambda 0.5 instead of 0.045:
+smoother, for noisy recordings), reference (Sun, Roth and Black, solved to rest), thesis (as reference, with
+lambda 0.5), fast (for a first look).
 """
 
 

@@ -39,7 +39,7 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
 for noisy recordings, chosen on the synthetic glottis (docs/verification.md). ``thesis``: ``reference`` with
 the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less. ``gradient``: not
-brightness but its gradient stays as things move, and errors count by their size (docs/imaging.md)."""
+brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md)."""
 
 
 @dataclass(frozen=True)
