@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 import tifffile
 from PIL import Image
+from scipy import ndimage
 
+import plica
 from plica.video.errors import VideoError
 from plica.video.recording import Recording, Region
+from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 
 def movie(frames: int = 6, height: int = 32, width: int = 48) -> np.ndarray:
@@ -233,3 +236,21 @@ def test_memory_does_not_grow_with_the_frames(tmp_path: Path) -> None:
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
     assert peaks[1] < 1.5 * peaks[0]
+
+
+@pytest.mark.slow
+def test_blocks_of_a_compressed_video_leave_no_pattern_in_the_flow(tmp_path: Path) -> None:
+    """MJPEG, which codes blocks of 8 x 8 px alone: the flow's error is the same in each column of a block."""
+    glottis = SyntheticGlottis(
+        Synthetic(height=160, width=160, frames=8, amplitude=(6, 6), opening=(3, 3), highlights=0)
+    )
+    frames = list(Recording.open(encode(tmp_path / "m.avi", glottis.stack(), "mjpeg", "yuvj420p")).frames())
+    error = np.zeros(8)
+    for t in range(0, 7, 2):
+        found = plica.flow(frames[t], frames[t + 1], preset="video", intensity=(0.0, 255.0)).flow
+        truth, known = glottis.flow(t, t + 1)
+        known &= ~ndimage.binary_dilation(glottis.mask(t) | glottis.mask(t + 1), iterations=6)
+        known[:, :8] = known[:, -8:] = False
+        distance = np.hypot(*np.moveaxis(found - truth, -1, 0))
+        error += [distance[:, column::8][known[:, column::8]].mean() for column in range(8)]
+    assert np.ptp(error) < 0.1 * error.mean()
