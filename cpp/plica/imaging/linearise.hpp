@@ -24,8 +24,8 @@ Gradient gradient(const Plane& image);
 /// second(x + u, y + v) - first; not a number where (x + u, y + v) lies outside the picture.
 Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v);
 
-/// Where (px) one lands from the start after going there and back: f(x) + b(x + f(x)), b interpolated linearly; not a
-/// number where x + f(x) lies outside the picture.
+/// Where (px) one lands from the start after going there and back: f(x) + b(x + f(x)), b interpolated linearly;
+/// not a number where x + f(x) lies outside the picture.
 Flow round_trip(const Flow& forward, const Flow& backward);
 
 }  // namespace plica

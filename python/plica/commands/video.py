@@ -170,7 +170,7 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         "--preset",
         metavar="NAME",
         default="video",
-        help="of the flow: video, robust, reference, thesis or fast",
+        help="of the flow: video, robust, gradient, reference, thesis or fast",
     )
     video.add_argument("--modes", metavar="N", type=whole, default=6, help="principal modes (default: 6)")
     video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
