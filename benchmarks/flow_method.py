@@ -2,7 +2,8 @@
 
     flow_method.py NAME FRAMES RESULT THREADS
 
-FRAMES is an npz with NAME_first and NAME_second, grey floats in [0, 255]. RESULT becomes an npz with the
+FRAMES is an npz with NAME_first and NAME_second, grey floats in [0, 255], and with NAME_mask where plica is
+to be told which pixels count (peers take no mask). RESULT becomes an npz with the
 flow, the wall time and the processor time of each pair, and the memory that the process took beyond its
 imports and these arrays (MB). It imports what NAME needs only: peers run in an environment of theirs,
 without plica.
@@ -17,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-Flow = Callable[[np.ndarray, np.ndarray], np.ndarray]
+Flow = Callable[[np.ndarray, np.ndarray, "np.ndarray | None"], np.ndarray]
 PLICA = ("plica gradient", "plica robust", "plica reference", "plica thesis", "plica fast")
 PEERS = (
     "DIS ultrafast",
@@ -32,18 +33,18 @@ PEERS = (
 
 
 def method(name: str, threads: int) -> Flow:
-    """The function that takes two grey frames and returns (rows, columns, 2)."""
+    """The function that takes two grey frames and a mask, or None, and returns (rows, columns, 2)."""
     if name.startswith("plica "):
         import plica
 
         plica.set_threads(threads)
-        return lambda first, second: plica.flow(first, second, preset=name.split()[1]).flow
+        return lambda first, second, mask: plica.flow(first, second, preset=name.split()[1], mask=mask).flow
     if name.startswith("scikit-image "):
         from skimage.registration import optical_flow_ilk, optical_flow_tvl1
 
         find = optical_flow_tvl1 if name.endswith("TV-L1") else optical_flow_ilk
         # It takes floats in [0, 1] and returns (v, u).
-        return lambda first, second: np.stack(find(first / 255, second / 255)[::-1], axis=-1)
+        return lambda first, second, _: np.stack(find(first / 255, second / 255)[::-1], axis=-1)
     import cv2
 
     cv2.setNumThreads(threads)
@@ -56,7 +57,7 @@ def method(name: str, threads: int) -> Flow:
     else:
         made = cv2.optflow.DualTVL1OpticalFlow_create()
     # OpenCV's own take 8 bits.
-    return lambda first, second: made.calc(
+    return lambda first, second, _: made.calc(
         np.round(first).astype(np.uint8), np.round(second).astype(np.uint8), None
     )
 
@@ -79,11 +80,13 @@ def main(name: str, frames: str, result: str, threads: str) -> None:
     found: dict[str, np.ndarray | float] = {}
     names = [key.removesuffix("_first") for key in pairs if key.endswith("_first")]
     corner = np.s_[:96, :96]
-    find(pairs[names[0] + "_first"][corner], pairs[names[0] + "_second"][corner])  # wakes threads, loads code
+    find(
+        pairs[names[0] + "_first"][corner], pairs[names[0] + "_second"][corner], None
+    )  # wakes threads, loads code
     before = start_of_peak()
     for pair in names:
         wall, processor = time.perf_counter(), time.process_time()
-        found[pair] = find(pairs[pair + "_first"], pairs[pair + "_second"])
+        found[pair] = find(pairs[pair + "_first"], pairs[pair + "_second"], pairs.get(pair + "_mask"))
         found[pair + "_processor"] = time.process_time() - processor
         found[pair + "_wall"] = time.perf_counter() - wall
     found["memory"] = status("VmHWM") - before
