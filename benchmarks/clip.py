@@ -40,16 +40,15 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 from flow_method import PEERS
 from scipy import ndimage, stats
 
-from plica.video.analysis import Settings, analyse
-from plica.video.drift import without_drift
-from plica.video.recording import Recording, spread
+from plica.video.analysis import analyse
+from plica.video.midline import find_midline, pixels
+from plica.video.recording import spread
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import areas, find_midline
+from plica.video.waveforms import areas
 
 PRESETS = ("video", "robust", "fast")
 WORKER = Path(__file__).with_name("flow_method.py")
@@ -106,12 +105,8 @@ def main() -> None:
 
 def recorded(clip: Path, folder: Path, every: int) -> list[Pair]:
     """Pairs of a recording as `plica video` sees them."""
-    analyse(clip, folder / "analysis", Settings(), until="glottis", progress=False)
-    recording = Recording.open(clip)
-    with h5py.File(folder / "analysis" / "results.h5") as file:
-        glottis, motion = file["glottis/mask"][:], file["frames/drift"][:]
-    frames = list(without_drift(recording.frames(), motion))
-    return paired(frames, list(glottis), every)
+    found = analyse(clip, folder / "analysis", until="glottis", progress=False)
+    return paired(list(found.frames().frames()), list(found["glottis/mask"]), every)
 
 
 def synthetic(noise: float, every: int) -> list[Pair]:
@@ -131,10 +126,8 @@ def paired(frames: list[np.ndarray], glottis: list[np.ndarray], every: int) -> l
     midline = find_midline(glottis)
     area = areas(glottis, midline)
     shape = (frames[0].shape[0], frames[0].shape[1])
-    along = midline.along(shape)
-    down, right = (float(slope[0, 0]) for slope in np.gradient(along))
-    across = np.array([down, -right]) / np.hypot(down, right)
-    middle, side = np.abs(along - 0.5) < 0.05, midline.right_of(shape)
+    along, right = np.moveaxis(midline.place(pixels(shape)), -1, 0)
+    middle, side = np.abs(along / midline.length - 0.5) < 0.05, right > 0
     varies = spread(frames)
     pairs = []
     for k in range(0, len(frames) - 1, every):
@@ -148,7 +141,7 @@ def paired(frames: list[np.ndarray], glottis: list[np.ndarray], every: int) -> l
         ]
         beside = [near & ~side, near & side]
         pairs.append(
-            Pair(np.clip(first, 0, 255), np.clip(second, 0, 255), tissue, moving, beside, way, across)
+            Pair(np.clip(first, 0, 255), np.clip(second, 0, 255), tissue, moving, beside, way, midline.across)
         )
     return pairs
 

@@ -38,10 +38,12 @@ import numpy as np
 from scipy import ndimage
 
 from plica.video.flow import flow
+from plica.video.glottis import masks
+from plica.video.midline import find_midline
 from plica.video.modes import modes
 from plica.video.recording import Recording
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import GlottalArea, areas, find_midline, masks, measures
+from plica.video.waveforms import GlottalArea, areas, measures
 
 FPS = 4000.0
 FRAMES = 90

@@ -11,7 +11,7 @@ that the kernel saw, imports included.
 Then the same once more in another directory, killed (SIGKILL: no handler runs, nothing is flushed) in the
 middle of each step and started again each time; at the end every dataset is compared with the undisturbed
 run's, bit by bit. At last a recording of 96 x 96 px is killed over and over: at random times, and, where
-strace is installed, just before a random one of the system's writes to results.h5, where a file is in most
+strace is installed, just before a random one of the system's writes to its results, where a file is in most
 danger. Wherever a killed analysis cannot be gone on with, that is said, and it is begun anew.
 """
 
@@ -42,11 +42,12 @@ CYCLE = 43  # frames of two cycles
 NOISE = 2.0  # grey levels
 LARGE = Synthetic(frequency=2 / CYCLE, amplitude=(9, 7), phase=(0.0, 0.6), noise=0.0)
 SMALL = replace(LARGE, height=96, width=96, amplitude=(5, 4), opening=(2, 2), highlights=2)
-BARS = (("drift again", 0.5), ("glottis", 0.5), ("flow", 1 / 3), ("flow", 2 / 3), ("flow", 1.0))
+BARS = (("drift again", 0.5), ("glottis", 0.5), ("flow", 0.3), ("flow", 0.5), ("flow", 1.0))
 LATE = (0.2, 0.5, 0.8)
 SMALL_FRAMES = 64
 WRITES = 100  # of a run before it is killed, at most; the small recording takes some 650
-STEPS = ("frames", "glottis", "flow", "trust", "paths", "modes")  # as results.h5 does
+FILES = ("results.h5", "flow.h5")
+STEPS = ("drift", "glottis", "flow", "trust", "paths", "modes")  # as results.h5 does
 BAR = re.compile(rb"\r(drift again|drift|glottis|flow):\s+\d+%\|[^|]*\|\s*(\d+)/(\d+)")
 
 
@@ -75,8 +76,8 @@ def run(
     stop: Stop | None = None,
     writes: int | None = None,
 ) -> Child:
-    """Run to the end, or until `stop` says so, or up to the write to results.h5 of this number."""
-    command = [] if writes is None else killed_before(writes, directory / "results.h5")
+    """Run to the end, or until `stop` says so, or up to the write of this number to its results."""
+    command = [] if writes is None else killed_before(writes, directory)
     command += [sys.executable, "-m", "plica.cli", "video", str(movie), "-o", str(directory)]
     command += ["--fps", str(FPS), "--preset", preset, "--threads", str(threads)]
     start = time.perf_counter()
@@ -108,10 +109,11 @@ def run(
     return child
 
 
-def killed_before(write: int, path: Path) -> list[str]:
-    """The command that runs another and kills it when it begins this write, from 1 on, to the file."""
+def killed_before(write: int, directory: Path) -> list[str]:
+    """The command that runs another and kills it when it begins this write, from 1 on, to its results."""
+    paths = [f"-P{directory / name}{part}" for name in FILES for part in ("", ".part")]
     kill = f"inject=pwrite64:signal=SIGKILL:when={write}"
-    return ["strace", "-f", "-qq", "-o", os.devnull, "-P", str(path), "-e", "trace=pwrite64", "-e", kill]
+    return ["strace", "-f", "-qq", "-o", os.devnull, *paths, "-e", "trace=pwrite64", "-e", kill]
 
 
 def write(movie: Path, options: Synthetic, frames: int) -> SyntheticGlottis:
@@ -129,14 +131,16 @@ def write(movie: Path, options: Synthetic, frames: int) -> SyntheticGlottis:
 
 def state(directory: Path) -> str:
     """What a killed process left: the steps that are whole, the flows, or that it does not open."""
-    path = directory / "results.h5"
-    if not path.exists():
-        return "nothing"
+    results, flows = (directory / name for name in FILES)
     try:
-        with h5py.File(path, "r") as file:
-            there = [name for name in STEPS if name in file]
-            flows = f" ({int(file['flow'].attrs['done'])} pairs)" if "flow" in file else ""
-            return (", ".join(there) or "no step") + flows
+        there, pairs = [], ""
+        if results.exists():
+            with h5py.File(results, "r") as file:
+                there = [name for name in STEPS if name in file]
+        if flows.exists():
+            with h5py.File(flows, "r") as file:
+                pairs = f"; {np.count_nonzero(file['masks'][:])} pairs"
+        return (", ".join(there) or "no step") + pairs
     except (OSError, KeyError, RuntimeError) as error:
         return f"does not open: {error}"
 
@@ -152,20 +156,23 @@ def blocks(item: h5py.Dataset) -> Iterator[bytes]:
 
 def differing(one: Path, other: Path) -> tuple[int, list[str]]:
     """How many datasets the first has, and the names of those that are not the same bits in the second."""
-    with h5py.File(one / "results.h5") as a, h5py.File(other / "results.h5") as b:
-        names: dict[str, list[str]] = {"a": [], "b": []}
-        for key, file in (("a", a), ("b", b)):
-            file.visititems(
-                lambda name, item, key=key: (
-                    names[key].append(name) if isinstance(item, h5py.Dataset) else None
-                )
-            )
-        wrong = sorted(set(names["a"]) ^ set(names["b"]))
-        for name in sorted(set(names["a"]) & set(names["b"])):
-            same = a[name].shape == b[name].shape and a[name].dtype == b[name].dtype
-            if not same or any(x != y for x, y in zip(blocks(a[name]), blocks(b[name]), strict=True)):
-                wrong.append(name)
-        return len(names["a"]), wrong
+    count, wrong = 0, []
+    for path in FILES:
+        with h5py.File(one / path) as a, h5py.File(other / path) as b:
+            names = [datasets(file) for file in (a, b)]
+            count += len(names[0])
+            wrong += sorted(names[0] ^ names[1])
+            for name in sorted(names[0] & names[1]):
+                same = a[name].shape == b[name].shape and a[name].dtype == b[name].dtype
+                if not same or any(x != y for x, y in zip(blocks(a[name]), blocks(b[name]), strict=True)):
+                    wrong.append(name)
+    return count, wrong
+
+
+def datasets(file: h5py.File) -> set[str]:
+    names: list[str] = []
+    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    return set(names)
 
 
 def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path, preset: str) -> None:
@@ -175,14 +182,15 @@ def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path
     area = 100 * (found.area.total.mean() / truth - 1)
     pitch = found.measures["fundamental_frequency"].value
     told = "too few cycles" if pitch is None else f"{pitch:.1f}"
-    size = (directory / "results.h5").stat().st_size / 1e6
+    sizes = [(directory / name).stat().st_size / 1e6 for name in FILES]
     print(
-        "| frames | preset | wall (s) | processor (s) | peak memory (MB) | recording (MB) | results.h5 (MB) "
+        "| frames | preset | wall (s) | processor (s) | peak memory (MB) | recording (MB) "
+        "| results.h5, flow.h5 (MB) "
         "| error of the mean area | f0 (Hz) |\n" + "|---" * 9 + "|"
     )
     print(
         f"| {frames} | {preset} | {child.wall:.0f} | {child.processor:.0f} | {child.memory:.0f} "
-        f"| {movie.stat().st_size / 1e6:.0f} | {size:.0f} | {area:+.1f} % "
+        f"| {movie.stat().st_size / 1e6:.0f} | {sizes[0]:.0f}, {sizes[1]:.0f} | {area:+.1f} % "
         f"| {told} (true: {2 / CYCLE * FPS:.1f}) |\n",
         flush=True,
     )
@@ -212,7 +220,7 @@ def kill_in_every_step(
         f"after the flow, {share:.0%} of its time": older(begun["drift"] + share * rest) for share in LATE
     }
     spent = 0.0
-    print("\n| killed in | bar | results.h5 holds then |\n|---|---|---|")
+    print("\n| killed in | bar | what is there then |\n|---|---|---|")
     for name, stop in points.items():
         child = run(movie, directory, preset, threads, stop)
         spent += child.processor
