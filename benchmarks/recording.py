@@ -45,7 +45,7 @@ SMALL = replace(LARGE, height=96, width=96, amplitude=(5, 4), opening=(2, 2), hi
 BARS = (("drift again", 0.5), ("glottis", 0.5), ("flow", 0.3), ("flow", 0.5), ("flow", 1.0))
 LATE = (0.2, 0.5, 0.8)
 SMALL_FRAMES = 64
-WRITES = 100  # of a run before it is killed, at most; the small recording takes some 650
+WRITES = 100  # of a run before it is killed, at most
 FILES = ("results.h5", "flow.h5")
 STEPS = ("drift", "glottis", "flow", "trust", "paths", "modes")  # as results.h5 does
 BAR = re.compile(rb"\r(drift again|drift|glottis|flow):\s+\d+%\|[^|]*\|\s*(\d+)/(\d+)")
