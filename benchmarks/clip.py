@@ -50,7 +50,7 @@ from plica.video.recording import spread
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.waveforms import areas
 
-PRESETS = ("video", "robust", "fast")
+PRESETS = ("video", "robust", "fast", "gradient")
 WORKER = Path(__file__).with_name("flow_method.py")
 BRIGHT = 250.0
 
