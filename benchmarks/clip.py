@@ -21,10 +21,11 @@ The edge is a second witness: across the midline, flow in the mean over the tiss
 the middle tenth of the midline, for all pairs and both sides that are open in both frames. Tissue farther
 away moves less, so that the slope of the true flow is below 1.
 
-"masked": plica was told which pixels are tissue, as `plica video` does. "no motion" stands for u = b = 0: its
-round trip is perfect. Neither residual nor round trip sees a fault that both directions share; the residual
-is least for flow that follows the noise, the round trip for flow that is smooth. How far they tell methods
-apart is their rank correlation with the true error, where that is known.
+"masked": the data term was told what `plica video` tells it (plica.video.seen); "tissue alone": the tissue
+above, so not the folds' edges. "no motion" stands for u = b = 0: its round trip is perfect. Neither residual
+nor round trip sees a fault that both directions share; the residual is least for flow that follows the noise,
+the round trip for flow that is smooth. How far they tell methods apart is their rank correlation with the
+true error, where that is known.
 
 Peers need an environment of their own: python -m venv peers, then
 peers/bin/pip install opencv-contrib-python-headless scikit-image
@@ -47,12 +48,13 @@ from scipy import ndimage, stats
 from plica.video.analysis import analyse
 from plica.video.midline import find_midline, pixels
 from plica.video.recording import spread
+from plica.video.seen import Seen, bright, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.waveforms import areas
 
 PRESETS = ("video", "robust", "fast", "gradient")
 WORKER = Path(__file__).with_name("flow_method.py")
-BRIGHT = 250.0
+WAYS = ("masked", "tissue alone")
 
 
 @dataclass
@@ -60,6 +62,7 @@ class Pair:
     first: np.ndarray  # (h, w) grey
     second: np.ndarray
     tissue: np.ndarray  # (h, w) bool
+    told: dict[str, np.ndarray]  # (h, w) bool of each way
     moving: np.ndarray  # (h, w) bool, the tenth of the tissue that varies most
     beside: list[np.ndarray]  # of the edges left and right: (h, w) bool, tissue that is near
     way: list[float]  # px, of these edges across the midline, to the right; not a number where one is closed
@@ -91,6 +94,7 @@ def main() -> None:
         else:
             pairs = synthetic(options.noise, options.every)
         methods = [(f"plica {preset}{way}", sys.executable) for preset in PRESETS for way in (" masked", "")]
+        methods.insert(1, ("plica video tissue alone", sys.executable))
         if options.peers:
             methods += [(name, str(options.peers)) for name in PEERS]
         found = {name: run(name, python, pairs, folder, options.threads) for name, python in methods}
@@ -132,7 +136,7 @@ def paired(frames: list[np.ndarray], glottis: list[np.ndarray], every: int) -> l
     pairs = []
     for k in range(0, len(frames) - 1, every):
         first, second, both = frames[k], frames[k + 1], glottis[k] | glottis[k + 1]
-        tissue = ~ndimage.binary_dilation(both | (np.maximum(first, second) >= BRIGHT), iterations=2)
+        tissue = ~ndimage.binary_dilation(both | (np.maximum(first, second) >= bright), iterations=2)
         moving = tissue & (varies > np.quantile(varies[tissue], 0.9))
         near = tissue & middle & ndimage.binary_dilation(glottis[k], iterations=8)
         way = [
@@ -140,23 +144,25 @@ def paired(frames: list[np.ndarray], glottis: list[np.ndarray], every: int) -> l
             for sign, edge in ((-1, area.left_edge), (1, area.right_edge))
         ]
         beside = [near & ~side, near & side]
-        pairs.append(
-            Pair(np.clip(first, 0, 255), np.clip(second, 0, 255), tissue, moving, beside, way, midline.across)
-        )
+        told = informing(Seen(first, glottis[k]), Seen(second, glottis[k + 1]))
+        masks = {"masked": told, "tissue alone": tissue}
+        one, two = np.clip(first, 0, 255), np.clip(second, 0, 255)
+        pairs.append(Pair(one, two, tissue, masks, moving, beside, way, midline.across))
     return pairs
 
 
 def run(name: str, python: str, pairs: list[Pair], folder: Path, threads: int) -> Found:
     """The flows there and back by one method, in a process of its own."""
     frames, result = folder / "frames.npz", folder / "result.npz"
+    told_by = next((way for way in WAYS if name.endswith(way)), None)
     arrays: dict[str, np.ndarray] = {}
     for k, pair in enumerate(pairs):
         for key, one, two in ((f"there{k}", pair.first, pair.second), (f"back{k}", pair.second, pair.first)):
             arrays |= {f"{key}_first": one, f"{key}_second": two}
-            if name.endswith(" masked"):
-                arrays[f"{key}_mask"] = pair.tissue
+            if told_by:
+                arrays[f"{key}_mask"] = pair.told[told_by]
     np.savez(frames, **arrays)
-    command = [python, WORKER, name.removesuffix(" masked"), frames, result, str(threads)]
+    command = [python, WORKER, name.removesuffix(f" {told_by}"), frames, result, str(threads)]
     subprocess.run(command, check=True, env=os.environ | {"OMP_NUM_THREADS": str(threads)})
     told = dict(np.load(result))
     spent = [told[f"{way}{k}_processor"] for way in ("there", "back") for k in range(len(pairs))]

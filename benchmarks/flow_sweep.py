@@ -14,9 +14,9 @@ import argparse
 from typing import Any
 
 import numpy as np
-from scipy import ndimage
 
 from plica.video.flow import PRESETS, flow, warp_error
+from plica.video.seen import Seen, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
@@ -28,10 +28,10 @@ PHASES = ("opening", "open", "closing", "closed", "collision")
 def errors(glottis: SyntheticGlottis, t: int, options: dict[str, Any]) -> tuple[float, float, float]:
     """Distance from the true flow, residual and Eq. (15) of the pair of frames from t on."""
     first, second = glottis.frame(t), glottis.frame(t + 1)
-    tissue = ~ndimage.binary_dilation(glottis.mask(t) | glottis.mask(t + 1), iterations=2)
-    found = flow(first, second, mask=tissue, intensity=(0.0, 255.0), **options)
+    seen, then = Seen(first, glottis.mask(t)), Seen(second, glottis.mask(t + 1))
+    found = flow(first, second, mask=informing(seen, then), intensity=(0.0, 255.0), **options)
     truth, known = glottis.flow(t, t + 1)
-    counted = tissue & known
+    counted = seen.tissue & known
     distance = np.hypot(*np.moveaxis(found.flow - truth, -1, 0))[counted].mean()
     left = found.residual[counted & np.isfinite(found.residual)]
     return float(distance), float(np.sqrt(np.mean(left**2))), warp_error(first, second, found.flow).rms

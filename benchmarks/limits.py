@@ -35,13 +35,13 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
-from scipy import ndimage
 
 from plica.video.flow import flow
 from plica.video.glottis import masks
 from plica.video.midline import find_midline
 from plica.video.modes import modes
 from plica.video.recording import Recording
+from plica.video.seen import Seen, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.waveforms import GlottalArea, areas, measures
 
@@ -105,11 +105,10 @@ def flow_error(glottis: SyntheticGlottis, recording: Recording, found: list[np.n
     distances = []
     for t in PAIRS:
         one, two = recording.frame(t), recording.frame(t + 1)
-        hidden = found[t] | found[t + 1] | (np.maximum(one, two) >= 250)
-        tissue = ~ndimage.binary_dilation(hidden, iterations=2)
-        there = flow(one, two, preset="video", mask=tissue, intensity=(0.0, 255.0)).flow
+        seen, then = Seen(one, found[t]), Seen(two, found[t + 1])
+        there = flow(one, two, preset="video", mask=informing(seen, then), intensity=(0.0, 255.0)).flow
         truth, known = glottis.flow(t, t + 1)
-        distances.append(np.hypot(*np.moveaxis(there - truth, -1, 0))[tissue & known].mean())
+        distances.append(np.hypot(*np.moveaxis(there - truth, -1, 0))[seen.tissue & known].mean())
     return float(np.mean(distances))
 
 

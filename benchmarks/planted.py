@@ -20,6 +20,7 @@ from scipy import ndimage
 from plica.video.analysis import analyse
 from plica.video.flow import PRESETS, flow
 from plica.video.midline import Midline, pixels
+from plica.video.seen import Seen
 
 NOISE = (0.0, 2.0, 5.0)  # standard deviation, grey levels of 255
 FRAMES = 4
@@ -59,8 +60,8 @@ def main() -> None:
     for frame, mask in zip(frames, glottis, strict=True):
         first = ndimage.gaussian_filter(frame, 1.0)
         second = ndimage.map_coordinates(first, [source[..., 1], source[..., 0]], order=5, mode="mirror")
-        bad = mask | (frame >= 250) | (np.abs(midline.place(place)[..., 1]) < 2)
-        used = ~ndimage.binary_dilation(bad, iterations=3)
+        torn = np.abs(midline.place(place)[..., 1]) < 5
+        used = Seen(first, mask).tissue & ~torn
         pairs.append((first, second, used, used & (np.hypot(*np.moveaxis(truth, -1, 0)) > 0.1)))
     for preset in PRESETS:
         cells = []

@@ -80,6 +80,9 @@ def test_the_first_mode_is_the_opening_of_both_folds(done: Path) -> None:
         tissue = file["glottis/tissue"][:]
     assert share[0] > 0.5
     assert symmetry[0] > 0.9
+    edges = load(done).edges  # the folds' edges were told to the data term
+    assert edges.correlation > 0.97
+    assert edges.slope > 0.55
     glottis = SyntheticGlottis(_OPTIONS)
     errors = []
     for t in range(1, 60, 7):

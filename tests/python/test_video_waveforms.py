@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from plica.phonation.cycles import find_cycles
+from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.glottis import masks
 from plica.video.midline import Midline, find_midline
@@ -178,3 +179,22 @@ def test_calibrated_measures_are_in_mm_and_others_over_the_glottal_length() -> N
     assert told["amplitude_left_relative"].value == pytest.approx(bare["amplitude_left"].value / 200)
     assert told["glottal_area_max_relative"].value == pytest.approx(area.total.max() / 200**2)
     assert "glottal_length" not in bare
+
+
+def test_the_exact_flow_agrees_with_the_edges_and_no_flow_does_not(asymmetric: SyntheticGlottis) -> None:
+    times = range(45)
+    glottis = [asymmetric.mask(t) for t in times]
+    midline = Midline((asymmetric.midline, 38.0), (asymmetric.midline, 218.0))
+    area = areas(glottis, midline)
+    flows = [np.nan_to_num(asymmetric.flow(t, t + 1)[0]) for t in times[:-1]]
+    found = edge_agreement(flows, glottis, area, midline)
+    assert found.count > 20
+    assert found.correlation > 0.98
+    assert (
+        0.6 < found.slope < 1
+    )  # tissue within 8 px moves less than the edge: 1 / e over 25 px, and on the rows
+    against = edge_agreement([-flow for flow in flows], glottis, area, midline)
+    assert against.slope == pytest.approx(-found.slope)
+    still = edge_agreement([0 * flow for flow in flows], glottis, area, midline)
+    assert np.isnan(still.correlation)
+    assert edge_agreement(flows[:2], glottis[:3], GlottalArea(*np.zeros((4, 3))), midline).count == 0

@@ -16,6 +16,7 @@ from plica.phonation.measure import Measure
 from plica.phonation.storage import only_writer, storage_errors
 from plica.video.chain import Chain
 from plica.video.drift import Steadied
+from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
@@ -175,6 +176,12 @@ class Analysis:
         if not self.complete:
             return [""] * self.count
         return [text.decode() for text in self["trust/flags"]]
+
+    @cached_property
+    def edges(self) -> EdgeAgreement:
+        """The flow beside the folds' edges against the way of the edges."""
+        slope, correlation, count = self["trust/edges"].tolist()
+        return EdgeAgreement(slope, correlation, int(count))
 
     @property
     def drawn(self) -> list[int]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Iterator
+from dataclasses import astuple
 from itertools import pairwise
 from pathlib import Path
 from typing import TypeVar
@@ -20,13 +21,15 @@ import numpy.typing as npt
 from plica.phonation.storage import replaced, require_space
 from plica.phonation.store import lay_out
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
+from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
-from plica.video.recording import Grey, Recording, spread
+from plica.video.recording import Recording, spread
 from plica.video.results import Results, fill
+from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
@@ -35,10 +38,8 @@ __all__ = ["Chain"]
 
 T = TypeVar("T")
 Mask = npt.NDArray[np.bool_]
-Seen = tuple[Grey, Mask]  # a frame, and where it shows tissue
 
 _STEPS = ("drift", "glottis", "flow", "trust", "paths", "modes")  # each stands on those before it
-_BRIGHT = 250.0  # grey: a highlight, which moves with the light and not with the tissue
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
 _BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
@@ -65,6 +66,13 @@ class Chain:
 
     def _steady(self) -> Steadied:
         return Steadied(self._recording, self._drifted().motion)
+
+    def _area(self) -> GlottalArea:
+        names = ("left", "right", "left_edge", "right_edge")
+        return GlottalArea(*self._results.read(*(f"glottis/{name}" for name in names)))
+
+    def _midline(self) -> Midline:
+        return Midline.between(*self._results.read("glottis/midline"))
 
     def _watched(self, what: str, items: Iterable[T], total: int) -> Iterator[T]:
         """The items, with a bar on standard error."""
@@ -166,13 +174,13 @@ class Chain:
         replaced(self._flows, write)
 
     def _pairs(self, wanted: npt.NDArray[np.int_]) -> Iterator[tuple[int, Seen, Seen]]:
-        """Pairs of frames, each with where it shows tissue."""
+        """Pairs of frames, and what they show."""
         begin = int(wanted[0]) if wanted.size else self._count
         before: Seen | None = None
         lost = self._drifted().lost
         frames = zip(self._steady().frames(begin), self._results.masks(begin), strict=True)
         for index, (frame, glottis) in enumerate(frames, start=begin):
-            seen = frame, _telling(frame, glottis) & ~lost[index]
+            seen = Seen(frame, glottis, bool(lost[index]))
             if before is not None and index - 1 in wanted:
                 yield index - 1, before, seen
             if index > wanted[-1]:
@@ -180,39 +188,42 @@ class Chain:
             before = seen
 
     def _store_pair(self, file: h5py.File, index: int, before: Seen, after: Seen) -> None:
-        used = before[1] & after[1]
-        if used.mean() < _BLIND:
+        tissue = before.tissue
+        if before.lost or after.lost or tissue.mean() < _BLIND:
             file["uv"][index] = 0.0
             file["round_trip"][index] = np.nan
             file["residual"][index] = file["warp_error"][index] = np.nan
             return
         pair = flow(
-            before[0],
-            after[0],
+            before.frame,
+            after.frame,
             preset=self._settings.preset,
-            mask=used,
+            mask=informing(before, after),
             intensity=(0.0, 255.0),
             round_trip=True,
         )
         assert pair.round_trip is not None
         file["uv"][index] = pair.flow
-        file["round_trip"][index] = np.where(used[..., None], pair.round_trip, np.nan)
-        left = pair.residual[used & np.isfinite(pair.residual)]
+        file["round_trip"][index] = np.where(tissue[..., None], pair.round_trip, np.nan)
+        left = pair.residual[tissue & np.isfinite(pair.residual)]
         file["residual"][index] = np.sqrt(np.mean(np.square(left, dtype=float)))
-        file["warp_error"][index] = warp_error(before[0], after[0], pair.flow).rms
+        file["warp_error"][index] = warp_error(before.frame, after.frame, pair.flow).rms
 
     def _trust(self) -> None:
-        names = ("folds", "left", "right", "sharpness", "saturated")
-        folds, left, right, sharp, saturated = self._results.read(*(f"glottis/{name}" for name in names))
+        names = ("folds", "sharpness", "saturated")
+        folds, sharp, saturated = self._results.read(*(f"glottis/{name}" for name in names))
         pairs = self._count - 1
         mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
+        area, midline = self._area(), self._midline()
         with h5py.File(self._flows, "r") as file:
             residual = file["residual"][:]
+            flows = (file["uv"][k] for k in range(pairs))
+            edges = edge_agreement(flows, self._results.masks(), area, midline)
             for k in range(pairs):
                 missed = np.hypot(*np.moveaxis(file["round_trip"][k], -1, 0))
                 mismatch[k] = _median(missed[folds])
                 trusted += missed < _CLOSES
-        total = left + right
+        total = area.total
         drifted = self._drifted()
         moved = np.linalg.norm(np.diff(drifted.motion[:, :2], axis=0, prepend=0.0), axis=1)
         shut = total <= 0.02 * total.max()
@@ -232,6 +243,7 @@ class Chain:
             "trust",
             mismatch=mismatch,
             confidence=(trusted / pairs).astype(np.float32),
+            edges=np.array(astuple(edges)),
             flags=np.array([", ".join(flag) for flag in flags], dtype=h5py.string_dtype()),
         )
 
@@ -242,15 +254,13 @@ class Chain:
         points = points[~next(self._results.masks())[points[:, 1], points[:, 0]]]
         with h5py.File(self._flows, "r") as file:
             paths = follow((file["uv"][k] for k in range(self._count - 1)), points.astype(float))
-        names = ("left", "right", "left_edge", "right_edge")
-        area = GlottalArea(*self._results.read(*(f"glottis/{name}" for name in names)))
-        _, cycles = measures(area)
+        _, cycles = measures(self._area())
         closing = paths.closing_error(cycles, np.arange(float(self._count)))
         self._results.store("paths", places=paths.places, closing=closing)
 
     def _modes(self) -> None:
-        tissue, ends, confidence = self._results.read("glottis/tissue", "glottis/midline", "trust/confidence")
-        midline = Midline.between(ends)
+        tissue, confidence = self._results.read("glottis/tissue", "trust/confidence")
+        midline = self._midline()
         used = tissue & (confidence >= _TRUSTED)
         if not used.any():
             raise VideoError(
@@ -286,13 +296,6 @@ def _each(dataset: h5py.Dataset) -> Iterator[Mask]:
     return (dataset[k] for k in range(dataset.shape[0]))
 
 
-def _telling(frame: Grey, glottis: Mask) -> Mask:
-    """Where a frame shows tissue: neither glottis nor highlight, nor two pixels about both."""
-    from scipy import ndimage
-
-    return np.asarray(~ndimage.binary_dilation(glottis | (frame >= _BRIGHT), iterations=2))
-
-
 def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
     """Where the folds are: within half of the glottal length of the midline."""
     along, across = np.moveaxis(midline.place(pixels(shape)), -1, 0)
@@ -306,7 +309,7 @@ def _light(recording: Recording, folds: Mask) -> tuple[npt.NDArray[np.float64], 
     sharp, saturated = [], []
     for frame in recording.frames():
         sharp.append(float(np.mean(np.square(np.diff(frame, axis=1), dtype=float)[folds[:, 1:]])))
-        saturated.append(float(np.mean(frame[folds] >= _BRIGHT)))
+        saturated.append(float(np.mean(frame[folds] >= bright)))
     return np.array(sharp), np.array(saturated)
 
 

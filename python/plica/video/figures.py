@@ -238,7 +238,7 @@ def _confidence(found: Analysis) -> Drawing:
         axes.set_axis_off()
 
     caption = (
-        "Confidence: in how many of the pairs of frames a pixel shows tissue in both, and going to the "
+        "Confidence: in how many of the pairs of frames a pixel shows tissue, and going to the "
         "next and back misses it by less than half a pixel."
     )
     return draw("confidence", caption, "Confidence of each pixel", (9, 4.6), paint)

@@ -24,6 +24,7 @@ from plica.video.settings import Settings
 __all__ = ["write_report"]
 
 _MOST_FRAMES = 60  # in the page
+_FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not follow the folds
 _NAMES = {
     "fundamental_frequency": "Fundamental frequency",
     "open_quotient": "Open quotient",
@@ -94,7 +95,16 @@ def _quality(found: Analysis) -> tuple[str, str]:
         reason for flag in found.flags for reason in flag.split(", ") if reason not in ("", "collision")
     )
     why = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
-    return light, f"{doubtful} of {len(found.flags)} frames are in doubt{': ' + why if why else ''}."
+    said = f"{doubtful} of {len(found.flags)} frames are in doubt{': ' + why if why else ''}. "
+    edges = found.edges
+    if not np.isfinite(edges.correlation):
+        return light, said + "Too few ways of the folds' edges are seen to hold the flow against them."
+    if edges.correlation < _FOLLOWS:
+        light = "bad"
+    return light, said + (
+        f"Beside the edges of the folds the flow is {edges.slope:.2f} of the edges' own way (correlation "
+        f"{edges.correlation:.2f}, {edges.count} ways)."
+    )
 
 
 def _rows(found: Analysis) -> list[dict[str, str]]:

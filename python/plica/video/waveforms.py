@@ -18,7 +18,7 @@ from plica.phonation.measure import Measure, per_cycle, whole
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Frames
 
-__all__ = ["GlottalArea", "areas", "kymogram", "measures", "phases"]
+__all__ = ["GlottalArea", "areas", "kymogram", "measures", "middle", "phases"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -50,20 +50,25 @@ class GlottalArea:
         return self.left + self.right
 
 
+def middle(place: Floats, midline: Midline) -> Mask:
+    """(h, w) the middle tenth along the line, of places (h, w, 2) that :meth:`Midline.place` gives."""
+    return np.asarray(np.abs(place[..., 0] / midline.length - 0.5) < 0.05)
+
+
 def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
     """Area and edges of each mask left and right of the midline."""
     rows: list[tuple[float, float, float, float]] = []
     right: Mask | None = None
-    middle: Mask | None = None
+    tenth: Mask | None = None
     band = 0.0  # px, extent of the band along the line, as its pixels have it
     for mask in glottis:
-        if right is None or middle is None:
+        if right is None or tenth is None:
             place = midline.place(pixels(mask.shape))
             right = place[..., 1] > 0
-            middle = np.abs(place[..., 0] / midline.length - 0.5) < 0.05
-            band = float(middle.sum()) * midline.along[1] / mask.shape[1]
+            tenth = middle(place, midline)
+            band = float(tenth.sum()) * midline.along[1] / mask.shape[1]
         sides = [mask & ~right, mask & right]
-        edges = [float((side & middle).sum()) / band for side in sides]
+        edges = [float((side & tenth).sum()) / band for side in sides]
         rows.append((float(sides[0].sum()), float(sides[1].sum()), edges[0], edges[1]))
     return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
 
