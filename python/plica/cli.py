@@ -96,7 +96,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _way_on(options: argparse.Namespace) -> str:
-    """How to continue a run that has begun; nothing where there is none."""
+    """How to continue what has begun; nothing where there is nothing."""
+    if getattr(options, "goes_on", False):
+        return " The same command goes on from there."
     if options.command is not _run or not (options.directory / "scene.toml").exists():
         return ""
     return f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume"
@@ -134,7 +136,9 @@ def _parser() -> argparse.ArgumentParser:
         ("measures", _measures, "measure the run in DIR, print the measures and write DIR/measures.json"),
     ):
         sub = part(name, command, summary)
-        sub.add_argument("directory", metavar="DIR", type=Path, help="directory of a run")
+        sub.add_argument(
+            "directory", metavar="DIR", type=Path, help="directory of a run, or of an analysis of a recording"
+        )
     bench.add_commands(commands)
     return parser
 
@@ -201,7 +205,18 @@ def _info(options: argparse.Namespace) -> int:
     if "meshing" in info["absent"]:
         rows["meshing is for"] = "contact between any two meshes; built by PLICA_GPL=ON pip install ."
     rows["python"] = sys.version.split()[0]
-    for name in ("numpy", "scipy", "h5py", "meshio", "pydantic", "pint", "xarray", "matplotlib", "pillow"):
+    for name in (
+        "numpy",
+        "scipy",
+        "h5py",
+        "meshio",
+        "pydantic",
+        "pint",
+        "xarray",
+        "matplotlib",
+        "pillow",
+        "av",
+    ):
         try:
             rows[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
@@ -220,6 +235,8 @@ def _report(options: argparse.Namespace) -> int:
     from plica.phonation.storage import storage_errors
     from plica.report import write_report
 
+    if video.is_analysis(options.directory):
+        return video.redraw(options.directory)
     run = plica.Run.load(options.directory)
     with storage_errors(options.directory):
         print(write_report(run, options.directory / "report.html"))
@@ -231,6 +248,8 @@ def _measures(options: argparse.Namespace) -> int:
     from plica.phonation.measures import measure, write_measures
     from plica.phonation.storage import storage_errors
 
+    if video.is_analysis(options.directory):
+        return video.remeasure(options.directory)
     measures = measure(plica.Run.load(options.directory))
     with storage_errors(options.directory):
         write_measures(measures, options.directory / "measures.json")

@@ -278,7 +278,7 @@ def test_the_command_names_the_file_that_is_wrong(
         ([good, good, "--truth", str(short)], 2, "Is it cut off?"),
         ([good, good, "--truth", str(other)], 2, "is 81 x 60 px; must be 80 x 60 px like"),
         ([good, good, "-o", str(tmp_path / "no" / "ab.flo")], 1, "its directory does not exist"),
-        ([good, good, "-o", str(tmp_path)], 1, "cannot be written: Is a directory"),
+        ([good, good, "-o", good], 2, "a.png; must end in .flo"),
     ):
         assert main(["flow", "-o", out, *arguments]) == code
         said = capsys.readouterr().err

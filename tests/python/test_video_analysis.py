@@ -20,6 +20,7 @@ from plica.cli import main
 from plica.video import chain, report
 from plica.video.analysis import analyse, load
 from plica.video.errors import VideoError
+from plica.video.glottis import write_masks
 from plica.video.image_file import read_image
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
@@ -110,7 +111,7 @@ def test_a_stopped_analysis_goes_on_and_ends_the_same(
     with pytest.raises(KeyboardInterrupt):
         analyse(movie, tmp_path, settings, progress=False)
     with h5py.File(tmp_path / "flow.h5") as file:
-        assert np.count_nonzero(file["masks"]) == 19
+        assert np.count_nonzero(file["checksum"]) == 19
     assert not load(tmp_path).complete  # the glottis is there, the motion is not
     analyse(movie, tmp_path, settings, progress=False)
     assert calls == 20 + 65 - 19
@@ -133,10 +134,9 @@ def test_the_report_draws_the_outline_on_the_frame_that_it_belongs_to(tmp_path: 
     analyse(tmp_path / "moved.npy", tmp_path, Settings(preset="fast"), until="glottis", progress=False)
     with h5py.File(tmp_path / "results.h5") as file:
         assert file["drift/motion"][-1, 0] == pytest.approx(6, abs=0.5)
-        areas = file["glottis/left"][:] + file["glottis/right"][:]
-        wide = 30 + int(np.argmax(areas[30:]))
-        mask = file["glottis/mask"][wide]
-    image = report._overlays(load(tmp_path), np.array([wide]))[0]
+    found = load(tmp_path)
+    wide = 30 + int(np.argmax(found.area.total[30:]))
+    mask, image = found.mask(wide), report._overlays(found, np.array([wide]))[0]
     grey = (image[..., 0] == image[..., 1]) & (image[..., 1] == image[..., 2])
     assert image[mask & grey].mean() < 40
     assert image[~mask & grey].mean() > 80
@@ -150,12 +150,18 @@ def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
     assert main(["glottis", *arguments]) == 0
     assert "fundamental_frequency" in capsys.readouterr().out
     with h5py.File(tmp_path / "results.h5") as file:
-        assert set(file) == {"drift", "glottis"}
+        assert set(file) == {"drift", "glottis", "sides"}
     with (tmp_path / "waveforms.csv").open() as table:
         assert "mode_coefficients_1 (px)" not in next(csv.reader(table))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Kymograms" in page
     assert "Principal modes" not in page
+    for name in ("report.html", "measures.json"):
+        (tmp_path / name).unlink()
+    assert main(["report", str(tmp_path)]) == 0
+    assert main(["measures", str(tmp_path)]) == 0
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == page
+    assert (tmp_path / "measures.json").exists()
     assert main(["modes", *arguments]) == 0
     said = capsys.readouterr().out
     with h5py.File(tmp_path / "results.h5") as one, h5py.File(done / "results.h5") as other:
@@ -169,10 +175,11 @@ def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
     [
         (["--fps", "-4000"], "fps = -4000; must be > 0"),
         (["--preset", "fats"], 'preset = "fats"; must be one of robust'),
+        (["--fps", "nan"], "fps = nan; must be > 0 and finite"),
         (["--anterior", "up"], 'anterior = "up"; must be one of upper, lower'),
         (["--patient-left", "rihgt"], 'must be one of left, right. Did you mean "right"?'),
         (["--kymogram", "0.5,1.5"], "kymogram = 0.5, 1.5; must be places in [0, 1]"),
-        (["--masks", "nowhere"], "Masks: nowhere has no mask_N.png"),
+        (["--masks", "nowhere"], "Masks: nowhere is no folder"),
         (["--midline", "5,50,90,52"], "runs 89 degrees from the vertical"),
         (["--region", "0,0,500,500"], "must lie within the frames of 97 x 95 px"),
     ],
@@ -186,22 +193,30 @@ def test_a_bad_setting_ends_in_one_sentence(
     assert error.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_another_recording_or_setting_needs_another_directory(movie: Path, tmp_path: Path) -> None:
     with h5py.File(tmp_path / "results.h5", "w") as file:
-        file.attrs["source"] = "elsewhere.avi"
-        file.attrs["settings"] = Settings().as_json()
-    with pytest.raises(VideoError, match=r"holds an analysis of elsewhere\.avi; must be of .*glottis\.npy"):
+        file["waveforms"] = 1.0
+    with pytest.raises(VideoError, match=r"results\.h5 is no analysis of a recording"):
         analyse(movie, tmp_path, progress=False)
-    with h5py.File(tmp_path / "results.h5", "a") as file:
-        file.attrs["source"] = str(movie.resolve())
-    with pytest.raises(VideoError, match=r"holds an analysis with modes = 6; must be 4"):
-        analyse(movie, tmp_path, Settings(modes=4), progress=False)
-    with h5py.File(tmp_path / "results.h5", "a") as file:
-        file.attrs["recording"] = "65 frames"
-    with pytest.raises(VideoError, match=r"has 66 frames of 97 x 95 px, .*; must have 65 frames"):
-        analyse(movie, tmp_path, progress=False)
+    with pytest.raises(VideoError, match=r"is no analysis of a recording"):
+        load(tmp_path)
     with pytest.raises(VideoError, match=r"has no results\.h5"):
         load(tmp_path / "none")
+    done = analyse(movie, tmp_path / "a", until="glottis", progress=False)
+    with pytest.raises(VideoError, match=r"preset is fast; must be video, as in the analysis in .*a,"):
+        analyse(movie, tmp_path / "a", Settings(preset="fast"), progress=False)
+    with pytest.raises(VideoError, match=r"region is 0,0,40,40; must be not given"):
+        analyse(movie, tmp_path / "a", Settings(region=(0, 0, 40, 40)), progress=False)
+    np.save(tmp_path / "other.npy", np.load(movie)[:60])
+    with pytest.raises(VideoError, match=r"has 60 frames of 97 x 95 px, .*; must have 66 frames"):
+        analyse(tmp_path / "other.npy", tmp_path / "a", progress=False)
+    shutil.copy(movie, tmp_path / "moved.npy")  # the same recording elsewhere
+    assert np.array_equal(
+        analyse(tmp_path / "moved.npy", tmp_path / "a", until="glottis", progress=False).area.total,
+        done.area.total,
+    )
+    assert load(tmp_path / "a").source == (tmp_path / "moved.npy").resolve()
 
 
 @pytest.mark.slow
@@ -219,6 +234,29 @@ def test_what_is_said_of_a_recording_may_be_said_later(
     page = report.write_report(again).read_text(encoding="utf-8")
     assert "right in the image (the patient&#39;s left)" in page
     assert "upper end (anterior)" in page
+    kept = analyse(movie, tmp_path, Settings(mm_per_px=0.2), until="glottis", progress=False)
+    assert (kept.settings.fps, kept.settings.mm_per_px) == (4000, 0.2)  # what was said stays
+
+
+@pytest.mark.slow
+def test_lines_and_modes_may_be_chosen_anew_without_the_flow(
+    movie: Path, done: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.copytree(done, tmp_path / "a")
+    monkeypatch.delattr(chain, "learn")
+    monkeypatch.delattr(chain, "flow")
+    before = load(done)
+    x, y = before.midline.upper
+    moved = (x + 2, y, *before.midline.lower)
+    chosen = Settings(preset="fast", midline=moved, kymogram=(0.5,), modes=3)
+    found = analyse(movie, tmp_path / "a", chosen, progress=False)
+    assert found.midline.upper == (x + 2, y)
+    assert found.area.total == pytest.approx(before.area.total)
+    assert found.area.left.sum() > before.area.left.sum()
+    assert found.modes.share == pytest.approx(before.modes.share[:3])
+    assert len(found["sides/kymogram"]) == 1
+    with pytest.raises(VideoError, match=r"must have glottis on both of its sides"):
+        analyse(movie, tmp_path / "a", Settings(preset="fast", midline=(2, 5, 2, 90)), progress=False)
 
 
 @pytest.mark.slow
@@ -259,6 +297,17 @@ def test_a_drawn_mask_is_taken_and_only_what_stands_on_it_is_done_again(
     kept = analyse(movie, tmp_path / "a", settings, progress=False)  # they need not be given again
     assert kept.drawn == [3, 20]
     assert calls == len(pairs)
+    white = {7: np.ones((95, 97), dtype=bool)}
+    with pytest.raises(VideoError, match=r"those drawn \(frames 3, 7, 20\); must leave tissue around"):
+        analyse(movie, tmp_path / "a", settings, masks=white, progress=False)
+    assert load(tmp_path / "a").complete  # nothing is lost by it
+    with pytest.raises(VideoError, match=r"mask_00003\.png is there; must not be"):
+        write_masks(tmp_path / "drawn", {3: (np.zeros((95, 97), np.float32), drawn)})
+    more = analyse(movie, tmp_path / "a", settings, masks={5: before.mask(5)}, progress=False)
+    assert more.drawn == [3, 5, 20]
+    none = analyse(movie, tmp_path / "a", settings, masks={}, progress=False)
+    assert none.drawn == []
+    assert np.array_equal(none["flow/uv"], before["flow/uv"])
 
 
 @pytest.mark.parametrize(
@@ -286,14 +335,14 @@ def test_a_killed_analysis_is_whole_and_goes_on(movie: Path, done: Path, tmp_pat
     for _ in range(6000):
         if flows.exists():
             with h5py.File(flows, "r", locking=False) as file:
-                if np.count_nonzero(file["masks"]) >= 5:
+                if np.count_nonzero(file["checksum"]) >= 5:
                     break
         assert process.poll() is None
         time.sleep(0.01)
     process.kill()
     process.wait()
     with h5py.File(flows, "r") as file:
-        assert 5 <= np.count_nonzero(file["masks"]) < 65
+        assert 5 <= np.count_nonzero(file["checksum"]) < 65
     assert not load(tmp_path).complete
     assert main([*arguments, "-o", str(tmp_path)]) == 0
     for name in ("flow/uv", "flow/round_trip", "modes/patterns", "paths/places"):
@@ -320,14 +369,46 @@ def test_results_are_readable_by_others(done: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(movie: Path, tmp_path: Path) -> None:
+def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
+    movie: Path, done: Path, tmp_path: Path
+) -> None:
     stack = np.load(movie)
-    stack[30] = 255
+    stack[30:32] = 255
+    stack[50] = 0
     np.save(tmp_path / "flash.npy", stack)
     found = analyse(tmp_path / "flash.npy", tmp_path, Settings(fps=4000, preset="fast"), progress=False)
-    assert "lost" in found.flags[30]
+    whole = load(done)
+    for frame in (30, 31, 50):
+        assert "lost" in found.flags[frame]
+        assert np.isnan(found.area.total[frame])
+        assert found.phase[frame] == ""
+    for name in ("glottal_area_max", "glottal_area_mean", "open_quotient", "amplitude_left"):
+        exact, value = whole.measures[name].value, found.measures[name].value
+        assert value * (0.05**2 if "area" in name else 0.05 if "amp" in name else 1) == pytest.approx(
+            exact, rel=0.03
+        )
     assert "blind" in found.flags[29]
     assert not found.flow(29).any()
     assert np.isnan(found.modes.coefficients[[29, 30]]).all()
     assert found.measures["fundamental_frequency"].value == pytest.approx(0.0813 * 4000, abs=2)
     assert found.modes.share[0] > 0.8
+
+
+@pytest.mark.slow
+def test_where_the_search_fails_a_mask_can_be_drawn(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    glottis = SyntheticGlottis(_OPTIONS)
+    stack = np.stack([np.where(glottis.mask(t), 118, frame) for t, frame in enumerate(glottis.frames())])
+    np.save(tmp_path / "faint.npy", stack)  # hardly darker than the tissue: no edge stands out
+    command = ["glottis", str(tmp_path / "faint.npy"), "-o", str(tmp_path / "a"), "--quiet", "--no-drift"]
+    assert main(command) == 2
+    assert "draw a mask" in capsys.readouterr().err
+    wide = int(np.argmax([sum(glottis.area(t)) for t in range(20)]))
+    drawn = tmp_path / "drawn"
+    assert main(["masks", str(tmp_path / "a"), "-o", str(drawn), "--frames", str(wide), "--quiet"]) == 0
+    Image.fromarray(255 * glottis.mask(wide).astype(np.uint8)).save(drawn / f"mask_{wide:05d}.png")
+    main([*command, "--masks", str(drawn)])
+    assert np.array_equal(load(tmp_path / "a", needs="glottis").mask(wide), glottis.mask(wide))
+    assert main(["masks", str(tmp_path / "a"), "-o", str(drawn), "--frames", "66"]) == 2
+    assert "frame 66; must be in [0, 66)" in capsys.readouterr().err

@@ -139,6 +139,9 @@ def broken(directory: Path, kind: str) -> Path | None:
             some = frames.astype(float)
             some[2, 5, 7] = np.nan
             path = store(directory, "h5", some)
+        case "frame missing":
+            path = store(directory, "folder", frames)
+            (path / "frame2.png").unlink()
         case "two datasets":
             path = store(directory, "h5", frames)
             with h5py.File(path, "a") as file:
@@ -186,6 +189,7 @@ def broken(directory: Path, kind: str) -> Path | None:
         ("sizes differ", r"frame 3 \(frame3.png\) is 48 x 20 px; must be 48 x 32 px as frame0.png"),
         ("broken image", "frame4.png is not a picture"),
         ("NaN", r"camera/frames: frame 2: pixel \(7, 5\) is nan; must be finite"),
+        ("frame missing", "go from frame1.png to frame3.png; must be equally spaced"),
         ("two datasets", "2 datasets that can be frames: camera/frames, other; must be one"),
         ("no dataset", "0 datasets that can be frames; must be one"),
         ("not HDF5", "cannot be read as HDF5"),
@@ -219,6 +223,8 @@ def test_a_bad_recording_is_one_sentence(kind: str, said: str, tmp_path: Path) -
 def test_a_bad_setting_is_one_sentence(settings: dict, said: str, tmp_path: Path) -> None:
     with pytest.raises(VideoError, match=said):
         Recording.open(store(tmp_path, "npy", movie()), **settings)
+    with pytest.raises(VideoError, match=r'dataset = "of" for movie\.npy; must be left out'):
+        Recording.open(store(tmp_path, "npy", movie()), dataset="of")
     with pytest.raises(VideoError, match='no frames "of"; must be one of camera/frames'):
         Recording.open(store(tmp_path, "h5", movie()), dataset="of")
 

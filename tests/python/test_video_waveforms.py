@@ -113,6 +113,14 @@ def test_measures_without_a_frame_rate_are_in_frames() -> None:
     )
     labels = phases(GlottalArea(0.5 * area, 0.5 * area, area, area), cycles, time)
     assert {"closed", "opening", "open", "closing"} <= set(labels)
+    for k in range(1, 119):  # falls and rises as it is called
+        if labels[k] == "closing":
+            assert area[k] < area[k - 1]
+        if labels[k] == "opening":
+            assert area[k] > area[k - 1]
+    breathy = GlottalArea(*np.tile(60 + 50 * np.sin(2 * np.pi * time / 15), (4, 1)))  # never closed
+    labels = phases(breathy, measures(breathy)[1], time)
+    assert 0.3 < labels.count("opening") / (labels.count("closing") + labels.count("opening")) < 0.7
     quiet, _ = measures(GlottalArea(*np.zeros((4, 40))))
     assert quiet["fundamental_frequency"].value is None
     assert "no oscillation" in quiet["fundamental_frequency"].note
@@ -127,7 +135,7 @@ def test_sides_are_those_of_the_image_whichever_way_the_midline_leans() -> None:
         assert area.right[0] > area.left[0]
     with pytest.raises(VideoError, match=r"runs 180 degrees from the vertical; must be within 45"):
         Midline((18.0, 39.0), (18.0, 0.0))
-    with pytest.raises(VideoError, match=r"runs 60 degrees .*--rotation -60"):
+    with pytest.raises(VideoError, match=r"runs 60 degrees .*by -60 degrees more"):
         Midline((0.0, 0.0), (np.sqrt(3), 1.0))
 
 

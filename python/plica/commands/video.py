@@ -13,7 +13,7 @@ from plica.commands.table import measures_table
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
 
-__all__ = ["add_commands"]
+__all__ = ["add_commands", "is_analysis", "redraw", "remeasure"]
 
 _VIDEO_HELP = """\
 Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
@@ -29,11 +29,18 @@ a folder of images, HDF5 and NPY. Stores in DIR as it goes:
 The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
 times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels and over
 the glottal length. Left and right are those of the image; which is the patient's, and which end is the
-anterior one, is never guessed: say so with --patient-left and --anterior. These four may be given later, in
-the same directory: nothing is computed again.
+anterior one, is never guessed: say so with --patient-left and --anterior. These four are kept with the
+results and may be given later, in the same directory; so may --midline, --kymogram and --modes, for which a
+little is computed again.
 
 Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
 takes those that you corrected; the other frames are then found by what yours show.
+
+Measures need three complete cycles. In HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since
+version 7.3 is read as MATLAB sees it: name an HDF5 file that MATLAB wrote .mat too.
+
+Presets of the flow: video (the default: for noisy recordings), gradient (for sharp ones), robust, fast (a
+first look), reference, thesis; plica flow --help says more.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
@@ -49,7 +56,9 @@ Writes frames of an analysis and the masks of their glottis, to be corrected by 
 mask_N.png, white where the glottis is, N being the number of the frame. Paint in the masks, delete those that
 need no correction, and give the folder to plica video (or glottis) with --masks: the masks in it are taken as
 they are, and the other frames are found by how dark the glottis is in them and where. One drawn mask of a
-wide open glottis often mends a whole recording; a black mask says that the glottis is closed.
+wide open glottis often mends a whole recording; a black mask says that the glottis is closed. Masks are kept
+with the results: more of them add to those before, --no-masks drops them all. Where plica found no glottis at
+all, the masks are black.
 
 examples:
   plica masks analysis -o drawn                    twelve frames, spread over the recording
@@ -164,7 +173,11 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         default=(0.25, 0.5, 0.75),
         help="places of kymograms, 0 at the midline's upper end, 1 at its lower (default: 0.25,0.5,0.75)",
     )
-    video.add_argument("--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks)")
+    drawn = video.add_mutually_exclusive_group()
+    drawn.add_argument(
+        "--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks), beside earlier ones"
+    )
+    drawn.add_argument("--no-masks", action="store_true", help="drop all masks drawn by hand")
     video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
     video.add_argument(
         "--preset",
@@ -176,6 +189,42 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
     add_threads(video)
     video.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
+    video.set_defaults(goes_on=True)
+
+
+def is_analysis(directory: Path) -> bool:
+    """Whether a directory holds an analysis of a recording, and no run."""
+    import h5py
+
+    path = directory / "results.h5"
+    if not h5py.is_hdf5(path):
+        return False
+    with h5py.File(path, "r", locking=False) as file:
+        return "recording" in file.attrs
+
+
+def redraw(directory: Path) -> int:
+    """``plica report`` for an analysis."""
+    from plica.phonation.storage import storage_errors
+    from plica.video.analysis import load
+    from plica.video.report import write_report
+
+    with storage_errors(directory):
+        print(write_report(load(directory)))
+    return 0
+
+
+def remeasure(directory: Path) -> int:
+    """``plica measures`` for an analysis."""
+    from plica.phonation.storage import storage_errors
+    from plica.video.analysis import load
+    from plica.video.tables import write_tables
+
+    found = load(directory)
+    with storage_errors(directory):
+        write_tables(found)
+    print(measures_table({name: item.as_json() for name, item in found.measures.items()}))
+    return 0
 
 
 def _video(options: argparse.Namespace) -> int:
@@ -228,7 +277,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
             options.source,
             options.output,
             settings,
-            masks=options.masks,
+            masks={} if options.no_masks else options.masks,
             until=until,
             progress=not options.quiet,
         )
@@ -242,15 +291,25 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
 
 
 def _masks(options: argparse.Namespace) -> int:
+    import numpy as np
+
+    from plica.errors import InvalidInput
+    from plica.phonation.storage import storage_errors
     from plica.video.analysis import load
     from plica.video.glottis import write_masks
 
-    found = load(options.analysis)
-    chosen = options.frames or [round(k * (found.count - 1) / 11) for k in range(12)]
+    found = load(options.analysis, needs="drift")
+    chosen = sorted(set(options.frames or (round(k * (found.count - 1) / 11) for k in range(12))))
+    for frame in chosen:
+        if not 0 <= frame < found.count:
+            raise InvalidInput(f"Masks: frame {frame}; must be in [0, {found.count}).")
     frames = found.frames()
-    write_masks(options.output, {k: (frames.frame(k), found.mask(k)) for k in chosen})
+    black = np.zeros(frames.shape, dtype=bool)
+    pictures = {k: (frames.frame(k), found.mask(k) if "glottis" in found else black) for k in chosen}
+    with storage_errors(options.output):
+        write_masks(options.output, pictures)
     if not options.quiet:
-        print(f"written: {options.output}: {len(set(chosen))} frames and their masks")
+        print(f"written: {options.output}: {len(chosen)} frames and their masks")
     return 0
 
 

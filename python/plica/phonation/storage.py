@@ -22,7 +22,7 @@ def storage_errors(path: Path, action: str = "written") -> Iterator[None]:
         raise
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
-        hint = " What was stored before is kept; continue with --resume." if action == "written" else ""
+        hint = " What was stored before is kept, and can be gone on with." if action == "written" else ""
         raise StorageFailed(f"{path}: cannot be {action}: {reason}.{hint}") from None
 
 
@@ -44,7 +44,7 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
             os.close(directory)
 
 
-def require_space(path: Path, needed: int) -> None:
+def require_space(path: Path, needed: int, hint: str = "") -> None:
     """Raise unless a file of `needed` bytes can be made at `path`: the disk, quotas and limits are asked."""
     try:
         with path.open("wb") as file:
@@ -52,8 +52,8 @@ def require_space(path: Path, needed: int) -> None:
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         raise StorageFailed(
-            f"{path.parent}: the results need {needed / 1e6:.1f} MB there: {reason}. "
-            "Take another directory, or a larger output.every or output.start."
+            f"{path.parent}: the results need {needed / 1e6:.1f} MB there: {reason}. Take another "
+            f"directory{hint}."
         ) from None
     finally:
         path.unlink(missing_ok=True)

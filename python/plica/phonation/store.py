@@ -82,7 +82,8 @@ class ResultFile:
         stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
         size = 8 * steps * numbers + frames * frame + sum(np.asarray(array).nbytes for array in stored)
         draft = path.with_name(path.name + ".part")
-        require_space(draft, size + 200_000)  # and HDF5's own
+        hint = ", or a larger output.every or output.start"
+        require_space(draft, size + 200_000, hint)  # and HDF5's own
         with storage_errors(path), h5py.File(draft, "w", locking=False) as file:
             info = _engine.build_info()
             file.attrs["plica_version"] = info["version"]

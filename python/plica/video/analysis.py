@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,16 +12,18 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from plica.errors import one_of
 from plica.phonation.cycles import Cycles
 from plica.phonation.measure import Measure
 from plica.phonation.storage import only_writer, storage_errors
 from plica.video.chain import Chain
-from plica.video.drift import Steadied
+from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
+from plica.video.quality import flags
 from plica.video.recording import Recording, Region
 from plica.video.results import Results
 from plica.video.settings import Settings
@@ -34,6 +37,9 @@ __all__ = ["Analysis", "Settings", "analyse", "load"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+
+_UNTIL = {"glottis": "sides", "modes": "modes"}  # what is asked for, and the last step of it
+_FEWEST = 4  # frames: three flows
 
 
 def analyse(
@@ -56,8 +62,8 @@ def analyse(
     masks : folder, or dict of frame to (h, w) bool, optional
         The glottis as drawn by hand, for some frames: they are taken for those, and the others are found by
         what they show. May be given when the analysis is done: what depends on them is done again. They are
-        kept in the results, and need not be given again.
-    until : str
+        kept in the results, beside those drawn before; an empty dict drops all of them.
+    until : {"glottis", "modes"}
         The last step to do: "glottis" (masks, area, kymograms) or "modes", everything.
     progress : bool
         Bars on standard error.
@@ -69,28 +75,39 @@ def analyse(
     StorageFailed
         Where the disk is too small.
     """
+    if until not in _UNTIL:
+        raise VideoError(f'Video: until = "{until}"; must be {one_of(_UNTIL)}.')
     chosen = settings or Settings()
     recording = _open(source, chosen)
+    if until == "modes" and recording.count < _FEWEST:
+        raise VideoError(
+            f"Video: {source} has {recording.count} frames; must have {_FEWEST} or more for modes. For the "
+            "glottis alone (plica glottis) fewer will do."
+        )
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
         results = Results(where / "results.h5")
-        results.claim(Path(source), recording, chosen)
+        chosen = results.claim(Path(source), recording, chosen)
+        chain = Chain(results, recording, chosen, shown=progress)
         if masks is not None:
             drawn = masks if isinstance(masks, Mapping) else read_masks(Path(masks), recording.shape)
-            results.correct(_checked(drawn, recording))
-        Chain(results, recording, chosen, shown=progress).run(until)
+            chain.correct(_checked(drawn, recording))
+        chain.run(_UNTIL[until])
     return load(where)
 
 
-def load(directory: str | Path) -> Analysis:
-    """The analysis in a directory. Raises VideoError where there is none, or an unfinished one."""
+def load(directory: str | Path, *, needs: str = "sides") -> Analysis:
+    """The analysis in a directory. Raises VideoError where there is none, or it has not come to the group
+    `needs` of results.h5."""
     where = Path(directory)
     path = where / "results.h5"
     if not path.exists():
         raise VideoError(f"Video: {where} has no results.h5; must be the directory of an analysis.")
     with storage_errors(path, "read"), h5py.File(path, "r") as file:
-        if "glottis" not in file or ("flow" in file and "modes" not in file):
+        if "settings" not in file.attrs:
+            raise VideoError(f"Video: {path} is no analysis of a recording; must be.")
+        if needs not in file:
             raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
     return Analysis(where)
 
@@ -116,6 +133,11 @@ class Analysis:
     def __repr__(self) -> str:
         return f"<Analysis {self.directory}: {self.count} frames of {self.source.name}>"
 
+    def __contains__(self, name: str) -> bool:
+        """Whether results.h5 has a group or data set of this name."""
+        with h5py.File(self.path, "r") as file:
+            return name in file
+
     def __getitem__(self, name: str) -> Any:
         """A data set of results.h5 by its name, ``"glottis/left"``; VideoError where it is not there."""
         with h5py.File(self.path, "r") as file:
@@ -126,20 +148,17 @@ class Analysis:
     @property
     def complete(self) -> bool:
         """Whether the flow and its modes are there, not the glottis alone."""
-        with h5py.File(self.path, "r") as file:
-            return "modes" in file
+        return "modes" in self
 
     @cached_property
     def area(self) -> GlottalArea:
         """px^2, px."""
-        return GlottalArea(
-            *(self[f"glottis/{name}"] for name in ("left", "right", "left_edge", "right_edge"))
-        )
+        return GlottalArea(*(self[f"sides/{name}"] for name in ("left", "right", "left_edge", "right_edge")))
 
     @property
     def count(self) -> int:
         """Frames."""
-        return int(self.area.total.size)
+        return len(self["drift/motion"])
 
     @cached_property
     def time(self) -> Floats:
@@ -149,11 +168,23 @@ class Analysis:
     @cached_property
     def midline(self) -> Midline:
         """px of the frames as used."""
-        return Midline.between(self["glottis/midline"])
+        return Midline.between(self["sides/midline"])
 
     @cached_property
     def _measured(self) -> tuple[dict[str, Measure], Cycles]:
-        return measures(self.area, self.settings.fps, self.settings.mm_per_px, self.midline.length)
+        found, cycles = measures(self.area, self.settings.fps, self.settings.mm_per_px, self.midline.length)
+        for name in ("left", "right"):
+            for kind in (f"amplitude_{name}", f"amplitude_{name}_relative"):
+                note = "; ".join(filter(None, (self.side(name), found[kind].note)))
+                found[kind] = replace(found[kind], note=note)
+        return found, cycles
+
+    def side(self, name: str) -> str:
+        """ "left" or "right" in the image, and whose it is where that is known."""
+        patient_left = self.settings.patient_left
+        if patient_left is None:
+            return f"{name} in the image"
+        return f"{name} in the image (the patient's {'left' if name == patient_left else 'right'})"
 
     @property
     def measures(self) -> dict[str, Measure]:
@@ -173,9 +204,14 @@ class Analysis:
     @cached_property
     def flags(self) -> list[str]:
         """Of each frame: what speaks against it, by commas; "" where nothing does."""
-        if not self.complete:
-            return [""] * self.count
-        return [text.decode() for text in self["trust/flags"]]
+        return flags(
+            self.area.total,
+            Drift(self["drift/motion"], self["drift/likeness"]),
+            self["sides/sharpness"],
+            self["sides/saturated"],
+            self["glottis/border"] > 0,
+            self["flow/residual"] if self.complete else None,
+        )
 
     @cached_property
     def edges(self) -> EdgeAgreement:
@@ -191,7 +227,7 @@ class Analysis:
 
     def mask(self, frame: int) -> Mask:
         """(h, w) where the glottis is."""
-        return np.asarray(self._entry("glottis/mask", frame))
+        return np.asarray(self._entry("glottis/mask", frame) > 0)
 
     def flow(self, frame: int) -> npt.NDArray[np.float32]:
         """(h, w, 2) px, from this frame to the next."""
@@ -225,7 +261,7 @@ class Analysis:
             coefficients=self["modes/coefficients"],
             share=self["modes/share"],
             variance=float(self["modes/variance"]),
-            mask=self["modes/used"],
+            mask=self["modes/used"] > 0,
         )
 
     def frames(self) -> Steadied:
@@ -263,7 +299,7 @@ class Analysis:
         if self.complete:
             for name in ("flow/residual", "flow/warp_error", "trust/mismatch"):
                 found[name.split("/")[1]] = np.append(self[name], np.nan)
-            for name in ("coefficients", "error"):
+            for name in ("coefficients", "round_trip"):
                 values = self[f"modes/{name}"]
                 found[f"mode_{name}"] = np.vstack([values, np.full((1, values.shape[1]), np.nan)])
         return found

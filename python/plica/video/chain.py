@@ -8,7 +8,7 @@ those are computed that are not there, or whose masks were corrected. results.h5
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import astuple
 from itertools import pairwise
 from pathlib import Path
@@ -39,7 +39,7 @@ __all__ = ["Chain"]
 T = TypeVar("T")
 Mask = npt.NDArray[np.bool_]
 
-_STEPS = ("drift", "glottis", "flow", "trust", "paths", "modes")  # each stands on those before it
+_STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # each stands on those before it
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
 _BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
@@ -69,10 +69,10 @@ class Chain:
 
     def _area(self) -> GlottalArea:
         names = ("left", "right", "left_edge", "right_edge")
-        return GlottalArea(*self._results.read(*(f"glottis/{name}" for name in names)))
+        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))
 
     def _midline(self) -> Midline:
-        return Midline.between(*self._results.read("glottis/midline"))
+        return Midline.between(*self._results.read("sides/midline"))
 
     def _watched(self, what: str, items: Iterable[T], total: int) -> Iterator[T]:
         """The items, with a bar on standard error."""
@@ -95,54 +95,71 @@ class Chain:
             found = drift(self._watched("drift again", recording.frames(), recording.count), still)
         self._results.store("drift", motion=found.motion, likeness=found.likeness)
 
+    def correct(self, masks: Mapping[int, Mask]) -> None:
+        """Take these masks for their frames, beside those drawn before; without any, drop all of them.
+
+        VideoError, and nothing changed, where they do not tell how the glottis looks.
+        """
+        before = self._results.drawn()
+        drawn = {**before, **masks} if masks else {}
+        if drawn.keys() == before.keys() and all(np.array_equal(before[k], drawn[k]) for k in drawn):
+            return
+        if "drift" not in self._results:
+            self._drift()
+        learn(self._steady(), drawn)
+        self._results.correct(drawn)
+
     def _glottis(self) -> None:
-        drawn, steady = self._results.drawn(), self._steady()
+        drawn, steady, lost = self._results.drawn(), self._steady(), self._drifted().lost
         look = learn(steady, drawn)
-        ends = self._settings.midline
 
         def add(file: h5py.File) -> None:
             group = file.create_group("glottis")
-            kept = group.create_dataset(
-                "mask",
-                (self._count, *self._shape),
-                bool,
-                chunks=(1, *self._shape),
-                compression="gzip",
-                compression_opts=1,
-            )
-            band = np.empty((self._count, 2))
+            packed = {"chunks": (1, *self._shape), "compression": "gzip", "compression_opts": 1}
+            kept = group.create_dataset("mask", (self._count, *self._shape), np.uint8, **packed)
+            kept.attrs["units"] = "1"
+            band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             tissue = np.ones(self._shape, dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
                 mask = drawn.get(index)
-                if mask is None:
+                if mask is not None:
+                    band[index] = mask.sum()
+                elif lost[index]:
+                    mask = np.zeros(self._shape, dtype=bool)
+                    band[index] = np.nan
+                else:
                     mask = look.mask(frame)
                     band[index] = [look.mask(frame, share).sum() for share in _BAND]
-                else:
-                    band[index] = mask.sum()
                 kept[index] = mask
+                border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
-            midline = find_midline(_each(kept)) if ends is None else Midline.between(ends)
-            area = areas(_each(kept), midline)
-            folds = tissue & _near(midline, self._shape)
-            sharpness, saturated = _light(self._recording, folds)
-            lines = kymogram(steady, midline, self._settings.kymogram, 0.25 * min(self._shape))
-            fill(
-                group,
-                left=area.left,
-                right=area.right,
-                left_edge=area.left_edge,
-                right_edge=area.right_edge,
-                least=np.minimum(band[:, 0], area.total),
-                largest=np.maximum(band[:, 1], area.total),
-                tissue=tissue,
-                folds=folds,
-                sharpness=sharpness,
-                saturated=saturated,
-                midline=np.array([*midline.upper, *midline.lower]),
-                kymogram=lines.astype(np.float32),
-            )
+            fill(group, least=band.min(axis=1), largest=band.max(axis=1), border=border, tissue=tissue)
 
         self._results.change(add)
+
+    def _sides(self) -> None:
+        masks, ends = self._results.masks, self._settings.midline
+        midline = find_midline(masks()) if ends is None else Midline.between(ends)
+        (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
+        area = areas(masks(), midline)
+        if ends is not None and not (area.left.any() and area.right.any()):
+            raise VideoError(
+                f"Midline: {', '.join(f'{end:g}' for end in ends)} px; must have glottis on both of "
+                "its sides."
+            )
+        sides = {name: np.where(lost, np.nan, values) for name, values in vars(area).items()}
+        folds = (tissue > 0) & _near(midline, self._shape)
+        sharpness, saturated = _light(self._recording, folds)
+        lines = kymogram(self._steady(), midline, self._settings.kymogram, 0.25 * min(self._shape))
+        self._results.store(
+            "sides",
+            **sides,
+            midline=np.array([*midline.upper, *midline.lower]),
+            folds=folds,
+            sharpness=sharpness,
+            saturated=saturated,
+            kymogram=lines.astype(np.float32),
+        )
 
     def _flow(self) -> None:
         pairs = self._count - 1
@@ -151,11 +168,11 @@ class Chain:
         prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
         with h5py.File(self._flows, "r+") as file:
-            stale = np.flatnonzero(file["masks"][:] != asked)
+            stale = np.flatnonzero(file["checksum"][:] != asked)
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
                 self._store_pair(file, index, before, after)
                 file.flush()
-                file["masks"][index] = asked[index]
+                file["checksum"][index] = asked[index]
                 file.flush()
         self._results.change(lambda results: results.__setitem__("flow", h5py.ExternalLink("flow.h5", "/")))
 
@@ -169,7 +186,7 @@ class Chain:
                 lay_out(file, "round_trip", large, "f4", "px", None)
                 lay_out(file, "residual", (pairs,), "f8", "grey levels", np.nan)
                 lay_out(file, "warp_error", (pairs,), "f8", "grey levels", np.nan)
-                lay_out(file, "masks", (pairs,), "u8", "checksum of both masks; 0: not done", 0)
+                lay_out(file, "checksum", (pairs,), "u8", "checksum of both masks; 0: not done", 0)
 
         replaced(self._flows, write)
 
@@ -210,41 +227,21 @@ class Chain:
         file["warp_error"][index] = warp_error(before.frame, after.frame, pair.flow).rms
 
     def _trust(self) -> None:
-        names = ("folds", "sharpness", "saturated")
-        folds, sharp, saturated = self._results.read(*(f"glottis/{name}" for name in names))
+        (folds,) = self._results.read("sides/folds")
         pairs = self._count - 1
         mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
-        area, midline = self._area(), self._midline()
         with h5py.File(self._flows, "r") as file:
-            residual = file["residual"][:]
             flows = (file["uv"][k] for k in range(pairs))
-            edges = edge_agreement(flows, self._results.masks(), area, midline)
+            edges = edge_agreement(flows, self._results.masks(), self._area(), self._midline())
             for k in range(pairs):
                 missed = np.hypot(*np.moveaxis(file["round_trip"][k], -1, 0))
-                mismatch[k] = _median(missed[folds])
+                mismatch[k] = _median(missed[folds > 0])
                 trusted += missed < _CLOSES
-        total = area.total
-        drifted = self._drifted()
-        moved = np.linalg.norm(np.diff(drifted.motion[:, :2], axis=0, prepend=0.0), axis=1)
-        shut = total <= 0.02 * total.max()
-        flags: list[list[str]] = [[] for _ in range(self._count)]
-        for name, wrong in (
-            ("collision", shut & (np.diff(total, prepend=total[0]) < 0)),
-            ("blur", sharp < 0.5 * np.median(sharp)),
-            ("saturation", saturated > 0.05),
-            ("drift", moved > 1.0),
-            ("lost", drifted.lost),
-            ("residual", np.append(residual > 3 * _median(residual), False)),
-            ("blind", np.append(np.isnan(residual), False)),
-        ):
-            for k in np.flatnonzero(wrong).tolist():
-                flags[k].append(name)
         self._results.store(
             "trust",
             mismatch=mismatch,
             confidence=(trusted / pairs).astype(np.float32),
             edges=np.array(astuple(edges)),
-            flags=np.array([", ".join(flag) for flag in flags], dtype=h5py.string_dtype()),
         )
 
     def _paths(self) -> None:
@@ -261,7 +258,7 @@ class Chain:
     def _modes(self) -> None:
         tissue, confidence = self._results.read("glottis/tissue", "trust/confidence")
         midline = self._midline()
-        used = tissue & (confidence >= _TRUSTED)
+        used = (tissue > 0) & (confidence >= _TRUSTED)
         if not used.any():
             raise VideoError(
                 f"Modes: no pixel of tissue is seen well in {_TRUSTED:.0%} of the pairs of frames; must be "
@@ -283,17 +280,12 @@ class Chain:
             mean=found.mean.astype(np.float32),
             patterns=found.patterns.astype(np.float32),
             coefficients=found.coefficients,
-            error=_running_rms(error) / np.sqrt(2.0),
+            round_trip=_running_rms(error) / np.sqrt(2.0),
             share=found.share,
             symmetry=found.symmetry(midline),
             variance=np.array(found.variance),
             used=used,
         )
-
-
-def _each(dataset: h5py.Dataset) -> Iterator[Mask]:
-    """Its entries, one at a time."""
-    return (dataset[k] for k in range(dataset.shape[0]))
 
 
 def _near(midline: Midline, shape: tuple[int, int]) -> Mask:

@@ -171,9 +171,9 @@ class _Level:
         scale = np.sqrt(np.diag(normal))
         if not (scale > 0).all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e6:
             raise VideoError(
-                f"Drift: the {int(self._used.sum())} still pixels have too little texture to tell the "
-                "endoscope's motion; must have some. Leave the correction out (--no-drift), or take in more "
-                "of the frame."
+                f"Drift: in frame 0 the {int(self._used.sum())} still pixels have too little texture to tell "
+                "the endoscope's motion; must have some. Is that frame blank? Cut it off; else leave the "
+                "correction out (--no-drift), or take in more of the frame."
             )
 
     def align(self, frame: npt.NDArray[np.floating], start: Floats) -> tuple[Floats, float]:

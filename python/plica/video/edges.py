@@ -55,7 +55,7 @@ def edge_agreement(
         near = ndimage.binary_dilation(before, iterations=_NEAR) & ~before & band
         for edge, half, sign in ((area.left_edge, ~right, -1.0), (area.right_edge, right, 1.0)):
             beside = near & half
-            if min(edge[k], edge[k + 1]) > 0 and beside.any():
+            if edge[k] > 0 and edge[k + 1] > 0 and beside.any():
                 ways.append(sign * (edge[k + 1] - edge[k]))
                 moved.append(float((flow[beside] @ midline.across).mean()))
     x, y = np.array(ways), np.array(moved)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.video.analysis import Analysis
 
-__all__ = ["sections", "side"]
+__all__ = ["sections"]
 
 _SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
 _MOST_PATHS = 4000
@@ -28,15 +28,6 @@ def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
     return [glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
 
 
-def side(found: Analysis, name: str) -> str:
-    """ "left" or "right" in the image, and whose it is where that is known."""
-    patient_left = found.settings.patient_left
-    if patient_left is None:
-        return f"{name} in the image"
-    whose = "left" if name == patient_left else "right"
-    return f"{name} in the image (the patient's {whose})"
-
-
 def _end(found: Analysis, name: str) -> str:
     """ "upper" or "lower" end, and which it is where that is known."""
     anterior = found.settings.anterior
@@ -49,11 +40,16 @@ def _time(found: Analysis) -> tuple[npt.NDArray[np.float64], str]:
     return (1e3 * found.time, "time (ms)") if found.settings.fps else (found.time, "frame")
 
 
+def _length(found: Analysis) -> tuple[float, str]:
+    """What a pixel is, and in which unit."""
+    return (found.settings.mm_per_px, "mm") if found.settings.mm_per_px else (1.0, "px")
+
+
 def _area(found: Analysis) -> Drawing:
     time, name = _time(found)
     waves = found.waveforms
     unit = "mm²" if found.settings.mm_per_px else "px²"
-    known = [(f"area_{name}", side(found, name), colour) for name, colour in (("left", blue), ("right", red))]
+    known = [(f"area_{name}", found.side(name), colour) for name, colour in (("left", blue), ("right", red))]
 
     def paint(figure: Figure) -> None:
         axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(12, 1))
@@ -86,17 +82,18 @@ def _phases(axes: Axes, found: Analysis, time: npt.NDArray[np.float64]) -> None:
 
 
 def _kymograms(found: Analysis) -> Drawing:
-    pictures, places = found["glottis/kymogram"], found.settings.kymogram
+    pictures, places = found["sides/kymogram"], found.settings.kymogram
+    size, unit = _length(found)
     time, name = _time(found)
 
     def paint(figure: Figure) -> None:
         for axes, picture, place in zip(
             figure.subplots(len(places), 1, sharex=True, squeeze=False)[:, 0], pictures, places, strict=True
         ):
-            half = picture.shape[1] / 2
+            half = size * picture.shape[1] / 2
             extent = (float(time[0]), float(time[-1]), half, -half)
             axes.imshow(picture.T, cmap="gray", aspect="auto", extent=extent, vmin=0, vmax=255)
-            axes.set_ylabel(f"{place:g}\nacross (px)")
+            axes.set_ylabel(f"{place:g}\nacross ({unit})")
         axes.set_xlabel(name)
 
     caption = (
@@ -117,13 +114,15 @@ def coloured(pattern: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
 
 
 def _modes(found: Analysis) -> Drawing:
-    patterns, share = found.modes.patterns[:3], found.modes.share
+    patterns, share, used = found.modes.patterns[:3], found.modes.share, found.modes.mask
     symmetry = found["modes/symmetry"]
 
     def paint(figure: Figure) -> None:
         panels = figure.subplots(1, len(patterns) + 1, width_ratios=[1] * len(patterns) + [0.22])
         for k, (axes, pattern) in enumerate(zip(panels, patterns, strict=False)):
-            axes.imshow(coloured(pattern))
+            picture = coloured(pattern)
+            picture[~used] = 0.35
+            axes.imshow(picture)
             axes.set_title(f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f}")
         y, x = np.mgrid[-1:1:61j, -1:1:61j]
         wheel = coloured(np.stack([x, y], axis=-1))
@@ -133,14 +132,15 @@ def _modes(found: Analysis) -> Drawing:
             axes.set_axis_off()
 
     caption = (
-        "Principal modes of the tissue's motion: colour is the direction, brightness the size; share of "
-        "the variance; likeness to the mirror image in the midline, +1 symmetric, -1 in opposite phase."
+        "Principal modes of the tissue's motion: colour is the direction, brightness the size; grey does "
+        "not count. Share of the variance; likeness to the mirror image in the midline: +1 symmetric, -1 "
+        "in opposite phase."
     )
     return draw("modes", caption, "Principal modes of the motion", (9, 3.4), paint)
 
 
 def _coefficients(found: Analysis) -> Drawing:
-    values, error = found.waveforms["mode_coefficients"], found.waveforms["mode_error"]
+    values, error = found.waveforms["mode_coefficients"], found.waveforms["mode_round_trip"]
     time, name = _time(found)
 
     def paint(figure: Figure) -> None:
@@ -156,8 +156,9 @@ def _coefficients(found: Analysis) -> Drawing:
         label_ends(axes, [(f"mode {k + 1}", colour) for k, colour in chosen])
 
     caption = (
-        "Coefficients of the modes over time; positive: the folds part. Band: what going to the next frame"
-        " and back misses in this mode, over the root of two; what both ways have in common it does not see."
+        "Coefficients of the modes over time, px summed in squares over all pixels that count; positive: "
+        "the folds part. Band: what going to the next frame and back misses in this mode, over the root of"
+        " two; what both ways have in common it does not see."
     )
     return draw("coefficients", caption, "Mode coefficients over time", (9, 2.6), paint)
 
@@ -165,7 +166,7 @@ def _coefficients(found: Analysis) -> Drawing:
 def _paths(found: Analysis) -> Drawing:
     places, closing = found.paths.places, found["paths/closing"]
     cycles = found.cycles
-    size, unit = (found.settings.mm_per_px, "mm") if found.settings.mm_per_px else (1.0, "px")
+    size, unit = _length(found)
     begin, end = (0, found.count) if not cycles.count else np.searchsorted(found.time, cycles.starts[:2])
     end = min(int(end) + 1, found.count)
     frame = found.frames().frame(int(begin))
@@ -195,8 +196,9 @@ def _paths(found: Analysis) -> Drawing:
         if told.size
         else ""
     )
+    scale = f"{times} times as large" if times > 1 else "as they are"
     caption = (
-        f"Paths of points of the tissue over a cycle, drawn {times} times as large. Colour: how far a point"
+        f"Paths of points of the tissue over a cycle, drawn {scale}. Colour: how far a point"
         f" is from where it was a period before, the median over the cycles{missed}."
     )
     return draw("paths", caption, "Paths of points over a cycle", (9, 5.6), paint)
@@ -217,13 +219,13 @@ def _trust(found: Analysis) -> Drawing:
         lower.set_ylim(bottom=0)
         lower.set_xlabel(name)
         upper.margins(x=0)
-        label_ends(upper, [("residual", purple), ("warp error, Eq. (16)", grey)])
+        label_ends(upper, [("residual", purple), ("warp error", grey)])
 
     caption = (
         "Residual: root mean square of what is left of the brightness difference after the motion, on "
-        "tissue. Warp error: Paper C's measure, over the whole frame; it rewards smooth flow and is given "
-        "for comparison. Mismatch: on the folds, median distance from the start after going to the next "
-        "frame and back."
+        "tissue. Warp error: the measure of Granados (2016), over the whole frame; it rewards smooth flow "
+        "and is given for comparison. Mismatch: on the folds, median distance from the start after going "
+        "to the next frame and back."
     )
     return draw("trust", caption, "Residual, warp error and mismatch over time", (9, 3.2), paint)
 

@@ -18,6 +18,8 @@ def flow_of_files(
     first: Path, second: Path, output: Path, *, preset: str, truth: Path | None, mask: Path | None
 ) -> str:
     """Write the flow between two pictures to `output`; returns what to say about it."""
+    if output.suffix.lower() != ".flo":
+        raise InvalidInput(f"flow: output = {output}; must end in .flo, Middlebury's format.")
     if not output.absolute().parent.is_dir():
         raise StorageFailed(f"flow: {output} cannot be written: its directory does not exist.")
     one, two = read_image(first), read_image(second)

@@ -18,6 +18,8 @@ __all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
 
 Mask = npt.NDArray[np.bool_]
 
+_NOISE = 0.03  # of the contrast
+
 
 @dataclass(frozen=True)
 class Look:
@@ -29,14 +31,17 @@ class Look:
         Grey of the glottis and of the tissue around it.
     reach : (h, w) bool
         Where it can be.
+    blur : float
+        px, by which frames are blurred against noise: none that is not needed, as it closes narrow slits.
     """
 
     dark: float
     tissue: float
     reach: Mask
+    blur: float
 
     def mask(self, frame: Grey, share: float = 0.5) -> Mask:
-        """(h, w) where a frame, blurred by a pixel, is darker than this share of the way from dark to tissue.
+        """(h, w) where a blurred frame is darker than this share of the way from dark to tissue.
 
         A half is where a blurred step stands. Beyond the reach, what is dark is another thing: a shadow, the
         rim of the endoscope's view.
@@ -45,7 +50,7 @@ class Look:
 
         near = ndimage.binary_dilation(self.reach, iterations=max(2, round(0.01 * max(self.reach.shape))))
         level = self.dark + share * (self.tissue - self.dark)
-        return region_below(np.where(near, blurred(frame), np.inf), level, self.reach)
+        return region_below(np.where(near, blurred(frame, self.blur), np.inf), level, self.reach)
 
 
 def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
@@ -74,24 +79,49 @@ def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
         found = _segmented(recording)
     largest = max(mask.sum() for _, mask in found)
     reach = np.zeros(recording.shape, dtype=bool)
-    dark, tissue, noise = [], [], []
+    dark: list[float] = []
+    tissue: list[float] = []
+    noise: list[float] = []
     for raw, mask in found:
         if mask.sum() < 0.3 * largest:
             continue
         frame = blurred(raw)
-        noise.append(1.4826 * np.median(np.abs(raw - frame)))
+        noise.append(1.4826 * float(np.median(np.abs(raw - frame))))
         depth = ndimage.distance_transform_edt(mask)
-        dark.append(np.median(frame[depth >= max(1.0, float(np.median(depth[mask])))]))  # away from the edge
-        tissue.append(np.median(frame[around(mask)]))
+        dark.append(
+            float(np.median(frame[depth >= max(1.0, float(np.median(depth[mask])))]))
+        )  # away from the edge
+        outside = around(mask)
+        tissue.append(float(np.median(frame[outside])) if outside.any() else float("nan"))
         reach |= mask
+    named = ", ".join(map(str, sorted(shown)))
+    if shown and np.isnan(tissue).any():
+        raise VideoError(
+            f"Masks: those drawn (frames {named}); must leave tissue around the glottis: white where the "
+            "glottis is, black elsewhere."
+        )
     contrast = float(np.median(tissue) - np.median(dark))
+    if shown and not contrast > 0:
+        raise VideoError(
+            f"Masks: what is drawn (frames {named}) is {-contrast:.3g} grey levels brighter than what is "
+            "around it; must be darker: white where the glottis is, black elsewhere."
+        )
     if not contrast > 2 * np.median(noise):
         raise VideoError(
             f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, "
             f"the noise {np.median(noise):.3g}; must be more than twice as much. Is this a recording of a "
             "larynx?"
         )
-    return Look(float(np.median(dark)), float(np.median(tissue)), reach)
+    return Look(
+        float(np.median(dark)), float(np.median(tissue)), reach, _needed(float(np.median(noise)) / contrast)
+    )
+
+
+def _needed(noise: float) -> float:
+    """The blur s (px, at most 1) by which white noise falls to 3 % of the contrast: 1 / (2 sqrt(pi) s) of it
+    is left."""
+    blur = min(noise / _NOISE / (2 * np.sqrt(np.pi)), 1.0)
+    return blur if noise > _NOISE else 0.0
 
 
 def masks(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Iterator[Mask]:
@@ -126,10 +156,22 @@ def _segmented(recording: Frames) -> list[tuple[Grey, Mask]]:
 
 
 def write_masks(folder: Path, frames: Mapping[int, tuple[Grey, Mask]]) -> None:
-    """``mask_N.png``, white where the glottis is, and ``frame_N.png`` to draw it on, N being the frame."""
+    """``mask_N.png``, white where the glottis is, and ``frame_N.png`` to draw it on, N being the frame.
+
+    Raises
+    ------
+    VideoError
+        Where one is there already: someone may have drawn on it.
+    """
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)
+    for index in frames:
+        path = folder / f"mask_{index:05d}.png"
+        if path.exists():
+            raise VideoError(
+                f"Masks: {path} is there; must not be, as someone may have drawn it. Choose another folder."
+            )
     for index, (frame, mask) in frames.items():
         seen = np.clip(np.round(frame), 0, 255).astype(np.uint8)
         Image.fromarray(seen).save(folder / f"frame_{index:05d}.png")
@@ -144,11 +186,15 @@ def read_masks(folder: Path, shape: tuple[int, int]) -> dict[int, Mask]:
     VideoError
         Where there is none, or one without a number or of another size.
     """
+    if not folder.is_dir():
+        raise VideoError(f"Masks: {folder} is no folder; must be one with mask_N.png in it.")
     drawn: dict[int, Mask] = {}
     for path in sorted(folder.glob("mask_*.png")):
         number = path.stem.removeprefix("mask_")
         if not number.isdecimal():
             raise VideoError(f"Masks: {path.name}; must be mask_N.png with N the number of a frame.")
+        if int(number) in drawn:
+            raise VideoError(f"Masks: {path.name} is a second mask of frame {int(number)}; must be one.")
         image = read_image(path)
         if image.shape != shape:
             raise VideoError(

@@ -43,7 +43,7 @@ class Midline:
             raise VideoError(
                 f"Midline: it runs {abs(lean):.0f} degrees from the vertical; must be within {_STEEPEST:g}, "
                 "with its upper end first, so that left and right are those of the image. Turn the frames "
-                f"(--rotation {-lean:.0f})."
+                f"by {-lean:.0f} degrees more (--rotation)."
             )
 
     @classmethod
@@ -104,7 +104,7 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
     if not spreads[1] > 2.0 * spreads[0]:
         raise VideoError(
             f"Midline: the glottis is {np.sqrt(spreads[1] / max(spreads[0], 1e-12)):.2g} times as long as "
-            "wide; must be clearly longer. Set the midline's two ends."
+            "wide; must be clearly longer. Does it open? Set the midline's two ends, or draw a mask."
         )
     along = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
     across = np.array([along[1], -along[0]])

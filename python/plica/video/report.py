@@ -18,7 +18,8 @@ import numpy.typing as npt
 from plica.phonation.storage import replaced
 from plica.report.wording import number
 from plica.video.analysis import Analysis
-from plica.video.figures import sections, side
+from plica.video.figures import sections
+from plica.video.quality import in_doubt
 from plica.video.settings import Settings
 
 __all__ = ["write_report"]
@@ -28,8 +29,8 @@ _FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not
 _NAMES = {
     "fundamental_frequency": "Fundamental frequency",
     "open_quotient": "Open quotient",
-    "amplitude_left": "Amplitude",
-    "amplitude_right": "Amplitude",
+    "amplitude_left": "Amplitude, left",
+    "amplitude_right": "Amplitude, right",
     "amplitude_asymmetry": "Amplitude asymmetry",
     "phase_asymmetry": "Phase asymmetry",
     "glottal_area_max": "Largest glottal area",
@@ -55,7 +56,7 @@ def write_report(found: Analysis) -> Path:
         quality=_quality(found),
         frames=pictures,
         frames_json=json.dumps(pictures),
-        numbers=json.dumps([int(k) for k in shown]),
+        labels=json.dumps([f"frame {k} {found.flags[k]}" for k in shown]),
         shown="Every frame" if shown.size == found.count else f"{shown.size} of {found.count} frames",
         rows=_rows(found),
         sections=sections(found),
@@ -86,16 +87,14 @@ def _remark(found: Analysis) -> str:
 
 
 def _quality(found: Analysis) -> tuple[str, str]:
-    if not found.complete:
-        return "", "The motion of the tissue was not looked at (plica video does it)."
-    doubtful = sum(bool(flag.replace("collision", "").strip(", ")) for flag in found.flags)
-    share = doubtful / len(found.flags)
+    doubtful = [flag for flag in found.flags if in_doubt(flag)]
+    share = len(doubtful) / found.count
     light = "good" if share < 0.02 else "fair" if share < 0.15 else "bad"
-    reasons = Counter(
-        reason for flag in found.flags for reason in flag.split(", ") if reason not in ("", "collision")
-    )
+    reasons = Counter(reason for flag in doubtful for reason in flag.split(", ") if in_doubt(reason))
     why = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
-    said = f"{doubtful} of {len(found.flags)} frames are in doubt{': ' + why if why else ''}. "
+    said = f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}. "
+    if not found.complete:
+        return light, said + "The motion of the tissue was not looked at (plica video does it)."
     edges = found.edges
     if not np.isfinite(edges.correlation):
         return light, said + "Too few ways of the folds' edges are seen to hold the flow against them."
@@ -115,10 +114,9 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
         if measure.spread is not None:
             text += f" ± {number(measure.spread)}"
         cycles = f"{measure.cycles} cycles" if measure.cycles else ""
-        which = name.removeprefix("amplitude_")
         rows.append(
             {
-                "name": f"{label}, {side(found, which)}" if which in ("left", "right") else label,
+                "name": label,
                 "value": text,
                 "unit": {"1": ""}.get(measure.unit, measure.unit.replace("^2", "²")),
                 "note": "; ".join(filter(None, (cycles, measure.note))),
@@ -128,7 +126,7 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
 
 
 def _command(found: Analysis) -> str:
-    words = ["plica", "video", str(found.source), "-o", str(found.directory)]
+    words = ["plica", "video", str(found.source), "-o", str(found.directory.resolve())]
     default = Settings()
     for entry in fields(Settings):
         value = getattr(found.settings, entry.name)
@@ -139,7 +137,8 @@ def _command(found: Analysis) -> str:
             continue
         text = ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else str(value)
         words += [f"--{entry.name.replace('_', '-')}", text]
-    return shlex.join(words)
+    drawn = f" --masks DRAWN (those of drawn/ in results.h5: frames {', '.join(map(str, found.drawn))})"
+    return shlex.join(words) + (drawn if found.drawn else "")
 
 
 def _overlays(found: Analysis, shown: npt.NDArray[np.int_]) -> list[npt.NDArray[np.uint8]]:

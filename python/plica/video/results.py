@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,36 @@ __all__ = ["Results", "fill"]
 
 Mask = npt.NDArray[np.bool_]
 
+_CHANGES = {
+    "fps": (),
+    "mm_per_px": (),
+    "anterior": (),
+    "patient_left": (),
+    "kymogram": ("sides",),
+    "midline": ("sides", "trust", "paths", "modes"),
+    "modes": ("modes",),
+}
+"""Settings that may change, each with the groups to be made again."""
+
+_UNITS = {
+    "drift/motion": "px to the right, px down, rad clockwise",
+    "glottis/least": "px^2",
+    "glottis/largest": "px^2",
+    "sides/left": "px^2",
+    "sides/right": "px^2",
+    "sides/left_edge": "px",
+    "sides/right_edge": "px",
+    "sides/midline": "px: x, y of the upper end, x, y of the lower",
+    "sides/kymogram": "grey levels",
+    "trust/mismatch": "px",
+    "paths/places": "px: x, y",
+    "paths/closing": "px",
+    "modes/mean": "px: to the right, down",
+    "modes/coefficients": "px",
+    "modes/round_trip": "px",
+    "modes/variance": "px^2",
+}  # others are pure numbers
+
 
 class Results:
     """The file, read and written in one piece: a kill at any moment leaves the old one or the new one."""
@@ -30,55 +61,62 @@ class Results:
         with h5py.File(self.path, "r") as file:
             return name in file
 
-    def claim(self, source: Path, recording: Recording, settings: Settings) -> None:
-        """Mark them as of this recording and these settings; VideoError where they are of others."""
+    def claim(self, source: Path, recording: Recording, settings: Settings) -> Settings:
+        """Mark them as of this recording and these settings; groups that stand on other ones are dropped.
+
+        Returns the settings with what was said of the recording before, where nothing is said now. VideoError
+        where the results are of another recording, or of settings for which everything is to be done again.
+        """
         size = f"{recording.shape[1]} x {recording.shape[0]}"
         low, high = recording.scale
-        asked = {
-            "source": str(source.resolve()),
-            "recording": f"{recording.count} frames of {size} px, grey {low:g} to {high:g}",
-            "settings": settings.as_json(),
-        }
+        shown = f"{recording.count} frames of {size} px, grey {low:g} to {high:g}"
+        stale: set[str] = set()
         if self.path.exists():
             with h5py.File(self.path, "r") as file:
-                there = {name: str(file.attrs.get(name, "")) for name in asked}
-            if there == asked:
-                return
-            self._compare(there, asked)
-        self.change(lambda file: file.attrs.update({**asked, "scale": recording.scale}))
-
-    def _compare(self, there: Mapping[str, str], asked: Mapping[str, str]) -> None:
-        where = self.path.parent
-        if there["source"] != asked["source"]:
-            raise VideoError(
-                f"Video: {where} holds an analysis of {there['source'] or 'something else'}; must be of "
-                f"{asked['source']}. Choose another directory."
-            )
-        old, new = (Settings.from_json(texts["settings"]).computing() for texts in (there, asked))
-        for name, value in new.items():
-            if old[name] != value:
+                there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
+            if not there["settings"]:
                 raise VideoError(
-                    f"Video: {where} holds an analysis with {name} = {old[name]}; must be {value}. Choose "
+                    f"Video: {self.path} is no analysis of a recording; must be, or not be there. Choose "
                     "another directory."
                 )
-        if there["recording"] != asked["recording"]:
-            raise VideoError(
-                f"Video: {asked['source']} has {asked['recording']}; must have {there['recording']}, as when "
-                f"its analysis in {where} began. Choose another directory."
-            )
+            settings, stale = self._merged(Settings.from_json(there["settings"]), settings)
+            if there["recording"] != shown:
+                raise VideoError(
+                    f"Video: {source} has {shown}; must have {there['recording']}, like the recording whose "
+                    f"analysis is in {self.path.parent}. Choose another directory."
+                )
+        marks = {"source": str(source.resolve()), "recording": shown, "settings": settings.as_json()}
+        self.change(lambda file: file.attrs.update({**marks, "scale": recording.scale}), without=stale)
+        return settings
+
+    def _merged(self, old: Settings, new: Settings) -> tuple[Settings, set[str]]:
+        said = {name: getattr(old, name) for name, stale in _CHANGES.items() if not stale}
+        new = replace(new, **{name: value for name, value in said.items() if getattr(new, name) is None})
+        stale: set[str] = set()
+        for name, value in asdict(new).items():
+            before = getattr(old, name)
+            if before == value:
+                continue
+            if name not in _CHANGES:
+                raise VideoError(
+                    f"Video: {name} is {_shown(value)}; must be {_shown(before)}, as in the analysis in "
+                    f"{self.path.parent}, all of which stands on it. Choose another directory."
+                )
+            stale |= set(_CHANGES[name])
+        return new, stale
 
     def correct(self, drawn: Mapping[int, Mask]) -> None:
-        """Take these masks for their frames, and drop what stands on others: all but the drift."""
-        there = self.drawn()
-        if there.keys() == drawn.keys() and all(np.array_equal(there[k], drawn[k]) for k in drawn):
-            return
+        """Keep these masks as drawn by hand, and drop what stands on others: all but the drift."""
 
         def add(file: h5py.File) -> None:
-            file["drawn/frames"] = np.array(sorted(drawn))
-            masks = np.array([drawn[k] for k in sorted(drawn)])
-            file.create_dataset("drawn/masks", data=masks, compression="gzip", compression_opts=1)
+            if drawn:
+                fill(
+                    file.create_group("drawn"),
+                    frames=np.array(sorted(drawn)),
+                    masks=np.array([drawn[k] for k in sorted(drawn)]),
+                )
 
-        self.change(add, only=("drift",))
+        self.change(add, without=("drawn", "glottis", "sides", "flow", "trust", "paths", "modes"))
 
     def read(self, *names: str) -> list[Any]:
         """Data sets by their names."""
@@ -90,30 +128,35 @@ class Results:
         with h5py.File(self.path, "r") as file:
             if "drawn" not in file:
                 return {}
-            return dict(zip(map(int, file["drawn/frames"][()]), file["drawn/masks"][()], strict=True))
+            masks = file["drawn/masks"][()].astype(bool)
+            return dict(zip(file["drawn/frames"][()].tolist(), masks, strict=True))
 
     def masks(self, begin: int = 0) -> Iterator[Mask]:
         """The glottis of each frame from this one on."""
         with h5py.File(self.path, "r") as file:
             kept = file["glottis/mask"]
             for index in range(begin, len(kept)):
-                yield kept[index]
+                yield kept[index].astype(bool)
 
-    def change(self, add: Callable[[h5py.File], None], only: tuple[str, ...] | None = None) -> None:
-        """The file with what is added, and of what is there all or only these groups, takes its place."""
+    def change(self, add: Callable[[h5py.File], None], without: Iterable[str] = ()) -> None:
+        """The file but for these groups, and with what is added, takes the place of the one that is there."""
+        # Made in memory: HDF5 does not survive a full disk.
+        with h5py.File("results", "w", driver="core", backing_store=False) as file:
+            if self.path.exists():
+                with h5py.File(self.path, "r") as old:
+                    file.attrs.update(old.attrs)
+                    for name in set(old) - set(without):
+                        link = old.get(name, getlink=True)
+                        if isinstance(link, h5py.ExternalLink):
+                            file[name] = link
+                        else:
+                            old.copy(name, file)
+            add(file)
+            file.flush()
+            image = file.id.get_file_image()
 
         def write(draft: Path) -> None:
-            with h5py.File(draft, "w") as file:
-                if self.path.exists():
-                    with h5py.File(self.path, "r") as old:
-                        file.attrs.update(old.attrs)
-                        for name in old if only is None else set(old) & set(only):
-                            link = old.get(name, getlink=True)
-                            if isinstance(link, h5py.ExternalLink):
-                                file[name] = link
-                            else:
-                                old.copy(name, file)
-                add(file)
+            draft.write_bytes(image)
 
         replaced(self.path, write)
 
@@ -123,9 +166,16 @@ class Results:
 
 
 def fill(group: h5py.Group, **arrays: Any) -> None:
-    """Add data sets, the larger ones packed."""
+    """Add data sets, the larger ones packed, truth values as 0 and 1, each with its unit."""
     for name, value in arrays.items():
-        packed = isinstance(value, np.ndarray) and value.size > 10_000
-        group.create_dataset(
-            name, data=value, **({"compression": "gzip", "compression_opts": 1} if packed else {})
-        )
+        value = np.asarray(value) if not hasattr(value, "dtype") else value
+        value = value.astype(np.uint8) if value.dtype == bool else value
+        packed = {"compression": "gzip", "compression_opts": 1} if value.size > 10_000 else {}
+        data = group.create_dataset(name, data=value, **packed)
+        data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "not given"
+    return ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else f"{value}"

@@ -142,11 +142,13 @@ def region_below(image: Floats, threshold: float, reach: Mask) -> Mask:
     return np.asarray(ndimage.binary_fill_holes(np.isin(labels, kept)))
 
 
-def blurred(image: Floats) -> Floats:
-    """(h, w) by a Gaussian of one pixel: noise falls, a step stays where it is."""
+def blurred(image: Floats, by: float = 1.0) -> Floats:
+    """(h, w) by a Gaussian of `by` px: noise falls, a step stays where it is."""
     from scipy import ndimage
 
-    return np.asarray(ndimage.gaussian_filter(np.asarray(image, dtype=float), 1.0, mode="mirror"))
+    if by == 0:
+        return np.asarray(image, dtype=float)
+    return np.asarray(ndimage.gaussian_filter(np.asarray(image, dtype=float), by, mode="mirror"))
 
 
 def around(mask: Mask) -> Mask:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -55,6 +56,15 @@ class Settings:
     """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower."""
 
     def __post_init__(self) -> None:
+        for name in ("fps", "mm_per_px", "rotation"):
+            number = getattr(self, name)
+            if number is None and name != "rotation":
+                continue
+            if isinstance(number, bool) or not isinstance(number, int | float):
+                raise VideoError(f"Video: {name} = {number!r}; must be a number.")
+            if not (math.isfinite(number) and (number > 0 or name == "rotation")):
+                must = "finite" if name == "rotation" else "> 0 and finite, or left out if unknown"
+                raise VideoError(f"Video: {name} = {number:g}; must be {must}.")
         for name, value, known in (
             ("preset", self.preset, tuple(PRESETS)),
             ("anterior", self.anterior, ("upper", "lower")),

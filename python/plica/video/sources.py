@@ -50,9 +50,14 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
     """The source for what this path holds. Raises VideoError."""
     if not path.exists():
         raise VideoError(f"Recording: {path} does not exist.")
+    suffix = path.suffix.lower()
+    if dataset is not None and suffix not in _HDF5:
+        raise VideoError(
+            f'Recording: dataset = "{dataset}" for {path.name}; must be left out but for HDF5 '
+            f"({', '.join(sorted(_HDF5))})."
+        )
     if path.is_dir():
         return Images(path)
-    suffix = path.suffix.lower()
     if path.stat().st_size == 0:
         raise VideoError(f"Recording: {path} is empty: 0 bytes.")
     if suffix in _VIDEO:
@@ -157,7 +162,7 @@ class Images:
     """A folder of images, one a frame, in the order of the numbers in their names."""
 
     def __init__(self, path: Path) -> None:
-        self.name = path.name
+        self.name = path.resolve().name
         self._files = sorted(
             (
                 file
@@ -172,10 +177,25 @@ class Images:
             raise VideoError(
                 f"Recording: the folder {path} has no images; must have some of {', '.join(sorted(_IMAGE))}."
             )
+        self._check_numbers()
         self.count = len(self._files)
         first = _image(self._files[0])
         self.shape = (first.shape[0], first.shape[1])
         check(self.name, self.count, self.shape)
+
+    def _check_numbers(self) -> None:
+        """Frames are as far apart in time as their numbers say."""
+        numbers = [re.findall(r"\d+", file.stem) for file in self._files]
+        if not all(numbers):
+            return
+        steps = np.diff([int(found[-1]) for found in numbers])
+        if steps.size and (steps != steps[0]).any():
+            where = int(np.flatnonzero(steps != np.median(steps))[0])
+            one, other = self._files[where].name, self._files[where + 1].name
+            raise VideoError(
+                f"Recording: {self.name}: the numbers in the names go from {one} to {other}; must be equally "
+                "spaced, like the frames in time. Is one missing? Else number them anew."
+            )
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
         for index, file in enumerate(self._files[begin:end], start=begin):
@@ -312,7 +332,8 @@ def _loaded(path: Path) -> Any:
     try:
         return np.load(path, mmap_mode="r", allow_pickle=False)
     except (ValueError, OSError, EOFError) as error:
-        raise VideoError(f"Recording: {path.name} cannot be read as a NumPy array ({error}).") from None
+        reason = str(error).splitlines()[0] if "pickle" not in str(error) else "no array of numbers"
+        raise VideoError(f"Recording: {path.name} cannot be read as a NumPy array ({reason}).") from None
 
 
 def _image(file: Path) -> npt.NDArray[np.float32]:

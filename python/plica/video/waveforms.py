@@ -36,6 +36,7 @@ class GlottalArea:
     Attributes
     ----------
     left, right : (frames) px^2
+        Not a number where it is not known.
     left_edge, right_edge : (frames) px
         Mean distance of the folds' edges from the midline, over the middle tenth of its length.
     """
@@ -48,6 +49,14 @@ class GlottalArea:
     @property
     def total(self) -> Floats:
         return self.left + self.right
+
+    def filled(self) -> GlottalArea:
+        """With frames whose area is not known (not a number) between their neighbours."""
+        known = np.isfinite(self.total)
+        if known.all() or not known.any():
+            return self
+        frames = np.arange(known.size)
+        return GlottalArea(*(np.interp(frames, frames[known], part[known]) for part in vars(self).values()))
 
 
 def middle(place: Floats, midline: Midline) -> Mask:
@@ -91,18 +100,29 @@ def kymogram(
 
 
 def phases(area: GlottalArea, cycles: Cycles, time: Floats) -> list[str]:
-    """ "closed", "opening", "open" or "closing" for each frame; "" outside the cycles."""
+    """ "closed", "opening", "open" or "closing" for each frame; "" outside the cycles and where the area is
+    not known.
+
+    Closed and open are told by the largest area of the cycle; between them the area falls from its largest
+    value to its least, and rises from there.
+    """
     labels = [""] * time.size
+    total = area.total
     for part in cycles.samples(time):
-        inside = area.total[part]
-        peak = int(inside.argmax())
+        inside = total[part]
+        if not np.isfinite(inside).any():
+            continue
+        peak = int(np.nanargmax(inside))
+        trough = inside.size - 1 - int(np.nanargmin(inside[peak:][::-1]))  # the last of the least
         for k, value in enumerate(inside):
+            if not np.isfinite(value):
+                continue
             if value <= open_share * inside[peak]:
                 labels[part.start + k] = "closed"
             elif value >= wide_share * inside[peak]:
                 labels[part.start + k] = "open"
             else:
-                labels[part.start + k] = "opening" if k < peak else "closing"
+                labels[part.start + k] = "closing" if peak < k <= trough else "opening"
     return labels
 
 
@@ -117,6 +137,7 @@ def measures(
     the amplitude asymmetry is that of the areas' ranges; the phase asymmetry, at the cycles' frequency, is
     positive where the right lags.
     """
+    known, area = area.total, area.filled()
     frequency, px = "Hz" if fps else "1/frame", "mm" if mm_per_px else "px"
     time = np.arange(area.total.size) / (fps or 1.0)
     cycles = find_cycles(time, area.total, name="glottal area")
@@ -136,8 +157,8 @@ def measures(
 
     size = mm_per_px or 1.0
     found = {
-        "glottal_area_max": whole(size**2 * float(area.total.max()), f"{px}^2"),
-        "glottal_area_mean": whole(size**2 * float(area.total.mean()), f"{px}^2"),
+        "glottal_area_max": whole(size**2 * float(np.nanmax(known)), f"{px}^2"),
+        "glottal_area_mean": whole(size**2 * float(np.nanmean(known)), f"{px}^2"),
         "fundamental_frequency": cyclic(1 / cycles.periods, frequency, cycles.note),
         "open_quotient": cyclic(
             opened, "1", f"open: area above {100 * open_share:g} % of the cycle's maximum"
@@ -151,7 +172,7 @@ def measures(
     if length:
         found["glottal_length"] = whole(size * length, px, "of the midline")
         found["glottal_area_max_relative"] = whole(
-            float(area.total.max()) / length**2, "1", "over the square of the glottal length"
+            float(np.nanmax(known)) / length**2, "1", "over the square of the glottal length"
         )
         for name, values in swing.items():
             found[f"{name}_relative"] = cyclic(np.array(values) / length, "1", "over the glottal length")
