@@ -160,9 +160,10 @@ class _Level:
 
         self._blur = blur
         self._first = ndimage.gaussian_filter(np.asarray(first, dtype=float), blur, mode="mirror")
-        rim = np.zeros(still.shape, dtype=bool)
-        rim[8:-8, 8:-8] = True
-        self._used = still & rim
+        apart = round(blur)  # px: a blurred frame says no more between them
+        grid = np.zeros(still.shape, dtype=bool)
+        grid[8:-8:apart, 8:-8:apart] = True
+        self._used = still & grid
         gy, gx = np.gradient(self._first)
         y, x = np.mgrid[0 : still.shape[0], 0 : still.shape[1]].astype(float)
         y, x = y - (still.shape[0] - 1) / 2, x - (still.shape[1] - 1) / 2

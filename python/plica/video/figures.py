@@ -157,8 +157,8 @@ def _coefficients(found: Analysis) -> Drawing:
 
     caption = (
         "Coefficients of the modes over time, px summed in squares over all pixels that count; positive: "
-        "the folds part. Band: what going to the next frame and back misses in this mode, over the root of"
-        " two; what both ways have in common it does not see."
+        "the folds part. Band: what going to the next frame and back misses in this mode, over the root of "
+        "two; a lower bound of the error, as what both ways have in common cancels."
     )
     return draw("coefficients", caption, "Mode coefficients over time", (9, 2.6), paint)
 
@@ -225,7 +225,7 @@ def _trust(found: Analysis) -> Drawing:
         "Residual: root mean square of what is left of the brightness difference after the motion, on "
         "tissue. Warp error: the measure of Granados (2016), over the whole frame; it rewards smooth flow "
         "and is given for comparison. Mismatch: on the folds, median distance from the start after going "
-        "to the next frame and back."
+        "to the next frame and back, a lower bound of the error."
     )
     return draw("trust", caption, "Residual, warp error and mismatch over time", (9, 3.2), paint)
 

@@ -19,6 +19,7 @@ __all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
 Mask = npt.NDArray[np.bool_]
 
 _NOISE = 0.03  # of the contrast
+_LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Look:
 
         near = ndimage.binary_dilation(self.reach, iterations=max(2, round(0.01 * max(self.reach.shape))))
         level = self.dark + share * (self.tissue - self.dark)
-        return region_below(np.where(near, blurred(frame, self.blur), np.inf), level, self.reach)
+        return region_below(np.where(near, blurred(frame, self.blur), np.inf), level, self.reach, _LEAST)
 
 
 def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:

@@ -133,12 +133,13 @@ def relative_brightness(image: Floats) -> Floats:
     return np.asarray(image / (surroundings + max(0.1 * image.max(), 1e-12)))
 
 
-def region_below(image: Floats, threshold: float, reach: Mask) -> Mask:
-    """The parts of image < threshold that touch `reach`, holes filled."""
+def region_below(image: Floats, threshold: float, reach: Mask, least: int = 1) -> Mask:
+    """The parts of image < threshold that touch `reach` and have `least` pixels or more, holes filled."""
     from scipy import ndimage
 
     labels, _ = ndimage.label(image < threshold)
     kept = np.unique(labels[reach & (labels > 0)])
+    kept = kept[np.bincount(labels.ravel())[kept] >= least]
     return np.asarray(ndimage.binary_fill_holes(np.isin(labels, kept)))
 
 
