@@ -19,7 +19,7 @@ __all__ = ["main"]
 _FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
 
 _MAIN_HELP = """\
-Simulates vibrating vocal folds from a scene file.
+Simulates vibrating vocal folds from a scene file, and measures them in high-speed video.
 
 A first session:
   plica run examples/normal_phonation.toml -o runs/normal    compute; ends with a report
