@@ -139,7 +139,7 @@ def state(directory: Path) -> str:
                 there = [name for name in STEPS if name in file]
         if flows.exists():
             with h5py.File(flows, "r") as file:
-                pairs = f"; {np.count_nonzero(file['masks'][:])} pairs"
+                pairs = f"; {np.count_nonzero(file['checksum'][:])} pairs"
         return (", ".join(there) or "no step") + pairs
     except (OSError, KeyError, RuntimeError) as error:
         return f"does not open: {error}"

@@ -16,7 +16,7 @@ from PIL import Image
 import plica
 from plica import _engine as engine
 from plica.cli import main
-from plica.video.flow import PRESETS, endpoint_error, flow
+from plica.video.flow import PRESETS, endpoint_error, flow, warp_error
 from plica.video.flow_file import read_flow, write_flow
 from plica.video.grey import to_grey
 from plica.video.image_file import read_image
@@ -297,3 +297,14 @@ def test_pictures_of_every_kind_are_read_in_their_levels(mode: str, tmp_path: Pa
         Image.fromarray(values.astype(np.uint8)).convert(mode).save(path)
     # The weights of the thesis sum to 0.9999.
     assert read_image(path) == pytest.approx(values, rel=2e-4)
+
+
+def test_the_warp_error_of_a_translation_is_nothing_and_of_the_opposite_one_is_not() -> None:
+    y, x = np.mgrid[0:80, 0:90].astype(float)
+    first = 100 + 40 * np.sin(x / 4) * np.cos(y / 5)
+    second = 100 + 40 * np.sin((x - 1.5) / 4) * np.cos((y + 0.5) / 5)
+    there = np.zeros((80, 90, 2))
+    there[...] = (1.5, -0.5)
+    assert warp_error(first, second, there).rms < 1  # a rim of two pixels comes from outside
+    assert warp_error(first, second, -there).rms > 5
+    assert np.abs(warp_error(first, second, there).percent[5:-5, 5:-5]).max() < 1

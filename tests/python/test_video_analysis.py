@@ -8,7 +8,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -66,7 +65,7 @@ def test_the_command_leaves_measures_tables_and_a_report(done: Path) -> None:
         "Open quotient",
         "Kymogram",
         "mode 1",
-        "--fps 4000",
+        "--fps=4000",
         "closing error",
     ):
         assert text in page
@@ -257,6 +256,47 @@ def test_lines_and_modes_may_be_chosen_anew_without_the_flow(
     assert len(found["sides/kymogram"]) == 1
     with pytest.raises(VideoError, match=r"must have glottis on both of its sides"):
         analyse(movie, tmp_path / "a", Settings(preset="fast", midline=(2, 5, 2, 90)), progress=False)
+    kept = analyse(movie, tmp_path / "a", Settings(preset="fast"), progress=False)  # as given before
+    assert kept.midline.upper == (x + 2, y)
+    assert kept.settings.kymogram == (0.5,)
+    assert kept.modes.share.size == 3
+
+
+def made(group: str, directory: Path) -> float:
+    """When a group of results.h5 was made: a mark that a renewed one has not."""
+    with h5py.File(directory / "results.h5", "a") as file:
+        if "mark" not in file[group].attrs:
+            file[group].attrs["mark"] = 1
+            return 0
+        return 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("change", "renewed"),
+    [
+        ({"kymogram": (0.4,)}, {"sides"}),
+        ({"modes": 2}, {"modes"}),
+        ({"midline": (49.0, 14.0, 48.0, 80.0)}, {"sides", "trust", "modes"}),
+        ({"fps": 2000.0}, set()),
+    ],
+)
+def test_what_stands_on_a_setting_is_made_again_and_no_more(
+    change: dict, renewed: set[str], movie: Path, done: Path, tmp_path: Path
+) -> None:
+    shutil.copytree(done, tmp_path / "a")
+    groups = {"drift", "glottis", "sides", "trust", "paths", "modes"}
+    assert not any(made(group, tmp_path / "a") for group in groups)
+    analyse(movie, tmp_path / "a", Settings(preset="fast", **change), progress=False)
+    assert {group for group in groups if not made(group, tmp_path / "a")} == renewed
+
+
+@pytest.mark.slow
+def test_a_flow_without_its_results_is_not_taken(movie: Path, done: Path, tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    shutil.copy(done / "flow.h5", tmp_path / "a" / "flow.h5")
+    analyse(movie, tmp_path / "a", Settings(preset="robust"), until="glottis", progress=False)
+    assert not (tmp_path / "a" / "flow.h5").exists()
 
 
 @pytest.mark.slow
@@ -305,9 +345,18 @@ def test_a_drawn_mask_is_taken_and_only_what_stands_on_it_is_done_again(
         write_masks(tmp_path / "drawn", {3: (np.zeros((95, 97), np.float32), drawn)})
     more = analyse(movie, tmp_path / "a", settings, masks={5: before.mask(5)}, progress=False)
     assert more.drawn == [3, 5, 20]
+
+    def stop(*args: object, **named: object) -> object:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(chain, "flow", stop)
+    with pytest.raises(KeyboardInterrupt):  # in a correction, which is then taken back
+        analyse(movie, tmp_path / "a", settings, masks={9: before.mask(9) | drawn}, progress=False)
+    monkeypatch.setattr(chain, "flow", whole)
     none = analyse(movie, tmp_path / "a", settings, masks={}, progress=False)
     assert none.drawn == []
-    assert np.array_equal(none["flow/uv"], before["flow/uv"])
+    for name in ("flow/uv", "flow/round_trip", "flow/residual", "modes/coefficients"):
+        assert np.array_equal(none[name], before[name], equal_nan=True)
 
 
 @pytest.mark.parametrize(
@@ -327,22 +376,26 @@ def test_a_mask_that_fits_no_frame_is_refused(
 
 @pytest.mark.slow
 def test_a_killed_analysis_is_whole_and_goes_on(movie: Path, done: Path, tmp_path: Path) -> None:
-    """Killed outright while it computes the flow; every data set ends with the bits of one never stopped."""
+    """It kills itself in its twentieth flow; every data set ends with the bits of one never stopped."""
     arguments = ["video", str(movie), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast", "--quiet"]
-    program = "import sys; from plica.cli import main; sys.exit(main())"
-    process = subprocess.Popen([sys.executable, "-c", program, *arguments, "-o", str(tmp_path)])
-    flows = tmp_path / "flow.h5"
-    for _ in range(6000):
-        if flows.exists():
-            with h5py.File(flows, "r", locking=False) as file:
-                if np.count_nonzero(file["checksum"]) >= 5:
-                    break
-        assert process.poll() is None
-        time.sleep(0.01)
-    process.kill()
-    process.wait()
-    with h5py.File(flows, "r") as file:
-        assert 5 <= np.count_nonzero(file["checksum"]) < 65
+    program = """
+import os, signal, sys
+from plica.cli import main
+from plica.video import chain
+whole, calls = chain.flow, 0
+def flow(*arguments, **options):
+    global calls
+    calls += 1
+    if calls == 20:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return whole(*arguments, **options)
+chain.flow = flow
+sys.exit(main())
+"""
+    command = [sys.executable, "-c", program, *arguments, "-o", str(tmp_path)]
+    assert subprocess.run(command, check=False).returncode == -9
+    with h5py.File(tmp_path / "flow.h5", "r") as file:
+        assert np.count_nonzero(file["checksum"]) == 19
     assert not load(tmp_path).complete
     assert main([*arguments, "-o", str(tmp_path)]) == 0
     for name in ("flow/uv", "flow/round_trip", "modes/patterns", "paths/places"):

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from plica.phonation.cycles import find_cycles
+from plica.video.drift import Drift
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.glottis import masks
 from plica.video.midline import Midline, find_midline
+from plica.video.quality import flags
 from plica.video.recording import Recording
 from plica.video.segmentation import segment
 from plica.video.synthetic import Synthetic, SyntheticGlottis
@@ -206,3 +208,72 @@ def test_the_exact_flow_agrees_with_the_edges_and_no_flow_does_not(asymmetric: S
     still = edge_agreement([0 * flow for flow in flows], glottis, area, midline)
     assert np.isnan(still.correlation)
     assert edge_agreement(flows[:2], glottis[:3], GlottalArea(*np.zeros((4, 3))), midline).count == 0
+
+
+def test_a_symmetric_glottis_is_symmetric_wherever_its_midline_lies_between_pixels() -> None:
+    mask = np.zeros((40, 41), dtype=bool)
+    mask[5:35, 16:25] = True  # nine columns about column 20
+    for column in (20.0, 19.7):
+        area = areas([mask], Midline((column, 0.0), (column, 39.0)))
+        off = 20.0 - column
+        assert area.right[0] - area.left[0] == pytest.approx(30 * 2 * off)
+        assert area.right_edge[0] == pytest.approx(4.5 + off)
+        assert area.total[0] == pytest.approx(mask.sum())
+
+
+def test_folds_in_opposite_phase_are_half_a_cycle_apart() -> None:
+    time = np.arange(200.0)
+    random = np.random.default_rng(5)
+    left = 50 + 40 * np.sin(2 * np.pi * time / 20) + random.normal(0, 1, 200)
+    right = 50 - 30 * np.sin(2 * np.pi * time / 20) + random.normal(0, 1, 200)
+    found, cycles = measures(GlottalArea(left, right, left, right))
+    assert cycles.count >= 3
+    assert abs(abs(found["phase_asymmetry"].value) - np.pi) < 0.1
+    assert found["phase_asymmetry"].spread < 0.2
+
+
+def test_a_kymogram_has_the_images_left_first_and_its_places_from_above() -> None:
+    class Still:
+        count, shape = 2, (60, 40)
+
+        def frames(self):
+            y, x = np.mgrid[0:60, 0:40]
+            return iter([np.asarray(x + 100 * y, dtype=np.float32)] * 2)
+
+        def frame(self, index: int):
+            return next(self.frames())
+
+    line = Midline((20.0, 10.0), (20.0, 50.0))
+    upper, lower = kymogram(Still(), line, (0.25, 0.75), 5)
+    assert upper[0].tolist() == [2000.0 + x for x in range(15, 26)]
+    assert lower[1].tolist() == [4000.0 + x for x in range(15, 26)]
+
+
+@pytest.mark.parametrize(
+    "name", ["blur", "saturation", "drift", "lost", "border", "residual", "blind", "collision"]
+)
+def test_each_flag_is_raised_by_its_fault_alone(name: str) -> None:
+    total = np.tile([0.0, 0.0, 50, 100, 60, 20], 5)
+    motion, likeness = np.zeros((30, 3)), np.ones(30)
+    sharpness, saturated, border, residual = np.full(30, 9.0), np.zeros(30), np.zeros(30, bool), np.ones(29)
+    expected = [8]
+    if name == "blur":
+        sharpness[8] = 4
+    elif name == "saturation":
+        saturated[8] = 0.06
+    elif name == "drift":
+        motion[8:, 0] = 1.2
+    elif name == "lost":
+        likeness[8] = 0.4
+    elif name == "border":
+        border[8] = True
+    elif name == "residual":
+        residual[8] = 3.1
+    elif name == "blind":
+        residual[8] = np.nan
+    else:
+        expected = [6, 12, 18, 24]
+    found = flags(total, Drift(motion, likeness), sharpness, saturated, border, residual)
+    assert [k for k, said in enumerate(found) if name in said.split(", ")] == expected
+    others = {reason for said in found for reason in said.split(", ")} - {"", "collision", name}
+    assert not others

@@ -170,7 +170,6 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         "--kymogram",
         metavar="P,P,...",
         type=numbers(float),
-        default=(0.25, 0.5, 0.75),
         help="places of kymograms, 0 at the midline's upper end, 1 at its lower (default: 0.25,0.5,0.75)",
     )
     drawn = video.add_mutually_exclusive_group()
@@ -185,7 +184,7 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         default="video",
         help="of the flow: video, robust, gradient, reference, thesis or fast",
     )
-    video.add_argument("--modes", metavar="N", type=whole, default=6, help="principal modes (default: 6)")
+    video.add_argument("--modes", metavar="N", type=whole, help="principal modes (default: 6)")
     video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
     add_threads(video)
     video.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")

@@ -88,6 +88,8 @@ def analyse(
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
         results = Results(where / "results.h5")
+        if results.path.exists():
+            Chain(results, recording, chosen, shown=progress).check()
         chosen = results.claim(Path(source), recording, chosen)
         chain = Chain(results, recording, chosen, shown=progress)
         if masks is not None:

@@ -95,6 +95,18 @@ class Chain:
             found = drift(self._watched("drift again", recording.frames(), recording.count), still)
         self._results.store("drift", motion=found.motion, likeness=found.likeness)
 
+    def check(self) -> None:
+        """VideoError where the midline that was set has no glottis on one of its sides."""
+        ends = self._settings.midline
+        if ends is None or "glottis" not in self._results:
+            return
+        area = areas(self._results.masks(), Midline.between(ends))
+        if not (area.left.any() and area.right.any()):
+            raise VideoError(
+                f"Midline: {', '.join(f'{end:g}' for end in ends)} px; must have glottis on both of its "
+                "sides."
+            )
+
     def correct(self, masks: Mapping[int, Mask]) -> None:
         """Take these masks for their frames, beside those drawn before; without any, drop all of them.
 
@@ -138,19 +150,16 @@ class Chain:
         self._results.change(add)
 
     def _sides(self) -> None:
+        self.check()
         masks, ends = self._results.masks, self._settings.midline
         midline = find_midline(masks()) if ends is None else Midline.between(ends)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         area = areas(masks(), midline)
-        if ends is not None and not (area.left.any() and area.right.any()):
-            raise VideoError(
-                f"Midline: {', '.join(f'{end:g}' for end in ends)} px; must have glottis on both of "
-                "its sides."
-            )
-        sides = {name: np.where(lost, np.nan, values) for name, values in vars(area).items()}
+        unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
+        sides = {name: np.where(unknown, np.nan, values) for name, values in vars(area).items()}
         folds = (tissue > 0) & _near(midline, self._shape)
-        sharpness, saturated = _light(self._recording, folds)
-        lines = kymogram(self._steady(), midline, self._settings.kymogram, 0.25 * min(self._shape))
+        sharpness, saturated = _light(self._steady(), folds)
+        lines = kymogram(self._steady(), midline, self._settings.places, 0.25 * min(self._shape))
         self._results.store(
             "sides",
             **sides,
@@ -170,6 +179,8 @@ class Chain:
         with h5py.File(self._flows, "r+") as file:
             stale = np.flatnonzero(file["checksum"][:] != asked)
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
+                file["checksum"][index] = 0  # until all of the pair is there
+                file.flush()
                 self._store_pair(file, index, before, after)
                 file.flush()
                 file["checksum"][index] = asked[index]
@@ -178,7 +189,7 @@ class Chain:
 
     def _lay_out_flow(self, pairs: int) -> None:
         large = (pairs, *self._shape, 2)
-        require_space(self._flows, 8 * int(np.prod(large)))
+        require_space(self._flows.with_name("flow.h5.space"), 8 * int(np.prod(large)))
 
         def write(draft: Path) -> None:
             with h5py.File(draft, "w") as file:
@@ -231,6 +242,7 @@ class Chain:
         pairs = self._count - 1
         mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
         with h5py.File(self._flows, "r") as file:
+            residual = file["residual"][:]
             flows = (file["uv"][k] for k in range(pairs))
             edges = edge_agreement(flows, self._results.masks(), self._area(), self._midline())
             for k in range(pairs):
@@ -240,7 +252,7 @@ class Chain:
         self._results.store(
             "trust",
             mismatch=mismatch,
-            confidence=(trusted / pairs).astype(np.float32),
+            confidence=(trusted / max(int(np.isfinite(residual).sum()), 1)).astype(np.float32),
             edges=np.array(astuple(edges)),
         )
 
@@ -264,17 +276,16 @@ class Chain:
                 f"Modes: no pixel of tissue is seen well in {_TRUSTED:.0%} of the pairs of frames; must be "
                 "some. Is the recording sharp, and its light steady? plica glottis needs no motion."
             )
-        count = min(self._settings.modes, self._count - 2)
+        count = self._settings.mode_count
         with h5py.File(self._flows, "r") as file:
-            found = modes(file["uv"], count, used, midline)
+            seen = np.isfinite(file["residual"][:])
+            found = modes(file["uv"], min(count, int(seen.sum()) - 1), used, midline, seen)
             error = np.array(
                 [
                     np.tensordot(found.patterns, np.nan_to_num(file["round_trip"][k]), 3)
                     for k in range(self._count - 1)
                 ]
             )
-            blind = np.isnan(file["residual"][:])
-        found.coefficients[blind] = np.nan
         self._results.store(
             "modes",
             mean=found.mean.astype(np.float32),
@@ -295,7 +306,7 @@ def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
     return np.asarray(np.hypot(across, beyond) < 0.5 * midline.length)
 
 
-def _light(recording: Recording, folds: Mask) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def _light(recording: Steadied, folds: Mask) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Of each frame, on the folds: the mean square of the difference of neighbours in a row, and the share of
     highlights."""
     sharp, saturated = [], []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -24,7 +25,10 @@ def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
     glottis = ("Waveforms", [_area(found), _kymograms(found)])
     if not found.complete:
         return [glottis]
-    motion = ("Motion of the tissue", [_modes(found), _coefficients(found), _paths(found)])
+    drawings = [_modes(found), _coefficients(found)]
+    if found.paths.places.shape[1]:
+        drawings.append(_paths(found))
+    motion = ("Motion of the tissue", drawings)
     return [glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
 
 
@@ -82,7 +86,7 @@ def _phases(axes: Axes, found: Analysis, time: npt.NDArray[np.float64]) -> None:
 
 
 def _kymograms(found: Analysis) -> Drawing:
-    pictures, places = found["sides/kymogram"], found.settings.kymogram
+    pictures, places = found["sides/kymogram"], found.settings.places
     size, unit = _length(found)
     time, name = _time(found)
 
@@ -181,9 +185,11 @@ def _paths(found: Analysis) -> Drawing:
         axes = figure.subplots()
         axes.imshow(frame, cmap="gray", vmin=0, vmax=255, alpha=0.75)
         chosen = np.flatnonzero(np.isfinite(drawn).all(axis=(0, 2)))[:_MOST_PATHS]
-        lines = LineCollection(list(drawn[:, chosen].swapaxes(0, 1)), cmap="plasma", linewidths=1.0)
+        drawings = list(drawn[:, chosen].swapaxes(0, 1))
+        colours = mpl.colormaps["plasma"].with_extremes(bad=grey)
+        lines = LineCollection(drawings, cmap=colours, linewidths=1.0)
         known = np.isfinite(closing[chosen])
-        lines.set_array(np.where(known, size * closing[chosen], 0.0))
+        lines.set_array(np.ma.masked_invalid(size * closing[chosen]))
         if known.any():
             lines.set_clim(0, max(float(np.percentile(size * closing[chosen][known], 95)), 1e-9))
             figure.colorbar(lines, ax=axes, label=f"closing error ({unit})")
@@ -196,9 +202,10 @@ def _paths(found: Analysis) -> Drawing:
         if told.size
         else ""
     )
+    span = "a cycle" if cycles.count else "the recording"
     scale = f"{times} times as large" if times > 1 else "as they are"
     caption = (
-        f"Paths of points of the tissue over a cycle, drawn {scale}. Colour: how far a point"
+        f"Paths of points of the tissue over {span}, drawn {scale}. Colour: how far a point"
         f" is from where it was a period before, the median over the cycles{missed}."
     )
     return draw("paths", caption, "Paths of points over a cycle", (9, 5.6), paint)

@@ -86,40 +86,40 @@ def pixels(shape: tuple[int, ...]) -> Floats:
 def find_midline(glottis: Iterable[Mask]) -> Midline:
     """The line in which the folds meet.
 
-    Across the principal axis of all masks together, the centre of a slit is off the line by half its width at
-    most: the line is fitted to the slits of every mask, weighted by the inverse square of their width, so
-    that commissures and closing folds decide and not the larger swing of one fold.
+    In a row of the image the centre of a slit is off the line by half its width at most: the line is fitted
+    to the slits of all rows of all masks, weighted by the inverse square of their width, so that commissures
+    and closing folds decide and not the larger swing of one fold.
 
     Raises
     ------
     VideoError
         Where no mask has a glottis, or all together no direction, or one across the image.
     """
-    kept = [np.argwhere(mask)[:, ::-1].astype(float) for mask in glottis]
-    points = np.concatenate([*kept, np.empty((0, 2))])
-    if not points.size:
+    moments = np.zeros(6)  # sums of 1, x, y, xx, xy, yy over all pixels
+    slits: list[Floats] = []  # row, centre, width
+    for mask in glottis:
+        rows = np.flatnonzero(mask.any(axis=1))
+        if not rows.size:
+            continue
+        columns = np.arange(mask.shape[1])
+        width = mask[rows].sum(axis=1)
+        along, square = mask[rows] @ columns, mask[rows] @ columns**2
+        moments += [width.sum(), along.sum(), width @ rows, square.sum(), along @ rows, width @ rows**2]
+        slits.append(np.stack([rows, along / width, width]))
+    if not slits:
         raise VideoError("Midline: no frame has a glottis; must have one. Set the midline's two ends.")
-    centre = points.mean(axis=0)
-    spreads, axes = np.linalg.eigh(np.cov((points - centre).T))
+    count, x, y, xx, xy, yy = moments
+    x, y = x / count, y / count
+    cross = xy / count - x * y
+    spreads, axes = np.linalg.eigh([[xx / count - x * x, cross], [cross, yy / count - y * y]])
     if not spreads[1] > 2.0 * spreads[0]:
         raise VideoError(
             f"Midline: the glottis is {np.sqrt(spreads[1] / max(spreads[0], 1e-12)):.2g} times as long as "
             "wide; must be clearly longer. Does it open? Set the midline's two ends, or draw a mask."
         )
-    along = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
-    across = np.array([along[1], -along[0]])
-    place, middle, width = [], [], []
-    for mask in kept:
-        if not mask.size:
-            continue
-        rows = np.round((mask - centre) @ along).astype(int)
-        count = np.bincount(rows - rows.min())
-        total = np.bincount(rows - rows.min(), weights=(mask - centre) @ across)
-        there = count > 0
-        place.append(np.flatnonzero(there) + rows.min())
-        middle.append(total[there] / count[there])
-        width.append(count[there])
-    s, c, w = (np.concatenate(part).astype(float) for part in (place, middle, width))
-    slope, offset = np.polyfit(s, c, 1, w=1 / w)
-    ends = [centre + end * along + (offset + slope * end) * across for end in (s.min(), s.max())]
-    return Midline(*((float(end[0]), float(end[1])) for end in ends))
+    axis = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
+    Midline((x, y), (x + axis[0], y + axis[1]))  # within 45 degrees of the vertical
+    row, centre, width = np.concatenate(slits, axis=1)
+    slope, offset = np.polyfit(row, centre, 1, w=1 / width)
+    ends = [(float(offset + slope * end), float(end)) for end in (row.min(), row.max())]
+    return Midline(*ends)

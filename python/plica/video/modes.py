@@ -78,7 +78,13 @@ class Modes:
         return found
 
 
-def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: Midline | None = None) -> Modes:
+def modes(
+    flows: Any,
+    count: int = 6,
+    mask: Mask | None = None,
+    midline: Midline | None = None,
+    seen: Mask | None = None,
+) -> Modes:
     """Principal components of a sequence of flows.
 
     Parameters
@@ -92,13 +98,17 @@ def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: Midline
     midline : Midline, optional
         With it a mode's sign is that in which the folds part while its coefficient is positive; without, and
         where it neither parts nor closes them, its largest component is positive.
+    seen : (N) bool, optional
+        Flows that count; the coefficients of others are not a number.
 
     Raises
     ------
     VideoError
         For fewer than three flows, a mask without pixels, a flow that is not finite within it, or no motion.
     """
-    frames, height, width = int(flows.shape[0]), int(flows.shape[1]), int(flows.shape[2])
+    height, width = int(flows.shape[1]), int(flows.shape[2])
+    rows_used = np.arange(flows.shape[0]) if seen is None else np.flatnonzero(seen)
+    frames = rows_used.size
     if frames < 3:
         raise VideoError(f"Modes: {frames} flows; must be three or more.")
     if not 1 <= count < frames:
@@ -108,13 +118,13 @@ def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: Midline
         raise VideoError(
             f"Modes: the mask has {int(used.sum())} pixels; must have some, of {height} x {width}."
         )
-    rows = max(1, int(_BLOCK / (16 * frames * width)))
+    rows = max(1, int(_BLOCK / (16 * flows.shape[0] * width)))
     bands = [slice(top, min(top + rows, height)) for top in range(0, height, rows)]
 
     mean = np.zeros((height, width, 2))
     gram = np.zeros((frames, frames))
     for band in bands:
-        data = _band(flows, band, used)
+        data = _band(flows, band, used)[rows_used]
         mean[band][used[band]] = data.mean(axis=0).reshape(-1, 2)
         data -= data.mean(axis=0)
         gram += data @ data.T
@@ -128,15 +138,17 @@ def modes(flows: Any, count: int = 6, mask: Mask | None = None, midline: Midline
     sizes = np.sqrt(variances[:found])
     patterns = np.zeros((found, height, width, 2))
     for band in bands:
-        data = _band(flows, band, used)
+        data = _band(flows, band, used)[rows_used]
         data -= data.mean(axis=0)
         part = (vectors[:, :found] / sizes).T @ data
         patterns[:, band][:, used[band]] = part.reshape(found, -1, 2)
     signs = _signs(patterns, midline)
+    coefficients = np.full((flows.shape[0], found), np.nan)
+    coefficients[rows_used] = vectors[:, :found] * sizes * signs
     return Modes(
         mean,
         patterns * signs[:, None, None, None],
-        vectors[:, :found] * sizes * signs,
+        coefficients,
         variances[:found] / total,
         total / (frames - 1),
         used,

@@ -126,7 +126,9 @@ def _rows(found: Analysis) -> list[dict[str, str]]:
 
 
 def _command(found: Analysis) -> str:
-    words = ["plica", "video", str(found.source), "-o", str(found.directory.resolve())]
+    """What makes the analysis anew; the masks drawn by hand are a folder of the user's."""
+    words = ["plica", "video" if found.complete else "glottis", str(found.source)]
+    words += ["-o", str(found.directory.resolve())]
     default = Settings()
     for entry in fields(Settings):
         value = getattr(found.settings, entry.name)
@@ -135,10 +137,9 @@ def _command(found: Analysis) -> str:
         if entry.name == "correct_drift":
             words.append("--no-drift")
             continue
-        text = ",".join(f"{part:g}" for part in value) if isinstance(value, tuple) else str(value)
-        words += [f"--{entry.name.replace('_', '-')}", text]
-    drawn = f" --masks DRAWN (those of drawn/ in results.h5: frames {', '.join(map(str, found.drawn))})"
-    return shlex.join(words) + (drawn if found.drawn else "")
+        text = ",".join(map(repr, value)) if isinstance(value, tuple) else str(value)
+        words.append(f"--{entry.name.replace('_', '-')}={text}")
+    return shlex.join(words) + (" --masks drawn" if found.drawn else "")
 
 
 def _overlays(found: Analysis, shown: npt.NDArray[np.int_]) -> list[npt.NDArray[np.uint8]]:

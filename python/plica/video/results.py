@@ -26,7 +26,7 @@ _CHANGES = {
     "anterior": (),
     "patient_left": (),
     "kymogram": ("sides",),
-    "midline": ("sides", "trust", "paths", "modes"),
+    "midline": ("sides", "trust", "modes"),
     "modes": ("modes",),
 }
 """Settings that may change, each with the groups to be made again."""
@@ -64,14 +64,16 @@ class Results:
     def claim(self, source: Path, recording: Recording, settings: Settings) -> Settings:
         """Mark them as of this recording and these settings; groups that stand on other ones are dropped.
 
-        Returns the settings with what was said of the recording before, where nothing is said now. VideoError
+        Returns the settings with those given before, where one of `_CHANGES` is not given now. VideoError
         where the results are of another recording, or of settings for which everything is to be done again.
         """
         size = f"{recording.shape[1]} x {recording.shape[0]}"
         low, high = recording.scale
         shown = f"{recording.count} frames of {size} px, grey {low:g} to {high:g}"
         stale: set[str] = set()
-        if self.path.exists():
+        if not self.path.exists():
+            self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
+        else:
             with h5py.File(self.path, "r") as file:
                 there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
             if not there["settings"]:
@@ -90,8 +92,8 @@ class Results:
         return settings
 
     def _merged(self, old: Settings, new: Settings) -> tuple[Settings, set[str]]:
-        said = {name: getattr(old, name) for name, stale in _CHANGES.items() if not stale}
-        new = replace(new, **{name: value for name, value in said.items() if getattr(new, name) is None})
+        kept = {name: getattr(old, name) for name in _CHANGES if getattr(new, name) is None}
+        new = replace(new, **kept)
         stale: set[str] = set()
         for name, value in asdict(new).items():
             before = getattr(old, name)

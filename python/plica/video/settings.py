@@ -14,15 +14,14 @@ from plica.video.midline import Midline
 
 __all__ = ["Settings"]
 
-_SAID = ("fps", "mm_per_px", "anterior", "patient_left")
-
 
 @dataclass(frozen=True)
 class Settings:
     """What a recording is analysed with; None is unknown, or found.
 
     The frame rate, the size of a pixel, the anterior end and the patient's left are said of the recording and
-    compute nothing: they may be given, or changed, when the analysis is done.
+    compute nothing; these, the midline, the kymograms and the modes may be given, or changed, when the
+    analysis is done.
 
     Raises
     ------
@@ -50,12 +49,24 @@ class Settings:
     """Of the flow."""
     correct_drift: bool = True
     """Take the endoscope's motion out."""
-    modes: int = 6
-    """Principal modes."""
-    kymogram: tuple[float, ...] = (0.25, 0.5, 0.75)
-    """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower."""
+    modes: int | None = None
+    """Principal modes; None: 6."""
+    kymogram: tuple[float, ...] | None = None
+    """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower; None: 0.25, 0.5, 0.75."""
 
     def __post_init__(self) -> None:
+        for name, length in (("region", 4), ("midline", 4), ("kymogram", None)):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            try:
+                numbers = tuple(map(int if name == "region" else float, values))
+            except (TypeError, ValueError):
+                numbers = ()
+            if not numbers or (length is not None and len(numbers) != length):
+                many = "numbers" if length is None else f"{length} numbers"
+                raise VideoError(f"Video: {name} = {values!r}; must be {many}.")
+            object.__setattr__(self, name, numbers)
         for name in ("fps", "mm_per_px", "rotation"):
             number = getattr(self, name)
             if number is None and name != "rotation":
@@ -76,9 +87,11 @@ class Settings:
                 )
         if self.midline is not None:
             Midline.between(self.midline)
-        if self.modes < 1:
+        if self.modes is not None and self.modes < 1:
             raise VideoError(f"Video: modes = {self.modes}; must be 1 or more.")
-        if not self.kymogram or not all(0 <= place <= 1 for place in self.kymogram):
+        if self.kymogram is not None and not (
+            self.kymogram and all(0 <= place <= 1 for place in self.kymogram)
+        ):
             places = ", ".join(f"{place:g}" for place in self.kymogram)
             raise VideoError(
                 f"Video: kymogram = {places}; must be places in [0, 1], from the midline's upper to its "
@@ -97,6 +110,12 @@ class Settings:
             stored[name] = tuple(value) if isinstance(value, list) else value
         return cls(**stored)
 
-    def computing(self) -> dict[str, Any]:
-        """Those on which the results depend."""
-        return {name: value for name, value in asdict(self).items() if name not in _SAID}
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Of the kymograms."""
+        return self.kymogram or (0.25, 0.5, 0.75)
+
+    @property
+    def mode_count(self) -> int:
+        """Principal modes."""
+        return self.modes or 6

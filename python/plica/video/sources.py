@@ -126,8 +126,12 @@ class Video:
         for index, (frame, _) in enumerate(islice(self._decoded(), end)):
             if index < begin:
                 continue
-            mono = frame.format.name.startswith("gray")
-            yield grey(frame.to_ndarray(format="gray" if mono else "rgb24"), f"{self.name}: frame {index}")
+            deep = max(part.bits for part in frame.format.components) > 8
+            if frame.format.name.startswith("gray"):
+                kind = "gray16le" if deep else "gray"
+            else:
+                kind = "rgb48le" if deep else "rgb24"
+            yield grey(frame.to_ndarray(format=kind), f"{self.name}: frame {index}")
 
     def _decoded(self) -> Iterator[tuple[Any, int]]:
         """Frames, each with the count that the container states (0: none)."""

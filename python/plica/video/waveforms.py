@@ -67,17 +67,17 @@ def middle(place: Floats, midline: Midline) -> Mask:
 def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
     """Area and edges of each mask left and right of the midline."""
     rows: list[tuple[float, float, float, float]] = []
-    right: Mask | None = None
+    right: Floats | None = None
     tenth: Mask | None = None
     band = 0.0  # px, extent of the band along the line, as its pixels have it
     for mask in glottis:
         if right is None or tenth is None:
             place = midline.place(pixels(mask.shape))
-            right = place[..., 1] > 0
+            right = np.clip(0.5 + place[..., 1], 0.0, 1.0)  # of a pixel's area
             tenth = middle(place, midline)
             band = float(tenth.sum()) * midline.along[1] / mask.shape[1]
-        sides = [mask & ~right, mask & right]
-        edges = [float((side & tenth).sum()) / band for side in sides]
+        sides = [(1 - right)[mask], right[mask]]
+        edges = [float(side[tenth[mask]].sum()) / band for side in sides]
         rows.append((float(sides[0].sum()), float(sides[1].sum()), edges[0], edges[1]))
     return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
 
@@ -150,7 +150,7 @@ def measures(
         left, right = (0.5 * float(np.ptp(side[part])) for side in (area.left, area.right))
         amplitude.append((right - left) / (right + left) if right + left else np.nan)
         angle = [_angle(time[part], side[part], begin, end - begin) for side in (area.left, area.right)]
-        phase.append((angle[0] - angle[1] + np.pi) % (2 * np.pi) - np.pi)
+        phase.append(angle[0] - angle[1])
 
     def cyclic(values: Any, unit: str, note: str = "") -> Measure:
         return per_cycle(cycles, np.asarray(values, dtype=float), unit, note)
@@ -168,7 +168,9 @@ def measures(
     for name, values in swing.items():
         found[name] = cyclic(size * np.array(values), px, way)
     found["amplitude_asymmetry"] = cyclic(amplitude, "1", "(right - left) / (right + left)")
-    found["phase_asymmetry"] = cyclic(phase, "rad", "positive where the right lags")
+    phase_mean = float(np.angle(np.mean(np.exp(1j * np.array(phase))))) if phase else 0.0
+    about = [(angle - phase_mean + np.pi) % (2 * np.pi) - np.pi + phase_mean for angle in phase]
+    found["phase_asymmetry"] = cyclic(about, "rad", "positive where the right lags")
     if length:
         found["glottal_length"] = whole(size * length, px, "of the midline")
         found["glottal_area_max_relative"] = whole(
