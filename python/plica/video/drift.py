@@ -29,12 +29,12 @@ _ALIKE = 0.5  # correlation with the first frame below which a frame shows anoth
 
 @dataclass(frozen=True)
 class Drift:
-    """The endoscope's motion against the first frame.
+    """The motion of the picture against the first frame, as the endoscope moves.
 
     Attributes
     ----------
     motion : (frames, 3)
-        Right and down, px, and clockwise about the centre as seen, rad.
+        Of the picture: right and down, px, and clockwise about the centre as seen, rad.
     likeness : (frames)
         Correlation of the still region, aligned, with the first frame's.
     """

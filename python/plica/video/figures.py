@@ -161,8 +161,9 @@ def _coefficients(found: Analysis) -> Drawing:
 
     caption = (
         "Coefficients of the modes over time, px summed in squares over all pixels that count; positive: "
-        "the folds part. Band: what going to the next frame and back misses in this mode, over the root of "
-        "two; a lower bound of the error, as what both ways have in common cancels."
+        "the folds part. Band: what going to the next frame and back misses in this mode, over the root of"
+        " two and in the mean over nine pairs; a lower bound of the error, as what both ways have in "
+        "common cancels."
     )
     return draw("coefficients", caption, "Mode coefficients over time", (9, 2.6), paint)
 
