@@ -74,7 +74,7 @@ class Errors:
 def errors(options: Synthetic, folder: Path) -> Errors:
     glottis = SyntheticGlottis(options)
     np.save(folder / "glottis.npy", glottis.stack())
-    recording = Recording.open(folder / "glottis.npy", fps=FPS)
+    recording = Recording.open(folder / "glottis.npy")
     found = list(masks(recording))
     midline = find_midline(found)
     told, _ = measures(areas(found, midline), FPS)

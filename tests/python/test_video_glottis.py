@@ -40,6 +40,7 @@ def wrong(found: list[np.ndarray], but: int | None = None) -> float:
     return sum((found[t] ^ truth[t]).sum() for t in kept) / sum(mask.sum() for mask in truth.values())
 
 
+@pytest.mark.slow
 def test_one_drawn_mask_mends_a_recording(misleading: Recording) -> None:
     assert wrong(list(masks(misleading))) > 1
     roughly = ndimage.binary_dilation(_GLOTTIS.mask(4))  # a pixel too wide all around
@@ -48,6 +49,7 @@ def test_one_drawn_mask_mends_a_recording(misleading: Recording) -> None:
     assert wrong(mended, but=4) < 0.1
 
 
+@pytest.mark.slow
 def test_an_empty_mask_says_that_the_glottis_is_closed_and_not_how_it_looks(misleading: Recording) -> None:
     closed = np.zeros((128, 128), dtype=bool)
     automatic, corrected = learn(misleading), learn(misleading, {12: closed})

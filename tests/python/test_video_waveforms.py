@@ -32,7 +32,7 @@ def asymmetric() -> SyntheticGlottis:
 def recorded(asymmetric: SyntheticGlottis, tmp_path_factory: pytest.TempPathFactory) -> Recording:
     path = tmp_path_factory.mktemp("video") / "glottis.npy"
     np.save(path, asymmetric.stack())
-    return Recording.open(path, fps=_FPS)
+    return Recording.open(path)
 
 
 def test_flow_of_the_synthetic_glottis_carries_one_frame_to_the_next() -> None:
@@ -54,6 +54,7 @@ def test_area_of_the_synthetic_glottis_is_that_of_its_mask() -> None:
         assert sum(glottis.area(t)) == pytest.approx(glottis.mask(t).sum(), rel=0.01)
 
 
+@pytest.mark.slow
 def test_masks_area_and_midline_are_the_true_ones(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
     found = list(masks(recorded))
     midline = find_midline(found)
@@ -191,6 +192,7 @@ def test_calibrated_measures_are_in_mm_and_others_over_the_glottal_length() -> N
     assert "glottal_length" not in bare
 
 
+@pytest.mark.slow
 def test_the_exact_flow_agrees_with_the_edges_and_no_flow_does_not(asymmetric: SyntheticGlottis) -> None:
     times = range(45)
     glottis = [asymmetric.mask(t) for t in times]

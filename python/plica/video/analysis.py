@@ -344,8 +344,6 @@ class Analysis:
 def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | None = None) -> Recording:
     return Recording.open(
         source,
-        fps=settings.fps,
-        mm_per_px=settings.mm_per_px,
         rotation=settings.rotation,
         region=None if settings.region is None else Region(*settings.region),
         dataset=settings.dataset,

@@ -57,10 +57,6 @@ class Recording:
     scale : (low, high)
         Grey values that become 0 and 255, the same for the whole recording, so that its brightness does not
         flicker.
-    fps : float or None
-        Frames per second as given by the user; None: unknown, and times are in frames and cycles.
-    mm_per_px : float or None
-        Size of a pixel; None: unknown, and lengths are in pixels.
     rotation : float
         Degrees, anticlockwise as seen, by which frames are turned about their centre before the region is
         cut.
@@ -70,8 +66,6 @@ class Recording:
 
     source: FrameSource
     scale: tuple[float, float]
-    fps: float | None = None
-    mm_per_px: float | None = None
     rotation: float = 0.0
     region: Region | None = None
 
@@ -80,8 +74,6 @@ class Recording:
         cls,
         path: str | Path,
         *,
-        fps: float | None = None,
-        mm_per_px: float | None = None,
         rotation: float = 0.0,
         region: Region | None = None,
         dataset: str | None = None,
@@ -89,14 +81,11 @@ class Recording:
     ) -> Recording:
         """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY. Reads every frame.
 
+        What a container says of the frame rate is nearly always the speed of playing it: it is not taken.
+
         Parameters
         ----------
         path : str or Path
-        fps : float, optional
-            True frames per second of the recording. What a container says is nearly always the speed of
-            playing it, so it is not taken.
-        mm_per_px : float, optional
-            Millimetres a pixel.
         rotation : float
             Degrees, anticlockwise as seen.
         region : Region, optional
@@ -112,11 +101,6 @@ class Recording:
             Naming the frame, where one cannot be used; for fewer than two frames; for settings outside their
             range.
         """
-        for name, value in (("fps", fps), ("mm_per_px", mm_per_px)):
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise VideoError(
-                    f"Recording: {name} = {value:g}; must be > 0 and finite, or left out if unknown."
-                )
         if not math.isfinite(rotation):
             raise VideoError(f"Recording: rotation = {rotation:g} degrees; must be finite.")
         if scale is not None and not (np.isfinite(scale).all() and scale[0] < scale[1]):
@@ -126,7 +110,7 @@ class Recording:
             )
         source = open_source(Path(path), dataset)
         _check_region(source, region)
-        return cls(source, scale or _scale(source), fps, mm_per_px, rotation, region)
+        return cls(source, scale or _scale(source), rotation, region)
 
     @property
     def count(self) -> int:
