@@ -279,3 +279,14 @@ def test_each_flag_is_raised_by_its_fault_alone(name: str) -> None:
     assert [k for k, said in enumerate(found) if name in said.split(", ")] == expected
     others = {reason for said in found for reason in said.split(", ")} - {"", "collision", name}
     assert not others
+
+
+def test_the_midline_leans_as_the_folds_do_beside_a_shadow_that_stays() -> None:
+    line = Midline((60.0, 20.0), (30.0, 110.0))
+    y, x = np.mgrid[0:130, 0:100].astype(float)
+    along, off = np.moveaxis(line.place(np.stack([x, y], axis=-1)), -1, 0)
+    shadow = (np.abs(y - 20) < 2) & (x > 42) & (x < 62)  # a thin one across the upper end
+    shapes = [np.clip(4 * along / line.length * (1 - along / line.length), 0, 1) * w for w in (2, 4, 6, 4)]
+    found = find_midline([(np.abs(off) < shape) | shadow for shape in shapes])
+    ends = np.abs(line.place(np.array([found.upper, found.lower]))[:, 1])
+    assert ends.max() < 3
