@@ -21,6 +21,7 @@ from plica.video.analysis import analyse, load
 from plica.video.errors import VideoError
 from plica.video.glottis import write_masks
 from plica.video.image_file import read_image
+from plica.video.seen import Seen, informing
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
@@ -465,3 +466,26 @@ def test_where_the_search_fails_a_mask_can_be_drawn(
     assert np.array_equal(load(tmp_path / "a", needs="glottis").mask(wide), glottis.mask(wide))
     assert main(["masks", str(tmp_path / "a"), "-o", str(drawn), "--frames", "66"]) == 2
     assert "frame 66; must be in [0, 66)" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_flow_is_told_the_preset_the_scale_and_what_informs(
+    movie: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told: list[dict] = []
+    whole = chain.flow
+
+    def listen(*frames: np.ndarray, **options: object) -> object:
+        told.append(options)
+        return whole(*frames, **options)
+
+    monkeypatch.setattr(chain, "flow", listen)
+    found = analyse(movie, tmp_path, Settings(preset="fast"), progress=False)
+    assert {(options["preset"], options["intensity"]) for options in told} == {("fast", (0.0, 255.0))}
+    steady = list(found.frames().frames())
+    for k in (0, 5, 30):
+        seen = [Seen(steady[i], found.mask(i)) for i in (k, k + 1)]
+        assert np.array_equal(told[k]["mask"], informing(*seen))
+        silent = np.isnan(found.round_trip(k)[..., 0])
+        assert silent[~seen[0].tissue].all()
+        assert silent[seen[0].tissue].mean() < 0.05  # what leaves the frame

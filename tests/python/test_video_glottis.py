@@ -76,3 +76,16 @@ def test_a_folder_without_masks_or_with_wrong_ones_is_refused(tmp_path: Path) ->
     Image.fromarray(np.zeros((20, 30), np.uint8)).save(tmp_path / "mask_7b.png")
     with pytest.raises(VideoError, match=r"mask_7b\.png; must be mask_N\.png"):
         read_masks(tmp_path, (20, 30))
+
+
+@pytest.mark.slow
+def test_frames_are_blurred_only_as_far_as_noise_asks(tmp_path: Path) -> None:
+    blurs = []
+    for noise in (0.0, 2.0, 8.0, 20.0):
+        glottis = SyntheticGlottis(
+            Synthetic(height=128, width=128, frames=24, amplitude=(6, 6), opening=(2, 2), noise=noise)
+        )
+        np.save(tmp_path / "noisy.npy", glottis.stack())
+        blurs.append(learn(Recording.open(tmp_path / "noisy.npy")).blur)
+    assert blurs[:2] == [0, 0]
+    assert 0.2 < blurs[2] < blurs[3] == 1
