@@ -145,7 +145,7 @@ def test_sides_are_those_of_the_image_whichever_way_the_midline_leans() -> None:
 def test_a_kymogram_shows_the_edges_where_they_are(asymmetric: SyntheticGlottis, recorded: Recording) -> None:
     line = asymmetric.midline
     top, bottom = 0.15 * 256, 0.85 * 256
-    both = kymogram(recorded, Midline((line, top), (line, bottom)), (0.5, 0.2), 30)
+    both = kymogram(recorded.frames(), Midline((line, top), (line, bottom)), (0.5, 0.2), 30)
     assert both.shape == (2, 90, 61)
     picture = both[0]
     row = np.array([0.5 * (top + bottom)])
@@ -235,20 +235,14 @@ def test_folds_in_opposite_phase_are_half_a_cycle_apart() -> None:
 
 
 def test_a_kymogram_has_the_images_left_first_and_its_places_from_above() -> None:
-    class Still:
-        count, shape = 2, (60, 40)
-
-        def frames(self):
-            y, x = np.mgrid[0:60, 0:40]
-            return iter([np.asarray(x + 100 * y, dtype=np.float32)] * 2)
-
-        def frame(self, index: int):
-            return next(self.frames())
-
+    y, x = np.mgrid[0:60, 0:40]
+    frames = [np.asarray(x + 100 * y, dtype=np.float32)] * 2
     line = Midline((20.0, 10.0), (20.0, 50.0))
-    upper, lower = kymogram(Still(), line, (0.25, 0.75), 5)
+    upper, lower = kymogram(frames, line, (0.25, 0.75), 5)
     assert upper[0].tolist() == [2000.0 + x for x in range(15, 26)]
     assert lower[1].tolist() == [4000.0 + x for x in range(15, 26)]
+    with pytest.raises(VideoError, match=r"kymogram = 1\.2; must be places in"):
+        kymogram(frames, line, (1.2,))
 
 
 @pytest.mark.parametrize(

@@ -88,10 +88,10 @@ def analyse(
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
         results = Results(where / "results.h5")
-        if results.path.exists():
-            Chain(results, recording, chosen, shown=progress).check()
-        chosen = results.claim(Path(source), recording, chosen)
+        chosen = results.merged(Path(source), recording, chosen)
         chain = Chain(results, recording, chosen, shown=progress)
+        chain.check()  # before anything is dropped
+        results.claim(Path(source), recording, chosen)
         if masks is not None:
             drawn = masks if isinstance(masks, Mapping) else read_masks(Path(masks), recording.shape)
             chain.correct(_checked(drawn, recording))

@@ -1,4 +1,4 @@
-"""The steps of an analysis: drift, glottis, flow, trust, paths, modes; kept as they come, and gone on with.
+"""The steps of an analysis: drift, glottis, sides, flow, trust, paths, modes; kept as they come.
 
 results.h5 has a group for each step that is done (results.py). The flow, which is large, is in flow.h5, laid
 out at its full length when it is begun; each pair's entry says with which masks it was found, so that only
@@ -27,7 +27,7 @@ from plica.video.flow import flow, warp_error
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
-from plica.video.recording import Recording, spread
+from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
@@ -61,11 +61,38 @@ class Chain:
             if name not in self._results:
                 getattr(self, f"_{name}")()
 
+    def check(self) -> None:
+        """VideoError where the midline that was set has no glottis on one of its sides, if it is known."""
+        if self._settings.midline is not None and self._results.path.exists() and "glottis" in self._results:
+            self._areas(Midline.between(self._settings.midline))
+
+    def correct(self, masks: Mapping[int, Mask]) -> None:
+        """Take these masks for their frames, beside those drawn before; without any, drop all of them.
+
+        VideoError, and nothing changed, where they do not tell how the glottis looks.
+        """
+        before = self._results.drawn()
+        drawn = {**before, **masks} if masks else {}
+        if drawn.keys() == before.keys() and all(np.array_equal(before[k], drawn[k]) for k in drawn):
+            return
+        if "drift" not in self._results:
+            self._drift()
+        learn(self._steady(), drawn)
+        self._results.correct(drawn)
+
     def _drifted(self) -> Drift:
         return Drift(*self._results.read("drift/motion", "drift/likeness"))
 
     def _steady(self) -> Steadied:
         return Steadied(self._recording, self._drifted().motion)
+
+    def _areas(self, midline: Midline) -> GlottalArea:
+        """Of the masks; VideoError where the line was set and one of its sides has no glottis."""
+        area = areas(self._results.masks(), midline)
+        if self._settings.midline is not None and not (area.left.any() and area.right.any()):
+            ends = ", ".join(f"{end:g}" for end in (*midline.upper, *midline.lower))
+            raise VideoError(f"Midline: {ends} px; must have glottis on both of its sides.")
+        return area
 
     def _area(self) -> GlottalArea:
         names = ("left", "right", "left_edge", "right_edge")
@@ -94,32 +121,6 @@ class Chain:
             still = still_region(spread(without_drift(recording.frames(), first.motion)), 0.3)
             found = drift(self._watched("drift again", recording.frames(), recording.count), still)
         self._results.store("drift", motion=found.motion, likeness=found.likeness)
-
-    def check(self) -> None:
-        """VideoError where the midline that was set has no glottis on one of its sides."""
-        ends = self._settings.midline
-        if ends is None or "glottis" not in self._results:
-            return
-        area = areas(self._results.masks(), Midline.between(ends))
-        if not (area.left.any() and area.right.any()):
-            raise VideoError(
-                f"Midline: {', '.join(f'{end:g}' for end in ends)} px; must have glottis on both of its "
-                "sides."
-            )
-
-    def correct(self, masks: Mapping[int, Mask]) -> None:
-        """Take these masks for their frames, beside those drawn before; without any, drop all of them.
-
-        VideoError, and nothing changed, where they do not tell how the glottis looks.
-        """
-        before = self._results.drawn()
-        drawn = {**before, **masks} if masks else {}
-        if drawn.keys() == before.keys() and all(np.array_equal(before[k], drawn[k]) for k in drawn):
-            return
-        if "drift" not in self._results:
-            self._drift()
-        learn(self._steady(), drawn)
-        self._results.correct(drawn)
 
     def _glottis(self) -> None:
         drawn, steady, lost = self._results.drawn(), self._steady(), self._drifted().lost
@@ -150,16 +151,22 @@ class Chain:
         self._results.change(add)
 
     def _sides(self) -> None:
-        self.check()
-        masks, ends = self._results.masks, self._settings.midline
-        midline = find_midline(masks()) if ends is None else Midline.between(ends)
+        ends = self._settings.midline
+        midline = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
-        area = areas(masks(), midline)
+        area = self._areas(midline)
         unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
         sides = {name: np.where(unknown, np.nan, values) for name, values in vars(area).items()}
         folds = (tissue > 0) & _near(midline, self._shape)
-        sharpness, saturated = _light(self._steady(), folds)
-        lines = kymogram(self._steady(), midline, self._settings.places, 0.25 * min(self._shape))
+        light: list[tuple[float, float]] = []
+
+        def seen() -> Iterator[Grey]:
+            for frame in self._watched("kymograms", self._steady().frames(), self._count):
+                light.append(_light(frame, folds))
+                yield frame
+
+        lines = kymogram(seen(), midline, self._settings.places, 0.25 * min(self._shape))
+        sharpness, saturated = np.array(light).T
         self._results.store(
             "sides",
             **sides,
@@ -245,7 +252,7 @@ class Chain:
             residual = file["residual"][:]
             flows = (file["uv"][k] for k in range(pairs))
             edges = edge_agreement(flows, self._results.masks(), self._area(), self._midline())
-            for k in range(pairs):
+            for k in self._watched("trust", range(pairs), pairs):
                 missed = np.hypot(*np.moveaxis(file["round_trip"][k], -1, 0))
                 mismatch[k] = _median(missed[folds > 0])
                 trusted += missed < _CLOSES
@@ -306,14 +313,10 @@ def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
     return np.asarray(np.hypot(across, beyond) < 0.5 * midline.length)
 
 
-def _light(recording: Steadied, folds: Mask) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Of each frame, on the folds: the mean square of the difference of neighbours in a row, and the share of
-    highlights."""
-    sharp, saturated = [], []
-    for frame in recording.frames():
-        sharp.append(float(np.mean(np.square(np.diff(frame, axis=1), dtype=float)[folds[:, 1:]])))
-        saturated.append(float(np.mean(frame[folds] >= bright)))
-    return np.array(sharp), np.array(saturated)
+def _light(frame: Grey, folds: Mask) -> tuple[float, float]:
+    """On the folds: the mean square of the difference of neighbours in a row, and the share of highlights."""
+    steps = np.square(np.diff(frame, axis=1), dtype=float)
+    return float(np.mean(steps[folds[:, 1:]])), float(np.mean(frame[folds] >= bright))
 
 
 def _median(values: npt.NDArray[np.floating]) -> float:

@@ -61,51 +61,55 @@ class Results:
         with h5py.File(self.path, "r") as file:
             return name in file
 
-    def claim(self, source: Path, recording: Recording, settings: Settings) -> Settings:
-        """Mark them as of this recording and these settings; groups that stand on other ones are dropped.
+    def merged(self, source: Path, recording: Recording, settings: Settings) -> Settings:
+        """The settings with those given before, where one that may change is not given now.
 
-        Returns the settings with those given before, where one of `_CHANGES` is not given now. VideoError
-        where the results are of another recording, or of settings for which everything is to be done again.
+        VideoError where the results are of another recording, or of settings on which everything stands.
         """
-        size = f"{recording.shape[1]} x {recording.shape[0]}"
-        low, high = recording.scale
-        shown = f"{recording.count} frames of {size} px, grey {low:g} to {high:g}"
-        stale: set[str] = set()
         if not self.path.exists():
-            self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
-        else:
-            with h5py.File(self.path, "r") as file:
-                there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
-            if not there["settings"]:
-                raise VideoError(
-                    f"Video: {self.path} is no analysis of a recording; must be, or not be there. Choose "
-                    "another directory."
-                )
-            settings, stale = self._merged(Settings.from_json(there["settings"]), settings)
-            if there["recording"] != shown:
-                raise VideoError(
-                    f"Video: {source} has {shown}; must have {there['recording']}, like the recording whose "
-                    f"analysis is in {self.path.parent}. Choose another directory."
-                )
-        marks = {"source": str(source.resolve()), "recording": shown, "settings": settings.as_json()}
-        self.change(lambda file: file.attrs.update({**marks, "scale": recording.scale}), without=stale)
-        return settings
-
-    def _merged(self, old: Settings, new: Settings) -> tuple[Settings, set[str]]:
-        kept = {name: getattr(old, name) for name in _CHANGES if getattr(new, name) is None}
-        new = replace(new, **kept)
-        stale: set[str] = set()
+            return settings
+        with h5py.File(self.path, "r") as file:
+            there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
+        if not there["settings"]:
+            raise VideoError(
+                f"Video: {self.path} is no analysis of a recording; must be, or not be there. Choose "
+                "another directory."
+            )
+        old = Settings.from_json(there["settings"])
+        kept = {name: getattr(old, name) for name in _CHANGES if getattr(settings, name) is None}
+        new = replace(settings, **kept)
         for name, value in asdict(new).items():
-            before = getattr(old, name)
-            if before == value:
-                continue
-            if name not in _CHANGES:
+            if name not in _CHANGES and value != getattr(old, name):
                 raise VideoError(
-                    f"Video: {name} is {_shown(value)}; must be {_shown(before)}, as in the analysis in "
-                    f"{self.path.parent}, all of which stands on it. Choose another directory."
+                    f"Video: {name} is {_shown(value)}; must be {_shown(getattr(old, name))}, as in the "
+                    f"analysis in {self.path.parent}, all of which stands on it. Choose another directory."
                 )
-            stale |= set(_CHANGES[name])
-        return new, stale
+        if there["recording"] != _described(recording):
+            raise VideoError(
+                f"Video: {source} has {_described(recording)}; must have {there['recording']}, like the "
+                f"recording whose analysis is in {self.path.parent}. Choose another directory."
+            )
+        return new
+
+    def claim(self, source: Path, recording: Recording, settings: Settings) -> None:
+        """Mark them as of this recording and these `merged` settings; what stands on others is dropped."""
+        marks = {
+            "source": str(source.resolve()),
+            "recording": _described(recording),
+            "settings": settings.as_json(),
+        }
+        stale: set[str] = set()
+        if self.path.exists():
+            with h5py.File(self.path, "r") as file:
+                there = {name: str(file.attrs[name]) for name in marks}
+            if there == marks:
+                return
+            old = Settings.from_json(there["settings"])
+            changed = [name for name in _CHANGES if getattr(old, name) != getattr(settings, name)]
+            stale = {group for name in changed for group in _CHANGES[name]}
+        else:
+            self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
+        self.change(lambda file: file.attrs.update({**marks, "scale": recording.scale}), without=stale)
 
     def correct(self, drawn: Mapping[int, Mask]) -> None:
         """Keep these masks as drawn by hand, and drop what stands on others: all but the drift."""
@@ -175,6 +179,13 @@ def fill(group: h5py.Group, **arrays: Any) -> None:
         packed = {"compression": "gzip", "compression_opts": 1} if value.size > 10_000 else {}
         data = group.create_dataset(name, data=value, **packed)
         data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+
+
+def _described(recording: Recording) -> str:
+    """What tells a recording from others, wherever it lies."""
+    height, width = recording.shape
+    low, high = recording.scale
+    return f"{recording.count} frames of {width} x {height} px, grey {low:g} to {high:g}"
 
 
 def _shown(value: Any) -> str:

@@ -11,6 +11,7 @@ from plica.errors import nearest, one_of
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
 from plica.video.midline import Midline
+from plica.video.waveforms import check_places
 
 __all__ = ["Settings"]
 
@@ -89,14 +90,8 @@ class Settings:
             Midline.between(self.midline)
         if self.modes is not None and self.modes < 1:
             raise VideoError(f"Video: modes = {self.modes}; must be 1 or more.")
-        if self.kymogram is not None and not (
-            self.kymogram and all(0 <= place <= 1 for place in self.kymogram)
-        ):
-            places = ", ".join(f"{place:g}" for place in self.kymogram)
-            raise VideoError(
-                f"Video: kymogram = {places}; must be places in [0, 1], from the midline's upper to its "
-                "lower end."
-            )
+        if self.kymogram is not None:
+            check_places(self.kymogram)
 
     def as_json(self) -> str:
         """All of them, as :meth:`from_json` reads them."""

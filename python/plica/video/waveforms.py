@@ -15,10 +15,11 @@ import numpy.typing as npt
 
 from plica.phonation.cycles import Cycles, find_cycles
 from plica.phonation.measure import Measure, per_cycle, whole
+from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
-from plica.video.recording import Frames
+from plica.video.recording import Grey
 
-__all__ = ["GlottalArea", "areas", "kymogram", "measures", "middle", "phases"]
+__all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -48,6 +49,7 @@ class GlottalArea:
 
     @property
     def total(self) -> Floats:
+        """(frames) px^2."""
         return self.left + self.right
 
     def filled(self) -> GlottalArea:
@@ -65,7 +67,7 @@ def middle(place: Floats, midline: Midline) -> Mask:
 
 
 def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
-    """Area and edges of each mask left and right of the midline."""
+    """Area and edges of each mask (h, w) left and right of the midline; a pixel on it counts for both."""
     rows: list[tuple[float, float, float, float]] = []
     right: Floats | None = None
     tenth: Mask | None = None
@@ -82,20 +84,47 @@ def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
     return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
+def check_places(places: Sequence[float]) -> None:
+    """VideoError unless there are some, along the midline, 0 at its upper end and 1 at its lower."""
+    if not (places and all(0 <= place <= 1 for place in places)):
+        said = ", ".join(f"{place:g}" for place in places)
+        raise VideoError(
+            f"Video: kymogram = {said}; must be places in [0, 1], from the midline's upper to its lower end."
+        )
+
+
 def kymogram(
-    recording: Frames, midline: Midline, places: Sequence[float] = (0.5,), half_width: float = 60
+    frames: Iterable[Grey], midline: Midline, places: Sequence[float] = (0.5,), half_width: float = 60
 ) -> Floats:
-    """(places, frames, 2 half_width + 1) grey along lines across the midline, from the image's left to its
-    right; a place is 0 at the midline's upper end and 1 at its lower."""
+    """Grey along lines across the midline, frame by frame, interpolated linearly; 0 beyond the frame.
+
+    Parameters
+    ----------
+    frames : (h, w) each
+    midline : Midline
+    places : sequence of float
+        Of the lines, in [0, 1]: 0 at the midline's upper end and 1 at its lower.
+    half_width : float
+        px, on either side of the midline.
+
+    Returns
+    -------
+    (places, frames, 2 half_width + 1), from the image's left to its right.
+
+    Raises
+    ------
+    VideoError
+        For a place beyond the midline's ends.
+    """
     from scipy import ndimage
+
+    check_places(places)
 
     offsets = np.arange(-int(half_width), int(half_width) + 1.0)
     along = midline.length * np.asarray(places, dtype=float)
     lines = midline.points(np.stack(np.meshgrid(along, offsets, indexing="ij"), axis=-1))
     at = [lines[..., 1], lines[..., 0]]
-    rows = [
-        ndimage.map_coordinates(frame, at, order=1, mode="constant", cval=0.0) for frame in recording.frames()
-    ]
+    rows = [ndimage.map_coordinates(frame, at, order=1, mode="constant", cval=0.0) for frame in frames]
     return np.stack(rows, axis=1).astype(float)
 
 
