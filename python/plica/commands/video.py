@@ -304,7 +304,9 @@ def _masks(options: argparse.Namespace) -> int:
             raise InvalidInput(f"Masks: frame {frame}; must be in [0, {found.count}).")
     frames = found.frames()
     black = np.zeros(frames.shape, dtype=bool)
-    pictures = {k: (frames.frame(k), found.mask(k) if "glottis" in found else black) for k in chosen}
+    pictures = {
+        k: (frame, found.mask(k) if "glottis" in found else black) for k, frame in frames.some(chosen)
+    }
     with storage_errors(options.output):
         write_masks(options.output, pictures)
     if not options.quiet:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -128,7 +129,10 @@ class Analysis:
     def __init__(self, directory: Path) -> None:
         self.directory = directory
         self.path = directory / "results.h5"
+        self._results = Results(self.path)
         with h5py.File(self.path, "r") as file:
+            low, high = file.attrs["scale"]
+            self._scale = float(low), float(high)
             self.source = Path(str(file.attrs["source"]))
             self.settings = Settings.from_json(str(file.attrs["settings"]))
 
@@ -137,15 +141,19 @@ class Analysis:
 
     def __contains__(self, name: str) -> bool:
         """Whether results.h5 has a group or data set of this name."""
-        with h5py.File(self.path, "r") as file:
-            return name in file
+        return name in self._results
 
     def __getitem__(self, name: str) -> Any:
-        """A data set of results.h5 by its name, ``"glottis/left"``; VideoError where it is not there."""
+        """A data set of results.h5 by its name, ``"sides/left"``; VideoError where it is not there."""
+        with self._opened(name) as data:
+            return data[()]
+
+    @contextmanager
+    def _opened(self, name: str) -> Iterator[h5py.Dataset]:
         with h5py.File(self.path, "r") as file:
             if name not in file:
                 raise VideoError(f'Video: {self.path} has no "{name}"; must have it. Is the analysis done?')
-            return file[name][()]
+            yield file[name]
 
     @property
     def complete(self) -> bool:
@@ -157,7 +165,7 @@ class Analysis:
         """px^2, px."""
         return GlottalArea(*(self[f"sides/{name}"] for name in ("left", "right", "left_edge", "right_edge")))
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Frames."""
         return len(self["drift/motion"])
@@ -224,8 +232,7 @@ class Analysis:
     @property
     def drawn(self) -> list[int]:
         """Frames whose mask was drawn by hand."""
-        with h5py.File(self.path, "r") as file:
-            return [int(frame) for frame in file["drawn/frames"]] if "drawn" in file else []
+        return sorted(self._results.drawn())
 
     def mask(self, frame: int) -> Mask:
         """(h, w) where the glottis is."""
@@ -241,10 +248,7 @@ class Analysis:
         return np.asarray(self._entry("flow/round_trip", frame))
 
     def _entry(self, name: str, frame: int) -> Any:
-        with h5py.File(self.path, "r") as file:
-            if name not in file:
-                raise VideoError(f'Video: {self.path} has no "{name}"; must have it. Is the analysis done?')
-            data = file[name]
+        with self._opened(name) as data:
             if not -len(data) <= frame < len(data):
                 raise VideoError(f'Video: frame {frame} of "{name}"; must be in [0, {len(data)}).')
             return data[frame % len(data)]
@@ -267,17 +271,24 @@ class Analysis:
         )
 
     def frames(self) -> Steadied:
-        """The recording as it was analysed: turned, cut, without the endoscope's motion."""
-        motion = self["drift/motion"]
-        with h5py.File(self.path, "r") as file:
-            low, high = file.attrs["scale"]
-        recording = _open(self.source, self.settings, (float(low), float(high)))
-        if recording.count != len(motion):
+        """The recording as it was analysed: turned, cut, without the endoscope's motion.
+
+        Raises
+        ------
+        VideoError
+            Where the recording is not there any more, or has another number of frames.
+        """
+        return self._steadied
+
+    @cached_property
+    def _steadied(self) -> Steadied:
+        recording = _open(self.source, self.settings, self._scale)
+        if recording.count != self.count:
             raise VideoError(
-                f"Video: {self.source} has {recording.count} frames; must have {len(motion)}, as when its "
+                f"Video: {self.source} has {recording.count} frames; must have {self.count}, as when its "
                 f"analysis in {self.directory} began."
             )
-        return Steadied(recording, motion)
+        return Steadied(recording, self["drift/motion"])
 
     @cached_property
     def waveforms(self) -> dict[str, npt.NDArray[Any]]:

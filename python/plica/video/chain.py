@@ -31,7 +31,7 @@ from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
-from plica.video.trajectories import follow
+from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
 
 __all__ = ["Chain"]
@@ -44,7 +44,6 @@ _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back miss
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
 _BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
 _TRUSTED = 0.5  # confidence from which a pixel counts in the modes
-_GRID = 12  # px between the points whose paths are followed
 
 
 class Chain:
@@ -265,7 +264,7 @@ class Chain:
 
     def _paths(self) -> None:
         height, width = self._shape
-        y, x = np.mgrid[_GRID : height - _GRID : _GRID, _GRID : width - _GRID : _GRID]
+        y, x = np.mgrid[spacing : height - spacing : spacing, spacing : width - spacing : spacing]
         points = np.stack([x.ravel(), y.ravel()], axis=1)
         points = points[~next(self._results.masks())[points[:, 1], points[:, 0]]]
         with h5py.File(self._flows, "r") as file:

@@ -8,7 +8,7 @@ A frame in which the still region does not look like the first's keeps the motio
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,6 +135,13 @@ class Steadied:
     def frames(self, begin: int = 0) -> Iterator[Grey]:
         """Frames from this one on."""
         return without_drift(self.recording.frames(begin), self.motion[begin:])
+
+    def some(self, wanted: Collection[int]) -> Iterator[tuple[int, Grey]]:
+        """Of these frames each with its number, in order; the recording is read once."""
+        last = max(wanted, default=-1) + 1
+        for index, frame in enumerate(self.recording.frames(0, last)):
+            if index in wanted:
+                yield index, next(without_drift([frame], self.motion[index : index + 1]))
 
     def frame(self, index: int) -> Grey:
         """One of them."""

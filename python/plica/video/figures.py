@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.video.analysis import Analysis
+from plica.video.trajectories import spacing
 
 __all__ = ["sections"]
 
 _SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
 _MOST_PATHS = 4000
-_SPACING = 12  # px, of the points
 
 
 def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
@@ -177,7 +177,7 @@ def _paths(found: Analysis) -> Drawing:
     frame = found.frames().frame(int(begin))
     way = places[begin:end] - places[begin]
     largest = float(np.nanpercentile(np.linalg.norm(way, axis=-1).max(axis=0), 99))
-    times = max(1, int(0.8 * _SPACING / max(largest, 1e-9)))
+    times = max(1, int(0.8 * spacing / max(largest, 1e-9)))
     drawn = places[begin] + times * way
 
     def paint(figure: Figure) -> None:

@@ -69,53 +69,57 @@ def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
     Raises
     ------
     VideoError
-        Where no frame has a glottis, or one no darker than the noise.
+        Where no frame has a glottis, or one no darker than the noise; where drawn masks are brighter than
+        what is around them, or leave nothing around them.
     """
-    from scipy import ndimage
-
     shown = {frame: mask for frame, mask in (drawn or {}).items() if mask.any()}
     if shown:
         found = [(frame, shown[k]) for k, frame in enumerate(recording.frames()) if k in shown]
     else:
         found = _segmented(recording)
     largest = max(mask.sum() for _, mask in found)
-    reach = np.zeros(recording.shape, dtype=bool)
-    dark: list[float] = []
-    tissue: list[float] = []
-    noise: list[float] = []
-    for raw, mask in found:
-        if mask.sum() < 0.3 * largest:
-            continue
-        frame = blurred(raw)
-        noise.append(1.4826 * float(np.median(np.abs(raw - frame))))
-        depth = ndimage.distance_transform_edt(mask)
-        dark.append(
-            float(np.median(frame[depth >= max(1.0, float(np.median(depth[mask])))]))
-        )  # away from the edge
-        outside = around(mask)
-        tissue.append(float(np.median(frame[outside])) if outside.any() else float("nan"))
-        reach |= mask
+    clear = [(frame, mask) for frame, mask in found if mask.sum() >= 0.3 * largest]
+    dark, tissue, noise = np.median([_levels(frame, mask) for frame, mask in clear], axis=0).tolist()
+    contrast = tissue - dark
+    if shown:
+        _check_drawn(shown, contrast)
+    if not contrast > 2 * noise:
+        raise VideoError(
+            f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, "
+            f"the noise {noise:.3g}; must be more than twice as much. Is this a recording of a larynx?"
+        )
+    reach = np.any([mask for _, mask in clear], axis=0)
+    return Look(dark, tissue, reach, _needed(noise / contrast))
+
+
+def _levels(raw: Grey, mask: Mask) -> tuple[float, float, float]:
+    """Grey of the glottis, away from its edge, and of the tissue around it; the noise's standard deviation.
+
+    Not a number for tissue that is not there.
+    """
+    from scipy import ndimage
+
+    frame = blurred(raw)
+    depth = ndimage.distance_transform_edt(mask)
+    inside = depth >= max(1.0, float(np.median(depth[mask])))
+    outside = around(mask)
+    tissue = float(np.median(frame[outside])) if outside.any() else float("nan")
+    return float(np.median(frame[inside])), tissue, 1.4826 * float(np.median(np.abs(raw - frame)))
+
+
+def _check_drawn(shown: Mapping[int, Mask], contrast: float) -> None:
+    """VideoError where drawn masks leave no tissue around them, or it is the darker."""
     named = ", ".join(map(str, sorted(shown)))
-    if shown and np.isnan(tissue).any():
+    if np.isnan(contrast):
         raise VideoError(
             f"Masks: those drawn (frames {named}); must leave tissue around the glottis: white where the "
             "glottis is, black elsewhere."
         )
-    contrast = float(np.median(tissue) - np.median(dark))
-    if shown and not contrast > 0:
+    if not contrast > 0:
         raise VideoError(
             f"Masks: what is drawn (frames {named}) is {-contrast:.3g} grey levels brighter than what is "
             "around it; must be darker: white where the glottis is, black elsewhere."
         )
-    if not contrast > 2 * np.median(noise):
-        raise VideoError(
-            f"Glottis: the darkest region is {contrast:.3g} grey levels darker than what is around it, "
-            f"the noise {np.median(noise):.3g}; must be more than twice as much. Is this a recording of a "
-            "larynx?"
-        )
-    return Look(
-        float(np.median(dark)), float(np.median(tissue)), reach, _needed(float(np.median(noise)) / contrast)
-    )
 
 
 def _needed(noise: float) -> float:
@@ -126,7 +130,10 @@ def _needed(noise: float) -> float:
 
 
 def masks(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Iterator[Mask]:
-    """The glottis of every frame, (h, w) bool each, in order: as drawn, or as :func:`learn` says it looks."""
+    """The glottis of every frame, (h, w) bool each, in order: as drawn, or as :func:`learn` says it looks.
+
+    Raises VideoError as :func:`learn` does.
+    """
     look = learn(recording, drawn)
     for index, frame in enumerate(recording.frames()):
         yield drawn[index] if drawn and index in drawn else look.mask(frame)

@@ -150,10 +150,8 @@ def _overlays(found: Analysis, shown: npt.NDArray[np.int_]) -> list[npt.NDArray[
     along = np.linspace(0, found.midline.length, int(2 * found.midline.length) + 2)
     line = np.round(found.midline.points(np.stack([along, 0 * along], axis=-1))).astype(int)
     rows, columns = np.clip(line[:, ::-1], 0, np.array(steady.shape) - 1).T
-    images, wanted = [], set(shown.tolist())
-    for index, frame in enumerate(steady.frames()):
-        if index not in wanted:
-            continue
+    images = []
+    for index, frame in steady.some(set(shown.tolist())):
         coloured = np.stack([np.clip(frame, 0, 255).astype(np.uint8)] * 3, axis=-1)
         mask = found.mask(index)
         coloured[rows, columns] = (90, 160, 230)

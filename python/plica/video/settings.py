@@ -7,6 +7,8 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+import numpy as np
+
 from plica.errors import nearest, one_of
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
@@ -61,18 +63,18 @@ class Settings:
             if values is None:
                 continue
             try:
-                numbers = tuple(map(int if name == "region" else float, values))
+                read = tuple(map(int if name == "region" else float, values))
             except (TypeError, ValueError):
-                numbers = ()
-            if not numbers or (length is not None and len(numbers) != length):
+                read = ()
+            if not read or (length is not None and len(read) != length):
                 many = "numbers" if length is None else f"{length} numbers"
                 raise VideoError(f"Video: {name} = {values!r}; must be {many}.")
-            object.__setattr__(self, name, numbers)
+            object.__setattr__(self, name, read)
         for name in ("fps", "mm_per_px", "rotation"):
             number = getattr(self, name)
             if number is None and name != "rotation":
                 continue
-            if isinstance(number, bool) or not isinstance(number, int | float):
+            if isinstance(number, bool) or not isinstance(number, int | float | np.integer):
                 raise VideoError(f"Video: {name} = {number!r}; must be a number.")
             if not (math.isfinite(number) and (number > 0 or name == "rotation")):
                 must = "finite" if name == "rotation" else "> 0 and finite, or left out if unknown"

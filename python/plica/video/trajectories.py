@@ -11,9 +11,12 @@ import numpy.typing as npt
 from plica.phonation.cycles import Cycles
 from plica.video.errors import VideoError
 
-__all__ = ["Paths", "follow"]
+__all__ = ["Paths", "follow", "spacing"]
 
 Floats = npt.NDArray[np.float64]
+
+spacing = 12
+"""px between the points that an analysis follows."""
 
 
 @dataclass(frozen=True)
