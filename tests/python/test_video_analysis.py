@@ -19,7 +19,7 @@ from plica.cli import main
 from plica.video import chain, report
 from plica.video.analysis import analyse, load
 from plica.video.errors import VideoError
-from plica.video.glottis import write_masks
+from plica.video.glottis import learn, write_masks
 from plica.video.image_file import read_image
 from plica.video.seen import Seen, informing
 from plica.video.settings import Settings
@@ -489,3 +489,37 @@ def test_the_flow_is_told_the_preset_the_scale_and_what_informs(
         silent = np.isnan(found.round_trip(k)[..., 0])
         assert silent[~seen[0].tissue].all()
         assert silent[seen[0].tissue].mean() < 0.05  # what leaves the frame
+
+
+@pytest.mark.slow
+def test_trust_is_what_the_way_there_and_back_says(done: Path) -> None:
+    """Each figure again, from the stored flow alone, by sums written out."""
+    found = load(done)
+    trips = [found.round_trip(k) for k in range(65)]
+    missed = [np.hypot(trip[..., 0], trip[..., 1]) for trip in trips]
+    folds = found["sides/folds"] > 0
+    expected = [np.nanmedian(values[folds]) for values in missed]
+    assert found["trust/mismatch"] == pytest.approx(np.array(expected))
+    share = np.mean([np.where(np.isnan(values), np.inf, values) < 0.5 for values in missed], axis=0)
+    assert found["trust/confidence"] == pytest.approx(share, abs=1e-6)
+    assert np.array_equal(found.modes.mask, (found["glottis/tissue"] > 0) & (share >= 0.5))
+    parts = [[np.nansum(trip * pattern) for pattern in found.modes.patterns] for trip in trips]
+    for k in (4, 30, 60):  # nine pairs about each
+        nine = np.mean(np.square(parts[k - 4 : k + 5]), axis=0)
+        assert found["modes/round_trip"][k] == pytest.approx(np.sqrt(nine / 2), rel=1e-4)
+    look = learn(found.frames())
+    wide = int(found.area.total.argmax())
+    frame = found.frames().frame(wide)
+    assert found["glottis/least"][wide] == look.mask(frame, 0.4).sum() < found.area.total[wide]
+    assert found["glottis/largest"][wide] == look.mask(frame, 0.6).sum() > found.area.total[wide]
+
+
+@pytest.mark.slow
+def test_some_frames_are_those_of_all(done: Path) -> None:
+    steady = load(done).frames()
+    everything = list(steady.frames())
+    some = dict(steady.some({0, 7, 65}))
+    assert sorted(some) == [0, 7, 65]
+    assert all(np.array_equal(frame, everything[k]) for k, frame in some.items())
+    assert np.array_equal(steady.frame(7), everything[7])
+    assert not list(steady.some(set()))
