@@ -26,10 +26,10 @@ from scipy.spatial import cKDTree
 
 import plica
 from plica import _engine as engine
-from plica.phonation import checkpoint
-from plica.phonation.build import _airflow, _body, _contact, _scheme, build_simulation
-from plica.phonation.contact_measures import collisions, force_level, moving_average, pressure_window
-from plica.phonation.mesh_source import build_mesh
+from plica.phonation.measures.contact import collisions, force_level, moving_average, pressure_window
+from plica.phonation.run import checkpoint
+from plica.phonation.run.build import _airflow, _body, _contact, _scheme, build_simulation
+from plica.phonation.scene.mesh_source import build_mesh
 
 MESHES: dict[str, dict[str, Any]] = {
     "coarser": {"around": 12, "levels": [1, 1, 1, 1, 1, 4, 1, 1, 1, 1], "body_rings": 1},

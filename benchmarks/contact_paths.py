@@ -28,7 +28,7 @@ from phonation import mean_interface_edge  # the scripts beside this one
 from step_cost import CLOSING, SEARCHED
 
 import plica
-from plica.phonation import checkpoint
+from plica.phonation.run import checkpoint
 
 SOLVERS = ("condensed", "saddle", "gmres")
 PARTS = ("solve", "contact", "detection")

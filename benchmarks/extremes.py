@@ -30,9 +30,9 @@ import numpy as np
 
 import plica
 from plica import _engine as engine
-from plica.phonation.build import build_simulation
-from plica.phonation.mesh_source import build_mesh
-from plica.phonation.solver_measures import slides
+from plica.phonation.measures.solver import slides
+from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.mesh_source import build_mesh
 
 E, NU, DENSITY, SIDE = 20e3, 0.3, 1040.0, 0.01
 

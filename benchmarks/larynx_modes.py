@@ -16,8 +16,8 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 import plica
-from plica.phonation.build import build_simulation
-from plica.phonation.mesh_source import build_mesh
+from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.mesh_source import build_mesh
 
 SCENE = Path(__file__).parents[1] / "examples" / "thesis.toml"
 MESHES = {

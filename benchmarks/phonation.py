@@ -30,9 +30,9 @@ import numpy as np
 
 import plica
 from plica import _engine as engine
-from plica.phonation.build import fixed_components
-from plica.phonation.cycles import Cycles
-from plica.phonation.measures import measure, steady_cycles
+from plica.measures.cycles import Cycles
+from plica.phonation.measures.measure import measure, steady_cycles
+from plica.phonation.run.build import fixed_components
 
 # Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
 QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {

@@ -14,10 +14,10 @@ from tissue_stress import TissueStress
 
 import plica
 from plica import _engine as engine
-from plica.phonation.build import materials_of
-from plica.phonation.cycles import Cycles, fewest, rising_crossings, weak
-from plica.phonation.measures import measure
-from plica.phonation.mesh_source import build_mesh
+from plica.measures.cycles import Cycles, fewest, rising_crossings, weak
+from plica.phonation.measures.measure import measure
+from plica.phonation.run.build import materials_of
+from plica.phonation.scene.mesh_source import build_mesh
 
 MIDDLE = 0.5  # of the half-length: the middle half of the folds
 

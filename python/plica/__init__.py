@@ -19,10 +19,12 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StorageFailed
-from plica.phonation.build import build_simulation, equilibrium
-from plica.phonation.mesh_parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
-from plica.phonation.mesh_source import build_mesh
-from plica.phonation.parts import (
+from plica.phonation.run.build import build_simulation, equilibrium
+from plica.phonation.run.results import Run
+from plica.phonation.run.run import run
+from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.parts import (
     Airflow,
     Augmented,
     Contact,
@@ -44,10 +46,8 @@ from plica.phonation.parts import (
     Supports,
     VolumePenalty,
 )
-from plica.phonation.results import Run
-from plica.phonation.run import run
-from plica.phonation.scene import Scene
-from plica.phonation.tissue import Tissue, TissueSide
+from plica.phonation.scene.scene import Scene
+from plica.phonation.scene.tissue import Tissue, TissueSide
 
 if TYPE_CHECKING:
     from plica.video.flow import flow

@@ -145,10 +145,11 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.measures import measure, write_measures
-    from plica.phonation.solver_measures import doubts
-    from plica.phonation.storage import storage_errors
-    from plica.report import write_report
+    from plica.measures.file import write_measures
+    from plica.phonation.measures.measure import measure
+    from plica.phonation.measures.solver import doubts
+    from plica.phonation.report import write_report
+    from plica.storage.files import storage_errors
 
     scene = plica.Scene.load(options.scene)
     plica.set_threads(options.threads)
@@ -170,9 +171,10 @@ def _run(options: argparse.Namespace) -> int:
 def _conclude(directory: Path) -> None:
     """Measures and report of what a failed run has computed, so that one can look at it."""
     import plica
-    from plica.phonation.measures import measure, write_measures
-    from plica.phonation.storage import storage_errors
-    from plica.report import write_report
+    from plica.measures.file import write_measures
+    from plica.phonation.measures.measure import measure
+    from plica.phonation.report import write_report
+    from plica.storage.files import storage_errors
 
     if not (directory / "results.h5").exists():
         return
@@ -184,7 +186,7 @@ def _conclude(directory: Path) -> None:
 
 def _mesh(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.mesh_summary import mesh_summary, write_mesh
+    from plica.phonation.scene.mesh_summary import mesh_summary, write_mesh
 
     scene = plica.Scene.load(options.scene)
     mesh = plica.build_mesh(scene.mesh, scene.source)
@@ -232,8 +234,8 @@ def _plain(value: object) -> str:
 
 def _report(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.storage import storage_errors
-    from plica.report import write_report
+    from plica.phonation.report import write_report
+    from plica.storage.files import storage_errors
 
     if video.is_analysis(options.directory):
         return video.redraw(options.directory)
@@ -245,8 +247,9 @@ def _report(options: argparse.Namespace) -> int:
 
 def _measures(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.measures import measure, write_measures
-    from plica.phonation.storage import storage_errors
+    from plica.measures.file import write_measures
+    from plica.phonation.measures.measure import measure
+    from plica.storage.files import storage_errors
 
     if video.is_analysis(options.directory):
         return video.remeasure(options.directory)

@@ -23,7 +23,7 @@ class AnalyticMesh:
 
 @dataclass(frozen=True)
 class AnalyticRun:
-    """A run with its results given; satisfies plica.phonation.run_data.RunData."""
+    """A run with its results given; satisfies plica.phonation.measures.run_data.RunData."""
 
     time: Floats
     waveforms: Mapping[str, Array]

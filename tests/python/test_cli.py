@@ -16,8 +16,8 @@ import plica
 from analytic_run import Phonation
 from plica.cli import main
 from plica.commands.table import MAIN_MEASURES
-from plica.phonation.measures import measure
-from plica.phonation.solver_measures import doubts
+from plica.phonation.measures.measure import measure
+from plica.phonation.measures.solver import doubts
 
 
 @pytest.fixture
@@ -221,7 +221,7 @@ def test_ctrl_c_before_the_first_step_leaves_nothing_and_promises_nothing(
     capsys: pytest.CaptureFixture[str],
     busy: str,
 ) -> None:
-    monkeypatch.setattr(f"plica.phonation.run.{busy}", stop)
+    monkeypatch.setattr(f"plica.phonation.run.run.{busy}", stop)
     assert main(["run", str(scene_file), "-o", str(tmp_path / "run")]) == 130
     assert capsys.readouterr().err == "plica: stopped.\n"
     assert not (tmp_path / "run").exists()
@@ -232,7 +232,7 @@ def test_ctrl_c_in_a_run_says_how_to_continue_it(
 ) -> None:
     command = ["run", str(scene_file), "-o", str(tmp_path / "run"), "--quiet"]
     with monkeypatch.context() as patch:
-        patch.setattr("plica.phonation.run._Runner._advance", stop)
+        patch.setattr("plica.phonation.run.run._Runner._advance", stop)
         assert main(command) == 130
     said = capsys.readouterr().err
     assert said == f"plica: stopped. Continue with --resume: plica {' '.join(command[:4])} --resume\n"

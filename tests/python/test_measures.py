@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
-from plica.phonation.cycles import autocorrelation_frequency, find_cycles, rising_crossings
-from plica.phonation.measures import measure, write_measures
+from plica.measures.cycles import autocorrelation_frequency, find_cycles, rising_crossings
+from plica.measures.file import write_measures
+from plica.phonation.measures.measure import measure
 
 # A frequency that no multiple of the step fits, so that nothing is exact by luck.
 base = Phonation(frequency=213.7)

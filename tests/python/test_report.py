@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
-from plica.phonation.measure import Measure
-from plica.phonation.measures import measure
-from plica.report import write_report
-from plica.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
-from plica.report.page import banner, remark, sections
-from plica.report.reading import read
+from plica.measures.measure import Measure
+from plica.phonation.measures.measure import measure
+from plica.phonation.report import write_report
+from plica.phonation.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
+from plica.phonation.report.page import banner, remark, sections
+from plica.phonation.report.reading import read
 from plica.report.wording import number, row, tables
 
 base = Phonation(frequency=213.7, vertical_lag=0.6, amplitude_right=0.4e-3)

@@ -23,7 +23,7 @@ import pytest
 import plica
 from plica import _engine
 from plica.cli import main
-from plica.phonation import checkpoint
+from plica.phonation.run import checkpoint
 
 PROGRAM = """
 import sys, plica
@@ -392,7 +392,7 @@ def test_a_damaged_checkpoint_is_passed_over(
 
 
 def test_one_process_at_a_time(bar: plica.Scene, tmp_path: Path) -> None:
-    from plica.phonation.storage import only_writer
+    from plica.storage.files import only_writer
 
     (tmp_path / "run").mkdir()
     with only_writer(tmp_path / "run"), pytest.raises(plica.InvalidInput, match="another process"):
@@ -474,7 +474,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(bar: plica.Scene, tmp_pa
 
 
 def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path: Path) -> None:
-    from plica.phonation.storage import replaced
+    from plica.storage.files import replaced
 
     def fill_the_disk(path: Path) -> None:
         path.write_text("half")

@@ -13,8 +13,8 @@ import pytest
 
 import plica
 from plica import _engine
-from plica.phonation.build import fixed_components, materials_of, probe_nodes
-from plica.phonation.initial import initial_fields, opening_pattern
+from plica.phonation.run.build import fixed_components, materials_of, probe_nodes
+from plica.phonation.run.initial import initial_fields, opening_pattern
 from plica.units import read_quantity
 
 

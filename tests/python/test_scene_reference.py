@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import plica
-from plica.phonation.part import OneOf, Part
-from plica.phonation.waveform_units import WAVEFORM_MEANINGS, WAVEFORM_UNITS
+from plica.phonation.run.waveform_units import WAVEFORM_MEANINGS, WAVEFORM_UNITS
+from plica.phonation.scene.part import OneOf, Part
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from plica.phonation.cycles import find_cycles
+from plica.measures.cycles import find_cycles
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.trajectories import follow
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plica.phonation.cycles import find_cycles
+from plica.measures.cycles import find_cycles
 from plica.video.drift import Drift
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from plica.phonation.storage import storage_errors
+from plica.storage.files import storage_errors
 
 __all__ = ["header", "line", "show"]
 

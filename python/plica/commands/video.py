@@ -204,7 +204,7 @@ def is_analysis(directory: Path) -> bool:
 
 def redraw(directory: Path) -> int:
     """``plica report`` for an analysis."""
-    from plica.phonation.storage import storage_errors
+    from plica.storage.files import storage_errors
     from plica.video.analysis import load
     from plica.video.report import write_report
 
@@ -215,7 +215,7 @@ def redraw(directory: Path) -> int:
 
 def remeasure(directory: Path) -> int:
     """``plica measures`` for an analysis."""
-    from plica.phonation.storage import storage_errors
+    from plica.storage.files import storage_errors
     from plica.video.analysis import load
     from plica.video.tables import write_tables
 
@@ -250,7 +250,7 @@ def _modes(options: argparse.Namespace) -> int:
 def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analysis:
     """The analysis of a recording as far as `until`, its tables written and its measures printed."""
     import plica
-    from plica.phonation.storage import storage_errors
+    from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
     from plica.video.report import write_report
     from plica.video.settings import Settings
@@ -293,7 +293,7 @@ def _masks(options: argparse.Namespace) -> int:
     import numpy as np
 
     from plica.errors import InvalidInput
-    from plica.phonation.storage import storage_errors
+    from plica.storage.files import storage_errors
     from plica.video.analysis import load
     from plica.video.glottis import write_masks
 

@@ -1,5 +1,1 @@
-"""The report of a run: one page that needs nothing else."""
-
-from plica.report.page import write_report
-
-__all__ = ["write_report"]
+"""How figures and numbers are shown to people, in the reports of runs and of recordings."""

@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plica.phonation.run_data import Floats
+from plica.measures.record import Floats
 
 blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
 tissue, air, rim = "#d8998a", "#1d222b", "#4a2f2a"

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from plica.phonation.measure import Measure
+from plica.measures.measure import Measure
 
 # SI unit: (factor, unit for people).
 people: dict[str, tuple[float, str]] = {

@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.errors import one_of
-from plica.phonation.cycles import Cycles
-from plica.phonation.measure import Measure
-from plica.phonation.storage import only_writer, storage_errors
+from plica.measures.cycles import Cycles
+from plica.measures.measure import Measure
+from plica.storage.files import only_writer, storage_errors
 from plica.video.chain import Chain
 from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement

@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from plica.phonation.storage import replaced, require_space
-from plica.phonation.store import lay_out
+from plica.storage.files import replaced, require_space
+from plica.storage.layout import lay_out
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError

@@ -15,8 +15,8 @@ import jinja2
 import numpy as np
 import numpy.typing as npt
 
-from plica.phonation.storage import replaced
 from plica.report.wording import number
+from plica.storage.files import replaced
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
 from plica.video.quality import in_doubt
@@ -48,7 +48,7 @@ def write_report(found: Analysis) -> Path:
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     shown = np.unique(np.linspace(0, found.count - 1, _MOST_FRAMES).round().astype(int))
     pictures = [_picture(image) for image in _overlays(found, shown)]
-    from plica import __version__
+    from plica._engine import build_info
 
     text = environment.from_string(template).render(
         title=found.source.name,
@@ -61,7 +61,7 @@ def write_report(found: Analysis) -> Path:
         rows=_rows(found),
         sections=sections(found),
         command=_command(found),
-        version=__version__,
+        version=build_info()["version"],
     )
 
     def write(draft: Path) -> None:

@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from plica.phonation.storage import replaced
+from plica.storage.files import replaced
 from plica.video.errors import VideoError
 from plica.video.recording import Recording
 from plica.video.settings import Settings

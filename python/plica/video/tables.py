@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from plica.phonation.measures import write_measures
-from plica.phonation.storage import replaced
+from plica.measures.file import write_measures
+from plica.storage.files import replaced
 from plica.video.analysis import Analysis
 
 __all__ = ["write_tables"]

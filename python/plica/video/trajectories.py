@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plica.phonation.cycles import Cycles
+from plica.measures.cycles import Cycles
 from plica.video.errors import VideoError
 
 __all__ = ["Paths", "follow", "spacing"]

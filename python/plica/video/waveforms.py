@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from plica.phonation.cycles import Cycles, find_cycles
-from plica.phonation.measure import Measure, per_cycle, whole
+from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.measure import Measure, per_cycle, whole
 from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey

@@ -1,0 +1,1 @@
+"""What is measured of a waveform, simulated or filmed: cycles, and quantities with their spread."""

@@ -1,0 +1,73 @@
+"""One measured quantity with its unit, its spread between cycles and the number of cycles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plica.measures.cycles import Cycles
+from plica.measures.record import Floats
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A quantity in SI units.
+
+    Attributes
+    ----------
+    value : float or None
+        Mean over the cycles where there are cycles; None where it has no meaning (the note says why).
+    unit : str
+        SI, "1" for a pure number.
+    spread : float or None
+        Standard deviation between cycles (n - 1); None where nothing was averaged.
+    cycles : int
+        Number of cycles (or collisions) averaged; 0 for a quantity of the whole run.
+    note : str
+        How it is defined, where that is a choice, or why there is no value.
+    """
+
+    value: float | None
+    unit: str
+    spread: float | None = None
+    cycles: int = 0
+    note: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry of measures.json."""
+        entry: dict[str, Any] = {
+            "value": self.value,
+            "unit": self.unit,
+            "spread": self.spread,
+            "cycles": self.cycles,
+        }
+        if self.note:
+            entry["note"] = self.note
+        return entry
+
+
+def whole(value: float, unit: str, note: str = "") -> Measure:
+    """A quantity of the whole run; without a value if it is not finite."""
+    return Measure(float(value) if np.isfinite(value) else None, unit, note=note)
+
+
+def absent(unit: str, reason: str) -> Measure:
+    """A quantity that this run does not determine, with the reason."""
+    return Measure(None, unit, note=reason)
+
+
+def average(values: Floats, unit: str, note: str = "") -> Measure:
+    """Mean and standard deviation of one value per cycle; those that are not finite are left out."""
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    if not finite.size:
+        return absent(unit, note or "undefined in every cycle")
+    spread = float(finite.std(ddof=1)) if finite.size > 1 else None
+    return Measure(float(finite.mean()), unit, spread, int(finite.size), note)
+
+
+def per_cycle(cycles: Cycles, values: Floats, unit: str, note: str = "") -> Measure:
+    """Average over cycles, or no value and the reason why there are no cycles."""
+    return average(values, unit, note) if cycles.count else absent(unit, cycles.note)

@@ -1,0 +1,81 @@
+"""Measures of a run without airflow: frequency and damping of its most mobile probe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plica.measures.cycles import Cycles, fewest, find_cycles, rising_crossings, settled
+from plica.measures.measure import Measure, absent, whole
+from plica.measures.record import Array, Floats
+from plica.phonation.measures.glottal import frequency_measures
+
+faded = 0.02  # of the largest excursion: a free vibration is evaluated down to here
+
+
+def most_mobile(probes: Array) -> tuple[int, int]:
+    """Probe and component of `probes` (k, p, 3) with the largest variance."""
+    variance = np.var(probes, axis=0)
+    probe, component = np.unravel_index(int(np.argmax(variance)), variance.shape)
+    return int(probe), int(component)
+
+
+def vibrating_part(signal: Floats) -> slice:
+    """Samples up to the last excursion from the mean of the last fifth that is above 2 % of the largest."""
+    excursion = np.abs(signal - signal[-max(signal.size // 5, 1) :].mean())
+    alive = np.flatnonzero(excursion > faded * excursion.max())
+    return slice(0, int(alive[-1]) + 1 if alive.size else 0)
+
+
+def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[str, Measure], Cycles]:
+    """Frequency of the probe component that moves most, and its damping ratio if no load does work.
+
+    Parameters
+    ----------
+    time : (k) s
+    waveforms
+        With probes (k, p, 3) m and load_work (k) J.
+
+    Returns
+    -------
+    measures : dict of Measure
+        Frequency measures, damping_ratio, probe_amplitude.
+    cycles : Cycles
+        Of that component.
+    """
+    probes = waveforms["probes"]
+    probe, component = most_mobile(probes)
+    signal = np.asarray(probes[:, probe, component], dtype=float)
+    part = vibrating_part(signal)
+    cycles = find_cycles(time[part], signal[part], name="probe displacement")
+    free = np.ptp(np.asarray(waveforms["load_work"], dtype=float)) == 0
+    if free and cycles.count and not cycles.settled:
+        cycles = _all_alike(rising_crossings(time[part], signal[part]))
+    found = frequency_measures(time[part], signal[part], cycles)
+    note = f"half the peak-to-peak of probe {probe}, component {'xyz'[component]}"
+    found["probe_amplitude"] = whole(0.5 * float(np.ptp(signal)), "m", note)
+    if free:
+        found["damping_ratio"] = _damping_ratio(time[part], signal[part], cycles)
+    return found, cycles
+
+
+def _all_alike(starts: Floats) -> Cycles:
+    """All cycles back from the end whose period is within 5 % of the median: the amplitude may decay."""
+    periods = np.diff(starts)
+    alike = np.abs(periods - np.median(periods)) <= settled * np.median(periods)
+    count = periods.size if alike.all() else int(np.argmin(alike[::-1]))
+    note = "free vibration: the amplitude decays"
+    return Cycles(starts[-max(count, fewest) - 1 :], note, False)
+
+
+def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:
+    """From the slope of the logarithmic amplitude, ln a_n = ln a_0 - 2 pi zeta n / sqrt(1 - zeta^2)."""
+    if not cycles.count:
+        return absent("1", cycles.note)
+    amplitude = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
+    slope = float(np.polyfit(np.arange(amplitude.size), np.log(amplitude), 1)[0])
+    decrement = -slope / (2.0 * np.pi)
+    ratio = decrement / np.sqrt(1.0 + decrement**2)
+    note = "from the decay of the peak-to-peak amplitude; negative: it grows"
+    return Measure(float(ratio), "1", None, cycles.count, note)

@@ -1,0 +1,108 @@
+"""The measures of a run."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+
+from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.measure import Measure, whole
+from plica.phonation.measures.contact import contact_measures
+from plica.phonation.measures.folds import glottal_canal, motion_measures, rest_width
+from plica.phonation.measures.free import free_measures
+from plica.phonation.measures.glottal import flow_measures, frequency_measures, quotient_measures
+from plica.phonation.measures.run_data import RunData, reached
+from plica.phonation.measures.solver import energy_measures, solver_measures
+from plica.units import read_quantity
+
+__all__ = ["fold_length", "measure", "steady_cycles"]
+
+
+def steady_cycles(run: RunData) -> Cycles:
+    """The steady cycles of a run: of its glottal area, or without airflow of the probe that moves most.
+
+    Parameters
+    ----------
+    run : RunData
+
+    Returns
+    -------
+    Cycles
+        Empty, with a note that says why, where there are fewer than three.
+    """
+    time, waveforms = reached(run)
+    if not time.size:
+        return Cycles(np.empty(0), "no step was computed")
+    if "minimum_area" in waveforms:
+        return find_cycles(time, np.asarray(waveforms["minimum_area"], dtype=float), name="glottal area")
+    probes = waveforms.get("probes")
+    if probes is not None and probes.size:
+        return free_measures(time, waveforms)[1]
+    return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in")
+
+
+def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:
+    """Everything that is measured of a run, in SI units.
+
+    Parameters
+    ----------
+    run : RunData
+        Finished, interrupted or failed; the steps that were computed are used.
+    cycles : Cycles, optional
+        Of the glottal area, to average over; the steady ones unless given.
+
+    Returns
+    -------
+    dict of Measure
+        By name. A part that the scene does not have gives no entries; a quantity that this run does not
+        determine has the value None and a note that says why.
+    """
+    time, waveforms = reached(run)
+    if not time.size:
+        return {"steps": whole(0, "1", "no step was computed")}
+    found: dict[str, Measure] = {}
+    cycles = steady_cycles(run) if cycles is None else cycles
+    if "minimum_area" in waveforms:
+        found |= frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
+        found |= quotient_measures(time, waveforms, cycles)
+        found |= flow_measures(time, waveforms, cycles)
+        found |= motion_measures(time, waveforms, cycles, glottal_canal(rest_width(run)))
+        found |= _subglottal_pressure(run.scene_text)
+    elif "probes" in waveforms and waveforms["probes"].size:
+        found |= free_measures(time, waveforms)[0]
+    if "contact_force_first" in waveforms:
+        found |= contact_measures(time, waveforms, cycles, fold_length(run))
+    return found | energy_measures(waveforms) | solver_measures(time, waveforms)
+
+
+def fold_length(run: RunData) -> float | None:
+    """Anteroposterior length of the folds (m): that of the narrowest section, or else of the airway.
+
+    Parameters
+    ----------
+    run : RunData
+
+    Returns
+    -------
+    float or None
+        None where there is neither an airflow nor a surface named airway.
+    """
+    major = np.asarray(run.section_major, dtype=float)
+    _, waveforms = reached(run)
+    areas = waveforms.get("section_area")
+    if major.size and areas is not None and len(areas):
+        return 2.0 * float(major[int(np.argmin(areas[0]))])
+    surface = run.mesh.surfaces.get("airway")
+    if surface is None:
+        return None
+    return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))
+
+
+def _subglottal_pressure(scene_text: str) -> dict[str, Measure]:
+    try:
+        airflow = tomllib.loads(scene_text).get("airflow", {})
+        value = read_quantity(airflow["subglottal_pressure"], "Pa")
+    except (tomllib.TOMLDecodeError, KeyError, ValueError):
+        return {}  # a run that was not made from a scene file does not tell
+    return {"subglottal_pressure": whole(value, "Pa", "from the scene")}

@@ -1,0 +1,77 @@
+"""What measures and report need of a run: a protocol, so that both also serve runs made elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import numpy as np
+
+from plica.measures.record import Array, Floats
+
+
+class MeshData(Protocol):
+    """The mesh of a run."""
+
+    @property
+    def points(self) -> Array:
+        """(n, 3) m, reference positions."""
+
+    @property
+    def surfaces(self) -> Mapping[str, Array]:
+        """Named boundary faces, (f, 3) or (f, 6) node numbers."""
+
+
+class RunData(Protocol):
+    """A run, finished or not, with its results in SI units.
+
+    Arrays hold the steps and frames that were computed, however many were asked for. A waveform may be NaN
+    where it has no meaning, as the residual of a lagged coupling. A part that the scene does not have
+    (airflow, contact) has no entries.
+    """
+
+    @property
+    def time(self) -> Array:
+        """(k) s, of the steps that were computed."""
+
+    @property
+    def waveforms(self) -> Mapping[str, Array]:
+        """What the simulation returned for every step, leading axis k."""
+
+    @property
+    def fields(self) -> Mapping[str, Array]:
+        """Frames: time (f) s, displacement (f, n, 3) m, and with contact contact_pressure (f, n) Pa."""
+
+    @property
+    def mesh(self) -> MeshData:
+        """The mesh in its reference position."""
+
+    @property
+    def section_height(self) -> Array:
+        """(s) m, reference height of the airflow's sections; empty without airflow."""
+
+    @property
+    def section_major(self) -> Array:
+        """(s) m, half the anteroposterior extent of the airway there; empty without airflow."""
+
+    @property
+    def scene_text(self) -> str:
+        """The scene that made the run, as resolved TOML."""
+
+    @property
+    def steps_asked(self) -> int:
+        """How many steps the scene asks for."""
+
+    @property
+    def failure(self) -> str:
+        """Why the run ended before its time, as text; empty if it did not fail."""
+
+    @property
+    def versions(self) -> Mapping[str, str]:
+        """What computed the run by name: versions, and with contact its solver."""
+
+
+def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:
+    """Time (k) s and the waveforms, each with leading axis k, of the steps that were computed."""
+    waveforms = {name: np.asarray(values) for name, values in run.waveforms.items() if name != "time"}
+    return np.asarray(run.time, dtype=float), waveforms

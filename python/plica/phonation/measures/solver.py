@@ -1,0 +1,121 @@
+"""Energies at the end of a run and how hard its steps were."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from plica.measures.measure import Measure, absent, whole
+from plica.measures.record import Array, Floats, time_step
+
+slides = 0.25  # edges: more is said (a node beside the rim has been missed at 0.3)
+contact_makes = 0.05  # of the largest energy or work of the loads: more is said
+
+
+def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+    """Energies and works at the end, and the largest ledger error over the largest energy of the run."""
+    terms = (
+        "kinetic_energy",
+        "elastic_energy",
+        "load_work",
+        "viscous_loss",
+        "numerical_loss",
+        "contact_work",
+    )
+    found = {}
+    for name in terms:
+        if name in waveforms:
+            values = np.asarray(waveforms[name], dtype=float)
+            found[name] = whole(float(values[-1]), "J", "at the end of the run")
+    if "friction_loss" in waveforms:
+        total = float(np.sum(waveforms["friction_loss"]))
+        found["friction_loss"] = whole(total, "J", "minus the work of friction, over the run")
+    if {"kinetic_energy", "elastic_energy", "ledger_error"} <= waveforms.keys():
+        energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
+        error = float(np.abs(waveforms["ledger_error"]).max())
+        largest = float(energy.max())
+        note = "largest ledger error over the largest energy"
+        found["ledger_error"] = whole(error / largest, "1", note) if largest > 0 else absent("1", "no energy")
+    return found
+
+
+def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+    """Steps, time step and duration; iterations, coupling sweeps and steps with a frozen coupling."""
+    found = {
+        "steps": whole(time.size, "1"),
+        "time_step": whole(time_step(time), "s"),
+        "duration": whole(float(time[-1]), "s", "simulated"),
+    }
+    table = (
+        ("mean_iterations", "iterations", np.mean),
+        ("largest_iterations", "iterations", np.max),
+        ("mean_coupling_sweeps", "coupling_sweeps", np.mean),
+        ("coupling_frozen_fraction", "coupling_frozen", np.mean),
+        ("coupling_converged_fraction", "coupling_converged", np.mean),
+        ("inverted_tissue_max", "inverted_tissue", np.max),
+    )
+    for name, key, function in table:
+        if key in waveforms:
+            value = function(np.asarray(waveforms[key], dtype=float))
+            found[name] = whole(float(value), "1", "over all steps")
+    return found
+
+
+def _made_by_contact(waveforms: Mapping[str, Array]) -> float:
+    """Energy that contact made, over the largest energy or work of the loads; 0 up to what is of no concern.
+
+    Summed over the stretches of steps with contact: the work of contact without that of friction, less what
+    the time scheme took in the same steps.
+    """
+    if "contact_work" not in waveforms:
+        return 0.0
+    touching = np.asarray(waveforms["contact_rows"]) > 0
+    work = np.diff(np.asarray(waveforms["contact_work"], dtype=float), prepend=0.0)
+    work += np.asarray(waveforms.get("friction_loss", 0.0), dtype=float)
+    work -= np.maximum(np.diff(np.asarray(waveforms["numerical_loss"], dtype=float), prepend=0.0), 0.0)
+    begins = np.flatnonzero(np.diff(touching, prepend=False) & touching)
+    if not begins.size:
+        return 0.0
+    made = np.maximum(np.add.reduceat(np.where(touching, work, 0.0), begins), 0.0).sum()
+    energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
+    largest = max(float(energy.max()), float(np.max(waveforms["load_work"])))
+    return float(made / largest) if made > contact_makes * largest else 0.0
+
+
+def doubts(waveforms: Mapping[str, Array]) -> str:
+    """One sentence on what is not to be trusted; empty where there is nothing."""
+    found = []
+    if "coupling_converged" in waveforms:
+        converged = np.asarray(waveforms["coupling_converged"]) != 0
+        if not converged.all():
+            found.append(
+                f"in {np.sum(~converged)} of {converged.size} steps the coupling of airflow and tissue did "
+                "not converge"
+            )
+    if "contact_converged" in waveforms:
+        converged = np.asarray(waveforms["contact_converged"]) != 0
+        if not converged.all():
+            error = np.asarray(waveforms["contact_gap_error"], dtype=float).max()
+            found.append(
+                f"in {np.sum(~converged)} of {converged.size} steps augmented multipliers ran out of "
+                f"augmentations, with gap errors up to {error:.2g} m"
+            )
+    slid = float(np.max(waveforms.get("contact_slide", 0.0), initial=0.0))
+    if slid > slides:
+        found.append(
+            f"the surfaces slid along each other by {slid:.2g} edges; a matched airway does not follow: "
+            'nodes beside their rims may be missed (contact.airway = "triangulated" follows)'
+        )
+    if made := _made_by_contact(waveforms):
+        found.append(
+            f"contact made energy, {100 * made:.2g} % of the largest energy or work of the loads, as "
+            'surfaces with mass do at impacts (contact.surface_mass = "redistributed")'
+        )
+    inverted = np.asarray(waveforms.get("inverted_tissue", []))
+    if inverted.any():
+        found.append(
+            f"in {np.count_nonzero(inverted)} of {inverted.size} steps tissue cells were inverted, "
+            f"{inverted.max()} at most"
+        )
+    return f"Caution: {', and '.join(found)}." if found else ""

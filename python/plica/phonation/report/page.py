@@ -1,0 +1,100 @@
+"""The page: what is said first, the figures, the tables, the scene."""
+
+from __future__ import annotations
+
+import os
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+
+from plica.phonation.measures.run_data import RunData
+from plica.phonation.measures.solver import doubts
+from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
+from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
+from plica.phonation.report.energy_figures import energy_ledger, probe_motion, probe_spectrum
+from plica.phonation.report.reading import Reading, read
+from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
+from plica.report.drawing import Drawing
+from plica.report.wording import headlines, number, tables
+
+
+def write_report(run: RunData, path: Path) -> Path:
+    """Write the report of a run as one HTML page that fetches nothing.
+
+    Parameters
+    ----------
+    run : RunData
+        Finished, interrupted or failed; the page says which.
+    path : Path
+        The page; replaced as a whole.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    reading = read(run)
+    source = files("plica.phonation.report").joinpath("page.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    text = environment.from_string(source).render(
+        title=path.resolve().parent.name or "run",
+        banner=banner(reading),
+        remark=remark(reading),
+        headlines=headlines(reading.measures),
+        tables=tables(reading.measures),
+        sections=sections(reading),
+        scene=run.scene_text.strip(),
+        versions=dict(run.versions),
+    )
+    draft = path.with_name(path.name + ".part")
+    draft.write_text(text, encoding="utf-8")
+    os.replace(draft, path)
+    return path
+
+
+def banner(reading: Reading) -> str:
+    """What a reader must know first: that the run did not come to its end, which steps are in doubt."""
+    return " ".join(filter(None, (_incomplete(reading), doubts(reading.waveforms))))
+
+
+def _incomplete(reading: Reading) -> str:
+    done, asked = reading.time.size, reading.run.steps_asked
+    came = f"{done} of {asked} steps" + (f", to {number(1e3 * float(reading.time[-1]))} ms" if done else "")
+    if reading.run.failure:
+        return f"This run failed after {came}. {reading.run.failure}"
+    if done < asked:
+        return f"This run is not complete: it came to {came}. The figures below are of that part."
+    return ""
+
+
+def remark(reading: Reading) -> str:
+    """Which cycles the measures use, or why there are none."""
+    cycles = reading.cycles
+    if not cycles.count:
+        return f"No cycles: {cycles.note}."
+    span = [number(1e3 * float(t)) for t in (cycles.starts[0], cycles.starts[-1])]
+    return f"Measured over {cycles.count} cycles, from {span[0]} to {span[1]} ms" + (
+        f" ({cycles.note})." if cycles.note else "."
+    )
+
+
+def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
+    """The figures that this run has something for, by section."""
+    found: list[tuple[str, list[Drawing]]] = []
+    if reading.has("minimum_area", "flow"):
+        found.append(("Glottis", [glottal_waveforms(reading), kymogram(reading), whole_run(reading)]))
+        one_cycle = [
+            coronal_cycle(reading),
+            superior_cycle(reading),
+            pressure_map(reading),
+            trajectories(reading),
+        ]
+        found.append(("One cycle", [drawing for drawing in one_cycle if drawing]))
+    elif reading.has("probes") and reading.waveforms["probes"].size:
+        found.append(("Vibration", [probe_motion(reading), probe_spectrum(reading)]))
+    if reading.has("contact_force_first") and reading.wave("contact_force_first").any():
+        found.append(("Contact", [contact_forces(reading)]))
+    if reading.has("kinetic_energy", "elastic_energy", "ledger_error"):
+        found.append(("Energy", [energy_ledger(reading)]))
+    return found

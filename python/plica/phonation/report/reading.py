@@ -1,0 +1,60 @@
+"""A run read once for the report: its waveforms, cycles and measures, and the ranges worth showing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from plica.measures.cycles import Cycles
+from plica.measures.measure import Measure
+from plica.measures.record import Array, Floats
+from plica.phonation.measures.folds import glottal_canal, rest_width
+from plica.phonation.measures.measure import measure, steady_cycles
+from plica.phonation.measures.run_data import RunData, reached
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the figures and tables draw from."""
+
+    run: RunData
+    time: Floats
+    waveforms: Mapping[str, Array]
+    cycles: Cycles
+    measures: Mapping[str, Measure]
+
+    def wave(self, name: str) -> Floats:
+        """A waveform as floating-point numbers."""
+        return np.asarray(self.waveforms[name], dtype=float)
+
+    def has(self, *names: str) -> bool:
+        """Whether all these waveforms are there, with at least two steps."""
+        return self.time.size > 1 and all(name in self.waveforms for name in names)
+
+    def last_cycles(self, count: int) -> slice:
+        """Samples of the last `count` steady cycles, or of a whole run without cycles."""
+        if self.cycles.count:
+            starts = self.cycles.starts[-min(count, self.cycles.count) - 1 :]
+            first, last = np.searchsorted(self.time, (starts[0], starts[-1]))
+            return slice(int(first), int(last) + 1)
+        return slice(0, self.time.size)
+
+    def canal(self) -> slice:
+        """Sections of the glottal canal."""
+        return glottal_canal(rest_width(self.run))
+
+    def height_range(self) -> tuple[float, float]:
+        """Heights worth drawing (m): the glottal canal with some of the airway below and above it."""
+        height = np.asarray(self.run.section_height, dtype=float)
+        canal = self.canal()
+        low, high = float(height[canal.start]), float(height[canal.stop - 1])
+        length = max(high - low, 0.1 * float(np.ptp(height)))
+        return max(low - 0.6 * length, float(height[0])), min(high + 0.4 * length, float(height[-1]))
+
+
+def read(run: RunData) -> Reading:
+    """Read a run for the report."""
+    time, waveforms = reached(run)
+    return Reading(run, time, waveforms, steady_cycles(run), measure(run))

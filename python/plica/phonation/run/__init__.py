@@ -1,0 +1,1 @@
+"""How a scene runs, and what is stored of it."""

@@ -1,0 +1,301 @@
+"""From a scene to the engine's simulation: only what the scene names is constructed."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.phonation.run.initial import initial_fields
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.parts import (
+    Airflow,
+    Augmented,
+    Contact,
+    Extrapolated,
+    HilberHughesTaylor,
+    Iterated,
+    Lagged,
+    Multipliers,
+    Newmark,
+    Nitsche,
+    Penalty,
+    VolumePenalty,
+)
+from plica.phonation.scene.scene import Scene
+from plica.phonation.scene.tissue import Tissue
+
+__all__ = ["build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
+
+Side = Literal["none", "left", "right"]
+_SIDES: tuple[Side, ...] = ("none", "left", "right")
+
+
+def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engine.Simulation:
+    """The simulation of a scene at t = 0, to be stepped by whoever owns the loop.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : TetMesh, optional
+        The scene's mesh where it is built already.
+
+    Returns
+    -------
+    Simulation
+        ``advance(steps)`` returns the waveforms of these steps.
+
+    Raises
+    ------
+    SceneError
+        Where the scene names what its mesh does not have.
+    """
+    mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+    body = _body(scene, mesh)
+    displacement, velocity = initial_fields(scene, mesh, body["fixed"])
+    if scene.initial is not None and scene.initial.equilibrium:
+        displacement = _at_rest(scene, body)
+    parts: dict[str, Any] = {}
+    if scene.airflow is not None:
+        parts["airflow"] = _airflow(scene, scene.airflow, mesh)
+    if scene.contact is not None:
+        parts["contact"] = _contact(scene, scene.contact, mesh)
+    if displacement is not None:
+        parts["displacement"] = displacement
+    if velocity is not None:
+        parts["velocity"] = velocity
+    if scene.output.probes:
+        parts["probes"] = probe_nodes(scene, mesh)
+    try:
+        return _engine.Simulation(
+            **body,
+            scheme=_scheme(scene),
+            step=scene.time.step,
+            solver_tolerance=scene.solver.tolerance,
+            max_iterations=scene.solver.max_iterations,
+            lumped_mass=scene.time.mass == "lumped",
+            **parts,
+        )
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def equilibrium(scene: Scene) -> NDArray[np.float64]:
+    """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
+
+    Airflow, contact and the initial fields are left out. Raises SceneError where the supports let a body move
+    without strain, or the scene names what its mesh does not have.
+    """
+    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source)))
+
+
+def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
+    try:
+        return _engine.equilibrium(**body)
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
+    """What stands without airflow and contact: mesh, tissue, supports, loads, gravity."""
+    materials, names, cell_material = materials_of(scene, mesh)
+    return {
+        "mesh": mesh,
+        "materials": materials,
+        "material_names": names,
+        "cell_material": cell_material,
+        "fixed": fixed_components(scene, mesh),
+        "loads": _loads(scene, mesh),
+        "gravity": scene.gravity,
+    }
+
+
+def _located(scene: Scene, error: InvalidInput) -> SceneError:
+    return error if isinstance(error, SceneError) else SceneError(f"{scene.source}: {error}")
+
+
+def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
+    """Raise unless the mesh has that name."""
+    if name not in known:
+        raise SceneError(f'{scene.source}: {path} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
+
+
+def materials_of(
+    scene: Scene, mesh: _engine.TetMesh
+) -> tuple[list[_engine.Material], list[str], NDArray[np.int32]]:
+    """Materials, their names, e.g. ``cover.left``, and that of each cell (m)."""
+    layers = mesh.layer_names
+    for layer in scene.tissue:
+        _known_layer(scene, layer, layers)
+    cell_layer, cell_side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
+    cell_material = np.full(len(cell_layer), -1, dtype=np.int32)
+    materials, names = [], []
+    for number, layer in enumerate(layers):
+        cells = cell_layer == number
+        if layer not in scene.tissue:
+            if not cells.any():
+                continue
+            given = ", ".join(scene.tissue)
+            first = int(cells.argmax())
+            centre = np.asarray(mesh.points)[np.asarray(mesh.cells)[first, :4]].mean(axis=0)
+            raise SceneError(
+                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in "
+                f"that layer, the first is cell {first} at {_place(centre)} m; the scene has {given}."
+            )
+        tissue = scene.tissue[layer]
+        one = tissue.left is None and tissue.right is None
+        for code, side in enumerate(_SIDES):
+            chosen = cells if one else cells & (cell_side == code)
+            if (one and code > 0) or not chosen.any():
+                continue
+            name = layer if one or side == "none" else f"{layer}.{side}"
+            materials.append(_material(scene, tissue.on(side), name))
+            names.append(name)
+            cell_material[chosen] = len(names) - 1
+        for side in ("left", "right"):
+            if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
+                raise SceneError(
+                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra: the mesh does not say which "
+                    "belong to that side. See mesh.sides."
+                )
+    return materials, names, cell_material
+
+
+def _known_layer(scene: Scene, layer: str, layers: list[str]) -> None:
+    if layer not in layers:
+        hint = nearest(layer, layers)
+        raise SceneError(
+            f"{scene.source}: tissue.{layer} is not a layer of the mesh; must be {one_of(layers)}.{hint}"
+        )
+
+
+def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
+    if tissue.E_fibre is None:
+        elasticity: Any = _engine.Isotropic(E=tissue.E, nu=tissue.nu)
+    else:
+        fields: dict[str, Any] = {"nu_fibre": tissue.nu_fibre, "mu_fibre": tissue.mu_fibre}
+        optional = {"mu": tissue.mu_transverse, "fibre": tissue.fibre}
+        fields |= {field: value for field, value in optional.items() if value is not None}
+        elasticity = _engine.TransverselyIsotropic(E=tissue.E, nu=tissue.nu, E_fibre=tissue.E_fibre, **fields)
+    material = _engine.Material(elasticity, density=tissue.density, viscosity=tissue.viscosity)
+    try:
+        material.validate(f"tissue.{name}")
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+    return material
+
+
+def fixed_components(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.bool_]:
+    """Which displacement components are held, (n, 3)."""
+    fixed = np.zeros((len(mesh.points), 3), dtype=bool)
+    if scene.supports is None:
+        return fixed
+    sets = mesh.node_sets
+    for k, name in enumerate(scene.supports.fixed):
+        _known(scene, f"supports.fixed[{k}]", name, list(sets))
+        nodes = np.asarray(sets[name])
+        if name == "wall" and scene.supports.wall_from_y is not None:
+            nodes = nodes[np.abs(np.asarray(mesh.points)[nodes, 1]) >= scene.supports.wall_from_y]
+            if not len(nodes):
+                value = scene.supports.wall_from_y
+                raise SceneError(
+                    f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall."
+                )
+        fixed[nodes] = True
+    for name, components in scene.supports.components.items():
+        if name not in sets:
+            hint = nearest(name, sets)
+            raise SceneError(f"{scene.source}: supports.components.{name}; must be {one_of(sets)}.{hint}")
+        for component in components:
+            fixed[np.asarray(sets[name]), "xyz".index(component)] = True
+    return fixed
+
+
+def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:
+    """The node nearest to each probe point, (p)."""
+    points = np.asarray(mesh.points)
+    wanted = np.asarray(scene.output.probes, dtype=float).reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.1 * (high - low)
+    for k, point in enumerate(wanted):
+        if np.any(point < low - margin) or np.any(point > high + margin):
+            raise SceneError(
+                f"{scene.source}: output.probes[{k}] = {_place(point)} m; must be in or near the mesh, which "
+                f"extends from {_place(low)} to {_place(high)} m."
+            )
+    return np.array([np.argmin(((points - point) ** 2).sum(axis=1)) for point in wanted], dtype=np.int32)
+
+
+def _place(point: NDArray[np.float64]) -> str:
+    return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
+
+
+def _scheme(scene: Scene) -> Any:
+    match scene.time.scheme.choice:
+        case HilberHughesTaylor(alpha=alpha):
+            return _engine.HilberHughesTaylor(alpha=alpha)
+        case Newmark(beta=beta, gamma=gamma):
+            return _engine.Newmark(beta=beta, gamma=gamma)
+        case other:
+            raise AssertionError(other)
+
+
+def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:
+    _known(scene, "airflow.surface", airflow.surface, list(mesh.surfaces))
+    match airflow.coupling.choice:
+        case Lagged():
+            coupling: Any = _engine.Lagged()
+        case Extrapolated():
+            coupling = _engine.Extrapolated()
+        case Iterated() as iterated:
+            coupling = _engine.Iterated(**iterated.model_dump())
+        case other:
+            raise AssertionError(other)
+    return _engine.Airflow(**airflow.model_dump(exclude={"coupling"}), coupling=coupling)
+
+
+def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.Contact:
+    for side in ("first", "second"):
+        _known(scene, f"contact.{side}", getattr(contact, side), list(mesh.surfaces))
+    surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
+    first, second = (_engine.flat_triangles(faces) for faces in surfaces)
+    points = np.asarray(mesh.points)
+    try:
+        if contact.airway == "matched":
+            airway = _engine.matched_airway(points, first, second, contact.direction)
+        else:
+            airway = _engine.triangulated_airway(points, first, second)
+    except InvalidInput as error:
+        hint = ' Between other meshes: airway = "triangulated".' if contact.airway == "matched" else ""
+        raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
+    match contact.choice:
+        case Multipliers() as multipliers:
+            enforcement: Any = _engine.Multipliers(**multipliers.model_dump())
+        case Penalty() as penalty:
+            enforcement = _engine.Penalty(**penalty.model_dump())
+        case VolumePenalty() as penalty:
+            enforcement = _engine.VolumePenalty(**penalty.model_dump())
+        case Augmented() as augmented:
+            enforcement = _engine.Augmented(**augmented.model_dump())
+        case Nitsche() as nitsche:
+            enforcement = _engine.Nitsche(**nitsche.model_dump())
+        case other:
+            raise AssertionError(other)
+    return _engine.Contact(
+        airway=airway,
+        enforcement=enforcement,
+        tolerance=contact.tolerance,
+        max_passes=contact.max_passes,
+        friction=contact.friction,
+        surface_mass=contact.surface_mass,
+        faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
+    )
+
+
+def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:
+    for k, load in enumerate(scene.loads):
+        _known(scene, f"loads[{k}].surface", load.surface, list(mesh.surfaces))
+    return [_engine.Load(**load.model_dump()) for load in scene.loads]

@@ -1,0 +1,296 @@
+"""A run that is stored: finished, interrupted, failed or still computing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.phonation.run import store
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import storage_errors
+
+if TYPE_CHECKING:
+    import xarray
+
+__all__ = ["Field", "Run", "RunMesh"]
+
+_STATUS = {
+    store.RUNNING: "running",
+    store.FINISHED: "finished",
+    store.FAILED: "failed",
+    store.INTERRUPTED: "interrupted",
+}
+
+
+@dataclass(frozen=True)
+class RunMesh:
+    """The mesh of a run in its reference position.
+
+    Attributes
+    ----------
+    points : (n, 3) m
+    cells : (m, 4) or (m, 10)
+    cell_layer : (m) positions in `layer_names`
+    cell_side : (m) 0 none, 1 left, 2 right
+    layer_names : list of str
+    surfaces : dict of (f, 3) or (f, 6)
+    node_sets : dict of (k)
+    """
+
+    points: NDArray[np.float64]
+    cells: NDArray[np.int32]
+    cell_layer: NDArray[np.int32]
+    cell_side: NDArray[np.int32]
+    layer_names: list[str]
+    surfaces: dict[str, NDArray[np.int32]]
+    node_sets: dict[str, NDArray[np.int32]]
+
+
+class Field:
+    """Frames of a nodal field, read from the file where they are asked for.
+
+    ``field[-1]`` is the last frame, ``field[::10, node]`` every tenth at one node, ``np.asarray(field)`` all.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        (frames, n, 3) or (frames, n).
+    dtype : dtype
+    """
+
+    def __init__(self, path: Path, name: str, frames: int) -> None:
+        self._path, self._name = path, f"fields/{name}"
+        with h5py.File(path, "r", locking=False) as file:
+            data = file[self._name]
+            self.shape: tuple[int, ...] = (frames, *data.shape[1:])
+            self.dtype: np.dtype[Any] = data.dtype
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, key: Any) -> NDArray[Any]:
+        first, *rest = key if isinstance(key, tuple) else (key,)
+        frames = np.arange(len(self))[first]
+        with h5py.File(self._path, "r", locking=False) as file:
+            data = file[self._name]
+            if np.ndim(frames) == 0:
+                return np.asarray(data[int(frames)][tuple(rest)])
+            chosen = [data[int(frame)][tuple(rest)] for frame in frames]
+        return np.asarray(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)
+
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        return (self[frame] for frame in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        with h5py.File(self._path, "r", locking=False) as file:
+            values = file[self._name][: len(self)]
+        return np.asarray(values, dtype=dtype)
+
+
+class Run(Mapping[str, NDArray[Any]]):
+    """The results of a run; as a mapping, its waveforms by name.
+
+    Read with `Run.load`; a run that is still computing, or was killed, shows the steps stored so far.
+
+    Attributes
+    ----------
+    directory : Path
+    steps, frames : int
+        Stored so far.
+    status : str
+        ``running`` (or killed), ``finished``, ``failed`` or ``interrupted``.
+    failure : str
+        Why it failed; empty if it did not.
+    seconds : float
+        Wall time of computing, s.
+    """
+
+    def __init__(self, directory: str | Path) -> None:
+        self.directory = Path(directory)
+        self.path = self.directory / "results.h5"
+        with h5py.File(self.path, "r", locking=False) as file:
+            progress = file["progress"]
+            self.steps = int(progress["steps"][()])
+            self.frames = int(progress["frames"][()])
+            self.seconds = float(progress["seconds"][()])
+            self.status = _STATUS[int(progress["status"][()])]
+            self.failure: str = (
+                progress["message"][()].decode(errors="replace") if self.status == "failed" else ""
+            )
+            self.scene_text: str = str(file.attrs["scene"])
+            self._versions = {"plica": str(file.attrs["plica_version"])}
+            if "contact_solver" in file.attrs:
+                self._versions["contact solver"] = str(file.attrs["contact_solver"])
+
+    @classmethod
+    def load(cls, directory: str | Path) -> Run:
+        """Open the run in `directory`.
+
+        Raises
+        ------
+        InvalidInput
+            Where there is none.
+        StorageFailed
+            Where its result file cannot be read.
+        """
+        directory = Path(directory)
+        path = directory / "results.h5"
+        if not path.is_file():
+            raise InvalidInput(f"{directory}: there is no run in it (no results.h5).")
+        with storage_errors(path, "read"):
+            try:
+                return cls(directory)
+            except KeyError as error:
+                raise InvalidInput(f"{path}: not a result file of Plica: {error.args[0]}.") from None
+
+    def __repr__(self) -> str:
+        return f"<Run {self.directory}: {self.status}, {self.steps} of {self.steps_asked} steps>"
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self.waveforms[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.waveforms)
+
+    def __len__(self) -> int:
+        return len(self.waveforms)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that made the run, with every default filled in."""
+        return Scene.from_text(self.scene_text, f"{self.directory.name}/results.h5")
+
+    @property
+    def steps_asked(self) -> int:
+        """How many steps the scene asks for."""
+        return self.scene.time.steps
+
+    @cached_property
+    def waveforms(self) -> dict[str, NDArray[Any]]:
+        """What was recorded every step, by name; the leading axis is the step, SI units (see `units`).
+
+        `flow`, `minimum_area`, `separation`, `section_area`, `section_pressure` and `flow_stopped` belong to
+        t_{n+1+alpha}, the instant at which the time scheme balances forces (with lagged coupling to t_n); all
+        else to the end of the step t_{n+1}, which is `time`. docs/scene.md says what each is.
+        """
+        with h5py.File(self.path, "r", locking=False) as file:
+            return {name: data[: self.steps] for name, data in file["waveforms"].items()}
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Unit of each waveform."""
+        with h5py.File(self.path, "r", locking=False) as file:
+            return {name: str(data.attrs["units"]) for name, data in file["waveforms"].items()}
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """(steps) s."""
+        return self.waveforms["time"]
+
+    @cached_property
+    def mesh(self) -> RunMesh:
+        """The mesh in its reference position."""
+        with h5py.File(self.path, "r", locking=False) as file:
+            mesh = file["mesh"]
+            arrays: dict[str, Any] = {
+                name: mesh[name][()] for name in ("points", "cells", "cell_layer", "cell_side")
+            }
+            for kind in ("surfaces", "node_sets"):
+                arrays[kind] = {name: numbers[()] for name, numbers in mesh[kind].items()}
+            return RunMesh(layer_names=[name.decode() for name in mesh["layer_names"][()]], **arrays)
+
+    @cached_property
+    def fields(self) -> dict[str, Any]:
+        """Frames: ``time`` (f) s, ``displacement`` (f, n, 3) m, with contact ``contact_pressure`` (f, n) Pa.
+
+        All but the time are read lazily (see `Field`). Empty where the scene stores no fields.
+        """
+        with h5py.File(self.path, "r", locking=False) as file:
+            if "fields" not in file:
+                return {}
+            names = [name for name in file["fields"] if name != "time"]
+            time = file["fields/time"][: self.frames]
+        return {"time": time} | {name: Field(self.path, name, self.frames) for name in names}
+
+    @property
+    def displacement(self) -> Field:
+        """(frames, n, 3) m, float32, read lazily.
+
+        Raises
+        ------
+        InvalidInput
+            Where the scene stores no fields.
+        """
+        if "displacement" not in self.fields:
+            raise InvalidInput(f"{self.directory}: no fields were stored. Set output.every in the scene.")
+        field: Field = self.fields["displacement"]
+        return field
+
+    @cached_property
+    def section_height(self) -> NDArray[np.float64]:
+        """(s) m, reference height of the airflow's sections; empty without airflow."""
+        return self._section("height")
+
+    @cached_property
+    def section_major(self) -> NDArray[np.float64]:
+        """(s) m, half the anteroposterior extent of the airway there; empty without airflow."""
+        return self._section("major")
+
+    def _section(self, name: str) -> NDArray[np.float64]:
+        with h5py.File(self.path, "r", locking=False) as file:
+            found: NDArray[np.float64] = file[f"sections/{name}"][()] if "sections" in file else np.empty(0)
+            return found
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """What computed the run: the version of Plica, and with contact the solver that "auto" stood for."""
+        return self._versions
+
+    @property
+    def measures(self) -> dict[str, Any]:
+        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI; from measures.json, else measured now."""
+        path = self.directory / "measures.json"
+        if path.is_file() and self.status == "finished":
+            with storage_errors(path, "read"):
+                found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+                return found
+        from plica.phonation.measures.measure import measure
+
+        return {name: item.as_json() for name, item in measure(self).items()}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``)."""
+        import xarray
+
+        coordinates: dict[str, Any] = {"time": ("time", self.time, {"units": "s"})}
+        if len(self.section_height):
+            coordinates["section"] = ("section", self.section_height, {"units": "m"})
+        variables = {}
+        for name, values in self.waveforms.items():
+            if name != "time":
+                variables[name] = (_axes(name, values), values, {"units": self.units[name]})
+                if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
+                    coordinates["component"] = ["x", "y", "z"]
+        return xarray.Dataset(
+            variables, coordinates, {"scene": self.scene_text, "plica_version": self._versions["plica"]}
+        )
+
+
+def _axes(name: str, values: NDArray[Any]) -> tuple[str, ...]:
+    """The axes of a waveform."""
+    if values.ndim == 1:
+        return ("time",)
+    if name == "probes":
+        return ("time", "probe", "component")
+    if name.startswith("contact_force"):
+        return ("time", "component")
+    return ("time", "section", "component")[: values.ndim]

@@ -1,0 +1,191 @@
+"""The result file of a run: every data set is laid out at its full length when the file is made.
+
+After that only raw data and two counters are overwritten, in this order: data, flush, counters, flush. So the
+file can be read after a kill at any moment, and the counters never promise what is not there.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.phonation.run.waveform_units import WAVEFORM_UNITS
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import require_space, storage_errors
+from plica.storage.layout import lay_out
+
+__all__ = ["FAILED", "FINISHED", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
+
+RUNNING, FINISHED, FAILED, INTERRUPTED = range(4)
+"""States of a run in /progress/status."""
+_MESSAGE_LENGTH = 4000
+_STATUS_TEXT = "0 running (or killed), 1 finished, 2 failed, 3 interrupted"
+
+
+def frame_steps(scene: Scene) -> NDArray[np.int64]:
+    """Numbers of the steps after which the fields are stored."""
+    every = scene.output.every
+    if every is None:
+        return np.empty(0, dtype=np.int64)
+    stride = max(1, round(every / scene.time.step))
+    steps = np.arange(stride, scene.time.steps + 1, stride)
+    return steps[steps * scene.time.step >= scene.output.start * (1 - 1e-9)]
+
+
+class ResultFile:
+    """results.h5, open for writing."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        with storage_errors(path):
+            self._file = h5py.File(path, "r+", locking=False)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with storage_errors(self.path):
+            self._file.close()
+
+    @classmethod
+    def create(
+        cls,
+        path: Path,
+        scene: Scene,
+        simulation: _engine.Simulation,
+        mesh: _engine.TetMesh,
+        sample: Mapping[str, Any],
+    ) -> Self:
+        """Lay out the file for a whole run; it appears at `path` complete or not at all.
+
+        Parameters
+        ----------
+        path : Path
+        scene, simulation, mesh
+            What is run.
+        sample : mapping of ndarray
+            Waveforms of any number of steps: their names, types and shapes.
+        """
+        steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
+        numbers = sum(np.asarray(values)[:1].size for values in sample.values())
+        frame = nodes * (3 + (scene.contact is not None)) * 4
+        stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
+        stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
+        size = 8 * steps * numbers + frames * frame + sum(np.asarray(array).nbytes for array in stored)
+        draft = path.with_name(path.name + ".part")
+        hint = ", or a larger output.every or output.start"
+        require_space(draft, size + 200_000, hint)  # and HDF5's own
+        with storage_errors(path), h5py.File(draft, "w", locking=False) as file:
+            info = _engine.build_info()
+            file.attrs["plica_version"] = info["version"]
+            file.attrs["scene"] = scene.text()
+            if scene.contact is not None:
+                file.attrs["contact_solver"] = simulation.info()["contact_solver"]
+            lay_out(file, "progress/steps", (), np.int64, "1", 0)
+            lay_out(file, "progress/frames", (), np.int64, "1", 0)
+            lay_out(file, "progress/seconds", (), np.float64, "s", 0)
+            status = lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
+            status.attrs["meaning"] = _STATUS_TEXT
+            lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
+            _store_mesh(file.create_group("mesh"), mesh)
+            for name, values in sample.items():
+                array = np.asarray(values)
+                kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
+                fill = np.nan if kind.kind == "f" else -1
+                unit = WAVEFORM_UNITS.get(name, "")
+                lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
+            if scene.airflow is not None:
+                for name in ("height", "major"):
+                    _store(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
+            if frames:
+                lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
+                lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
+                if scene.contact is not None:
+                    lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
+        with storage_errors(path):
+            os.replace(draft, path)
+        return cls(path)
+
+    def mesh_differs(self, mesh: _engine.TetMesh) -> str:
+        """What of the mesh is not as stored, or nothing."""
+        for name in ("points", "cells", "cell_layer", "cell_side"):
+            if not np.array_equal(self._file[f"mesh/{name}"][()], np.asarray(getattr(mesh, name))):
+                return name
+        for kind in ("surfaces", "node_sets"):
+            stored, given = self._file[f"mesh/{kind}"], getattr(mesh, kind)
+            if set(stored) != set(given):
+                return kind
+            if not all(np.array_equal(stored[name][()], np.asarray(given[name])) for name in given):
+                return kind
+        return ""
+
+    def missing(self, waveforms: Iterable[str]) -> list[str]:
+        """Those of the waveforms that the file has no data set for."""
+        return [name for name in waveforms if name not in self._file["waveforms"]]
+
+    @property
+    def seconds(self) -> float:
+        """Wall time spent, s."""
+        return float(self._file["progress/seconds"][()])
+
+    def write_steps(self, start: int, waveforms: Mapping[str, Any]) -> None:
+        """Write waveforms (k, ...) of the steps from `start` (0: the first) on."""
+        with storage_errors(self.path):
+            for name, values in waveforms.items():
+                array = np.asarray(values)
+                self._file[f"waveforms/{name}"][start : start + len(array)] = array
+
+    def write_frame(self, frame: int, simulation: _engine.Simulation) -> None:
+        """Write the fields as frame number `frame`."""
+        with storage_errors(self.path):
+            fields = self._file["fields"]
+            fields["time"][frame] = simulation.time
+            fields["displacement"][frame] = np.asarray(simulation.displacement, dtype=np.float32)
+            if "contact_pressure" in fields:
+                fields["contact_pressure"][frame] = np.asarray(simulation.contact_pressure, dtype=np.float32)
+
+    def commit(self, steps: int, frames: int, seconds: float, *, to_disk: bool = False) -> None:
+        """Say that this many steps and frames are there, after they are."""
+        with storage_errors(self.path):
+            self._file.flush()
+            self._file["progress/steps"][()] = steps
+            self._file["progress/frames"][()] = frames
+            self._file["progress/seconds"][()] = seconds
+            self._file.flush()
+            if to_disk:
+                os.fsync(self._file.id.get_vfd_handle())
+
+    def set_status(self, status: int, message: str = "") -> None:
+        """Say how the run stands."""
+        with storage_errors(self.path):
+            self._file["progress/message"][()] = message.encode()[:_MESSAGE_LENGTH]
+            self._file["progress/status"][()] = status
+            self._file.flush()
+
+
+def _store(group: Any, name: str, values: Any, unit: str) -> None:
+    group[name] = np.asarray(values)
+    group[name].attrs["units"] = unit
+
+
+def _store_mesh(group: Any, mesh: _engine.TetMesh) -> None:
+    _store(group, "points", mesh.points, "m")
+    for name in ("cells", "cell_layer", "cell_side"):
+        _store(group, name, getattr(mesh, name), "1")
+    group["cell_side"].attrs["meaning"] = "0 none, 1 left, 2 right"
+    group["layer_names"] = list(mesh.layer_names)
+    group["layer_names"].attrs["units"] = "1"
+    for kind in ("surfaces", "node_sets"):
+        inner = group.create_group(kind)
+        for name, numbers in getattr(mesh, kind).items():
+            _store(inner, name, numbers, "1")

@@ -1,0 +1,188 @@
+"""Meshes from files, through meshio; their labels become names."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import SceneError, nearest, one_of
+from plica.phonation.scene.mesh_parts import Label, MeshFile, Sides
+
+__all__ = ["read_mesh"]
+
+_Integers = NDArray[np.int32]
+_KNOWN_LABELS = ("gmsh:physical", "medit:ref", "cell_tags", "CellEntityIds", "label", "labels")
+_TETRAHEDRA = {"tetra": 4, "tetra10": 10}
+_TRIANGLES = {"triangle": 3, "triangle6": 6}
+
+
+def read_mesh(mesh: MeshFile, where: str) -> _engine.TetMesh:
+    """Read the file and give its cells and faces the names that the scene maps its labels to.
+
+    Triangles are turned outward; each names a face of one tetrahedron. Points that no tetrahedron uses are an
+    error of the mesh check, which names the first.
+    """
+    return _Reader(mesh, where).read()
+
+
+class _Reader:
+    """One file being read; every message begins with `where` and names the file."""
+
+    def __init__(self, mesh: MeshFile, where: str) -> None:
+        self.mesh = mesh
+        self.where = where
+        self.file = self._open(mesh.file)
+        self.names = {name: int(entry[0]) for name, entry in self.file.field_data.items()}
+
+    def fail(self, text: str) -> SceneError:
+        return SceneError(f"{self.where}: {text}")
+
+    def read(self) -> _engine.TetMesh:
+        points = np.asarray(self.file.points, dtype=float)
+        if points.ndim != 2 or points.shape[1] != 3:
+            raise self.fail(f"mesh.file: {self.mesh.file.name} is a plane mesh; must have three coordinates.")
+        cells, labels = self._cells(_TETRAHEDRA)
+        layer = self._layers(labels)
+        side = self._sides(points * self.mesh.unit, cells, labels)
+        surfaces = self._surfaces(cells)
+        return _engine.TetMesh(
+            points=points * self.mesh.unit,
+            cells=cells,
+            cell_layer=layer,
+            cell_side=side,
+            layer_names=list(self.mesh.layers),
+            surfaces=surfaces,
+            node_sets={name: np.unique(faces) for name, faces in surfaces.items()},
+        )
+
+    def _open(self, path: Path) -> Any:
+        import meshio
+
+        if not path.is_file():
+            raise self.fail(f"mesh.file = {path}; there is no such file.")
+        try:
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
+                return meshio.read(path)
+        except (
+            Exception,
+            SystemExit,
+        ) as error:  # meshio's readers raise any kind, and exit on unknown suffixes
+            reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
+            reason = " ".join(reason.split()) or type(error).__name__
+            raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
+
+    def _cells(self, kinds: Mapping[str, int]) -> tuple[_Integers, _Integers]:
+        """Cells (m, nodes) of these kinds and their labels (m); zero where the file has no labels."""
+        blocks = [k for k, block in enumerate(self.file.cells) if block.type in kinds]
+        found = sorted({self.file.cells[k].type for k in blocks})
+        if kinds is _TETRAHEDRA and not found:
+            has = one_of(sorted({block.type for block in self.file.cells}))
+            raise self.fail(f"mesh.file: {self.mesh.file.name} has no tetrahedra; it has {has}.")
+        if len(found) > 1:
+            raise self.fail(
+                f"mesh.file: {self.mesh.file.name} has {' and '.join(found)}; must have one of them."
+            )
+        if found == ["tetra10"] and self.mesh.order == 1:
+            raise self.fail(f"mesh.order = 1; must be 2: {self.mesh.file.name} has quadratic tetrahedra.")
+        if not blocks:
+            return np.empty((0, 3), dtype=np.int32), np.empty(0, dtype=np.int32)
+        data = self._label_data()
+        cells = np.concatenate([self.file.cells[k].data for k in blocks]).astype(np.int32)
+        if data is None:
+            return cells, np.zeros(len(cells), dtype=np.int32)
+        return cells, np.concatenate([np.asarray(data[k]).ravel() for k in blocks]).astype(np.int32)
+
+    def _label_data(self) -> list[Any] | None:
+        data: dict[str, list[Any]] = self.file.cell_data
+        whole = [
+            name for name, blocks in data.items() if all(np.asarray(b).dtype.kind in "iu" for b in blocks)
+        ]
+        if self.mesh.labels is not None:
+            if self.mesh.labels not in whole:
+                hint = nearest(self.mesh.labels, whole)
+                raise self.fail(f'mesh.labels = "{self.mesh.labels}"; must be {one_of(whole)}.{hint}')
+            return data[self.mesh.labels]
+        for name in _KNOWN_LABELS:
+            if name in whole:
+                return data[name]
+        if len(whole) > 1:
+            raise self.fail(f"mesh.labels is missing; {self.mesh.file.name} has several: {', '.join(whole)}.")
+        return data[whole[0]] if whole else None
+
+    def _numbers(self, wanted: Iterable[Label], path: str, present: _Integers, what: str) -> list[int]:
+        """The labels as numbers, each of which the file must have."""
+        numbers = []
+        has = {int(label) for label in np.unique(present)}
+        named = {number: name for name, number in self.names.items()}
+        shown = one_of(f'{label} ("{named[label]}")' if label in named else label for label in sorted(has))
+        for label in wanted:
+            number = self.names.get(label) if isinstance(label, str) else label
+            if number not in has:
+                value = f'"{label}"' if isinstance(label, str) else label
+                raise self.fail(
+                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {shown}."
+                )
+            numbers.append(int(number))
+        return numbers
+
+    def _layers(self, labels: _Integers) -> _Integers:
+        layer = np.full(len(labels), -1, dtype=np.int32)
+        for k, (name, wanted) in enumerate(self.mesh.layers.items()):
+            chosen = np.isin(labels, self._numbers(wanted, f"mesh.layers.{name}", labels, "tetrahedra"))
+            if np.any(layer[chosen] >= 0):
+                raise self.fail(f"mesh.layers.{name} has a label that another layer has too.")
+            layer[chosen] = k
+        if np.any(layer < 0):
+            left_out = sorted({int(label) for label in labels[layer < 0]})
+            raise self.fail(
+                f"mesh.layers leaves out tetrahedra with the labels {left_out} of {self.mesh.file.name}."
+            )
+        return layer
+
+    def _sides(self, points: NDArray[np.float64], cells: _Integers, labels: _Integers) -> _Integers:
+        side = np.zeros(len(labels), dtype=np.int32)
+        if self.mesh.sides == "x":
+            x = points[cells[:, :4], 0].mean(axis=1)
+            side[x < 0], side[x > 0] = 1, 2
+        elif isinstance(self.mesh.sides, Sides):
+            for number, name in ((1, "left"), (2, "right")):
+                wanted = getattr(self.mesh.sides, name)
+                side[np.isin(labels, self._numbers(wanted, f"mesh.sides.{name}", labels, "tetrahedra"))] = (
+                    number
+                )
+        return side
+
+    def _surfaces(self, cells: _Integers) -> dict[str, _Integers]:
+        if not self.mesh.surfaces:
+            return {}
+        boundary, _ = _engine.boundary(cells)
+        triangles, labels = self._cells(_TRIANGLES)
+        surfaces = {}
+        for name, wanted in self.mesh.surfaces.items():
+            if wanted == ("boundary",):
+                surfaces[name] = np.asarray(boundary)
+                continue
+            numbers = self._numbers(wanted, f"mesh.surfaces.{name}", labels, "triangles")
+            surfaces[name] = self._outward(triangles[np.isin(labels, numbers)][:, :3], boundary, name)
+        return surfaces
+
+    def _outward(self, triangles: _Integers, boundary: _Integers, name: str) -> _Integers:
+        """The boundary faces (f, 3 or 6) with the corners of these triangles (f, 3)."""
+        row = {tuple(corners): k for k, corners in enumerate(np.sort(boundary[:, :3], axis=1).tolist())}
+        chosen = []
+        for corners in np.sort(triangles, axis=1).tolist():
+            k = row.get(tuple(corners))
+            if k is None:
+                raise self.fail(
+                    f"mesh.surfaces.{name}: the triangle of nodes {corners} of {self.mesh.file.name} is not "
+                    "on the boundary; must be a face of exactly one tetrahedron."
+                )
+            chosen.append(k)
+        return np.asarray(boundary)[chosen]

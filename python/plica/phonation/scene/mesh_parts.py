@@ -1,0 +1,169 @@
+"""The meshes a scene may have: the parametric larynx, blocks, or a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from plica.phonation.scene.part import Part, problem
+from plica.units import Length
+
+__all__ = ["Block", "Blocks", "Larynx", "LarynxOptions", "Mesh", "MeshFile", "Sides"]
+
+Order = Literal[1, 2]
+Name = Annotated[str, Field(min_length=1)]
+MAX_LINES = 10**6
+"""Of mesh lines in one direction: beyond any memory, and well within the engine's 32 bits."""
+Count = Annotated[int, Field(ge=1, le=MAX_LINES)]
+PositiveLength = Annotated[Length, Field(gt=0)]
+Label = int | str
+
+
+def _as_labels(value: object) -> object:
+    return (value,) if isinstance(value, (int, str)) else value
+
+
+Labels = Annotated[tuple[Label, ...], BeforeValidator(_as_labels), Field(min_length=1)]
+
+
+class LarynxOptions(Part):
+    """Overrides of a preset; a field left out is the preset's."""
+
+    sections: Annotated[tuple[tuple[Length, PositiveLength], ...], Field(min_length=2)] | None = None
+    """[m] Height z and minor half-axis of each section, upward (Paper A, Table II)."""
+    major: PositiveLength | None = None
+    """[m] Major half-axis of every section."""
+    radius: PositiveLength | None = None
+    """[m] Of the embedding cylinder."""
+    layer_thickness: PositiveLength | None = None
+    """[m] Of the cover, and of the ligament."""
+    layers_from_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
+    """Position in `sections` from which cover and ligament extend upward."""
+    layers_to_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
+    """Position in `sections` to which they extend."""
+    levels: tuple[Count, ...] | None = None
+    """Subdivisions between consecutive sections, one fewer than sections."""
+    around: Annotated[int, Field(ge=8, le=MAX_LINES, multiple_of=4)] | None = None
+    """Mesh lines around the airway."""
+    cover_rings: Count | None = None
+    """Rings of cells across the cover."""
+    ligament_rings: Count | None = None
+    """Across the ligament."""
+    body_rings: Count | None = None
+    """Across the body."""
+
+
+class Larynx(Part):
+    """The parametric larynx of Paper A, Sec. 3, both folds; layers ``body``, ``ligament`` and ``cover``.
+
+    Surfaces ``airway``, ``airway_left``, ``airway_right``; node sets ``wall`` and ``ends``.
+    """
+
+    larynx: Literal["coarse", "medium", "thesis"] = "thesis"
+    """The preset: about 4,000, 19,000 or 55,000 tetrahedra."""
+    order: Order = 1
+    """2: quadratic tetrahedra."""
+    options: LarynxOptions = LarynxOptions()
+    """Overrides of the preset."""
+
+
+class Block(Part):
+    """A box of structured tetrahedra, layer ``body``.
+
+    Its sides are surfaces and node sets ``x_min``, ``x_max``, ``y_min``, ...
+    """
+
+    corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    """[m] Its least x, y and z."""
+    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+    """[m] Along x, y and z."""
+    divisions: tuple[Count, Count, Count] = (1, 1, 1)
+    """Hexahedra along x, y and z, of six tetrahedra each."""
+    order: Order = 1
+    """2: quadratic tetrahedra."""
+
+
+class Blocks(Part):
+    """Two boxes side by side. Each is a layer of its name; its sides are ``name.x_min``, ..."""
+
+    blocks: Annotated[dict[Name, Block], Field(min_length=2, max_length=2)]
+    """Layer name to its box."""
+    order: Order = 1
+    """2: quadratic tetrahedra."""
+
+    @model_validator(mode="after")
+    def _one_order(self) -> Self:
+        for name, block in self.blocks.items():
+            if block.order != 1:
+                raise problem(
+                    'must be left out. Give "order" of the mesh.', "blocks", name, "order", value=block.order
+                )
+        return self
+
+
+class Sides(Part):
+    """Cell labels of the file that belong to each fold."""
+
+    left: Labels
+    """Label, or labels, of the left fold."""
+    right: Labels
+    """Of the right fold."""
+
+
+class MeshFile(Part):
+    """A mesh of tetrahedra in any format that meshio reads, its labels mapped to names."""
+
+    file: Annotated[Path, AfterValidator(Path.resolve)]
+    """Its path, relative to the scene file or, of a part made in Python, to the working directory; kept
+    absolute."""
+    unit: PositiveLength = 1.0
+    """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
+    labels: str | None = None
+    """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
+    layers: Annotated[dict[Name, Labels], Field(min_length=1)]
+    """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives."""
+    surfaces: dict[Name, Labels] = Field(default_factory=dict)
+    """Surface name to the labels of its triangles, or ``"boundary"``: all of it. Each is a node set too."""
+    sides: Sides | Literal["x"] | None = None
+    """Which cells are the left and the right fold; ``"x"``: by the sign of x. Left out: neither."""
+    order: Order = 1
+    """2: quadratic tetrahedra; made from linear ones where the file has those."""
+
+
+_KINDS = {"larynx": "<larynx>", "file": "<file>", "block": "block", "blocks": "<blocks>"}
+
+
+def _kind(data: Any) -> str | None:
+    """The tag of a mesh: of the one key that says what it is."""
+    for kind, tag in ((Larynx, "larynx"), (MeshFile, "file"), (Block, "block"), (Blocks, "blocks")):
+        if isinstance(data, kind):
+            return _KINDS[tag]
+    given = [name for name in _KINDS if isinstance(data, Mapping) and name in data]
+    return _KINDS[given[0]] if len(given) == 1 else None
+
+
+def _unwrap_block(data: Any) -> Any:
+    """``{block = {...}, order = 2}`` is the block with that order."""
+    if isinstance(data, Mapping) and isinstance(data.get("block"), Mapping):
+        return {**data["block"], **{name: value for name, value in data.items() if name != "block"}}
+    return data
+
+
+Mesh = Annotated[
+    Annotated[Larynx, Tag("<larynx>")]
+    | Annotated[MeshFile, Tag("<file>")]
+    | Annotated[Block, BeforeValidator(_unwrap_block), Tag("block")]
+    | Annotated[Blocks, Tag("<blocks>")],
+    Discriminator(
+        _kind,
+        custom_error_type="scene",
+        custom_error_message="must have exactly one of larynx, file, block, blocks.",
+        custom_error_context={
+            "relation": "must have exactly one of larynx, file, block, blocks.",
+            "path": (),
+        },
+    ),
+]

@@ -1,0 +1,76 @@
+"""From the mesh part of a scene to the engine's mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plica import _engine
+from plica.errors import InvalidInput, SceneError
+from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
+
+__all__ = ["build_mesh", "larynx_fields"]
+
+
+def larynx_fields(larynx: Larynx) -> dict[str, Any]:
+    """Every field of the engine's larynx, the preset's where it is not overridden, as plain data."""
+    fields = dict(_engine.larynx_preset(larynx.larynx))
+    fields |= larynx.options.model_dump(exclude_none=True)
+    fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
+    fields["levels"] = [int(count) for count in fields["levels"]]
+    return fields
+
+
+def build_mesh(mesh: Mesh, where: str = "Scene") -> _engine.TetMesh:
+    """Build, or read, and check the mesh of a scene.
+
+    Parameters
+    ----------
+    mesh : Larynx, MeshFile, Block or Blocks
+    where : str
+        What messages begin with.
+
+    Returns
+    -------
+    TetMesh
+        `points` (n, 3) m, `cells` (m, 4) or (m, 10) and their labels.
+    """
+    try:
+        built = _build(mesh, where)
+        if mesh.order == 2 and built.order == 1:
+            built = _engine.to_quadratic(built)
+        _engine.check_mesh(built)
+    except SceneError:
+        raise
+    except InvalidInput as error:
+        raise SceneError(f"{where}: mesh: {error}") from None
+    return built
+
+
+def _build(mesh: Mesh, where: str) -> _engine.TetMesh:
+    match mesh:
+        case Larynx():
+            return _engine.larynx_mesh(**larynx_fields(mesh))
+        case Block():
+            return _block(mesh)
+        case Blocks():
+            (first, a), (second, b) = mesh.blocks.items()
+            both = _engine.combine(_block(a), _block(b), f"{first}.", f"{second}.")
+            return _engine.TetMesh(
+                points=both.points,
+                cells=both.cells,
+                cell_layer=both.cell_layer,
+                cell_side=both.cell_side,
+                layer_names=[first, second],
+                surfaces=both.surfaces,
+                node_sets=both.node_sets,
+            )
+        case MeshFile():
+            from plica.phonation.scene.mesh_file import read_mesh
+
+            return read_mesh(mesh, where)
+
+
+def _block(block: Block) -> _engine.TetMesh:
+    return _engine.block_mesh(corner=block.corner, size=block.size, divisions=block.divisions)

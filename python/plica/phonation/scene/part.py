@@ -1,0 +1,116 @@
+"""What parts of a scene have in common: frozen, checked when made, unknown names refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from plica import _engine
+from plica.errors import SceneError
+from plica.phonation.scene.problems import describe
+
+__all__ = ["OneOf", "Part", "engine_default", "problem"]
+
+_NO_FACES = np.empty((0, 3), np.int32)
+
+
+def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomError:
+    """An error at `path` below the part that raises it; the message reads ``path = value; relation``.
+
+    Give ``value=`` to show a value; without it the message reads ``path: relation``.
+    """
+    return PydanticCustomError("scene", "{relation}", {"relation": relation, "path": path, **shown})
+
+
+def engine_default(option: str, field: str) -> Callable[[], Any]:
+    """The default of a field as the engine's option struct has it, so that it exists once."""
+
+    def default() -> Any:
+        struct = getattr(_engine, option)
+        match option:
+            case "Material":
+                return getattr(struct(_engine.Isotropic()), field)
+            case "Contact":
+                airway = _engine.Airway(first=_NO_FACES, second=_NO_FACES, tets=np.empty((0, 4), np.int32))
+                return getattr(struct(airway=airway, enforcement=_engine.Multipliers()), field)
+            case _:
+                return getattr(struct(), field)
+
+    return default
+
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _ModelType
+else:
+    _ModelType = type(BaseModel)
+
+
+class _PartType(_ModelType):
+    """Makes a part; what is wrong with it is raised in Plica's own words."""
+
+    def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805 (of a class)
+        names = getattr(cls, "positional", ())
+        if len(args) > len(names):
+            raise TypeError(
+                f"{cls.__name__} takes {len(names)} arguments without a name; {len(args)} were given. "
+                f"The names: {', '.join(getattr(cls, 'model_fields', ()))}."
+            )
+        try:
+            return super().__call__(**dict(zip(names, args, strict=False)), **fields)
+        except ValidationError as error:
+            raise SceneError(describe(error, cls.__name__)) from None
+
+
+class Part(BaseModel, metaclass=_PartType):
+    """A part of a scene."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    positional: ClassVar[tuple[str, ...]] = ()
+    """Fields that may be given without their name."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_names(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            unknown = [str(name) for name in data if name not in cls.model_fields]
+            if unknown:
+                raise PydanticCustomError(
+                    "unknown_names", "unknown names", {"unknown": unknown, "known": list(cls.model_fields)}
+                )
+        return data
+
+
+class OneOf(Part):
+    """Exactly one of several parts; written as the part itself, as its name, or as a table of that name."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _unwrap(cls, data: Any) -> Any:
+        if isinstance(data, str):
+            if data not in cls.kinds:
+                raise problem(f"must be one of {', '.join(cls.kinds)}.", value=data)
+            return {data: {}}
+        for name, kind in cls.kinds.items():
+            if isinstance(data, kind):
+                return {name: data}
+        return data
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> Self:
+        given = [name for name in self.kinds if getattr(self, name) is not None]
+        if len(given) != 1:
+            found = f"it has {' and '.join(given)}" if given else "it has none of them"
+            raise problem(f"must have exactly one of {', '.join(self.kinds)}; {found}.")
+        return self
+
+    @property
+    def choice(self) -> Part:
+        """The one part that is there."""
+        parts: list[Part] = [part for name in self.kinds if (part := getattr(self, name)) is not None]
+        return parts[0]

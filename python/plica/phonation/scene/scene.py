@@ -1,0 +1,215 @@
+"""A scene: a mesh and its tissue, and whatever else is named."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
+
+from plica.errors import SceneError
+from plica.phonation.scene.mesh_parts import Blocks, Larynx, Mesh
+from plica.phonation.scene.part import Part, problem
+from plica.phonation.scene.parts import (
+    Airflow,
+    Contact,
+    Initial,
+    Load,
+    Output,
+    Solver,
+    Stepping,
+    Supports,
+    is_whole,
+)
+from plica.phonation.scene.problems import describe
+from plica.phonation.scene.tissue import Tissue
+from plica.phonation.scene.toml_text import toml_text
+from plica.units import Acceleration
+
+__all__ = ["Scene"]
+
+
+class Scene(Part):
+    """What is simulated. A part that is left out does not exist: it is neither built nor stored.
+
+    Parameters
+    ----------
+    mesh : Larynx, MeshFile, Block or Blocks
+    tissue : dict of str to Tissue
+        One a layer of the mesh.
+    **parts
+        The fields below.
+
+    Examples
+    --------
+    >>> import plica
+    >>> scene = plica.Scene(
+    ...     plica.Block(size=("1 cm", "2 mm", "2 mm"), divisions=(10, 2, 2)),
+    ...     {"body": plica.Tissue(E="20 kPa", nu=0.3)},
+    ...     time=plica.Stepping(step="50 us", duration="1 ms"),
+    ...     supports=plica.Supports(fixed=("x_min",)),
+    ... )
+    >>> scene.time.steps
+    20
+    """
+
+    mesh: Mesh
+    """Where the tissue is."""
+    tissue: dict[str, Tissue] = Field(min_length=1)
+    """Layer name to its tissue."""
+    time: Stepping
+    """Scheme, step and duration."""
+    supports: Supports | None = None
+    """Where the tissue is held; a larynx is held at its wall unless this says otherwise."""
+    airflow: Airflow | None = None
+    """Air that drives the tissue; left out: none."""
+    contact: Contact | None = None
+    """Between two surfaces; left out: bodies pass through each other."""
+    loads: tuple[Load, ...] = ()
+    """Prescribed tractions."""
+    gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
+    """[m/s^2] Acceleration of free fall, as x, y, z; left out: none."""
+    initial: Initial | None = None
+    """Displacement and velocity at t = 0; left out: rest."""
+    solver: Solver = Solver()
+    """Of the linear systems."""
+    output: Output = Output()
+    """What is stored beside the waveforms."""
+
+    _source: str = PrivateAttr(default="Scene")
+
+    positional: ClassVar[tuple[str, ...]] = ("mesh", "tissue")
+
+    if TYPE_CHECKING:  # the two positional ones are Part's doing
+
+        def __init__(self, mesh: Any = ..., tissue: Any = ..., **parts: Any) -> None: ...
+
+    @property
+    def source(self) -> str:
+        """What messages call the scene: the name of its file, or ``Scene``."""
+        return self._source
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a scene file.
+
+        Raises
+        ------
+        SceneError
+            With one line a problem, each naming the file and the key.
+        """
+        path = Path(path)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            raise SceneError(f"{path}: there is no such file.") from None
+        except UnicodeDecodeError:
+            raise SceneError(f"{path}: must be text in UTF-8.") from None
+        except OSError as error:
+            raise SceneError(f"{path}: cannot be read: {error.strerror}.") from None
+        return cls.from_text(text, path.name, path.parent)
+
+    @classmethod
+    def from_text(cls, text: str, where: str = "Scene", folder: Path | None = None) -> Self:
+        """Read a scene from text.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        where : str
+            What messages begin with.
+        folder : Path, optional
+            What the name of a mesh file is relative to; left out: the working directory.
+        """
+        try:
+            data = tomllib.loads(text)
+        except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
+            raise SceneError(f"{where}: not TOML: {error}.") from None
+        mesh = data.get("mesh")
+        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+            mesh["file"] = str(((folder or Path()) / mesh["file"]).resolve())
+        try:
+            scene = cls.model_validate(data)
+        except ValidationError as error:
+            raise SceneError(describe(error, where)) from None
+        scene._source = where
+        return scene
+
+    def resolved(self) -> dict[str, Any]:
+        """The scene as plain data in SI, with every default filled in; what is absent is left out."""
+        data = self.model_dump(mode="json", exclude_none=True)
+        for table in (
+            data,
+            *(data[name] for name in ("supports", "initial", "output", "mesh") if name in data),
+        ):
+            for name in [name for name, field in table.items() if field in ({}, [])]:
+                del table[name]
+        if isinstance(self.mesh, Larynx):
+            from plica.phonation.scene.mesh_source import larynx_fields
+
+            data["mesh"]["options"] = larynx_fields(self.mesh)
+        elif not isinstance(self.mesh, Blocks) and "size" in data["mesh"]:
+            order = data["mesh"].pop("order")
+            data["mesh"] = {"order": order, "block": data["mesh"]}
+        return data
+
+    def text(self) -> str:
+        """The resolved scene as TOML, which `load` reads back to an equal scene."""
+        return toml_text(self.resolved())
+
+    def digest(self) -> str:
+        """SHA-256 of the resolved scene, as 64 hexadecimal digits."""
+        return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        """Equal scenes run equally, whatever their files are called."""
+        return isinstance(other, Scene) and self.resolved() == other.resolved()
+
+    def __hash__(self) -> int:
+        return hash(self.digest())
+
+    def save(self, path: str | Path) -> None:
+        """Write the resolved scene as TOML."""
+        Path(path).write_text(self.text(), encoding="utf-8")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _a_larynx_is_held_at_its_wall(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("supports") is None:
+            mesh = data.get("mesh")
+            if isinstance(mesh, Larynx) or (isinstance(mesh, dict) and "larynx" in mesh):
+                return {**data, "supports": Supports(fixed=("wall",))}
+        return data
+
+    @model_validator(mode="after")
+    def _parts_fit_together(self) -> Self:
+        on_larynx = isinstance(self.mesh, Larynx)
+        if self.initial is not None and not on_larynx:
+            for name in ("opening_velocity", "opening_displacement"):
+                if getattr(self.initial, name) is not None:
+                    raise problem("must be left out: the pattern is that of a larynx.", "initial", name)
+        if self.initial is not None and self.initial.equilibrium:
+            for name in ("opening_displacement", "displacement"):
+                if getattr(self.initial, name):
+                    raise problem("must be left out: initial.equilibrium finds it.", "initial", name)
+        if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
+            raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
+        wall_from_y = self.supports.wall_from_y if self.supports is not None else None
+        if self.supports is not None and wall_from_y is not None and "wall" not in self.supports.fixed:
+            relation = 'must be left out, or supports.fixed must have "wall".'
+            raise problem(relation, "supports", "wall_from_y", value=wall_from_y)
+        step = self.time.step
+        if self.output.every is not None and self.output.every < step * (1 - 1e-9):
+            raise problem(f"must be >= time.step = {step:g} s.", "output", "every", value=self.output.every)
+        for name in ("every", "start"):
+            value = getattr(self.output, name)
+            if value is not None and not is_whole(value / step):
+                raise problem(f"must be a whole number of steps of {step:g} s.", "output", name, value=value)
+        for name in self.supports.components if self.supports is not None else ():
+            if self.supports is not None and name in self.supports.fixed:
+                raise problem("must not be in supports.fixed too.", "supports", "components", name)
+        return self

@@ -1,0 +1,1 @@
+"""The border to the file system, for whatever is stored."""

@@ -1,0 +1,62 @@
+"""The rooms of the package and which of them may import which."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import plica
+
+_PACKAGE = Path(plica.__file__).parent
+_BASE = {"plica._engine", "plica.errors", "plica.units"}
+_SHARED = {"plica.measures", "plica.report", "plica.storage"}
+_SCENE = {"plica.phonation.scene"}
+_MEASURED = {"plica.phonation.measures"}
+_MAY_IMPORT = {
+    "plica.storage": _BASE,
+    "plica.measures": _BASE | {"plica.storage"},
+    "plica.phonation.scene": _BASE | {"plica.storage"},
+    "plica.phonation.measures": _BASE | {"plica.measures"},
+    "plica.phonation.run": _BASE | _SHARED | _SCENE | _MEASURED,
+    "plica.phonation.report": _BASE | _SHARED | _MEASURED,
+    "plica.report": _BASE | _SHARED,
+    "plica.video": _BASE | _SHARED,
+}
+
+
+def _modules(room: str) -> list[Path]:
+    return sorted((_PACKAGE / room.removeprefix("plica.").replace(".", "/")).rglob("*.py"))
+
+
+def _imports(file: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}: a relative import"
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def _inside(name: str, room: str) -> bool:
+    return name == room or name.startswith(room + ".")
+
+
+@pytest.mark.parametrize("room", _MAY_IMPORT)
+def test_a_room_imports_only_what_lies_below_it(room: str) -> None:
+    files = _modules(room)
+    assert files
+    allowed = _MAY_IMPORT[room] | {room}
+    wrong = [
+        f"{file.relative_to(_PACKAGE)}: {name}"
+        for file in files
+        for name in _imports(file)
+        if _inside(name, "plica") and not any(_inside(name, below) for below in allowed)
+    ]
+    assert wrong == []
+
+
+def test_every_module_of_phonation_is_in_a_room() -> None:
+    assert [file.name for file in (_PACKAGE / "phonation").glob("*.py")] == ["__init__.py"]
