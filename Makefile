@@ -13,7 +13,7 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 LAUNCHER := $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAUNCHER=ccache)
 
-ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/*) \
+ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
 .PHONY: help build demo test test-cpp test-python stub format clean FORCE

@@ -175,13 +175,16 @@ void bind_larynx(py::module_& engine) {
         if (name == "coarse") {
           return larynx_fields(Larynx::coarse());
         }
+        if (name == "demo") {
+          return larynx_fields(Larynx::demo());
+        }
         if (name == "medium") {
           return larynx_fields(Larynx::medium());
         }
         if (name == "thesis") {
           return larynx_fields(Larynx::thesis());
         }
-        throw InvalidInput("larynx_preset: name = \"" + name + "\"; must be coarse, medium or thesis.");
+        throw InvalidInput("larynx_preset: name = \"" + name + "\"; must be coarse, demo, medium or thesis.");
       },
       py::arg("name"));
 }

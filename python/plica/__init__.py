@@ -48,6 +48,7 @@ from plica.phonation.scene.parts import (
 )
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.tissue import Tissue, TissueSide
+from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
 
 if TYPE_CHECKING:
     from plica.video.flow import flow
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
 __version__: str = build_info()["version"]
 
 __all__ = [
+    "TISSUE_PRESETS",
     "Airflow",
     "Augmented",
     "Block",

@@ -9,7 +9,7 @@ from functools import partial
 from importlib import metadata
 from pathlib import Path
 
-from plica.commands import bench, video
+from plica.commands import bench, examples, keys, video
 from plica.commands.arguments import add_command, add_threads
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
@@ -22,10 +22,11 @@ _MAIN_HELP = """\
 Simulates vibrating vocal folds from a scene file, and measures them in high-speed video.
 
 A first session:
-  plica run examples/normal_phonation.toml -o runs/normal    compute; ends with a report
-  xdg-open runs/normal/report.html                           look at it
-  paraview runs/normal/fields.xdmf                           look at it in 3D
-  plica video larynx.avi --fps 4000 -o analysis              measure a high-speed recording
+  plica examples scenes                                 scenes to start from, copied to scenes/
+  plica run scenes/first.toml -o runs/first             compute; ends with a report
+  xdg-open runs/first/report.html                       look at it
+  paraview runs/first/fields.xdmf                       look at it in 3D
+  plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
 
 A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
 [airflow] table there is no airflow, without [contact] no contact. Quantities are SI numbers or texts with
@@ -44,7 +45,7 @@ a unit:
   step = "50 us"
   duration = "0.1 s"
 
-Every key, waveform and measure, with its unit: docs/scene.md of the sources.
+Every key with its unit and default: plica keys
 
 Exit codes: 0 done, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
 """
@@ -129,6 +130,8 @@ def _parser() -> argparse.ArgumentParser:
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
+    examples.add_commands(commands)
+    keys.add_commands(commands)
     video.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
     for name, command, summary in (

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Acceleration",
+    "Angle",
     "Density",
     "Frequency",
     "Length",
@@ -120,6 +121,7 @@ class Unit:
 
 
 Number = Annotated[float, Unit("")]
+Angle = Annotated[float, Unit("rad")]
 Length = Annotated[float, Unit("m")]
 Time = Annotated[float, Unit("s")]
 Velocity = Annotated[float, Unit("m/s")]

@@ -21,6 +21,13 @@ std::vector<Larynx::Section> Larynx::thesis_sections() {
 
 Larynx Larynx::coarse() { return {}; }
 
+Larynx Larynx::demo() {
+  Larynx larynx;
+  larynx.levels = {2, 1, 1, 2, 1, 6, 1, 2, 1, 2};
+  larynx.around = 16;
+  return larynx;
+}
+
 Larynx Larynx::medium() {
   Larynx larynx;
   larynx.levels = {3, 1, 2, 3, 1, 6, 1, 4, 3, 3};

@@ -40,6 +40,7 @@ struct Larynx {
 
   static std::vector<Section> thesis_sections();
   static Larynx coarse();  // 4032 tetrahedra, 900 nodes
+  static Larynx demo();    // 7296 tetrahedra; of quadratic ones the coarsest on which the folds close
   static Larynx medium();  // 19440 tetrahedra, 4032 nodes
   /// 52 levels as in the thesis, at its 52 sections except in the first and last interval, where they are graded:
   /// 55080 tetrahedra (54984 in Paper A, Sec. 3), 11232 nodes.

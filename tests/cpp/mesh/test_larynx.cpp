@@ -54,6 +54,7 @@ TEST_CASE("the presets have the stated numbers of tetrahedra and nodes, all posi
     Eigen::Index cells, nodes;
     double quality;  // least mean ratio, of the tall thin cells at the ends
   } const presets[] = {{Larynx::coarse(), 4032, 900, 0.007},
+                       {Larynx::demo(), 7296, 1600, 0.007},
                        {Larynx::medium(), 19440, 4032, 0.016},
                        {Larynx::thesis(), 55080, 11232, 0.025}};
   for (const auto& preset : presets) {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -66,15 +67,32 @@ def initial_fields(
         field = np.zeros_like(points)
         if size is not None and isinstance(scene.mesh, Larynx):
             field += size * opening_pattern(points, scene.mesh)
-        for layer, value in uniform.items():
-            if layer not in mesh.layer_names:
-                hint = nearest(layer, mesh.layer_names)
-                where = f"{scene.source}: initial.{name}.{layer}"
-                raise SceneError(
-                    f"{where} is not a layer of the mesh; must be {one_of(mesh.layer_names)}.{hint}"
-                )
-            cells = np.asarray(mesh.cells)[np.asarray(mesh.cell_layer) == mesh.layer_names.index(layer)]
-            field[np.unique(cells)] = value
+        for region, value in uniform.items():
+            field[_nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}")] = value
+        field[_between_folds(mesh, uniform)] = 0.0
         field[fixed] = 0.0
         found.append(field if field.any() else None)
     return found[0], found[1]
+
+
+def _regions(mesh: _engine.TetMesh) -> dict[str, NDArray[np.bool_]]:
+    """Names and cells (m) of the layers and, where the mesh says them, of the folds; a layer goes first."""
+    layer, side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
+    folds = {name: side == number for number, name in ((1, "left"), (2, "right")) if (side == number).any()}
+    return folds | {name: layer == k for k, name in enumerate(mesh.layer_names)}
+
+
+def _nodes_of(region: str, mesh: _engine.TetMesh, where: str) -> NDArray[np.int32]:
+    regions = _regions(mesh)
+    if region not in regions:
+        hint = nearest(region, regions)
+        raise SceneError(f"{where} is no layer or fold of the mesh; must be {one_of(regions)}.{hint}")
+    return np.unique(np.asarray(mesh.cells)[regions[region]])
+
+
+def _between_folds(mesh: _engine.TetMesh, uniform: Mapping[str, object]) -> NDArray[np.int32]:
+    """Nodes of both folds, which stay at rest where each has a value of its own."""
+    if not {"left", "right"} <= uniform.keys() - set(mesh.layer_names):
+        return np.empty(0, dtype=np.int32)
+    left, right = (_nodes_of(fold, mesh, "") for fold in ("left", "right"))
+    return np.intersect1d(left, right)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import SceneError, nearest, one_of
+from plica.phonation.scene.face_selection import FaceSelection, select
 from plica.phonation.scene.mesh_parts import Label, MeshFile, Sides
 
 __all__ = ["read_mesh"]
@@ -51,7 +52,7 @@ class _Reader:
         cells, labels = self._cells(_TETRAHEDRA)
         layer = self._layers(labels)
         side = self._sides(points * self.mesh.unit, cells, labels)
-        surfaces = self._surfaces(cells)
+        surfaces = self._surfaces(points * self.mesh.unit, cells, side)
         return _engine.TetMesh(
             points=points * self.mesh.unit,
             cells=cells,
@@ -159,19 +160,44 @@ class _Reader:
                 )
         return side
 
-    def _surfaces(self, cells: _Integers) -> dict[str, _Integers]:
+    def _surfaces(
+        self, points: NDArray[np.float64], cells: _Integers, side: _Integers
+    ) -> dict[str, _Integers]:
         if not self.mesh.surfaces:
             return {}
-        boundary, _ = _engine.boundary(cells)
+        boundary, cell = (np.asarray(found) for found in _engine.boundary(cells))
         triangles, labels = self._cells(_TRIANGLES)
         surfaces = {}
         for name, wanted in self.mesh.surfaces.items():
+            if isinstance(wanted, FaceSelection):
+                surfaces[name] = self._selected(name, wanted, points, boundary, side[cell])
+                continue
             if wanted == ("boundary",):
-                surfaces[name] = np.asarray(boundary)
+                surfaces[name] = boundary
                 continue
             numbers = self._numbers(wanted, f"mesh.surfaces.{name}", labels, "triangles")
             surfaces[name] = self._outward(triangles[np.isin(labels, numbers)][:, :3], boundary, name)
         return surfaces
+
+    def _selected(
+        self,
+        name: str,
+        wanted: FaceSelection,
+        points: NDArray[np.float64],
+        boundary: _Integers,
+        face_side: _Integers,
+    ) -> _Integers:
+        if wanted.side is not None and self.mesh.sides is None:
+            raise self.fail(f"mesh.surfaces.{name}.side needs mesh.sides, which says what is left and right.")
+        faces = boundary[select(wanted, points, boundary, face_side)]
+        if not len(faces):
+            low, high = points.min(axis=0), points.max(axis=0)
+            extent = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
+            raise self.fail(
+                f"mesh.surfaces.{name} selects none of the {len(boundary)} faces of the boundary; must "
+                f"select some. The mesh reaches over x, y, z = {extent} m."
+            )
+        return faces
 
     def _outward(self, triangles: _Integers, boundary: _Integers, name: str) -> _Integers:
         """The boundary faces (f, 3 or 6) with the corners of these triangles (f, 3)."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from plica.phonation.scene.face_selection import FaceSelection
 from plica.phonation.scene.part import Part, problem
 from plica.units import Length
 
@@ -27,6 +28,16 @@ def _as_labels(value: object) -> object:
 
 
 Labels = Annotated[tuple[Label, ...], BeforeValidator(_as_labels), Field(min_length=1)]
+
+
+def _surface_kind(value: object) -> str:
+    return "<selection>" if isinstance(value, (Mapping, FaceSelection)) else "<labels>"
+
+
+Surface = Annotated[
+    Annotated[FaceSelection, Tag("<selection>")] | Annotated[Labels, Tag("<labels>")],
+    Discriminator(_surface_kind),
+]
 
 
 class LarynxOptions(Part):
@@ -62,8 +73,8 @@ class Larynx(Part):
     Surfaces ``airway``, ``airway_left``, ``airway_right``; node sets ``wall`` and ``ends``.
     """
 
-    larynx: Literal["coarse", "medium", "thesis"] = "thesis"
-    """The preset: about 4,000, 19,000 or 55,000 tetrahedra."""
+    larynx: Literal["coarse", "demo", "medium", "thesis"] = "thesis"
+    """The preset: about 4,000, 7,000, 19,000 or 55,000 tetrahedra."""
     order: Order = 1
     """2: quadratic tetrahedra."""
     options: LarynxOptions = LarynxOptions()
@@ -125,8 +136,9 @@ class MeshFile(Part):
     """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
     layers: Annotated[dict[Name, Labels], Field(min_length=1)]
     """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives."""
-    surfaces: dict[Name, Labels] = Field(default_factory=dict)
-    """Surface name to the labels of its triangles, or ``"boundary"``: all of it. Each is a node set too."""
+    surfaces: dict[Name, Surface] = Field(default_factory=dict)
+    """Surface name to the labels of its triangles, to ``"boundary"``: all of it, or to what its faces have in
+    common, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is a node set too."""
     sides: Sides | Literal["x"] | None = None
     """Which cells are the left and the right fold; ``"x"``: by the sign of x. Left out: neither."""
     order: Order = 1

@@ -297,9 +297,10 @@ class Initial(Part):
     opening_displacement: Length | None = None
     """[m] Size of the opening pattern; larynx only."""
     velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
-    """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict)."""
+    """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict), or of a fold,
+    ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes of both folds then stay at rest."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
-    """[m] Uniform over the nodes of a layer."""
+    """[m] Uniform over the nodes of a layer, or of a fold."""
     equilibrium: bool = False
     """Start from the displacement at rest under gravity and loads, without airflow and contact."""
 

@@ -26,6 +26,7 @@ from plica.phonation.scene.parts import (
 )
 from plica.phonation.scene.problems import describe
 from plica.phonation.scene.tissue import Tissue
+from plica.phonation.scene.tissue_presets import by_name
 from plica.phonation.scene.toml_text import toml_text
 from plica.units import Acceleration
 
@@ -38,8 +39,8 @@ class Scene(Part):
     Parameters
     ----------
     mesh : Larynx, MeshFile, Block or Blocks
-    tissue : dict of str to Tissue
-        One a layer of the mesh.
+    tissue : dict of str to Tissue, or str
+        One a layer of the mesh; or the name of a preset, `plica.TISSUE_PRESETS`.
     **parts
         The fields below.
 
@@ -59,7 +60,7 @@ class Scene(Part):
     mesh: Mesh
     """Where the tissue is."""
     tissue: dict[str, Tissue] = Field(min_length=1)
-    """Layer name to its tissue."""
+    """Layer name to its tissue, or to a preset's name, "normal" or "thesis"; or that name for all layers."""
     time: Stepping
     """Scheme, step and duration."""
     supports: Supports | None = None
@@ -183,6 +184,13 @@ class Scene(Part):
             mesh = data.get("mesh")
             if isinstance(mesh, Larynx) or (isinstance(mesh, dict) and "larynx" in mesh):
                 return {**data, "supports": Supports(fixed=("wall",))}
+        return data
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tissue_by_name(cls, data: Any) -> Any:
+        if isinstance(data, dict) and "tissue" in data:
+            return {**data, "tissue": by_name(data["tissue"])}
         return data
 
     @model_validator(mode="after")

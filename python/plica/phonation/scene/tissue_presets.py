@@ -1,0 +1,74 @@
+"""Tissues by name: the three layers of the thesis, as printed and as corrected (Paper A, Table III)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from plica.phonation.scene.part import problem
+from plica.phonation.scene.tissue import Tissue
+
+__all__ = ["TISSUE_PRESETS", "by_name"]
+
+_PRINTED: dict[str, dict[str, Any]] = {
+    "body": {"E": 20e3, "nu": 0.45, "E_fibre": 40e3, "nu_fibre": 0.45, "mu_fibre": 30e3, "viscosity": 1.0},
+    "ligament": {"E": 3e3, "nu": 0.58, "E_fibre": 20e3, "nu_fibre": 0.58, "mu_fibre": 40e3, "viscosity": 1.0},
+    "cover": {"E": 1e3, "nu": 0.66, "E_fibre": 10e3, "nu_fibre": 0.66, "mu_fibre": 10e3, "viscosity": 0.4},
+}
+"""Pa, 1, Pa s."""
+_DENSITY = 1020.0  # kg/m^3
+_MILDER = 0.35  # of the printed viscosities: with the right mu those stop the voice (docs/phonation.md)
+
+
+def _as_printed(row: dict[str, Any]) -> Tissue:
+    # mu = E / (1 + nu), which is not isotropic across the fibre, as the thesis prints it
+    return Tissue(**row, density=_DENSITY, mu_transverse=row["E"] / (1 + row["nu"]))
+
+
+def _corrected(row: dict[str, Any]) -> Tissue:
+    return Tissue(**(row | {"viscosity": _MILDER * row["viscosity"]}), density=_DENSITY)
+
+
+TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
+    "normal": {layer: _corrected(row) for layer, row in _PRINTED.items()},
+    "thesis": {layer: _as_printed(row) for layer, row in _PRINTED.items()},
+}
+"""Preset to layer to tissue. "normal": Paper A, Table III, with mu = E / (2 (1 + nu)) across the fibre and
+0.35 of the viscosities; "thesis": as printed."""
+
+
+def by_name(tissue: object) -> object:
+    """A scene's tissue with each preset's name in the place of a layer, or of all of them, filled in."""
+    if isinstance(tissue, str):
+        return dict(_preset(tissue))
+    if not isinstance(tissue, Mapping):
+        return tissue
+    return {layer: _layer(layer, given) for layer, given in tissue.items()}
+
+
+def _layer(layer: object, given: object) -> object:
+    """A layer's tissue; ``"normal"`` is the preset's, ``{preset = "normal", E = ...}`` all but its E."""
+    if isinstance(given, str):
+        return _preset_layer(layer, given)
+    if isinstance(given, Mapping) and "preset" in given:
+        base = _preset_layer(layer, given["preset"], "preset").model_dump(exclude_none=True)
+        return base | {name: value for name, value in given.items() if name != "preset"}
+    return given
+
+
+def _preset_layer(layer: object, name: object, *path: str) -> Tissue:
+    layers = _preset(name, str(layer), *path)
+    if layer not in layers:
+        raise problem(
+            f'must be left out: the preset "{name}" has {", ".join(layers)} only.',
+            "tissue",
+            str(layer),
+            *path,
+        )
+    return layers[str(layer)]
+
+
+def _preset(name: object, *path: str) -> Mapping[str, Tissue]:
+    if not isinstance(name, str) or name not in TISSUE_PRESETS:
+        raise problem(f"must be one of {', '.join(TISSUE_PRESETS)}.", "tissue", *path, value=name)
+    return TISSUE_PRESETS[name]

@@ -1,0 +1,81 @@
+"""What the command teaches without the documentation: examples and keys."""
+
+from __future__ import annotations
+
+import re
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+import plica
+from plica.cli import main
+from plica.phonation.scene.reference import scene_tables
+
+_EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def test_the_examples_that_come_with_the_package_are_those_of_the_sources(tmp_path: Path) -> None:
+    assert main(["examples", str(tmp_path / "scenes")]) == 0
+    written = sorted((tmp_path / "scenes").iterdir())
+    sources = sorted(file for file in _EXAMPLES.iterdir() if file.suffix in {".toml", ".py"})
+    assert [file.name for file in written] == [file.name for file in sources]
+    for ours, theirs in zip(written, sources, strict=True):
+        assert ours.read_bytes() == theirs.read_bytes(), f"{theirs.name}: run make build"
+
+
+def test_examples_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["examples"]) == 0
+    said = capsys.readouterr().out
+    for file in _EXAMPLES.glob("*.toml"):
+        assert re.search(rf"^{file.name} +\w.{{15,}}$", said, re.MULTILINE), file.name
+
+
+def test_examples_overwrite_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "thesis.toml").write_text("mine")
+    assert main(["examples", str(tmp_path)]) == 2
+    assert "thesis.toml would be overwritten" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["thesis.toml"]
+    assert (tmp_path / "thesis.toml").read_text() == "mine"
+
+
+def test_the_first_command_of_the_help_works_where_there_are_no_sources(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    first, second = re.findall(r"^  plica (\S.*?)   ", capsys.readouterr().out, re.MULTILINE)[:2]
+    monkeypatch.chdir(tmp_path)
+    assert main(first.split()) == 0
+    command, scene, *_ = second.split()
+    assert command == "run"
+    assert plica.Scene.load(scene).contact is not None
+
+
+def test_every_table_and_key_can_be_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys"]) == 0
+    overview = capsys.readouterr().out
+    for table in scene_tables():
+        assert table.title in overview
+        for name in [table.path] * bool(table.path) + [key.name for key in table.keys]:
+            assert main(["keys", name]) == 0
+            assert name in capsys.readouterr().out
+
+
+def test_a_key_is_said_with_unit_default_and_place(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", "subglottal_pressure"]) == 0
+    assert re.fullmatch(
+        r"\[airflow\]\n  subglottal_pressure  \(Pa, 800\) \S.*\n", capsys.readouterr().out, re.DOTALL
+    )
+
+
+def test_an_unknown_key_is_refused_with_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", "viscositi"]) == 2
+    assert 'Did you mean "viscosity"?' in capsys.readouterr().err
+
+
+def test_the_description_of_the_package_has_no_link_into_the_sources() -> None:
+    text = metadata.metadata("plica").get_payload()
+    assert text.startswith("# Plica")
+    assert "docs/scene.md" in text
+    assert re.findall(r"\]\((?!https?:)[^)]*\)", text) == []

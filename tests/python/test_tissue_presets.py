@@ -1,0 +1,71 @@
+"""Tissues by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+
+_EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+_LAYERS = ("body", "ligament", "cover")
+
+
+def _scene(tissue: Any) -> plica.Scene:
+    return plica.Scene(
+        plica.Larynx(larynx="coarse"), tissue, time=plica.Stepping(step="50 us", duration="1 ms")
+    )
+
+
+@pytest.mark.parametrize(("name", "example"), [("normal", "normal_phonation"), ("thesis", "thesis")])
+def test_a_preset_is_the_tissue_that_the_example_writes_out(name: str, example: str) -> None:
+    written = plica.Scene.load(_EXAMPLES / f"{example}.toml").tissue
+    preset = _scene(name).tissue
+    assert set(preset) == set(written)
+    for layer in _LAYERS:
+        ours, theirs = (tissue.model_dump(exclude_none=True) for tissue in (preset[layer], written[layer]))
+        assert set(ours) == set(theirs)
+        for field, value in theirs.items():
+            assert ours[field] == pytest.approx(value, rel=1e-12), (layer, field)
+
+
+def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
+    soft = {"preset": "normal", "E_fibre": "5 kPa", "right": {"viscosity": 1}}
+    scene = _scene({"body": "normal", "ligament": "thesis", "cover": soft})
+    normal = plica.TISSUE_PRESETS["normal"]
+    assert scene.tissue["body"] == normal["body"]
+    assert scene.tissue["ligament"] == plica.TISSUE_PRESETS["thesis"]["ligament"]
+    assert scene.tissue["cover"].E_fibre == 5000
+    assert scene.tissue["cover"].E == normal["cover"].E
+    assert scene.tissue["cover"].on("right").viscosity == 1
+    assert plica.Scene.from_text(scene.text()) == scene
+
+
+@pytest.mark.parametrize(
+    ("tissue", "said"),
+    [
+        ("norml", 'tissue = "norml"; must be one of normal, thesis'),
+        ({"body": "norml", "ligament": "normal", "cover": "normal"}, 'tissue.body = "norml"; must be one of'),
+        ({"skin": "normal"}, 'the preset "normal" has body, ligament, cover only'),
+        ({"body": {"preset": 3}}, "tissue.body.preset = 3; must be one of"),
+    ],
+)
+def test_a_preset_that_does_not_exist_is_refused(tissue: Any, said: str) -> None:
+    with pytest.raises(plica.SceneError) as caught:
+        _scene(tissue)
+    assert said in str(caught.value)
+
+
+@pytest.mark.slow
+def test_the_first_example_is_short_and_its_folds_close() -> None:
+    text = (_EXAMPLES / "first.toml").read_text(encoding="utf-8")
+    assert len([line for line in text.splitlines() if line.strip() and line[0] != "#"]) <= 10
+    found = plica.build_simulation(plica.Scene.from_text(text)).advance(60)
+    assert np.flatnonzero(np.asarray(found["contact_rows"]) > 0).size
+    stopped = np.asarray(found["flow_stopped"]) != 0
+    assert stopped.any()
+    assert (np.asarray(found["flow"])[stopped] == 0).all()
+    assert not stopped[0]
