@@ -168,14 +168,14 @@ def test_frames_without_numbers_contrast_or_size_are_refused(pair: tuple[Frame, 
     broken[3, 4] = np.nan
     with pytest.raises(plica.InvalidInput, match=r"second has nan at row 3, column 4 \(1 such pixels\)"):
         flow(pair[0], broken)
-    with pytest.raises(plica.InvalidInput, match="second picture has nan at row 3, column 4"):
+    with pytest.raises(plica.InvalidInput, match="second has nan at row 3, column 4"):
         flow(pair[0], broken, intensity=(0, 255))
-    with pytest.raises(plica.InvalidInput, match="every pixel of both frames is 7; must differ somewhere"):
+    with pytest.raises(plica.InvalidInput, match="every pixel of first is 7; must differ somewhere"):
         flow(np.full((9, 9), 7), np.full((9, 9), 7))
     with pytest.raises(plica.SolveFailed, match="the flow is not finite"):
         flow(*pair, intensity=(0, 1e-30))
-    with pytest.raises(plica.InvalidInput, match="1 x 1 px; must have sides of at least 8 px"):
-        flow([[1.0]], [[2.0]])
+    with pytest.raises(plica.InvalidInput, match="2 x 1 px; must have sides of at least 8 px"):
+        flow([[1.0, 2.0]], [[2.0, 1.0]])
 
 
 def test_a_flow_file_is_read_back_with_its_unknown_pixels(tmp_path: Path) -> None:

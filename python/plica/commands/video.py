@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -319,7 +320,7 @@ def _flow(options: argparse.Namespace) -> int:
     from plica.video.flow_command import flow_of_files
 
     plica.set_threads(options.threads)
-    said = flow_of_files(
+    said, caution = flow_of_files(
         options.first,
         options.second,
         options.output,
@@ -329,4 +330,6 @@ def _flow(options: argparse.Namespace) -> int:
     )
     if not options.quiet:
         print(said)
+    if caution:
+        print(f"plica: {caution}", file=sys.stderr)
     return 0

@@ -113,8 +113,9 @@ class Chain:
 
     def _drift(self) -> None:
         recording = self._recording
-        found = Drift.none(recording.count)
-        if self._settings.correct_drift:
+        if not self._settings.correct_drift:
+            found = Drift.none(self._watched("light", recording.frames(), recording.count))
+        else:
             still = still_region(spread(recording.frames()), 0.5)
             first = drift(self._watched("drift", recording.frames(), recording.count), still)
             still = still_region(spread(without_drift(recording.frames(), first.motion)), 0.3)

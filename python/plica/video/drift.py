@@ -24,6 +24,7 @@ Mask = npt.NDArray[np.bool_]
 
 _BLURS = (4.0, 1.5)  # px
 _HUBER = 10.0  # grey values of 255
+_BLANK = 0.1  # grey values of 255; turned and cut, a frame of one value differs from it by round-off
 _ALIKE = 0.5  # correlation with the first frame below which a frame shows another thing
 
 
@@ -43,9 +44,10 @@ class Drift:
     likeness: Floats
 
     @classmethod
-    def none(cls, frames: int) -> Drift:
-        """Of an endoscope that does not move."""
-        return cls(np.zeros((frames, 3)), np.ones(frames))
+    def none(cls, frames: Iterable[npt.NDArray[np.floating]]) -> Drift:
+        """Of an endoscope that does not move; a frame without contrast is like no other."""
+        likeness = np.array([float(np.ptp(frame) > _BLANK) for frame in frames])
+        return cls(np.zeros((likeness.size, 3)), likeness)
 
     @property
     def lost(self) -> Mask:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plica import _engine as engine
 from plica.errors import InvalidInput, nearest, one_of
-from plica.video.grey import to_grey
+from plica.video.grey import depth, to_grey
 
 __all__ = ["PRESETS", "FlowOptions", "PairFlow", "WarpError", "endpoint_error", "flow", "warp_error"]
 
@@ -87,7 +87,8 @@ def flow(
     Parameters
     ----------
     first, second : array
-        Frames of one size with sides of at least 8 px: grey (rows, columns), or RGB(A) with a third axis.
+        Frames of one size with sides of at least 8 px: grey (rows, columns), or RGB(A) with a third axis. Of
+        one depth: whole numbers of one type, or both floating-point.
     preset : str
         A name of `PRESETS`.
     mask : (rows, columns) bool, optional
@@ -105,20 +106,16 @@ def flow(
     Raises
     ------
     InvalidInput
-        On sizes that differ or are too small, values that are not finite, a mask without a pixel, a pair
-        without contrast, and options out of range.
+        On sizes or depths that differ, sizes that are too small, values that are not finite, a mask without a
+        pixel, a frame without contrast, and options out of range.
     SolveFailed
         Where `intensity` is so narrow that single precision overflows.
     """
-    one, two = to_grey(first, name="first"), to_grey(second, name="second")
-    if one.shape != two.shape:
-        raise InvalidInput(
-            f"flow: second is {_size(two)}; must be {_size(one)} like first. "
-            "Frames of different recordings, or a region cut from one of them?"
-        )
+    one, two = _grey_pair(first, second)
     chosen = _options(preset, options)
     used = None if mask is None else _used(mask, one)
     low, high = _levels(one, two, intensity)
+    _check_contrast(one, two, used)
     scale = np.float32(255 / (high - low))
     one, two = (one - np.float32(low)) * scale, (two - np.float32(low)) * scale
     there = engine.dense_flow(one, two, chosen, used)
@@ -178,7 +175,7 @@ def warp_error(first: ArrayLike, second: ArrayLike, flow: ArrayLike) -> WarpErro
     """
     from scipy import ndimage
 
-    one, two = to_grey(first, name="first").astype(float), to_grey(second, name="second").astype(float)
+    one, two = (frame.astype(float) for frame in _grey_pair(first, second))
     u, v = np.moveaxis(np.asarray(flow, dtype=float), -1, 0)
     y, x = np.mgrid[0 : one.shape[0], 0 : one.shape[1]].astype(float)
     off = two - ndimage.map_coordinates(one, [y - v, x - u], order=3, mode="mirror")
@@ -187,6 +184,43 @@ def warp_error(first: ArrayLike, second: ArrayLike, flow: ArrayLike) -> WarpErro
     percent = np.full(off.shape, np.nan)
     np.divide(100 * off, two, out=percent, where=two != 0)
     return WarpError(float(np.sqrt(np.mean(np.square(centre)))), percent)
+
+
+def _grey_pair(first: ArrayLike, second: ArrayLike) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Both in grey; InvalidInput where they cannot be two frames of one recording."""
+    one, two = to_grey(first, name="first"), to_grey(second, name="second")
+    if one.shape != two.shape:
+        raise InvalidInput(
+            f"flow: second is {_size(two)}; must be {_size(one)} like first. "
+            "Frames of different recordings, or a region cut from one of them?"
+        )
+    if depth(first) != depth(second):
+        raise InvalidInput(
+            f"flow: second has {depth(second)}; must have {depth(first)} like first, or the same grey level "
+            "means another brightness in each. Bring both to one scale."
+        )
+    for name, frame in (("first", one), ("second", two)):
+        bad = np.argwhere(~np.isfinite(frame))
+        if bad.size:
+            row, column = bad[0]
+            raise InvalidInput(
+                f"flow: {name} has {frame[row, column]} at row {row}, column {column} "
+                f"({len(bad)} such pixels); must be finite."
+            )
+    return one, two
+
+
+def _check_contrast(
+    one: NDArray[np.float32], two: NDArray[np.float32], used: NDArray[np.float32] | None
+) -> None:
+    """InvalidInput for a frame that says nothing of motion: one that is the same everywhere."""
+    for name, frame in (("first", one), ("second", two)):
+        seen = frame if used is None else frame[used > 0]
+        if seen.min() == seen.max():
+            where = "" if used is None else " that the mask leaves"
+            raise InvalidInput(
+                f"flow: every pixel of {name}{where} is {seen.flat[0]:g}; must differ somewhere. Is it blank?"
+            )
 
 
 def _options(preset: str, options: Mapping[str, Any]) -> FlowOptions:
@@ -212,20 +246,7 @@ def _levels(
     one: NDArray[np.float32], two: NDArray[np.float32], intensity: tuple[float, float] | None
 ) -> tuple[float, float]:
     if intensity is None:
-        for name, frame in (("first", one), ("second", two)):
-            bad = np.argwhere(~np.isfinite(frame))
-            if bad.size:
-                row, column = bad[0]
-                raise InvalidInput(
-                    f"flow: {name} has {frame[row, column]} at row {row}, column {column} "
-                    f"({len(bad)} such pixels); must be finite."
-                )
-        low, high = float(min(one.min(), two.min())), float(max(one.max(), two.max()))
-        if low == high:
-            raise InvalidInput(
-                f"flow: every pixel of both frames is {low:g}; must differ somewhere. Are the frames empty?"
-            )
-        return low, high
+        return float(min(one.min(), two.min())), float(max(one.max(), two.max()))
     low, high = (float(level) for level in intensity)
     if not (np.isfinite([low, high]).all() and low < high):
         raise InvalidInput(f"flow: intensity = ({low:g}, {high:g}); must be (low, high) with low < high.")

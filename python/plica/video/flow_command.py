@@ -9,22 +9,25 @@ import numpy as np
 from plica.errors import InvalidInput, StorageFailed
 from plica.video.flow import PairFlow, endpoint_error, flow
 from plica.video.flow_file import read_flow, write_flow
-from plica.video.image_file import read_image
+from plica.video.grey import to_grey
+from plica.video.image_file import read_image, read_pixels
 
 __all__ = ["flow_of_files"]
+
+_CLOSES = 1.0  # px; what misses by more on the way there and back was not followed
 
 
 def flow_of_files(
     first: Path, second: Path, output: Path, *, preset: str, truth: Path | None, mask: Path | None
-) -> str:
-    """Write the flow between two pictures to `output`; returns what to say about it."""
+) -> tuple[str, str]:
+    """Write the flow between two pictures to `output`; what to say about it, and a caution or nothing."""
     if output.suffix.lower() != ".flo":
         raise InvalidInput(f"flow: output = {output}; must end in .flo, Middlebury's format.")
     if not output.absolute().parent.is_dir():
         raise StorageFailed(f"flow: {output} cannot be written: its directory does not exist.")
-    one, two = read_image(first), read_image(second)
+    one, two = read_pixels(first), read_pixels(second)
     known = None if truth is None else read_flow(truth)
-    if known is not None and known.shape[:2] != one.shape:
+    if known is not None and known.shape[:2] != one.shape[:2]:
         raise InvalidInput(
             f"flow: {truth} is {known.shape[1]} x {known.shape[0]} px; "
             f"must be {one.shape[1]} x {one.shape[0]} px like {first}."
@@ -32,12 +35,26 @@ def flow_of_files(
     used = None if mask is None else read_image(mask) > 0
     found = flow(one, two, preset=preset, mask=used, round_trip=True)
     write_flow(output, found.flow)
-    lines = _summary(found, two - one, used)
+    lines = _summary(found, to_grey(two) - to_grey(one), used)
     if known is not None:
         share = float(np.isfinite(known).all(axis=-1).mean())
         error = endpoint_error(found.flow, known)
         lines.append(f"error     {error:.4f} px from {truth}, known on {100 * share:.1f} % of the pixels")
-    return "\n".join([*lines, f"written: {output}"])
+    return "\n".join([*lines, f"written: {output}"]), _caution(found, used)
+
+
+def _caution(found: PairFlow, used: np.ndarray | None) -> str:
+    """Where most of what counts does not come back, whatever was found is no motion."""
+    assert found.mismatch is not None
+    missed = found.mismatch if used is None else found.mismatch[used]
+    returns = float((missed < _CLOSES).mean())  # what leaves the picture does not
+    if returns >= 0.5:
+        return ""
+    return (
+        f"caution: {100 * (1 - returns):.0f} % of the pixels do not come back to within {_CLOSES:g} px "
+        "from A to B and back: this flow is not to be trusted. Do both show one thing, in the same light, "
+        "at the same scale of brightness?"
+    )
 
 
 def _summary(found: PairFlow, without: np.ndarray, used: np.ndarray | None) -> list[str]:

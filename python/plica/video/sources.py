@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from plica.errors import InvalidInput
 from plica.video.errors import VideoError
-from plica.video.grey import to_grey
-from plica.video.image_file import read_image
+from plica.video.grey import depth, to_grey
+from plica.video.image_file import read_page, read_pixels
+from plica.video.tiff_file import count_pages, open_tiff
 
 __all__ = ["FrameSource", "open_source"]
 
@@ -86,6 +87,15 @@ def grey(image: npt.NDArray[Any], name: str) -> npt.NDArray[np.float32]:
     return found
 
 
+def check_depth(name: str, image: npt.NDArray[Any], first: str, whose: str) -> None:
+    """Raises VideoError for a frame whose numbers are of another kind than those of the first."""
+    if depth(image) != first:
+        raise VideoError(
+            f"Recording: {name} has {depth(image)}; must have {first} as {whose}, or its grey levels mean "
+            "another brightness. Store all frames alike."
+        )
+
+
 def check(name: str, count: int, shape: tuple[int, int]) -> None:
     """Raises VideoError for fewer than two frames or frames too small to be a recording."""
     if count < 2:
@@ -105,9 +115,10 @@ class Video:
     def __init__(self, path: Path) -> None:
         self.name, self._path = path.name, path
         self.count, self.shape = 0, (0, 0)
-        stated = 0
-        for index, (frame, of_container) in enumerate(self._decoded()):
-            stated = of_container
+        stated, seconds, end = 0, 0.0, 0.0
+        for index, (frame, of_container, length) in enumerate(self._decoded()):
+            stated, seconds = of_container, length
+            end = max(end, 0.0 if frame.time is None else frame.time)
             size = (frame.height, frame.width)
             if index and size != self.shape:
                 raise self._broken(
@@ -120,10 +131,17 @@ class Video:
                 "states. It is cut off: copy it again, or store what there is of it in a file of its own "
                 f"(ffmpeg -i {self.name} -c copy whole.mkv)."
             )
+        # A whole file's last frame begins one interval before its end.
+        if self.count > 1 and seconds - end > 2.5 * end / (self.count - 1):
+            raise VideoError(
+                f"Recording: {self.name} ends after {self.count} frames, at {end:.3g} s of the "
+                f"{seconds:.3g} s that it states. It is cut off: copy it again, or store what there is of it "
+                f"in a file of its own (ffmpeg -i {self.name} -c copy whole.mkv)."
+            )
         check(self.name, self.count, self.shape)
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
-        for index, (frame, _) in enumerate(islice(self._decoded(), end)):
+        for index, (frame, _, _) in enumerate(islice(self._decoded(), end)):
             if index < begin:
                 continue
             deep = max(part.bits for part in frame.format.components) > 8
@@ -133,8 +151,8 @@ class Video:
                 kind = "rgb48le" if deep else "rgb24"
             yield grey(frame.to_ndarray(format=kind), f"{self.name}: frame {index}")
 
-    def _decoded(self) -> Iterator[tuple[Any, int]]:
-        """Frames, each with the count that the container states (0: none)."""
+    def _decoded(self) -> Iterator[tuple[Any, int, float]]:
+        """Frames, each with the count and the seconds that the container states (0: none)."""
         import av
 
         index = -1
@@ -144,10 +162,13 @@ class Video:
                     raise VideoError(f"Recording: {self.name} has no video.")
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
+                # Matroska states its length and no count; with sound beside, whose length it is is not said.
+                alone = "matroska" in container.format.name and len(container.streams) == 1
+                seconds = (container.duration or 0) / av.time_base if alone else 0.0
                 for index, frame in enumerate(container.decode(stream)):
                     if frame.is_corrupt:
                         raise self._broken(index, "is damaged")
-                    yield frame, stream.frames
+                    yield frame, stream.frames, seconds
         except av.FFmpegError as error:
             if index < 0:
                 raise VideoError(
@@ -183,8 +204,8 @@ class Images:
             )
         self._check_numbers()
         self.count = len(self._files)
-        first = _image(self._files[0])
-        self.shape = (first.shape[0], first.shape[1])
+        first = _pixels(self._files[0])
+        self.shape, self._depth = (first.shape[0], first.shape[1]), depth(first)
         check(self.name, self.count, self.shape)
 
     def _check_numbers(self) -> None:
@@ -203,14 +224,15 @@ class Images:
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
         for index, file in enumerate(self._files[begin:end], start=begin):
-            image = _image(file)
+            image = _pixels(file)
             if image.shape[:2] != self.shape:
                 raise VideoError(
                     f"Recording: {self.name}: frame {index} ({file.name}) is {image.shape[1]} x "
                     f"{image.shape[0]} px; must be {self.shape[1]} x {self.shape[0]} px as "
                     f"{self._files[0].name}."
                 )
-            yield image
+            check_depth(f"{self.name}: frame {index} ({file.name})", image, self._depth, self._files[0].name)
+            yield grey(image, f"{self.name}: frame {index} ({file.name})")
 
 
 class Stack:
@@ -221,21 +243,23 @@ class Stack:
 
         self.name, self._path = path.name, path
         try:
-            with tifffile.TiffFile(path) as stack:
-                first = stack.pages[0].asarray()
-                self.count = len(stack.pages)
+            with open_tiff(path) as stack:
+                self.count = count_pages(stack, path.name)
+                first = read_page(stack, path, 0)
+        except InvalidInput as error:
+            raise VideoError(f"Recording: {error}") from None
         except (tifffile.TiffFileError, ValueError, OSError, IndexError) as error:
             raise VideoError(f"Recording: {self.name} cannot be read as a TIFF stack ({error}).") from None
-        self.shape = (first.shape[0], first.shape[1])
+        self.shape, self._depth = (first.shape[0], first.shape[1]), depth(first)
         check(self.name, self.count, self.shape)
 
     def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
         import tifffile
 
-        with tifffile.TiffFile(self._path) as stack:
+        with open_tiff(self._path) as stack:
             for index in range(begin, min(end, self.count)):
                 try:
-                    image = stack.pages[index].asarray()
+                    image = read_page(stack, self._path, index)
                 except (tifffile.TiffFileError, ValueError, OSError) as error:
                     raise VideoError(
                         f"Recording: {self.name}: frame {index} cannot be decoded ({error}). The {index} "
@@ -246,6 +270,7 @@ class Stack:
                         f"Recording: {self.name}: frame {index} is {image.shape[1]} x {image.shape[0]} px; "
                         f"must be {self.shape[1]} x {self.shape[0]} px as frame 0."
                     )
+                check_depth(f"{self.name}: frame {index}", image, self._depth, "frame 0")
                 yield grey(image, f"{self.name}: frame {index}")
 
 
@@ -340,8 +365,8 @@ def _loaded(path: Path) -> Any:
         raise VideoError(f"Recording: {path.name} cannot be read as a NumPy array ({reason}).") from None
 
 
-def _image(file: Path) -> npt.NDArray[np.float32]:
+def _pixels(file: Path) -> npt.NDArray[Any]:
     try:
-        return read_image(file)
+        return read_pixels(file)
     except InvalidInput as error:
         raise VideoError(f"Recording: {error}") from None

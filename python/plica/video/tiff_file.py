@@ -1,0 +1,122 @@
+"""TIFF files: how many pictures they hold, and the grey or colour that their numbers stand for."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from tifffile import TiffFile
+
+__all__ = ["NotDecodedError", "count_pages", "is_tiff", "open_tiff", "page_pixels"]
+
+_BEGINS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE = 0, 1, 2, 3  # PhotometricInterpretation
+_SEPARATE = 2  # PlanarConfiguration: a plane a colour
+
+
+class NotDecodedError(Exception):
+    """tifffile lacks what a page is stored with: another reader is to be asked."""
+
+
+def is_tiff(begin: bytes) -> bool:
+    """Whether a file that begins with these four bytes is one."""
+    return begin in _BEGINS
+
+
+@contextmanager
+def open_tiff(path: str | Path) -> Iterator[TiffFile]:
+    """The file, open. What tifffile logs of it is not printed: it is raised where it matters."""
+    import tifffile
+
+    log, nowhere = logging.getLogger("tifffile"), logging.NullHandler()
+    log.addHandler(nowhere)
+    try:
+        with tifffile.TiffFile(path) as stack:
+            yield stack
+    finally:
+        log.removeHandler(nowhere)
+
+
+def count_pages(stack: TiffFile, where: str) -> int:
+    """Pages of an open file, each of them one picture.
+
+    Raises
+    ------
+    InvalidInput
+        Where pages are missing, or do not follow one another in time: many pictures in one page, channels or
+        slices between the frames.
+    """
+    count = len(stack.pages)
+    if _continues(stack, count):
+        raise InvalidInput(
+            f"{where} ends after page {count} and states more of them. It is cut off: copy it again."
+        )
+    if not (stack.is_imagej or stack.is_ome or stack.is_shaped):
+        return count
+    series = stack.series[0]
+    sizes = zip(series.axes, series.shape, strict=True)
+    axes = {name: size for name, size in sizes if name not in "YXS" and size > 1}
+    stated = int(np.prod(list(axes.values())))
+    if count == 1 and stated > 1:
+        raise InvalidInput(
+            f"{where} holds {stated} pictures in 1 page; must have a page a picture. "
+            "Store it anew, as an uncompressed TIFF below 4 GB, say."
+        )
+    if len(axes) > 1:
+        named = ", ".join(f"{name} = {size}" for name, size in axes.items())
+        raise InvalidInput(f"{where} has the axes {named}; must have one, time. Store one channel and slice.")
+    return count
+
+
+def _continues(stack: TiffFile, count: int) -> bool:
+    """Whether the last page that can be read names another one after it."""
+    form, file = stack.tiff, stack.filehandle
+    file.seek(stack.pages[count - 1].offset)
+    entries = int.from_bytes(file.read(form.tagnosize), _order(stack))
+    file.seek(stack.pages[count - 1].offset + form.tagnosize + entries * form.tagsize)
+    return int.from_bytes(file.read(form.offsetsize), _order(stack)) != 0
+
+
+def _order(stack: TiffFile) -> Any:
+    return "little" if stack.byteorder == "<" else "big"
+
+
+def page_pixels(stack: TiffFile, index: int) -> NDArray[Any]:
+    """(rows, columns), or that x colours: larger is brighter, whatever the file has it stored as.
+
+    Raises
+    ------
+    NotDecodedError
+        For a compression or a colour space that is not read here.
+    """
+    page: Any = stack.pages[index]
+    kind = int(page.photometric)
+    if kind not in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE):
+        raise NotDecodedError(f"photometric interpretation {kind}")
+    try:
+        data = np.asarray(page.asarray())
+    except (ValueError, KeyError) as error:
+        if "imagecodecs" not in str(error):
+            raise
+        raise NotDecodedError(str(error.args[0])) from None
+    if data.ndim == 3 and page.planarconfig == _SEPARATE:
+        data = np.moveaxis(data, 0, -1)
+    if kind == _PALETTE:
+        colours = (np.asarray(page.colormap) >> 8).astype(np.uint8)  # 16 bits by the format, 8 in use
+        return np.moveaxis(colours[:, data], 0, -1)
+    if kind != _RGB and data.ndim == 3 and page.extrasamples:
+        data = data[..., 0]
+    if kind != _WHITE_IS_ZERO:
+        return data
+    if data.dtype.kind == "b":
+        return ~data
+    return (1 << page.bitspersample) - 1 - data if data.dtype.kind == "u" else -data
