@@ -10,7 +10,7 @@ from importlib import metadata
 from pathlib import Path
 
 from plica.commands import bench, examples, keys, video
-from plica.commands.arguments import add_command, add_threads
+from plica.commands.arguments import add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
@@ -79,7 +79,7 @@ of its side (1 left, 2 right); no surfaces, no node sets, no names of layers.
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    options = _parser().parse_args(arguments)
+    options = _parser().parse_args(joined(sys.argv[1:] if arguments is None else arguments))
     command: Callable[[argparse.Namespace], int] = options.command
     try:
         return command(options)

@@ -443,8 +443,8 @@ def test_a_broken_result_file_is_refused(
 ) -> None:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
-    said = refused(["measures", str(tmp_path / "run")], capsys, code=1)
-    assert "results.h5: cannot be read" in said
+    said = refused(["measures", str(tmp_path / "run")], capsys)
+    assert "results.h5: not a result file of plica: it is no HDF5 file. Nothing in it can be gone on" in said
 
 
 @pytest.mark.parametrize(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
-__all__ = ["add_command", "add_threads", "numbers", "tolerance", "whole"]
+__all__ = ["add_command", "add_threads", "joined", "numbers", "tolerance", "whole"]
 
 _MAX_THREADS = 1024  # the engine's
 _DEFAULT_THREADS = 8  # at most
@@ -40,6 +41,21 @@ def add_threads(part: argparse.ArgumentParser) -> None:
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
         help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
     )
+
+
+def joined(arguments: Sequence[str]) -> list[str]:
+    """The arguments with ``--region -5,0,9,9`` as ``--region=-5,0,9,9``.
+
+    argparse takes what begins with a minus for an option unless it is one plain number; no option of plica
+    begins with a digit.
+    """
+    found: list[str] = []
+    for text in arguments:
+        if found and re.match(r"--[a-z][a-z-]*$", found[-1]) and re.match(r"-\.?\d", text):
+            found[-1] += f"={text}"
+        else:
+            found.append(text)
+    return found
 
 
 def numbers(kind: Callable[[str], Any], count: int | None = None) -> Callable[[str], tuple[Any, ...]]:

@@ -196,9 +196,12 @@ def is_analysis(directory: Path) -> bool:
     """Whether a directory holds an analysis of a recording, and no run."""
     import h5py
 
+    from plica.storage.result_file import check_result_file
+
     path = directory / "results.h5"
-    if not h5py.is_hdf5(path):
+    if not path.is_file():
         return False
+    check_result_file(path)
     with h5py.File(path, "r", locking=False) as file:
         return "recording" in file.attrs
 

@@ -22,7 +22,8 @@ def storage_errors(path: Path, action: str = "written") -> Iterator[None]:
         raise
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
-        hint = " What was stored before is kept, and can be gone on with." if action == "written" else ""
+        kept = action == "written" and error.errno  # HDF5's own complaint is of a file that is broken
+        hint = " What was stored before is kept, and can be gone on with." if kept else ""
         raise StorageFailed(f"{path}: cannot be {action}: {reason}.{hint}") from None
 
 

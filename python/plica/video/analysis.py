@@ -17,6 +17,7 @@ from plica.errors import one_of
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure
 from plica.storage.files import only_writer, storage_errors
+from plica.storage.result_file import check_result_file
 from plica.video.chain import Chain
 from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
@@ -85,6 +86,7 @@ def analyse(
             f"Video: {source} has {recording.count} frames; must have {_FEWEST} or more for modes. For the "
             "glottis alone (plica glottis) fewer will do."
         )
+    _check_modes(chosen, recording)
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
@@ -107,9 +109,10 @@ def load(directory: str | Path, *, needs: str = "sides") -> Analysis:
     path = where / "results.h5"
     if not path.exists():
         raise VideoError(f"Video: {where} has no results.h5; must be the directory of an analysis.")
+    check_result_file(path)
     with storage_errors(path, "read"), h5py.File(path, "r") as file:
         if "settings" not in file.attrs:
-            raise VideoError(f"Video: {path} is no analysis of a recording; must be.")
+            raise VideoError(f"Video: {path} is no analysis of a recording; must be. Take another directory.")
         if needs not in file:
             raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
     return Analysis(where)
@@ -360,6 +363,17 @@ def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | N
         dataset=settings.dataset,
         scale=scale,
     )
+
+
+def _check_modes(settings: Settings, recording: Recording) -> None:
+    """VideoError for more modes than the recording can have, before anything is computed."""
+    height, width = recording.shape
+    most = min(recording.count - 2, 2 * height * width)
+    if settings.modes is not None and settings.modes > most:
+        raise VideoError(
+            f"Video: modes = {settings.modes}; must be at most {most} for {recording.count} frames of "
+            f"{width} x {height} px: fewer than its {recording.count - 1} flows, and than their components."
+        )
 
 
 def _checked(drawn: Mapping[int, Mask], recording: Recording) -> dict[int, Mask]:

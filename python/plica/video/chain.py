@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from plica.storage.files import replaced, require_space
 from plica.storage.layout import lay_out
+from plica.storage.result_file import check_result_file
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
@@ -179,7 +180,9 @@ class Chain:
 
     def _flow(self) -> None:
         pairs = self._count - 1
-        if not self._flows.exists():
+        if self._flows.exists():
+            check_result_file(self._flows)
+        else:
             self._lay_out_flow(pairs)
         prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
@@ -283,10 +286,9 @@ class Chain:
                 f"Modes: no pixel of tissue is seen well in {_TRUSTED:.0%} of the pairs of frames; must be "
                 "some. Is the recording sharp, and its light steady? plica glottis needs no motion."
             )
-        count = self._settings.mode_count
         with h5py.File(self._flows, "r") as file:
             seen = np.isfinite(file["residual"][:])
-            found = modes(file["uv"], min(count, int(seen.sum()) - 1), used, midline, seen)
+            found = modes(file["uv"], self._mode_count(int(seen.sum()), int(used.sum())), used, midline, seen)
             error = np.array(
                 [
                     np.tensordot(found.patterns, np.nan_to_num(file["round_trip"][k]), 3)
@@ -304,6 +306,16 @@ class Chain:
             variance=np.array(found.variance),
             used=used,
         )
+
+    def _mode_count(self, pairs: int, pixels: int) -> int:
+        """As many as were asked for; VideoError where there are not so many."""
+        most, asked = min(pairs - 1, 2 * pixels), self._settings.modes
+        if asked is not None and asked > most:
+            raise VideoError(
+                f"Modes: modes = {asked}; must be at most {most}: {pairs} pairs of frames show tissue, "
+                f"which is seen well at {pixels} pixels. The motion found is kept."
+            )
+        return min(self._settings.mode_count, most)
 
 
 def _near(midline: Midline, shape: tuple[int, int]) -> Mask:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced
+from plica.storage.result_file import check_result_file
 from plica.video.errors import VideoError
 from plica.video.recording import Recording
 from plica.video.settings import Settings
@@ -68,6 +69,7 @@ class Results:
         """
         if not self.path.exists():
             return settings
+        check_result_file(self.path)
         with h5py.File(self.path, "r") as file:
             there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
         if not there["settings"]:

@@ -17,6 +17,9 @@ from plica.video.waveforms import check_places
 
 __all__ = ["Settings"]
 
+_RANGES = {"fps": (1.0, 1e7), "mm_per_px": (1e-5, 10.0)}
+"""Beyond any camera that films a larynx."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -53,7 +56,7 @@ class Settings:
     correct_drift: bool = True
     """Take the endoscope's motion out."""
     modes: int | None = None
-    """Principal modes; None: 6."""
+    """Principal modes; None: 6, or as many as there are."""
     kymogram: tuple[float, ...] | None = None
     """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower; None: 0.25, 0.5, 0.75."""
 
@@ -63,11 +66,14 @@ class Settings:
             if values is None:
                 continue
             try:
-                read = tuple(map(int if name == "region" else float, values))
+                read = () if isinstance(values, str) else tuple(map(float, values))
+                if name == "region":
+                    read = tuple(int(value) for value in read if value.is_integer())
             except (TypeError, ValueError):
                 read = ()
             if not read or (length is not None and len(read) != length):
-                many = "numbers" if length is None else f"{length} numbers"
+                whole = "whole " if name == "region" else ""
+                many = "numbers" if length is None else f"{length} {whole}numbers"
                 raise VideoError(f"Video: {name} = {values!r}; must be {many}.")
             object.__setattr__(self, name, read)
         for name in ("fps", "mm_per_px", "rotation"):
@@ -79,6 +85,11 @@ class Settings:
             if not (math.isfinite(number) and (number > 0 or name == "rotation")):
                 must = "finite" if name == "rotation" else "> 0 and finite, or left out if unknown"
                 raise VideoError(f"Video: {name} = {number:g}; must be {must}.")
+            least, most = _RANGES.get(name, (-math.inf, math.inf))
+            if not least <= number <= most:
+                raise VideoError(
+                    f"Video: {name} = {number:g}; must be in [{least:g}, {most:g}]. Is the unit right?"
+                )
         for name, value, known in (
             ("preset", self.preset, tuple(PRESETS)),
             ("anterior", self.anterior, ("upper", "lower")),
@@ -90,8 +101,8 @@ class Settings:
                 )
         if self.midline is not None:
             Midline.between(self.midline)
-        if self.modes is not None and self.modes < 1:
-            raise VideoError(f"Video: modes = {self.modes}; must be 1 or more.")
+        if self.modes is not None and (not _is_whole(self.modes) or self.modes < 1):
+            raise VideoError(f"Video: modes = {self.modes!r}; must be a whole number, 1 or more.")
         if self.kymogram is not None:
             check_places(self.kymogram)
 
@@ -116,3 +127,7 @@ class Settings:
     def mode_count(self) -> int:
         """Principal modes."""
         return self.modes or 6
+
+
+def _is_whole(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)

@@ -17,6 +17,7 @@ from plica.errors import InvalidInput
 from plica.phonation.run import store
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
+from plica.storage.result_file import check_result_file
 
 if TYPE_CHECKING:
     import xarray
@@ -138,7 +139,7 @@ class Run(Mapping[str, NDArray[Any]]):
         Raises
         ------
         InvalidInput
-            Where there is none.
+            Where there is none, or its result file is something else or damaged.
         StorageFailed
             Where its result file cannot be read.
         """
@@ -146,11 +147,14 @@ class Run(Mapping[str, NDArray[Any]]):
         path = directory / "results.h5"
         if not path.is_file():
             raise InvalidInput(f"{directory}: there is no run in it (no results.h5).")
+        check_result_file(path)
         with storage_errors(path, "read"):
             try:
                 return cls(directory)
-            except KeyError as error:
-                raise InvalidInput(f"{path}: not a result file of Plica: {error.args[0]}.") from None
+            except KeyError:
+                raise InvalidInput(
+                    f"{path}: not the result file of a run; must be. Take another directory."
+                ) from None
 
     def __repr__(self) -> str:
         return f"<Run {self.directory}: {self.status}, {self.steps} of {self.steps_asked} steps>"
