@@ -1,5 +1,8 @@
 """Flow: end-point error against run time of plica's presets, and of peers on the same pairs and cores.
 
+Pairs on which constants of the presets were chosen stand apart from those that chose nothing: plica is
+compared with peers on these, where the data folder has them.
+
     python benchmarks/flow.py --data ../shared/data/flow/middlebury
     python benchmarks/flow.py --data ... --peers peers/bin/python --picture docs/images/flow_error_time.png
 
@@ -14,6 +17,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +27,9 @@ from plica.video.flow import endpoint_error
 from plica.video.flow_file import read_flow
 from plica.video.image_file import read_image
 
-SEQUENCES = ("RubberWhale", "Venus", "Dimetrodon")
+CHOSE = ("RubberWhale", "Venus", "Dimetrodon")  # constants of the presets
+UNSEEN = ("Grove2", "Grove3", "Hydrangea", "Urban2", "Urban3")
+TIMED = "RubberWhale"
 WORKER = Path(__file__).with_name("flow_method.py")
 
 
@@ -38,51 +44,81 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, help="draw error against time there")
     options = parser.parse_args()
 
-    truth = {name: read_flow(options.data / name / "flow10.flo") for name in SEQUENCES}
+    unseen = [name for name in UNSEEN if (options.data / name).is_dir()]
+    truth = {name: read_flow(options.data / name / "flow10.flo") for name in (*CHOSE, *unseen)}
     methods = [(name, sys.executable) for name in PLICA]
     if options.peers:
         methods += [(name, str(options.peers)) for name in PEERS]
-    runs: dict[str, list[dict[str, np.ndarray]]] = {name: [] for name, _ in methods}
+    errors: dict[str, dict[str, float]] = {}
+    times: dict[str, list[list[float]]] = {name: [] for name, _ in methods}
     with tempfile.TemporaryDirectory() as folder:
-        frames, result = Path(folder) / "frames.npz", Path(folder) / "result.npz"
-        np.savez(frames, **read_frames(options.data))
+        frames, timed, result = (Path(folder) / f"{name}.npz" for name in ("frames", "timed", "result"))
+        np.savez(frames, **read_frames(options.data, tuple(truth)))
+        np.savez(timed, **read_frames(options.data, (TIMED,)))
+        for name, python in methods:
+            found = run(python, name, frames, result, options.threads)
+            errors[name] = {pair: endpoint_error(found[pair], known) for pair, known in truth.items()}
         for _ in range(options.rounds):
             for name, python in methods:
-                command = [python, WORKER, name, frames, result, str(options.threads)]
-                subprocess.run(
-                    command, check=True, env=os.environ | {"OMP_NUM_THREADS": str(options.threads)}
-                )
-                runs[name].append(dict(np.load(result)))
+                found = run(python, name, timed, result, options.threads)
+                kinds = (f"{TIMED}_wall", f"{TIMED}_processor", "memory")
+                times[name].append([float(found[kind]) for kind in kinds])
 
-    print(f"| Method | {' | '.join(SEQUENCES)} | mean | wall (s) | processor (s) | memory (MB) |")
-    print("|---" * (len(SEQUENCES) + 5) + "|")
-    rows = []
-    for name, found in runs.items():
-        errors = [endpoint_error(found[0][sequence], truth[sequence]) for sequence in SEQUENCES]
-        wall, processor = (
-            float(np.median([run[f"RubberWhale_{kind}"] for run in found])) for kind in ("wall", "processor")
-        )
-        memory = float(np.median([run["memory"] for run in found]))
-        cells = [f"{error:.3f}" for error in [*errors, float(np.mean(errors))]]
-        print(f"| {name} | {' | '.join(cells)} | {wall:.3f} | {processor:.3f} | {memory:.0f} |", flush=True)
-        rows.append((name, float(np.mean(errors)), processor))
+    print(f"| Method | {' | '.join(CHOSE)} | mean | wall (s) | processor (s) | memory (MB) |")
+    print("|---" * (len(CHOSE) + 5) + "|")
+    for name, error in errors.items():
+        wall, processor, memory = np.median(times[name], axis=0)
+        print(f"| {name} | {row(error, CHOSE)} | {wall:.3f} | {processor:.3f} | {memory:.0f} |")
     print(
-        f"\nTimes and memory are those of RubberWhale, 584 x 388: medians of {options.rounds} rounds in "
+        f"\nTimes and memory are those of {TIMED}, 584 x 388: medians of {options.rounds} rounds in "
         f"which all took turns, {options.threads} threads."
     )
+    if unseen:
+        print(f"\n| Method | {' | '.join(unseen)} | mean |")
+        print("|---" * (len(unseen) + 2) + "|")
+        for name, error in errors.items():
+            print(f"| {name} | {row(error, unseen)} |")
+    else:
+        print("\nThese pairs chose constants of plica's presets: they do not compare plica with peers.")
     if options.picture:
-        draw(rows, options.picture)
+        counted = unseen or CHOSE
+        drawn = [
+            (
+                name,
+                float(np.mean([error[pair] for pair in counted])),
+                float(np.median(times[name], axis=0)[1]),
+            )
+            for name, error in errors.items()
+        ]
+        draw(
+            drawn,
+            options.picture,
+            f"{len(unseen)} pairs that chose nothing" if unseen else "pairs that chose",
+        )
 
 
-def read_frames(data: Path) -> dict[str, np.ndarray]:
+def run(python: str, name: str, frames: Path, result: Path, threads: int) -> dict[str, np.ndarray]:
+    """What flow_method.py finds, in a process of its own."""
+    command = [python, WORKER, name, frames, result, str(threads)]
+    subprocess.run(command, check=True, env=os.environ | {"OMP_NUM_THREADS": str(threads)})
+    return dict(np.load(result))
+
+
+def row(error: dict[str, float], pairs: Sequence[str]) -> str:
+    """Cells of a table: the error of each pair, and their mean."""
+    values = [error[pair] for pair in pairs]
+    return " | ".join(f"{value:.3f}" for value in [*values, float(np.mean(values))])
+
+
+def read_frames(data: Path, pairs: Sequence[str]) -> dict[str, np.ndarray]:
     return {
         f"{name}_{which}": read_image(data / name / f"frame{number}.png")
-        for name in SEQUENCES
+        for name in pairs
         for which, number in (("first", 10), ("second", 11))
     }
 
 
-def draw(rows: list[tuple[str, float, float]], picture: Path) -> None:
+def draw(rows: list[tuple[str, float, float]], picture: Path, pairs: str) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
@@ -107,7 +143,7 @@ def draw(rows: list[tuple[str, float, float]], picture: Path) -> None:
     axes.set(
         xscale="log",
         xlabel="processor time for 584 x 388 (s)",
-        ylabel="mean end-point error of the three sequences (px)",
+        ylabel=f"mean end-point error of the {pairs} (px)",
     )
     axes.set_ylim(bottom=0)
     axes.margins(x=0.15)
