@@ -37,8 +37,9 @@ little is computed again.
 Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
 takes those that you corrected; the other frames are then found by what yours show.
 
-Measures need three complete cycles. In HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since
-version 7.3 is read as MATLAB sees it: name an HDF5 file that MATLAB wrote .mat too.
+Measures need three complete cycles. All frames have one size and one depth (8 or 16 bits, or floats). In
+HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:
+name an HDF5 file that MATLAB wrote .mat too.
 
 Presets of the flow: video (the default: for noisy recordings), gradient (for sharp ones), robust, fast (a
 first look), reference, thesis; plica flow --help says more.
@@ -96,7 +97,8 @@ examples:
   plica flow frame10.png frame11.png -o ab.flo --mask tissue.png     only where the mask is not black
 
 ab.flo (Middlebury's format) holds u (to the right) and v (downwards) in pixels, for each pixel of A:
-A(x, y) is seen again at B(x + u, y + v). What is printed:
+A(x, y) is seen again at B(x + u, y + v). A and B are one picture each, of one size and one depth (8 or 16
+bits, or floats). What is printed; where most pixels do not come back to within a pixel, a caution says so:
 
   motion     length of the flow, median and largest
   residual   root mean square of B(x + u, y + v) - A(x, y), beside that without motion; grey levels
@@ -185,7 +187,9 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         default="video",
         help="of the flow: video, robust, gradient, reference, thesis or fast",
     )
-    video.add_argument("--modes", metavar="N", type=whole, help="principal modes (default: 6)")
+    video.add_argument(
+        "--modes", metavar="N", type=whole, help="principal modes (default: 6), fewer than the flows"
+    )
     video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
     add_threads(video)
     video.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
