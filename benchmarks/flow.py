@@ -129,8 +129,16 @@ def draw(rows: list[tuple[str, float, float]], picture: Path, pairs: str) -> Non
         ours = name.startswith("plica")
         axes.plot(seconds, error, "o" if ours else "s", color="tab:red" if ours else "0.5")
         to_left, below = (
-            name in ("plica gradient", "plica robust", "plica fast", "scikit-image ILK", "OpenCV TV-L1"),
-            name in ("DeepFlow", "plica gradient"),
+            name
+            in (
+                "plica gradient",
+                "plica robust",
+                "plica fast",
+                "DeepFlow",
+                "scikit-image ILK",
+                "OpenCV TV-L1",
+            ),
+            name in ("plica robust", "plica reference", "plica fast", "Farneback"),
         )
         axes.annotate(
             name,
@@ -143,7 +151,7 @@ def draw(rows: list[tuple[str, float, float]], picture: Path, pairs: str) -> Non
     axes.set(
         xscale="log",
         xlabel="processor time for 584 x 388 (s)",
-        ylabel=f"mean end-point error of the {pairs} (px)",
+        ylabel=f"mean end-point error (px), {pairs}",
     )
     axes.set_ylim(bottom=0)
     axes.margins(x=0.15)

@@ -214,14 +214,14 @@ def test_middlebury_errors_are_those_of_the_reference(name: str, errors: float) 
     assert endpoint_error(flow(*frames).flow, truth) < within * errors
 
 
-def test_a_constant_gradient_is_nearer_to_the_truth_than_deepflow() -> None:
-    # OpenCV 5.0.0's DeepFlow on the same three pairs: 0.121, 0.279, 0.086 px (benchmarks/flow.py).
+def test_gradient_has_the_error_of_the_grid_that_chose_it() -> None:
+    # Of the three pairs that chose its constants: nothing about peers (docs/verification.md).
     found = []
     for name in ("RubberWhale", "Venus", "Dimetrodon"):
         folder = shared_data(f"flow/middlebury/{name}")
         frames = [read_image(folder / f"frame{k}.png") for k in (10, 11)]
         found.append(endpoint_error(flow(*frames, preset="gradient").flow, read_flow(folder / "flow10.flo")))
-    assert np.mean(found) < 0.162
+    assert np.mean(found) == pytest.approx(0.153, rel=0.02)  # another compiler's round-off
 
 
 Save = Callable[[str, Frame], str]
