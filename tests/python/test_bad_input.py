@@ -104,7 +104,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "unknown preset": (
         '"coarse"',
         '"huge"',
-        "mesh.larynx = \"huge\"; must be 'coarse', 'medium' or 'thesis'.",
+        "mesh.larynx = \"huge\"; must be 'coarse', 'demo', 'medium' or 'thesis'.",
     ),
     "order": ('larynx = "coarse"', 'larynx = "coarse"\norder = 3', "mesh.order = 3; must be 1 or 2."),
     "folds that overlap at the start": (
