@@ -159,7 +159,7 @@ def test_a_finished_run_counts_its_steps_in_doubt(
 def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path: Path) -> None:
     few = plica.Contact(augmented=plica.Augmented(stiffness=0.1, max_augmentations=2))
     thrown = {"contact": few, "airflow": None, "initial": plica.Initial(opening_velocity=-3.0)}
-    run = plica.run(phonating.model_copy(update=thrown), tmp_path / "run", progress=False)
+    run = plica.run(phonating.replace(thrown), tmp_path / "run", progress=False)
     short = run["contact_converged"] == 0
     assert 0 < short.sum() < short.size
     tolerance = run["contact_gap_error"][~short].max()

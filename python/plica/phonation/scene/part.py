@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from plica import _engine
-from plica.errors import SceneError
+from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.problems import describe
 
 __all__ = ["OneOf", "Part", "engine_default", "problem"]
@@ -82,6 +82,46 @@ class Part(BaseModel, metaclass=_PartType):
                     "unknown_names", "unknown names", {"unknown": unknown, "known": list(cls.model_fields)}
                 )
         return data
+
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """A copy with some fields changed, checked as when it was made.
+
+        Parameters
+        ----------
+        changes : mapping
+            Key to new value. Keys go inward by dots, ``"tissue.cover.E"``, ``"contact.multipliers.solver"``,
+            and into lists by position, ``"loads[0].traction"``; a name that has a dot itself is quoted,
+            ``'supports.components."a.x_min"'``. A value is what the field takes: a number, a text with a
+            unit, a part. A dict changes what it names and leaves the rest as it is; a part takes the place
+            of what was there. Of a choice (contact, coupling, scheme) another kind takes the place of the one
+            that is there, and what stands beside it stays. None removes: an optional part, an entry of a
+            list or table; any other field has its default again.
+
+        Raises
+        ------
+        SceneError
+            With one line a problem. A name that is not known is answered with the nearest.
+
+        Examples
+        --------
+        >>> import plica
+        >>> air = plica.Airflow(subglottal_pressure="0.8 kPa")
+        >>> air.replace({"subglottal_pressure": "1 kPa", "coupling": "lagged"}).subglottal_pressure
+        1000.0
+        """
+        from plica.phonation.scene.changes import changed
+
+        return changed(self, changes)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy, without changes: pydantic does not check what `update` has, `replace` does."""
+        if update:
+            names = ", ".join(map(str, update))
+            raise InvalidInput(
+                f"{type(self).__name__}.model_copy: update = {names}; must be left out: it would not be "
+                'checked. Change fields by replace({"name": value}).'
+            )
+        return super().model_copy(deep=deep)
 
 
 class OneOf(Part):

@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from plica.errors import nearest
 
-__all__ = ["describe", "path_text", "value_text"]
+__all__ = ["describe", "path_text", "unknown_text", "value_text"]
 
 _MISSING = object()
 
@@ -34,16 +34,16 @@ def value_text(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def describe(error: ValidationError, where: str) -> list[str]:
-    """One line a problem, each beginning with `where`."""
-    return [f"{where}: {line}" for details in error.errors() for line in _lines(details)]
+def describe(error: ValidationError, where: str, inside: tuple[str | int, ...] = ()) -> list[str]:
+    """One line a problem, each beginning with `where`; `inside` is the place of what was checked."""
+    return [f"{where}: {line}" for details in error.errors() for line in _lines(details, inside)]
 
 
-def _lines(details: ErrorDetails) -> list[str]:
+def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
     context: dict[str, Any] = details.get("ctx", {})
-    path = (*details["loc"], *context.get("path", ()))
+    path = (*inside, *details["loc"], *context.get("path", ()))
     if details["type"] == "unknown_names":
-        return [_unknown(path, name, context["known"]) for name in context["unknown"]]
+        return [unknown_text(path, name, context["known"]) for name in context["unknown"]]
     if details["type"] == "missing":
         return [f"{path_text(path)} is missing."]
     if details["type"] == "scene":
@@ -58,7 +58,8 @@ def _lines(details: ErrorDetails) -> list[str]:
     return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
 
 
-def _unknown(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
+def unknown_text(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
+    """A name that is not known at `path`, with the nearest and all that are."""
     return f"{path_text((*path, name))} is not known.{nearest(name, known)} Known here: {', '.join(known)}."
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -140,6 +141,26 @@ class Scene(Part):
         scene._source = where
         return scene
 
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """A scene with some fields changed, checked as a whole (keys and values as of `Part.replace`).
+
+        Examples
+        --------
+        >>> import plica
+        >>> tissue = plica.Tissue(E="10 kPa", nu=0.4)
+        >>> scene = plica.Scene(
+        ...     plica.Block(size=("1 cm", "2 mm", "2 mm")),
+        ...     {"body": tissue},
+        ...     time=plica.Stepping(step="50 us", duration="1 ms"),
+        ... )
+        >>> softer = scene.replace({"tissue.body.E": "5 kPa", "time.duration": "2 ms"})
+        >>> softer.tissue["body"].E, softer.time.steps
+        (5000.0, 40)
+        """
+        scene = super().replace(changes)
+        scene._source = _changed(self._source)
+        return scene
+
     def resolved(self) -> dict[str, Any]:
         """The scene as plain data in SI, with every default filled in; what is absent is left out."""
         data = self.model_dump(mode="json", exclude_none=True)
@@ -221,3 +242,8 @@ class Scene(Part):
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
         return self
+
+
+def _changed(source: str) -> str:
+    """What messages call a scene that is no longer that of its file."""
+    return source if source == "Scene" or source.endswith(", changed") else f"{source}, changed"
