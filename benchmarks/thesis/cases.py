@@ -83,7 +83,7 @@ class Case:
         length = duration or DURATION
         step = 50e-6
         data["time"] |= {"step": step, "duration": length}
-        start = max(round((length - LAST) / step), 0) * step
+        start = max(round((length - LAST) / step), 1) * step
         probes = [[1e-2 * x for x in point] for point in PROBES.values()]
         data["output"] = {"every": step, "start": start, "probes": probes}
         return plica.Scene.model_validate(data)

@@ -89,15 +89,16 @@ def longer(scene: plica.Scene, factor: int) -> plica.Scene:
 
 def test_a_run_stores_every_step_and_the_frames_asked_for(bar: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(bar, tmp_path / "run", progress=False)
-    assert (run.status, run.steps, run.frames) == ("finished", 40, 8)
+    assert (run.status, run.steps, run.frames) == ("finished", 40, 9)
     np.testing.assert_allclose(run.time, 1e-4 * np.arange(1, 41), rtol=1e-12)
-    np.testing.assert_allclose(run.fields["time"], 5e-4 * np.arange(1, 9), rtol=1e-12)
-    assert run.displacement.shape == (8, len(run.mesh.points), 3)
+    np.testing.assert_allclose(run.fields["time"], 5e-4 * np.arange(9), rtol=1e-12)
+    assert run.displacement.shape == (9, len(run.mesh.points), 3)
     probe = np.argmin(((run.mesh.points - [0.01, 0, 0]) ** 2).sum(axis=1))
     stored = run.displacement[:, probe]
     assert np.abs(stored).max() > 1e-6
     # the fields are stored in single precision
-    np.testing.assert_allclose(stored, run["probes"][4::5, 0], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(stored[1:], run["probes"][4::5, 0], rtol=1e-6, atol=1e-12)
+    assert not stored[0].any()
     np.testing.assert_array_equal(np.asarray(run.displacement)[-1], run.displacement[-1])
     assert run.scene == bar
     assert run.units["kinetic_energy"] == "J"
@@ -140,6 +141,20 @@ def test_fields_can_begin_late(bar: plica.Scene, tmp_path: Path) -> None:
     np.testing.assert_allclose(run.fields["time"], [3e-3, 3.5e-3, 4e-3], rtol=1e-12)
 
 
+def test_the_first_frame_is_the_state_at_the_start(phonating: plica.Scene, tmp_path: Path) -> None:
+    opened = phonating.replace({"initial": plica.Initial(opening_displacement="0.3 mm")})
+    run = plica.run(opened, tmp_path / "run", progress=False)
+    simulation = plica.build_simulation(opened)
+    np.testing.assert_array_equal(run.fields["time"][:2], [0.0, 2e-4])
+    first = np.asarray(simulation.displacement, dtype=np.float32)
+    assert np.abs(first).max() == pytest.approx(0.3e-3, rel=0.3)
+    np.testing.assert_array_equal(run.displacement[0], first)
+    assert not run.fields["contact_pressure"][0].any()
+    grid = ElementTree.parse(tmp_path / "run" / "fields.xdmf").find(".//Grid[@Name='frame 0']/Time")
+    assert grid is not None
+    assert grid.get("Value") == "0"
+
+
 def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(phonating, tmp_path / "run", progress=False)
     data = run.to_xarray()
@@ -172,7 +187,7 @@ def test_paraviews_index_points_at_what_is_there(colliding: plica.Scene, tmp_pat
     run = plica.run(colliding, tmp_path / "run", progress=False)
     tree = ElementTree.parse(tmp_path / "run" / "fields.xdmf")
     grids = tree.findall(".//Grid[@GridType='Collection']/Grid")
-    assert len(grids) == run.frames == 10
+    assert len(grids) == run.frames == 11
     with h5py.File(run.path, "r") as file:
         for item in tree.iter("DataItem"):
             if item.get("Format") == "HDF":
@@ -247,6 +262,14 @@ def forget_waveform(directory: Path) -> None:
         del file["waveforms/inverted_tissue"]
 
 
+def forget_first_frame(directory: Path) -> None:
+    """As if an older version had written the run, which did not store the state at t = 0."""
+    with h5py.File(directory / "results.h5", "r+") as file:
+        for name, values in [(name, values[1:]) for name, values in file["fields"].items()]:
+            del file[f"fields/{name}"]
+            file[f"fields/{name}"] = values
+
+
 def forget_state(directory: Path) -> None:
     """As if an older version had written the checkpoints, which did not need this yet."""
     held = checkpoint.newest(directory)
@@ -257,10 +280,24 @@ def forget_state(directory: Path) -> None:
     checkpoint.write(directory, checkpoint.Checkpoint(held.steps, held.scene, state))
 
 
+def forget_digest(directory: Path) -> None:
+    """As if an older version had written the checkpoints, which belonged to one duration."""
+    held = checkpoint.newest(directory)
+    assert held is not None
+    for slot in directory.glob("checkpoint-*.h5"):
+        slot.unlink()
+    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, "0" * 64, held.state))
+
+
 @pytest.mark.parametrize(
     ("forget", "name"),
-    [(forget_waveform, "inverted_tissue"), (forget_state, "depth")],
-    ids=["waveform", "state"],
+    [
+        (forget_waveform, "inverted_tissue"),
+        (forget_first_frame, "frame at t = 0"),
+        (forget_state, "depth"),
+        (forget_digest, "checkpoint of this scene"),
+    ],
+    ids=["waveform", "frame", "state", "digest"],
 )
 def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
     bar: plica.Scene,

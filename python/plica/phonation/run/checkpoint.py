@@ -13,9 +13,9 @@ import numpy as np
 
 from plica.storage.files import replaced
 
-__all__ = ["Checkpoint", "newest", "write"]
+__all__ = ["SLOTS", "Checkpoint", "newest", "write"]
 
-_SLOTS = ("checkpoint-a.h5", "checkpoint-b.h5")
+SLOTS = ("checkpoint-a.h5", "checkpoint-b.h5")
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Checkpoint:
     steps : int
         Steps done.
     scene : str
-        Digest of the scene that it belongs to.
+        Digest of the scene that it belongs to, whatever its duration.
     state : mapping of ndarray
         What the simulation restores.
     """
@@ -49,7 +49,7 @@ class Checkpoint:
 def write(directory: Path, checkpoint: Checkpoint) -> None:
     """Write into the slot that does not hold the newest valid checkpoint."""
     held = _newest_slot(directory)
-    slot = _SLOTS[1] if held is not None and held[0] == _SLOTS[0] else _SLOTS[0]
+    slot = SLOTS[1] if held is not None and held[0] == SLOTS[0] else SLOTS[0]
 
     def fill(path: Path) -> None:
         # in memory first: a full disk then fails in Python's hands, not in HDF5's
@@ -73,7 +73,7 @@ def newest(directory: Path) -> Checkpoint | None:
 
 
 def _newest_slot(directory: Path) -> tuple[str, Checkpoint] | None:
-    found = [(slot, checkpoint) for slot in _SLOTS if (checkpoint := _read(directory / slot)) is not None]
+    found = [(slot, checkpoint) for slot in SLOTS if (checkpoint := _read(directory / slot)) is not None]
     return max(found, key=lambda entry: entry[1].steps, default=None)
 
 

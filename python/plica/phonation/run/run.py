@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from plica.errors import InvalidInput, SceneError, SolveFailed
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
+from plica.phonation.run.continuation import has_all, holds_run
 from plica.phonation.run.progress import Progress, stop_on_signal
 from plica.phonation.run.results import Run
 from plica.phonation.run.store import ResultFile
 from plica.phonation.run.xdmf import write_xdmf
 from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.problems import path_text, value_text
+from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, replaced, storage_errors
 
@@ -28,18 +29,31 @@ __all__ = ["run"]
 
 _CHUNK_SECONDS = 0.3
 """Wall time between two looks at the keyboard, about."""
+_OUTDATED = ("measures.json", "waveforms.csv", "report.html")
+"""What describes a run as far as it had come; none of it is left beside a run that goes on."""
 
 
-def run(scene: Scene, directory: str | Path, *, resume: bool = False, progress: bool = True) -> Run:
+def run(
+    scene: Scene | str | Path,
+    directory: str | Path,
+    *,
+    resume: bool | Literal["if_there"] = False,
+    progress: bool = True,
+) -> Run:
     """Run a scene and store its results in `directory` as they come.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, str or Path
+        Or the name of its file.
     directory : str or Path
         Made if missing; holds ``scene.toml``, ``results.h5``, ``fields.xdmf`` and two checkpoints.
-    resume : bool
-        Continue the run in `directory` from its newest checkpoint; results are those of a run without a stop.
+    resume : bool or "if_there"
+        True: continue the run in `directory` from its newest checkpoint; results are those of a run without a
+        stop. If the scene now has a longer ``time.duration``, and differs in nothing else, the run goes on to
+        it, finished or not; results are those of a run that had it from the start, and measures and report of
+        the shorter run are removed. "if_there": the same where there is a run, else start one, so that a
+        script can be run again. False: start one; a directory that holds a run is refused.
     progress : bool
         Show a bar on standard error.
 
@@ -50,8 +64,8 @@ def run(scene: Scene, directory: str | Path, *, resume: bool = False, progress: 
     Raises
     ------
     InvalidInput
-        The directory holds a run (without `resume`), that of another scene, or one of an older version that
-        lacks what is stored now; nothing of it is touched.
+        The directory holds a run (without `resume`), that of another scene or of a longer duration, or one of
+        an older version that lacks what is stored now; nothing of it is touched.
     SolveFailed
         A step has no solution. What was computed until then is stored.
     KeyboardInterrupt
@@ -59,54 +73,27 @@ def run(scene: Scene, directory: str | Path, *, resume: bool = False, progress: 
     StorageFailed
         Results cannot be written.
     """
+    if not isinstance(scene, Scene):
+        scene = Scene.load(scene)
     directory = Path(directory)
-    _check_directory(scene, directory, resume)
-    if resume and (directory / "results.h5").exists() and Run.load(directory).status == "finished":
+    there = holds_run(directory)
+    if resume not in (True, False, "if_there"):
+        raise InvalidInput(f'Run: resume = {value_text(resume)}; must be True, False or "if_there".')
+    if there and not resume:
+        raise InvalidInput(
+            f"{directory}: holds a run already. Continue it with --resume, or take another directory."
+        )
+    if resume and resume != "if_there" and not there:
+        raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
+    if there and has_all(directory, scene):
         return Run.load(directory)
     with _made(directory), only_writer(directory):
+        if there:
+            has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
         simulation = build_simulation(scene, mesh)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
-
-
-def _check_directory(scene: Scene, directory: Path, resume: bool) -> None:
-    if directory.exists() and not directory.is_dir():
-        raise InvalidInput(f"{directory}: must be a directory; it is a file.")
-    with storage_errors(directory, "read"):
-        stored = directory / "scene.toml"
-        present = stored.exists() or (directory / "results.h5").exists()
-    if present and not resume:
-        raise InvalidInput(
-            f"{directory}: holds a run already. Continue it with --resume, or take another directory."
-        )
-    if resume and not stored.exists():
-        raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
-    if resume:
-        different = _first_difference(Scene.load(stored).resolved(), scene.resolved())
-        if different:
-            raise SceneError(
-                f"{scene.source}: {different}; a run is continued with the scene that started it. "
-                "Start another with another directory."
-            )
-
-
-def _first_difference(stored: Any, given: Any, path: tuple[str | int, ...] = ()) -> str:
-    """``time.step = 1e-05, but 5e-05 in the run`` for the first key that differs, or nothing."""
-    if isinstance(stored, dict) and isinstance(given, dict):
-        for name in [*stored, *(name for name in given if name not in stored)]:
-            if name not in given:
-                return f"{path_text((*path, name))} is missing; the run has {value_text(stored[name])}"
-            if name not in stored:
-                return f"{path_text((*path, name))} = {value_text(given[name])}; the run has none"
-            if found := _first_difference(stored[name], given[name], (*path, name)):
-                return found
-        return ""
-    return (
-        ""
-        if stored == given
-        else f"{path_text(path)} = {value_text(given)}; the run has {value_text(stored)}"
-    )
 
 
 @contextmanager
@@ -126,6 +113,11 @@ def _made(directory: Path) -> Iterator[None]:
         raise
 
 
+def _digest(scene: Scene) -> str:
+    """Of what the next step depends on: how many follow does not matter to it."""
+    return scene.replace({"time.duration": scene.time.step}).digest()
+
+
 class _Runner:
     """One run being computed."""
 
@@ -136,7 +128,7 @@ class _Runner:
         self.total = scene.time.steps
         self.frames = store.frame_steps(scene)
         self.checkpoint_stride = max(1, round(scene.output.checkpoint_every / scene.time.step))
-        self.digest = scene.digest()
+        self.digest = _digest(scene)
         self.done = 0
         self.chunk = 1
         self.seconds = 0.0
@@ -145,6 +137,9 @@ class _Runner:
         with stop_on_signal() as stop, self._open() as results:
             if self.done < self.total:
                 results.set_status(store.RUNNING)
+                self._remove(_OUTDATED)
+            if self.done == 0 and 0 in self.frames:
+                results.write_frame(0, self.simulation)
             progress = Progress(self.total, self.done, self.scene.time.step, shown=shown)
             try:
                 while self.done < self.total and stop.signal is None:
@@ -173,35 +168,54 @@ class _Runner:
         before = self.simulation.state()
         sample = self.simulation.advance(1)
         self.simulation.restore(before)
+        self._remove(checkpoint.SLOTS)  # of a run that is no longer there
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
         self.seconds = time.monotonic() - start
         return results
 
     def _reopen(self, path: Path) -> ResultFile:
-        """The result file that is there, which must be one that this scene and this version continue."""
+        """The result file that is there, as long as this scene asks for."""
+        with ResultFile(path) as results:
+            held = self._continued(results)
+            if results.steps < self.total:
+                results.lengthen(self.scene, self.simulation, self.mesh)
+        stored = self.directory / "scene.toml"
+        if not stored.exists() or Scene.load(stored) != self.scene:
+            replaced(stored, self.scene.save)
+        if held is not None:
+            self.simulation.restore(dict(held.state))
+            self.done = held.steps
         results = ResultFile(path)
+        self.seconds = results.seconds
+        return results
+
+    def _continued(self, results: ResultFile) -> Checkpoint | None:
+        """The newest checkpoint of a result file that this scene and this version continue, if it has one."""
         different = results.mesh_differs(self.mesh)
         if different:
             raise SceneError(
                 f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?"
             )
+        missing = results.missing(self.simulation.advance(0))
+        if results.frames < np.count_nonzero(self.frames <= results.steps):
+            missing.append("frame at t = 0")
         held = checkpoint.newest(self.directory)
         if held is not None and held.scene != self.digest:
-            held = None
-        missing = results.missing(self.simulation.advance(0))
-        if held is not None:
+            missing.append("checkpoint of this scene")
+        elif held is not None:
             missing += [name for name in self.simulation.state() if name not in held.state]
         if missing:
             raise InvalidInput(
                 f"{self.directory}: cannot be continued: there is no {' or '.join(missing)} in it. "
                 "An older version of plica wrote it. Run the scene anew into another directory."
             )
-        if held is not None:
-            self.simulation.restore(dict(held.state))
-            self.done = held.steps
-        self.seconds = results.seconds
-        return results
+        return held
+
+    def _remove(self, names: Iterable[str]) -> None:
+        with storage_errors(self.directory):
+            for name in names:
+                (self.directory / name).unlink(missing_ok=True)
 
     def _advance(self, results: ResultFile) -> None:
         """Steps to the next frame, checkpoint or look at the keyboard, and stores them."""
@@ -218,7 +232,7 @@ class _Runner:
         if frame < len(self.frames) and self.done == self.frames[frame]:
             results.write_frame(frame, self.simulation)
         self._commit(results)
-        if self.done % self.checkpoint_stride == 0:
+        if self.done % self.checkpoint_stride == 0 or self.done == self.total:
             self._checkpoint(results)
 
     def _next(self, stride: int) -> int:

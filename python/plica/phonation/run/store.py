@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.phonation.run.waveform_units import WAVEFORM_UNITS
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import require_space, storage_errors
+from plica.storage.files import replaced, require_space, storage_errors
 from plica.storage.layout import lay_out
 
 __all__ = ["FAILED", "FINISHED", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
@@ -31,12 +31,12 @@ _STATUS_TEXT = "0 running (or killed), 1 finished, 2 failed, 3 interrupted"
 
 
 def frame_steps(scene: Scene) -> NDArray[np.int64]:
-    """Numbers of the steps after which the fields are stored."""
+    """Numbers of the steps after which the fields are stored; 0 is the state at t = 0."""
     every = scene.output.every
     if every is None:
         return np.empty(0, dtype=np.int64)
     stride = max(1, round(every / scene.time.step))
-    steps = np.arange(stride, scene.time.steps + 1, stride)
+    steps = np.arange(0, scene.time.steps + 1, stride)
     return steps[steps * scene.time.step >= scene.output.start * (1 - 1e-9)]
 
 
@@ -76,45 +76,50 @@ class ResultFile:
         sample : mapping of ndarray
             Waveforms of any number of steps: their names, types and shapes.
         """
-        steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
-        numbers = sum(np.asarray(values)[:1].size for values in sample.values())
-        frame = nodes * (3 + (scene.contact is not None)) * 4
-        stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
-        stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
-        size = 8 * steps * numbers + frames * frame + sum(np.asarray(array).nbytes for array in stored)
         draft = path.with_name(path.name + ".part")
-        hint = ", or a larger output.every or output.start"
-        require_space(draft, size + 200_000, hint)  # and HDF5's own
+        require_space(draft, _size(scene, mesh, sample), ", or a larger output.every or output.start")
         with storage_errors(path), h5py.File(draft, "w", locking=False) as file:
-            info = _engine.build_info()
-            file.attrs["plica_version"] = info["version"]
-            file.attrs["scene"] = scene.text()
-            if scene.contact is not None:
-                file.attrs["contact_solver"] = simulation.info()["contact_solver"]
-            lay_out(file, "progress/steps", (), np.int64, "1", 0)
-            lay_out(file, "progress/frames", (), np.int64, "1", 0)
-            lay_out(file, "progress/seconds", (), np.float64, "s", 0)
-            status = lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
-            status.attrs["meaning"] = _STATUS_TEXT
-            lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
-            _store_mesh(file.create_group("mesh"), mesh)
-            for name, values in sample.items():
-                array = np.asarray(values)
-                kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
-                fill = np.nan if kind.kind == "f" else -1
-                unit = WAVEFORM_UNITS.get(name, "")
-                lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
-            if scene.airflow is not None:
-                for name in ("height", "major"):
-                    _store(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
-            if frames:
-                lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
-                lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
-                if scene.contact is not None:
-                    lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
+            _lay_out_run(file, scene, simulation, mesh, sample)
         with storage_errors(path):
             os.replace(draft, path)
         return cls(path)
+
+    def lengthen(self, scene: Scene, simulation: _engine.Simulation, mesh: _engine.TetMesh) -> None:
+        """Lay out the file anew for a scene of more steps, with all that is stored; close this one then.
+
+        The file is replaced as a whole: after a kill or on a full disk it is still the old one.
+        """
+        steps, frames = (int(self._file[f"progress/{name}"][()]) for name in ("steps", "frames"))
+        sample = {name: values[:1] for name, values in self._file["waveforms"].items()}
+        require_space(
+            self.path.with_name(self.path.name + ".part"),
+            _size(scene, mesh, sample),
+            ", or a shorter time.duration",
+        )
+
+        def fill(draft: Path) -> None:
+            with h5py.File(draft, "w", locking=False) as file:
+                _lay_out_run(file, scene, simulation, mesh, sample)
+                file.attrs["plica_version"] = self._file.attrs["plica_version"]
+                for name in sample:
+                    file[f"waveforms/{name}"][:steps] = self._file[f"waveforms/{name}"][:steps]
+                for name in self._file["fields"] if frames else ():
+                    for frame in range(frames):
+                        file[f"fields/{name}"][frame] = self._file[f"fields/{name}"][frame]
+                for name, done in (("steps", steps), ("frames", frames), ("seconds", self.seconds)):
+                    file[f"progress/{name}"][()] = done
+
+        replaced(self.path, fill)
+
+    @property
+    def steps(self) -> int:
+        """How many steps there is room for."""
+        return int(self._file["waveforms/time"].shape[0])
+
+    @property
+    def frames(self) -> int:
+        """How many frames there is room for."""
+        return int(self._file["fields/time"].shape[0]) if "fields" in self._file else 0
 
     def mesh_differs(self, mesh: _engine.TetMesh) -> str:
         """What of the mesh is not as stored, or nothing."""
@@ -171,6 +176,52 @@ class ResultFile:
             self._file["progress/message"][()] = message.encode()[:_MESSAGE_LENGTH]
             self._file["progress/status"][()] = status
             self._file.flush()
+
+
+def _size(scene: Scene, mesh: _engine.TetMesh, sample: Mapping[str, Any]) -> int:
+    """Bytes of the whole file."""
+    frame = len(mesh.points) * (3 + (scene.contact is not None)) * 4
+    numbers = sum(np.asarray(values)[:1].size for values in sample.values())
+    stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
+    stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
+    size = 8 * scene.time.steps * numbers + len(frame_steps(scene)) * frame
+    return size + sum(np.asarray(array).nbytes for array in stored) + 200_000  # and HDF5's own
+
+
+def _lay_out_run(
+    file: Any,
+    scene: Scene,
+    simulation: _engine.Simulation,
+    mesh: _engine.TetMesh,
+    sample: Mapping[str, Any],
+) -> None:
+    """Everything that a run stores, its data sets at their full length and empty."""
+    steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
+    file.attrs["plica_version"] = _engine.build_info()["version"]
+    file.attrs["scene"] = scene.text()
+    if scene.contact is not None:
+        file.attrs["contact_solver"] = simulation.info()["contact_solver"]
+    lay_out(file, "progress/steps", (), np.int64, "1", 0)
+    lay_out(file, "progress/frames", (), np.int64, "1", 0)
+    lay_out(file, "progress/seconds", (), np.float64, "s", 0)
+    status = lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
+    status.attrs["meaning"] = _STATUS_TEXT
+    lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
+    _store_mesh(file.create_group("mesh"), mesh)
+    for name, values in sample.items():
+        array = np.asarray(values)
+        kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
+        fill = np.nan if kind.kind == "f" else -1
+        unit = WAVEFORM_UNITS.get(name, "")
+        lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
+    if scene.airflow is not None:
+        for name in ("height", "major"):
+            _store(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
+    if frames:
+        lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
+        lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
+        if scene.contact is not None:
+            lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
 
 
 def _store(group: Any, name: str, values: Any, unit: str) -> None:

@@ -1,0 +1,59 @@
+"""Which scene may continue the run in a directory: the one that began it, or the same for longer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from plica.errors import InvalidInput, SceneError
+from plica.phonation.run.results import Run
+from plica.phonation.scene.problems import path_text, value_text
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import storage_errors
+
+__all__ = ["has_all", "holds_run"]
+
+
+def holds_run(directory: Path) -> bool:
+    """Whether a run was begun in the directory; raises InvalidInput where it is no directory."""
+    if directory.exists() and not directory.is_dir():
+        raise InvalidInput(f"{directory}: must be a directory; it is a file.")
+    with storage_errors(directory, "read"):
+        return (directory / "scene.toml").exists() or (directory / "results.h5").exists()
+
+
+def has_all(directory: Path, scene: Scene) -> bool:
+    """Whether the run in a directory has all that a scene asks for, which must be a scene that continues it.
+
+    Raises SceneError where they differ in anything but a longer duration.
+    """
+    begun = Run.load(directory) if (directory / "results.h5").exists() else None
+    held = Scene.load(directory / "scene.toml") if begun is None else begun.scene
+    stored, given = held.resolved(), scene.resolved()
+    if scene.time.steps > held.time.steps:
+        stored["time"]["duration"] = given["time"]["duration"]
+    different = _first_difference(stored, given)
+    if different:
+        raise SceneError(
+            f"{scene.source}: {different}; a run is continued with the scene that started it, or with a "
+            "longer time.duration. Start another with another directory."
+        )
+    return begun is not None and begun.status == "finished" and begun.steps == scene.time.steps
+
+
+def _first_difference(stored: Any, given: Any, path: tuple[str | int, ...] = ()) -> str:
+    """``time.step = 1e-05, but 5e-05 in the run`` for the first key that differs, or nothing."""
+    if isinstance(stored, dict) and isinstance(given, dict):
+        for name in [*stored, *(name for name in given if name not in stored)]:
+            if name not in given:
+                return f"{path_text((*path, name))} is missing; the run has {value_text(stored[name])}"
+            if name not in stored:
+                return f"{path_text((*path, name))} = {value_text(given[name])}; the run has none"
+            if found := _first_difference(stored[name], given[name], (*path, name)):
+                return found
+        return ""
+    return (
+        ""
+        if stored == given
+        else f"{path_text(path)} = {value_text(given)}; the run has {value_text(stored)}"
+    )
