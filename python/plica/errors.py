@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 from plica._engine import InvalidInput, SolveFailed
 
-__all__ = ["InvalidInput", "SceneError", "SolveFailed", "StorageFailed", "nearest", "one_of"]
+__all__ = ["InvalidInput", "SceneError", "SolveFailed", "StorageFailed", "UnknownName", "nearest", "one_of"]
 
 
 class SceneError(InvalidInput):
@@ -40,3 +40,25 @@ def one_of(known: Iterable[object]) -> str:
     """The known names as text for a message."""
     names = ", ".join(str(name) for name in known)
     return f"one of {names}" if names else "left out: there are none"
+
+
+class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the others)
+    """A mapping has nothing of that name: the text names the nearest and lists what there is.
+
+    Parameters
+    ----------
+    where : str
+        What was asked.
+    name : str
+    known : iterable of str
+    meant : iterable of str
+        Those of them that people call so.
+    """
+
+    def __init__(self, where: str, name: object, known: Iterable[str], meant: Iterable[str] = ()) -> None:
+        names = list(known)
+        near = [f' Did you mean "{one}"?' for one in meant if one in names] or [nearest(str(name), names)]
+        super().__init__(f'{where}: "{name}"; must be {one_of(names)}.{near[0]}')
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # not quoted as by KeyError

@@ -155,6 +155,29 @@ def test_the_first_frame_is_the_state_at_the_start(phonating: plica.Scene, tmp_p
     assert grid.get("Value") == "0"
 
 
+def test_a_table_of_the_waveforms_has_a_row_a_step_without_probes(
+    phonating: plica.Scene, tmp_path: Path
+) -> None:
+    run = plica.run(phonating, tmp_path / "run", progress=False)
+    assert run["probes"].shape == (40, 0, 3)
+    data = run.to_xarray()
+    assert set(data) == set(run) - {"time", "probes"}
+    assert len(data[["flow", "kinetic_energy"]].to_dataframe()) == 40
+    assert len(data.to_dataframe()) == 40 * len(run.section_height) * 3
+
+
+def test_a_waveform_that_is_not_there_is_answered_with_the_nearest(bar: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(bar, tmp_path / "run", progress=False)
+    with pytest.raises(KeyError) as missing:
+        run["prbes"]
+    assert isinstance(missing.value, plica.InvalidInput)
+    assert str(missing.value).startswith(f'Run {tmp_path / "run"}: "prbes"; must be one of ')
+    assert str(missing.value).endswith(' Did you mean "probes"?')
+    assert all(name in str(missing.value) for name in run)
+    assert run.get("flow") is None
+    assert "flow" not in run
+
+
 def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(phonating, tmp_path / "run", progress=False)
     data = run.to_xarray()

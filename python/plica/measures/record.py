@@ -13,4 +13,4 @@ Floats = NDArray[np.floating[Any]]
 
 def time_step(time: Floats) -> float:
     """The constant step (s) of a record; its first time if it has only one."""
-    return float(time[-1]) / time.size
+    return float(time[-1] - time[0]) / (time.size - 1) if time.size > 1 else float(time[0])

@@ -77,7 +77,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:
 
 
 def fold_length(run: RunData) -> float | None:
-    """Anteroposterior length of the folds (m): that of the narrowest section, or else of the airway.
+    """Anteroposterior length of the folds (m): that of the section narrowest at rest, or else of the airway.
 
     Parameters
     ----------
@@ -89,10 +89,8 @@ def fold_length(run: RunData) -> float | None:
         None where there is neither an airflow nor a surface named airway.
     """
     major = np.asarray(run.section_major, dtype=float)
-    _, waveforms = reached(run)
-    areas = waveforms.get("section_area")
-    if major.size and areas is not None and len(areas):
-        return 2.0 * float(major[int(np.argmin(areas[0]))])
+    if major.size and len(run.time):
+        return 2.0 * float(major[int(np.argmin(rest_width(run)))])
     surface = run.mesh.surfaces.get("airway")
     if surface is None:
         return None

@@ -45,7 +45,7 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
     found = {
         "steps": whole(time.size, "1"),
         "time_step": whole(time_step(time), "s"),
-        "duration": whole(float(time[-1]), "s", "simulated"),
+        "duration": whole(time.size * time_step(time), "s", "simulated"),
     }
     table = (
         ("mean_iterations", "iterations", np.mean),

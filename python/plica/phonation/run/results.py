@@ -13,8 +13,9 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, UnknownName
 from plica.phonation.run import store
+from plica.phonation.run.part import RunPart, part_of
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
 from plica.storage.result_file import check_result_file
@@ -160,6 +161,8 @@ class Run(Mapping[str, NDArray[Any]]):
         return f"<Run {self.directory}: {self.status}, {self.steps} of {self.steps_asked} steps>"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        if name not in self.waveforms:
+            raise UnknownName(f"Run {self.directory}", name, self.waveforms)
         return self.waveforms[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -271,8 +274,36 @@ class Run(Mapping[str, NDArray[Any]]):
 
         return {name: item.as_json() for name, item in measure(self).items()}
 
+    def between(self, start: float | str | None = None, end: float | str | None = None) -> RunPart:
+        """The part of the run after `start` up to `end`, to be measured on its own.
+
+        Parameters
+        ----------
+        start, end : float or str, optional
+            s, or a text with a unit; left out: the beginning, and the end, of what was computed.
+
+        Returns
+        -------
+        RunPart
+            The steps with start < time <= end. Works and losses count from `start`.
+
+        Raises
+        ------
+        InvalidInput
+            Where these are not times of the run, two steps or more apart.
+
+        Examples
+        --------
+        ``measure(run.between("0.1 s", "0.3 s"))`` with `measure` of `plica.phonation.measures.measure`.
+        """
+        return part_of(self, start, end)
+
     def to_xarray(self) -> xarray.Dataset:
-        """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``)."""
+        """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``).
+
+        What has no entries, as ``probes`` of a scene without probes, is left out: it would leave a table that
+        is made of the data set (``to_dataframe``) without rows.
+        """
         import xarray
 
         coordinates: dict[str, Any] = {"time": ("time", self.time, {"units": "s"})}
@@ -280,7 +311,7 @@ class Run(Mapping[str, NDArray[Any]]):
             coordinates["section"] = ("section", self.section_height, {"units": "m"})
         variables = {}
         for name, values in self.waveforms.items():
-            if name != "time":
+            if name != "time" and 0 not in values.shape[1:]:
                 variables[name] = (_axes(name, values), values, {"units": self.units[name]})
                 if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
                     coordinates["component"] = ["x", "y", "z"]

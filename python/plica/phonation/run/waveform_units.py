@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["WAVEFORM_MEANINGS", "WAVEFORM_UNITS"]
+__all__ = ["SINCE_THE_START", "WAVEFORM_MEANINGS", "WAVEFORM_UNITS"]
 
 _WAVEFORMS = {
     "time": ("s", "End of the step, t_{n+1}."),
@@ -61,3 +61,5 @@ _WAVEFORMS = {
 }
 WAVEFORM_UNITS = {name: unit for name, (unit, _) in _WAVEFORMS.items()}
 WAVEFORM_MEANINGS = {name: meaning for name, (_, meaning) in _WAVEFORMS.items()}
+SINCE_THE_START = frozenset(name for name, meaning in WAVEFORM_MEANINGS.items() if "since t = 0" in meaning)
+"""Those that add up from t = 0 on."""
