@@ -39,7 +39,10 @@ def main(directory: Path, frames: int) -> None:
     }
     for name, value in true.items():
         measure = found.measures[name]
-        print(f"{name:22s} found {measure.value:8.4g} {measure.unit:5s} true {value:8.4g}")
+        if measure.value is None:  # of fewer than three cycles, for example
+            print(f"{name:22s} not found: {measure.note}")
+        else:
+            print(f"{name:22s} found {measure.value:8.4g} {measure.unit:5s} true {value:8.4g}")
     print(f"report: {page}")
 
 

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from plica import __version__
 from plica.commands import bench, examples, keys, video
 from plica.commands.arguments import add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
+
+if TYPE_CHECKING:
+    from plica.measures.measure import Measure
+    from plica.phonation.run.results import Run
 
 __all__ = ["main"]
 
@@ -56,6 +62,7 @@ Computes SCENE and stores the results in DIR as they come:
   scene.toml     the scene with every default filled in
   results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment)
   fields.xdmf    the fields for ParaView
+  waveforms.csv  a row a step, in SI; what there is of every section is in results.h5 alone
   measures.json  {name: {value, unit, spread, cycles}} in SI
   report.html    pictures and numbers
 
@@ -63,6 +70,19 @@ examples:
   plica run scene.toml -o runs/one
   plica run scene.toml -o runs/one --resume     continue after Ctrl-C, a kill or a power failure;
                                                 the results are those of a run without a stop
+
+A run that has come to its end before its voice settled is continued in the same way: give SCENE a longer
+duration (and change nothing else), then --resume. The results are those of a run that had it from the start.
+"""
+
+_MEASURES_HELP = """\
+Measures what is in DIR, a run or an analysis of a recording, prints the measures and writes DIR/measures.json
+and DIR/waveforms.csv. With --from and --to, a part of a run is measured and printed; nothing is written.
+
+examples:
+  plica measures runs/one
+  plica measures runs/one --from 0.1s --to 0.3s     that part of the run alone
+  plica measures runs/one --from 100ms              from there to its end
 """
 
 _MESH_HELP = """\
@@ -115,6 +135,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         "plica", description=_MAIN_HELP, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument(
+        "--version", action="version", version=f"plica {__version__}", help="print it and end"
+    )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     part = partial(add_command, commands)
     run = part("run", _run, "compute a scene", _RUN_HELP)
@@ -123,7 +146,7 @@ def _parser() -> argparse.ArgumentParser:
         "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"
     )
     run.add_argument(
-        "--resume", action="store_true", help="continue the run in DIR from its newest checkpoint"
+        "--resume", action="store_true", help="continue the run in DIR, also to a longer duration"
     )
     add_threads(run)
     run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
@@ -134,57 +157,59 @@ def _parser() -> argparse.ArgumentParser:
     keys.add_commands(commands)
     video.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
-    for name, command, summary in (
-        ("report", _report, "write DIR/report.html anew"),
-        ("measures", _measures, "measure the run in DIR, print the measures and write DIR/measures.json"),
-    ):
-        sub = part(name, command, summary)
+    report = part("report", _report, "write DIR/report.html anew")
+    measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)
+    for sub in (report, measures):
         sub.add_argument(
             "directory", metavar="DIR", type=Path, help="directory of a run, or of an analysis of a recording"
         )
+    measures.add_argument("--from", dest="start", metavar="TIME", help='of a run, e.g. "0.1s" or 0.1')
+    measures.add_argument("--to", dest="end", metavar="TIME", help="likewise (default: the end)")
     bench.add_commands(commands)
     return parser
 
 
 def _run(options: argparse.Namespace) -> int:
     import plica
-    from plica.measures.file import write_measures
-    from plica.phonation.measures.measure import measure
     from plica.phonation.measures.solver import doubts
-    from plica.phonation.report import write_report
-    from plica.storage.files import storage_errors
 
     scene = plica.Scene.load(options.scene)
     plica.set_threads(options.threads)
     try:
         run = plica.run(scene, options.directory, resume=options.resume, progress=not options.quiet)
     except SolveFailed:
-        _conclude(options.directory)
+        if (options.directory / "results.h5").exists():
+            _concluded(plica.Run.load(options.directory))
         raise
-    measures = measure(run)
-    with storage_errors(options.directory):
-        write_measures(measures, options.directory / "measures.json")
-        report = write_report(run, options.directory / "report.html")
+    measures, report = _concluded(run)
     if not options.quiet:
         print(measures_table({name: item.as_json() for name, item in measures.items()}, short=True))
         print(f"\nreport: {report}")
     return _say(doubts(run), 0)
 
 
-def _conclude(directory: Path) -> None:
-    """Measures and report of what a failed run has computed, so that one can look at it."""
-    import plica
-    from plica.measures.file import write_measures
-    from plica.phonation.measures.measure import measure
+def _concluded(run: Run) -> tuple[Mapping[str, Measure], Path]:
+    """Measures, table and report of what a run has computed, all of it or, where it failed, a part."""
     from plica.phonation.report import write_report
     from plica.storage.files import storage_errors
 
-    if not (directory / "results.h5").exists():
-        return
-    run = plica.Run.load(directory)
-    with storage_errors(directory):
-        write_measures(measure(run), directory / "measures.json")
-        write_report(run, directory / "report.html")
+    measures = _measured(run)
+    with storage_errors(run.directory):
+        return measures, write_report(run, run.directory / "report.html")
+
+
+def _measured(run: Run) -> Mapping[str, Measure]:
+    """The measures of a run, written to its directory with its table."""
+    from plica.measures.file import write_measures
+    from plica.phonation.measures.measure import measure
+    from plica.phonation.run.table import write_waveforms
+    from plica.storage.files import storage_errors
+
+    measures = measure(run)
+    with storage_errors(run.directory):
+        write_measures(measures, run.directory / "measures.json")
+        write_waveforms(run)
+    return measures
 
 
 def _mesh(options: argparse.Namespace) -> int:
@@ -250,17 +275,27 @@ def _report(options: argparse.Namespace) -> int:
 
 def _measures(options: argparse.Namespace) -> int:
     import plica
-    from plica.measures.file import write_measures
     from plica.phonation.measures.measure import measure
-    from plica.storage.files import storage_errors
+    from plica.phonation.measures.solver import doubts
 
+    asked = options.start is not None or options.end is not None
     if video.is_analysis(options.directory):
+        if asked:
+            raise InvalidInput(f"{options.directory}: --from and --to are for runs; it is of a recording.")
         return video.remeasure(options.directory)
-    measures = measure(plica.Run.load(options.directory))
-    with storage_errors(options.directory):
-        write_measures(measures, options.directory / "measures.json")
+    run = plica.Run.load(options.directory)
+    chosen = run.between(_time(options.start), _time(options.end)) if asked else run
+    measures = measure(chosen) if asked else _measured(run)
     print(measures_table({name: item.as_json() for name, item in measures.items()}))
-    return 0
+    return _say(doubts(chosen.waveforms), 0)
+
+
+def _time(text: str | None) -> float | str | None:
+    """A time as it is typed: a number, in s, or a number with its unit."""
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
 
 
 if __name__ == "__main__":

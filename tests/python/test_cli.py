@@ -35,7 +35,8 @@ def test_run_ends_with_measures_and_a_report(
     assert "report.html" in said.out
     assert "100%" in said.err
     names = {path.name for path in (tmp_path / "run").iterdir()}
-    assert {"scene.toml", "results.h5", "fields.xdmf", "measures.json", "report.html"} <= names
+    made = {"scene.toml", "results.h5", "fields.xdmf", "waveforms.csv", "measures.json", "report.html"}
+    assert made <= names
     measures = json.loads((tmp_path / "run" / "measures.json").read_text())
     assert measures["steps"]["value"] == 40
     for entry in measures.values():
@@ -108,6 +109,13 @@ def test_mesh_writes_what_meshio_reads(
     assert "without surfaces, node sets and names of layers" in capsys.readouterr().out
 
 
+def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0
+    assert capsys.readouterr().out == f"plica {plica.__version__}\n"
+
+
 def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info"]) == 0
     said = capsys.readouterr().out
@@ -153,6 +161,11 @@ def test_a_finished_run_counts_its_steps_in_doubt(
     assert count > 0
     assert capsys.readouterr().err == f"plica: {sentence}\n"
     assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert main(["measures", str(tmp_path / "run")]) == 0
+    assert capsys.readouterr().err == f"plica: {sentence}\n"
+    assert main(["measures", str(tmp_path / "run"), "--to", "1 ms"]) == 0
+    first = int((plica.Run.load(tmp_path / "run")["coupling_converged"][:20] == 0).sum())
+    assert f"in {first} of 20 steps the coupling" in capsys.readouterr().err
 
 
 @pytest.mark.slow

@@ -109,3 +109,21 @@ def test_the_synthetic_recording_is_found_as_it_was_made(
     # Slits under two pixels wide are partly lost: more of a small glottis than of a large one.
     assert found["glottal_area_mean"][0] == pytest.approx(found["glottal_area_mean"][1], rel=0.03)
     assert "mode 1" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_a_recording_too_short_to_measure_is_said_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    example = runpy.run_path(str(EXAMPLES / "recording.py"))
+    analyse = example["video"].analyse
+
+    def glottis_alone(*given: Any) -> Any:  # of the steps, what the measures need
+        return analyse(*given, until="glottis", progress=False)
+
+    monkeypatch.setattr(example["video"], "analyse", glottis_alone)
+    example["main"](tmp_path, 12)
+    said = capsys.readouterr().out
+    assert re.search(r"^fundamental_frequency +not found: too short", said, flags=re.MULTILINE)
+    assert re.search(r"^glottal_area_mean +(found|not found)", said, flags=re.MULTILINE)
+    assert "report: " in said

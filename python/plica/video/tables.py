@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-from pathlib import Path
-
-import numpy as np
-
 from plica.measures.file import write_measures
-from plica.storage.files import replaced
+from plica.storage.table import heading, write_table
 from plica.video.analysis import Analysis
 
 __all__ = ["write_tables"]
@@ -18,23 +13,10 @@ def write_tables(found: Analysis) -> None:
     """waveforms.csv, a row a frame, and measures.json."""
     units, columns = found.units, {}
     for name, values in found.waveforms.items():
-        unit = f" ({units[name]})" if units[name] else ""
         if values.ndim == 1:
-            columns[f"{name}{unit}"] = values
+            columns[heading(name, units[name])] = values
             continue
         for k, part in enumerate(values.T, start=1):
-            columns[f"{name}_{k}{unit}"] = part
-
-    def write(path: Path) -> None:
-        with path.open("w", newline="", encoding="utf-8") as out:
-            rows = csv.writer(out)
-            rows.writerow(columns)
-            rows.writerows(zip(*(_cells(values) for values in columns.values()), strict=True))
-
-    replaced(found.directory / "waveforms.csv", write)
+            columns[heading(f"{name}_{k}", units[name])] = part
+    write_table(found.directory / "waveforms.csv", columns)
     write_measures(found.measures, found.directory / "measures.json")
-
-
-def _cells(values: np.ndarray) -> list[object]:
-    """Nothing where a number is not one."""
-    return ["" if isinstance(value, float) and value != value else value for value in values.tolist()]

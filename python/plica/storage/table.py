@@ -1,0 +1,39 @@
+"""Waveforms as a table of text that every spreadsheet reads."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.storage.files import replaced
+
+__all__ = ["heading", "write_table"]
+
+
+def heading(name: str, unit: str) -> str:
+    """A column's first cell: the name with its unit, ``flow (m^3/s)``; pure numbers have none."""
+    return f"{name} ({unit})" if unit not in ("", "1") else name
+
+
+def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+    """Write columns (k) by heading as comma-separated values; what is not a number is an empty cell.
+
+    The file is replaced as a whole. Numbers read back to the same bits.
+    """
+
+    def fill(draft: Path) -> None:
+        with draft.open("w", newline="", encoding="utf-8") as out:
+            rows = csv.writer(out)
+            rows.writerow(columns)
+            rows.writerows(zip(*(_cells(values) for values in columns.values()), strict=True))
+
+    replaced(path, fill)
+
+
+def _cells(values: NDArray[Any]) -> list[object]:
+    return ["" if isinstance(value, float) and np.isnan(value) else value for value in values.tolist()]
