@@ -7,16 +7,15 @@ from typing import Any
 
 import pytest
 
+import plica
 from plica.cli import main
 
 _ROOT = Path(__file__).parents[2]
 _README = (_ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def _block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", _README, re.DOTALL)
-    assert found is not None
-    return found[1]
+def _block(language: str, number: int = 0) -> str:
+    return re.findall(rf"```{language}\n(.*?)```", _README, re.DOTALL)[number]
 
 
 def test_the_readme_goes_from_one_sentence_to_what_is_left_out():
@@ -53,6 +52,25 @@ def test_python_of_the_readme_stores_a_run_in_place_of_its_last_two_lines(tmp_pa
     assert "peak_flow" in run.measures
     assert main(["report", str(tmp_path / "mine")]) == 0
     assert (tmp_path / "mine" / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_python_of_the_readme_varies_a_scene_and_goes_on(
+    phonating: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    phonating.replace({"time.duration": "12 ms", "output.every": None}).save("scene.toml")
+    names: dict[str, Any] = {"plica": plica}
+    block = compile(_block("python", 1), "README.md", "exec")
+    exec(block, names)
+    stored = {path: path.read_bytes() for path in tmp_path.rglob("*.*")}
+    exec(block, names)
+    assert stored == {path: path.read_bytes() for path in tmp_path.rglob("*.*")}
+    peaks = [plica.Run.load(f"runs/{pressure}")["flow"].max() for pressure in (600, 800, 1000)]
+    assert peaks == sorted(peaks)
+    assert len(set(peaks)) == 3
+    assert names["steady"].time.size == 40
+    assert names["run"].scene.tissue["cover"].E == 2000.0
 
 
 @pytest.mark.parametrize("target", sorted(set(re.findall(r"(?<!!)\[[^]]*\]\(([^)#:]+)\)", _README))))

@@ -155,6 +155,15 @@ def test_tables_lists_and_meshes_are_changed_too(bar: plica.Scene, colliding: pl
     assert bar.replace({"tissue.body.left.E": "1 kPa"}).tissue["body"].left == plica.TissueSide(E=1e3)
 
 
+def test_a_preset_takes_the_place_of_a_tissue(phonating: plica.Scene) -> None:
+    thesis = plica.TISSUE_PRESETS["thesis"]
+    assert phonating.replace({"tissue": "thesis"}).tissue == thesis
+    assert phonating.replace({"tissue.cover": "thesis"}).tissue["cover"] == thesis["cover"]
+    softer = phonating.replace({"tissue.cover": {"preset": "thesis", "E": "0.5 kPa"}})
+    assert softer.tissue["cover"] == thesis["cover"].replace({"E": 500.0})
+    assert softer.tissue["body"] == phonating.tissue["body"]
+
+
 def test_every_part_can_be_changed() -> None:
     assert plica.Tissue(E="10 kPa", nu=0.4).replace({"E": "5 kPa"}) == plica.Tissue(E="5 kPa", nu=0.4)
     with pytest.raises(

@@ -393,7 +393,7 @@ class Output(Part):
     every: Annotated[Time, Field(gt=0)] | None = None
     """[s] Between stored displacement fields, whole steps; left out, no fields are stored."""
     start: Annotated[Time, Field(ge=0)] = 0.0
-    """[s] No fields before this time, whole steps."""
+    """[s] No fields before this time, whole steps; at 0 the first ones are those of t = 0."""
     probes: tuple[tuple[Length, Length, Length], ...] = ()
     """[m] The displacement of the node nearest to each point, which must be in or near the mesh, is stored
     every step."""
