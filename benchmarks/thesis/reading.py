@@ -14,7 +14,9 @@ from tissue_stress import TissueStress
 
 import plica
 from plica import _engine as engine
-from plica.measures.cycles import Cycles, fewest, rising_crossings, weak
+from plica.measures.cycles import Cycles, weak
+from plica.measures.pulses import rising_crossings
+from plica.measures.stationary import fewest
 from plica.phonation.measures.measure import measure
 from plica.phonation.run.build import materials_of
 from plica.phonation.scene.mesh_source import build_mesh
@@ -48,7 +50,7 @@ class Record:
         starts = rising_crossings(self.run.time, area)
         starts = starts[starts >= self.time[0]]
         if starts.size <= fewest or np.ptp(area[self.steps]) < weak * area[self.steps].max():
-            return Cycles(np.empty(0), "no oscillation to speak of")
+            return Cycles(np.empty(0), "no oscillation to speak of", "none")
         return Cycles(starts)
 
     @cached_property

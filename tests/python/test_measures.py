@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
-from plica.measures.cycles import autocorrelation_frequency, find_cycles, rising_crossings
+from plica.measures.cycles import find_cycles
 from plica.measures.file import write_measures
+from plica.measures.pulses import autocorrelation_frequency, rising_crossings
 from plica.phonation.measures.measure import measure
 
 # A frequency that no multiple of the step fits, so that nothing is exact by luck.
@@ -212,12 +213,15 @@ def test_growth_per_cycle_is_the_relative_change_of_the_amplitude() -> None:
     assert value(base.run(), "amplitude_growth") == pytest.approx(0.0, abs=1e-4)
 
 
-def test_alternating_amplitudes_are_called_irregular_and_half_of_them_used() -> None:
+def test_alternating_amplitudes_are_called_subharmonic_and_all_are_used() -> None:
     time = 50e-6 * np.arange(4000)
     signal = (1.0 + 0.3 * np.cos(2 * np.pi * 100 * time)) * np.cos(2 * np.pi * 200 * time)
     cycles = find_cycles(time, signal)
-    assert cycles.count > 10
-    assert "irregular" in cycles.note
+    assert cycles.count == 38  # of 39 complete ones: whole pairs
+    assert cycles.verdict == "subharmonic"
+    assert cycles.pattern == 2
+    assert "200 Hz" in cycles.note
+    assert "100 Hz" in cycles.note
 
 
 def test_noise_near_the_level_makes_no_extra_cycles() -> None:
@@ -238,7 +242,8 @@ def test_ripples_between_pulses_are_not_cycles() -> None:
     assert rising_crossings(time, signal).size > 100  # three a period with a narrow hysteresis
     cycles = find_cycles(time, signal)
     assert 1 / cycles.periods.mean() == pytest.approx(200.3, rel=1e-3)
-    assert cycles.note == ""
+    assert cycles.verdict == "steady"
+    assert "rises 3 times a cycle" in cycles.note
 
 
 def test_a_weak_ripple_is_called_weak() -> None:

@@ -1,50 +1,70 @@
-"""Cycles of a waveform: where they begin, which of them are steady, and why there may be none.
+"""Cycles of a waveform: where they begin, which of them are stationary, and what the voice does.
 
-The rule. Let r be the range of the signal in the last half of the record, and m its mean there. A cycle
-begins where the signal rises through m after it was below m - q, if it then reaches m + q before it falls
-below m - q again; q = r / 10, less where m lies near an end of the range. The instant is interpolated
-linearly between samples. Where the autocorrelation's period is more than 1.1 of the mean one, ripples may
-have been taken for cycles: the search is repeated with limits halfway from m to the least and to the
-largest value, and its result is taken if it is nearer to the autocorrelation's period.
+A cycle is one pulse (:mod:`plica.measures.pulses` tells where it begins), also where pulses alternate.
 
-Counted back from the end, cycles are steady as long as their period and their peak-to-peak amplitude stay
-within 5 % of the median of the last three. If fewer than three are steady, the record is either irregular
-but stationary (the mean amplitudes of its last two quarters agree within 10 %: then the last half of the
-cycles is used) or not settled (then the last three are used); the note says which.
+The voice has ended if no cycle begins in the last stretch of the record, longer than 1.5 of the longest of
+the six periods before it. Of periods and peak-to-peak amplitudes, :mod:`plica.measures.stationary` tells
+which are the stationary ones up to the end: all of those are used. Without any the voice is changing, and
+the last three cycles are used. A stationary voice is steady if its periods scatter by no more than 2 % and
+its amplitudes by 5 % (standard deviation), subharmonic if they have a pattern of 2 to 4 pulses, else
+irregular.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
-from plica.measures.record import Floats, time_step
+from plica.measures.instants import highest
+from plica.measures.pulses import pulses, rises
+from plica.measures.record import Floats
+from plica.measures.stationary import (
+    Fit,
+    drifts,
+    fewest,
+    fit,
+    of_amplitude,
+    of_period,
+    slope,
+    stationary_from,
+)
 
-fewest = 3  # cycles that a statistic needs
-settled = 0.05  # relative difference of period and amplitude within the steady part
-stationary = 0.10  # relative difference of mean amplitude within an irregular record
+Verdict = Literal["steady", "subharmonic", "irregular", "changing", "ended", "none"]
+
 weak = 0.10  # range over the last third, relative to the largest magnitude there
 silent = 0.01  # range over the last third, relative to the largest magnitude of the record
+over = 1.5  # of the longest period: a voice that is silent for longer has ended
 
 
 @dataclass(frozen=True)
 class Cycles:
-    """Consecutive cycles, the steady part of a record.
+    """Consecutive cycles, the stationary part of a record.
 
     Attributes
     ----------
     starts : (c + 1) s, the beginning of each cycle and the end of the last; empty without cycles
     note : str
-        Why there are none, or what is unusual about them; empty otherwise.
-    settled : bool
-        Whether period and amplitude had settled.
+        Why there are none, or what is unusual about them; empty for a steady voice.
+    verdict : Verdict
+        "steady"; "subharmonic": pulses alternate in a pattern that repeats itself; "irregular": stationary,
+        but its cycles differ; "changing": it grows, decays or glides, the last three cycles are used;
+        "ended": it is silent at the end of the record, these are the cycles before; "none": no cycles.
+    pattern : int
+        Pulses after which a subharmonic voice repeats itself; else 1.
     """
 
     starts: Floats
     note: str = ""
-    settled: bool = True
+    verdict: Verdict = "steady"
+    pattern: int = 1
+
+    @property
+    def settled(self) -> bool:
+        """Whether the voice repeats itself to the end of the record: steady or subharmonic."""
+        return self.verdict in ("steady", "subharmonic")
 
     @property
     def count(self) -> int:
@@ -55,6 +75,14 @@ class Cycles:
     def periods(self) -> Floats:
         """(c) s."""
         return np.diff(self.starts)
+
+    @property
+    def frequency(self) -> float:
+        """Cycles per second, c / (t_c - t_0) for c cycles; NaN without cycles.
+
+        Not the mean of 1 / T, which is larger where periods differ.
+        """
+        return self.count / float(self.starts[-1] - self.starts[0]) if self.count else float("nan")
 
     def samples(self, time: Floats) -> list[slice]:
         """Samples of each cycle: start <= time < end."""
@@ -68,7 +96,7 @@ class Cycles:
 
 
 def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles:
-    """Find the steady cycles of a signal (the rule stands at the head of this module).
+    """Find the stationary cycles of a signal (the rule stands at the head of this module).
 
     Parameters
     ----------
@@ -90,11 +118,12 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
         if float(np.abs(tail).max()) <= silent * largest:
             return _none(f"no oscillation: the {name} stays at zero in the last third of the record")
         return _none(f"no oscillation: the {name} varies by less than 1 % in the last third of the record")
-    starts = _without_ripples(time, signal, rising_crossings(time, signal))
+    starts = pulses(time, signal)
     if starts.size <= fewest:
         count = max(starts.size - 1, 0)
         return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
-    found = _steady(time, signal, starts)
+    found = _judged(time, signal, starts)
+    found = replace(found, note="; ".join(filter(None, (found.note, _again(time, signal, found, name)))))
     varies = float(np.ptp(tail)) / float(np.abs(tail).max())
     if varies >= weak:
         return found
@@ -102,105 +131,86 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
     return replace(found, note="; ".join(text for text in (note, found.note) if text))
 
 
-def rising_crossings(time: Floats, signal: Floats, share: float = 0.1) -> Floats:
-    """Instants (s) at which the signal rises through its mean, with hysteresis, both from its last half.
-
-    The limits lie `share` of the range from the mean, but at most halfway to the least and largest value.
-    """
-    half = signal[signal.size // 2 :]
-    low, high, level = float(half.min()), float(half.max()), float(half.mean())
-    below = level - min(share * (high - low), 0.5 * (level - low))
-    above = level + min(share * (high - low), 0.5 * (high - level))
-    starts: list[float] = []
-    armed = False
-    candidate = 0.0
-    for k in range(signal.size):
-        if k and signal[k - 1] < level <= signal[k]:
-            candidate = _crossing(time, signal, k, level)
-        if signal[k] < below:
-            armed = True
-        elif armed and signal[k] > above:
-            starts.append(candidate)
-            armed = False
-    return np.array(starts)
-
-
-def autocorrelation_frequency(signal: Floats, step: float) -> float:
-    """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN if none is positive.
-
-    The mean is removed, each lag is divided by the norms of the two parts that overlap (so that a periodic
-    signal reaches exactly 1), lags go up to half the signal, and a parabola places the peak.
-    """
-    centred = signal - signal.mean()
-    length = 1 << (2 * centred.size - 1).bit_length()
-    transform = np.fft.rfft(centred, length)
-    correlation = np.fft.irfft(np.abs(transform) ** 2, length)[: centred.size // 2 + 2]
-    power = np.concatenate(([0.0], np.cumsum(centred**2)))
-    lags = np.arange(correlation.size)
-    norms = np.sqrt(power[centred.size - lags] * (power[-1] - power[lags]))
-    correlation = np.divide(correlation, norms, out=np.zeros_like(correlation), where=norms > 0)
-    negative = np.flatnonzero(correlation < 0)
-    if not negative.size:
-        return float("nan")
-    inner = correlation[1:-1]
-    peaks = 1 + np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:]))
-    peaks = peaks[(peaks > negative[0]) & (correlation[peaks] > 0)]
-    if not peaks.size:
-        return float("nan")
-    lag = int(peaks[correlation[peaks] >= 0.9 * correlation[peaks].max()][0])
-    before, at, after = correlation[lag - 1 : lag + 2]
-    curvature = before - 2 * at + after
-    shift = 0.5 * (before - after) / curvature if curvature < 0 else 0.0
-    return float(1.0 / ((lag + shift) * step))
-
-
 def _none(reason: str) -> Cycles:
-    return Cycles(np.empty(0), reason, False)
+    return Cycles(np.empty(0), reason, "none")
 
 
-def _without_ripples(time: Floats, signal: Floats, starts: Floats) -> Floats:
-    """The crossings, or those of a wider hysteresis if the autocorrelation speaks for longer periods."""
-    if starts.size < 3:
-        return starts
-    half = signal[signal.size // 2 :]
-    expected = 1.0 / autocorrelation_frequency(half, time_step(time))
-    period = float(np.diff(starts[starts.size // 2 - 1 :]).mean())
-    if not expected > 1.1 * period:
-        return starts
-    wider = rising_crossings(time, signal, 0.5)
-    if wider.size < 3:
-        return starts
-    longer = float(np.diff(wider[wider.size // 2 - 1 :]).mean())
-    return wider if abs(longer - expected) < abs(period - expected) else starts
-
-
-def _steady(time: Floats, signal: Floats, starts: Floats) -> Cycles:
+def _judged(time: Floats, signal: Floats, starts: Floats) -> Cycles:
+    """The cycles to use and what the voice does."""
     periods = np.diff(starts)
-    amplitudes = np.array([np.ptp(signal[part]) for part in _slices(time, starts)])
-    alike = np.ones(periods.size, dtype=bool)
-    for values in (periods, amplitudes):
-        centre = float(np.median(values[-fewest:]))
-        alike &= np.abs(values - centre) <= settled * centre
-    count = periods.size if alike.all() else int(np.argmin(alike[::-1]))
-    if count >= fewest:
-        return Cycles(starts[-count - 1 :])
-    quarter = periods.size // 4
-    if quarter >= 2:
-        last, previous = amplitudes[-quarter:].mean(), amplitudes[-2 * quarter : -quarter].mean()
-        if abs(last - previous) <= stationary * last:
-            kept = max(periods.size // 2, fewest)
-            return Cycles(
-                starts[-kept - 1 :], "irregular: periods or amplitudes differ by more than 5 %", False
-            )
-    note = "not settled: period or amplitude still change; the last three cycles are used"
-    return Cycles(starts[-fewest - 1 :], note, False)
+    amplitudes = np.array([_amplitude(time, signal, part) for part in _slices(time, starts)])
+    first = stationary_from([(periods, of_period), (amplitudes, of_amplitude)])
+    if first is None:
+        used = starts[-fewest - 1 :]
+        note = f"not settled: {_trend(periods, amplitudes)}; the last {fewest} cycles are used"
+        found = Cycles(used, note, "changing")
+    else:
+        found = _regular(
+            starts[first:], fit(periods[first:], of_period), fit(amplitudes[first:], of_amplitude)
+        )
+    last, until = float(starts[-1]), float(time[-1])
+    if until - last <= over * float(periods[-2 * fewest :].max()):
+        return found
+    apart = np.flatnonzero(np.abs(signal - signal[-1]) > 0.1 * np.ptp(signal[_slices(time, starts)[-1]]))
+    silence = float(time[apart[-1]])
+    end = f"the voice ends at t = {silence:.4g} s, the record at {until:.4g} s; the cycles before are used"
+    before = found.note or "steady until then"
+    return replace(found, note=f"{end}; {before}", verdict="ended")
+
+
+def _again(time: Floats, signal: Floats, found: Cycles, name: str) -> str:
+    """That the signal comes up more than once a cycle, from 10 to 20 % of its range."""
+    part = found.extent(time)
+    low, reach = float(signal[part].min()), float(np.ptp(signal[part]))
+    count = rises(time[part], signal[part], low + 0.1 * reach, low + 0.15 * reach, low + 0.2 * reach).size
+    if count < 1.5 * found.count:
+        return ""
+    return f"the {name} rises {count / found.count:.2g} times a cycle; lesser rises are not counted as cycles"
+
+
+def _regular(starts: Floats, period: Fit, amplitude: Fit) -> Cycles:
+    """Of stationary cycles: steady, subharmonic or irregular."""
+    pattern = max(period.pattern, amplitude.pattern)
+    starts = starts[(starts.size - 1) % pattern :]  # whole patterns, or their odd pulse would tilt the mean
+    frequency = (starts.size - 1) / float(starts[-1] - starts[0])
+    notes = []
+    if pattern > 1:
+        notes.append(
+            f"subharmonic: the pulses ({frequency:.4g} Hz) repeat in a pattern of {pattern} "
+            f"({frequency / pattern:.4g} Hz); frequency and quotients are those of the pulses"
+        )
+    scatter = [(period, of_period, "periods"), (amplitude, of_amplitude, "amplitudes")]
+    wide = [
+        f"{what} scatter by {100 * line.spread:.2g} %"
+        for line, same, what in scatter
+        if line.spread > same.scatter
+    ]
+    if wide:
+        notes.append(f"irregular: {' and '.join(wide)} (standard deviation)")
+    verdict: Verdict = "subharmonic" if pattern > 1 else "irregular" if wide else "steady"
+    return Cycles(starts, "; ".join(notes), verdict, pattern)
+
+
+def _trend(periods: Floats, amplitudes: Floats) -> str:
+    """What changes over a record, as lines through the logarithms have it."""
+    said = []
+    if drifts(fit(periods, of_period), of_period):
+        rate = np.expm1(slope(-np.log(periods)))
+        said.append(f"the frequency {'rises' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
+    if drifts(fit(amplitudes, of_amplitude), of_amplitude):
+        rate = np.expm1(slope(np.log(amplitudes)))
+        said.append(f"the amplitude {'grows' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
+    if not said:
+        return "periods or amplitudes scatter more in one part of the record than in another"
+    return " and ".join(said) + " a cycle"
+
+
+def _amplitude(time: Floats, signal: Floats, part: slice) -> float:
+    """Peak to peak; the top by a parabola, since samples beside it would alternate as a voice does."""
+    peak = part.start + int(np.argmax(signal[part]))
+    return highest(time, signal, peak)[1] - float(signal[part].min())
 
 
 def _slices(time: Floats, starts: Floats) -> list[slice]:
     edges = np.searchsorted(time, starts)
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def _crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
-    part = (level - signal[k - 1]) / (signal[k] - signal[k - 1])
-    return float(time[k - 1] + part * (time[k] - time[k - 1]))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles
 from plica.measures.record import Floats
 
@@ -18,7 +19,8 @@ class Measure:
     Attributes
     ----------
     value : float or None
-        Mean over the cycles where there are cycles; None where it has no meaning (the note says why).
+        Mean over the cycles where there are cycles, of angles the circular one; None where it has no
+        meaning (the note says why).
     unit : str
         SI, "1" for a pure number.
     spread : float or None
@@ -71,3 +73,31 @@ def average(values: Floats, unit: str, note: str = "") -> Measure:
 def per_cycle(cycles: Cycles, values: Floats, unit: str, note: str = "") -> Measure:
     """Average over cycles, or no value and the reason why there are no cycles."""
     return average(values, unit, note) if cycles.count else absent(unit, cycles.note)
+
+
+def average_angle(values: Floats, unit: str = "rad", note: str = "") -> Measure:
+    """Mean direction of one angle (rad) per cycle, in (-pi, pi], and the spread about it.
+
+    Angles that are not finite are left out; without a value where they point in all directions
+    (:func:`plica.measures.circular.circular_mean`).
+    """
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    mean, spread = circular_mean(finite)
+    if not np.isfinite(mean):
+        reason = "the cycles' angles have no mean direction" if finite.size else "undefined in every cycle"
+        return absent(unit, "; ".join(text for text in (note, reason) if text))
+    return Measure(mean, unit, spread if finite.size > 1 else None, int(finite.size), note)
+
+
+def per_cycle_angle(cycles: Cycles, values: Floats, unit: str = "rad", note: str = "") -> Measure:
+    """Mean direction over cycles, or no value and the reason why there are no cycles."""
+    return average_angle(values, unit, note) if cycles.count else absent(unit, cycles.note)
+
+
+def cycle_frequency(cycles: Cycles, unit: str, note: str = "") -> Measure:
+    """Number of cycles over their time, c / (t_c - t_0); its spread is the standard deviation of 1 / T."""
+    if not cycles.count:
+        return absent(unit, cycles.note)
+    spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
+    return Measure(cycles.frequency, unit, spread, cycles.count, note)

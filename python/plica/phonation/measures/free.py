@@ -6,9 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plica.measures.cycles import Cycles, fewest, find_cycles, rising_crossings, settled
+from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.measure import Measure, absent, whole
+from plica.measures.pulses import rising_crossings
 from plica.measures.record import Array, Floats
+from plica.measures.stationary import fewest, of_period, stationary_from
 from plica.phonation.measures.glottal import frequency_measures
 
 faded = 0.02  # of the largest excursion: a free vibration is evaluated down to here
@@ -51,7 +53,7 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[st
     cycles = find_cycles(time[part], signal[part], name="probe displacement")
     free = np.ptp(np.asarray(waveforms["load_work"], dtype=float)) == 0
     if free and cycles.count and not cycles.settled:
-        cycles = _all_alike(rising_crossings(time[part], signal[part]))
+        cycles = _decaying(rising_crossings(time[part], signal[part]))
     found = frequency_measures(time[part], signal[part], cycles)
     note = f"half the peak-to-peak of probe {probe}, component {'xyz'[component]}"
     found["probe_amplitude"] = whole(0.5 * float(np.ptp(signal)), "m", note)
@@ -60,13 +62,13 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[st
     return found, cycles
 
 
-def _all_alike(starts: Floats) -> Cycles:
-    """All cycles back from the end whose period is within 5 % of the median: the amplitude may decay."""
-    periods = np.diff(starts)
-    alike = np.abs(periods - np.median(periods)) <= settled * np.median(periods)
-    count = periods.size if alike.all() else int(np.argmin(alike[::-1]))
-    note = "free vibration: the amplitude decays"
-    return Cycles(starts[-max(count, fewest) - 1 :], note, False)
+def _decaying(starts: Floats) -> Cycles:
+    """All cycles whose period is stationary: the amplitude may decay."""
+    first = stationary_from([(np.diff(starts), of_period)])
+    if first is None:
+        note = f"free vibration: amplitude and frequency change; the last {fewest} cycles are used"
+        return Cycles(starts[-fewest - 1 :], note, "changing")
+    return Cycles(starts[first:], "free vibration: the amplitude decays", "changing")
 
 
 def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:

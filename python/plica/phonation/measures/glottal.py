@@ -6,8 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from plica.measures.cycles import Cycles, autocorrelation_frequency
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, average, per_cycle, whole
+from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.record import Array, Floats, time_step
 
 open_level = 0.01  # of the cycle's largest area: below it the glottis counts as closed

@@ -33,13 +33,13 @@ def steady_cycles(run: RunData) -> Cycles:
     """
     time, waveforms = reached(run)
     if not time.size:
-        return Cycles(np.empty(0), "no step was computed")
+        return Cycles(np.empty(0), "no step was computed", "none")
     if "minimum_area" in waveforms:
         return find_cycles(time, np.asarray(waveforms["minimum_area"], dtype=float), name="glottal area")
     probes = waveforms.get("probes")
     if probes is not None and probes.size:
         return free_measures(time, waveforms)[1]
-    return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in")
+    return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in", "none")
 
 
 def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:

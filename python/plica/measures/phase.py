@@ -1,0 +1,52 @@
+"""Phase of a motion at the frequency of its cycles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from plica.measures.circular import principal
+from plica.measures.record import Floats
+
+harmonics = 5  # that are fitted at most, so that they do not leak into the fundamental
+still = 1e-6  # of the larger of two motions: what moves less does not move
+
+
+def fundamental(time: Floats, signal: Floats, start: float, end: float) -> complex:
+    """Fourier coefficient c of one cycle at its frequency w = 2 pi / (end - start).
+
+    The signal has the part Re(c exp(i w (t - start))): A cos(w (t - start) - lag) has c = A exp(-i lag).
+    Least squares over the n samples with start <= t < end, of a constant, the fundamental and harmonics up
+    to the n / 4-th, at most the fifth: exact for what these span, at any instants and however few they are.
+
+    Parameters
+    ----------
+    time : (k) s, ascending
+    signal : (k)
+    start, end : float
+        s, the cycle's.
+
+    Returns
+    -------
+    complex
+        In units of the signal; NaN for fewer than four samples or one that is not finite.
+    """
+    first, last = np.searchsorted(time, (start, end))
+    values = np.asarray(signal[first:last], dtype=float)
+    if values.size < 4 or not np.isfinite(values).all():
+        return complex("nan")
+    turn = 2 * np.pi * (time[first:last] - start) / (end - start)
+    orders = turn[:, None] * np.arange(1, min(harmonics, values.size // 4) + 1)
+    basis = np.concatenate((np.cos(orders), np.sin(orders), np.ones((values.size, 1))), axis=1)
+    found = np.linalg.lstsq(basis, values, rcond=None)[0]
+    return complex(found[0], -found[orders.shape[1]])
+
+
+def phase_lag(first: complex, second: complex) -> float:
+    """Angle by which the second fundamental lags behind the first, in (-pi, pi].
+
+    Positive where the second comes later; NaN where one of them does not move.
+    """
+    small, large = sorted((abs(first), abs(second)))
+    if not small > still * large:
+        return float("nan")
+    return principal(float(np.angle(first * second.conjugate())))

@@ -1,0 +1,121 @@
+"""Open, speed and closing quotient of one cycle of a glottal area, simulated or filmed.
+
+The glottis is open where its area is above a level, a stated share of the cycle's largest area. Between two
+samples the area is linear, with one exception: an area of exactly zero is contact, which ended the opening
+somewhere within the step. The line through the two open samples before tells where, if it comes down to the
+level within the step; else the area fell in a jump, which is put into the middle.
+
+The speed quotient is opening time over closing time, the closing quotient closing time over the period; the
+opening ends and the closing begins where the pulse is highest. They begin and end at the level nearest to it
+on either side. Where the area stays above the level on one side (a leaky closure), a level is taken that both
+sides pass: 10 % of the way from the higher of the least areas on the two sides to the largest area. (The
+instant of the least area itself would be anywhere in a flat closure.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plica.measures.instants import crossing, summit
+from plica.measures.record import Floats
+
+leak_level = 0.10  # of the way from the least to the largest area: where flanks end without closure
+
+
+@dataclass(frozen=True)
+class Quotients:
+    """Pure numbers of one cycle; NaN where a flank is not in the record.
+
+    Attributes
+    ----------
+    open : float
+        Open time over period.
+    speed : float
+        Opening time over closing time.
+    closing : float
+        Closing time over period.
+    """
+
+    open: float
+    speed: float
+    closing: float
+
+
+def quotients(time: Floats, area: Floats, start: float, end: float, level: float) -> Quotients:
+    """The quotients of the cycle from `start` to `end` (the rules stand at the head of this module).
+
+    Parameters
+    ----------
+    time : (k) s, ascending, equidistant
+    area : (k) >= 0, finite, in any unit
+        0 where contact stopped the flow.
+    start, end : float
+        s, of the cycle, one pulse.
+    level : float
+        Share of the cycle's largest area, in [0, 1): above it the glottis is open.
+
+    Returns
+    -------
+    Quotients
+    """
+    first, last = (int(k) for k in np.searchsorted(time, (start, end)))
+    if last <= first or not area[first:last].max() > 0:
+        return Quotients(0.0 if last > first else float("nan"), float("nan"), float("nan"))
+    peak = first + int(np.argmax(area[first:last]))
+    opens, closes, floor = _flanks(time, area, peak, end - start, level)
+    top = summit(time, area, peak, floor)
+    return Quotients(
+        open_quotient(time, area, start, end, level),
+        (top - opens) / (closes - top),
+        (closes - top) / (end - start),
+    )
+
+
+def open_quotient(time: Floats, area: Floats, start: float, end: float, level: float) -> float:
+    """Open time over period of the cycle from `start` to `end`; parameters as of :func:`quotients`."""
+    first, last = (int(k) for k in np.searchsorted(time, (start, end)))
+    if last <= first:
+        return float("nan")
+    limit = level * float(area[first:last].max())
+    opened = area > limit
+    inner = range(max(first, 1), min(last, time.size - 1) + 1)
+    turns = [k for k in inner if opened[k] != opened[k - 1]]
+    instants = [start, *(min(max(_edge(time, area, k, limit), start), end) for k in turns), end]
+    # Open and closed intervals follow each other; the first is as the sample before the cycle's first turn.
+    state = bool(opened[turns[0] - 1]) if turns else bool(opened[first])
+    total = sum(b - a for a, b in zip(instants[1 - state :: 2], instants[2 - state :: 2], strict=False))
+    return float(total / (end - start))
+
+
+def _flanks(time: Floats, area: Floats, peak: int, period: float, level: float) -> tuple[float, float, float]:
+    """Where the opening begins and the closing ends, and the area that counts as the pulse's foot."""
+    reach = max(round(period / float(time[1] - time[0])), 1)
+    before, after = area[max(peak - reach, 0) : peak], area[peak + 1 : peak + 1 + reach]
+    if not (before.size and after.size):
+        return float("nan"), float("nan"), 0.0
+    largest, foot = float(area[peak]), max(float(before.min()), float(after.min()))
+    limit, floor = level * largest, 0.0
+    if foot > limit:
+        floor = foot
+        limit = floor + leak_level * (largest - floor)
+        cut = peak - reach < 0 or peak + 1 + reach > area.size
+        if cut and foot > min(before.min(), after.min()) + leak_level * (largest - foot):
+            return float("nan"), float("nan"), floor  # the record has no more than a part of that flank
+    opened = peak - int(np.argmax(before[::-1] <= limit))
+    closed = peak + 1 + int(np.argmax(after <= limit))
+    return _edge(time, area, opened, limit), _edge(time, area, closed, limit), floor
+
+
+def _edge(time: Floats, area: Floats, k: int, level: float) -> float:
+    """Instant between samples k - 1 and k, one open and one closed, at which the area passes the level."""
+    inward = -1 if area[k] <= level else 1  # from the closed sample to the open ones
+    shut, opened = (k, k - 1) if inward < 0 else (k - 1, k)
+    if area[shut] > 0.0:
+        return crossing(time, area, k, level)
+    part, further = 0.5, opened + inward  # of the step, from the open sample
+    if 0 <= further < area.size and area[further] > area[opened]:
+        down = float((area[opened] - level) / (area[further] - area[opened]))
+        part = down if down <= 1.0 else 0.5
+    return float(time[opened] + part * (time[shut] - time[opened]))

@@ -1,0 +1,232 @@
+"""Which of a voice's cycles are stationary: periods and amplitudes without trend, about the same values.
+
+A sequence is one value per cycle, relative to its mean. It *drifts* if the line through it rises or falls by
+more than is allowed, and by more than its scatter about the line explains (t-test, 0.5 %). Allowed from the
+first of n cycles to the last are 2 % of the period and 5 % of the amplitude, but no more than 0.5 % and 1 %
+a cycle. It is *uneven* if the scatter in one of its halves is beyond its tolerance, at least three times
+that of the other, and more than chance explains (F-test, 0.1 %). Else it is stationary, however irregular.
+
+A voice that repeats itself only every second, third or fourth cycle has a *pattern*: its cycles, sorted by
+their place in the pattern, scatter within tolerance, or half as much as unsorted and by less than chance
+explains (F-test, 0.1 %). Drift and scatter are then those about the pattern.
+
+Of a whole record that is stationary, and of the last half, quarter, ... of one that is not, all cycles are
+used back to the first that departs from the last ones: by more than 2 % and 5 %, and by more than their
+scatter explains (prediction interval, 0.01 %). So cycles are never chosen for being alike, which would halve
+the spread of an irregular voice.
+
+Any short part of a trend looks stationary by itself. So the stationary end of a record that was changing is
+its settled end only if the voice did settle: either the whole record rises or falls at least three times as
+fast as its end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test,
+0.5 %; under a constant trend both are equally fast), or the cycles before, as many again, depart from the
+mean of the end at least six times as much as its own do (root mean square; 3.6 times under a constant trend),
+and by more than chance explains (F-test, 0.1 %).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from plica.measures.record import Floats
+
+fewest = 3  # cycles that a statistic needs
+longest_pattern = 4  # cycles
+slower = 3.0  # rate of the whole record over that of a settled end; 1 under a constant trend
+calmer = 6.0  # departure before over departure within a settled end; 3.6 under a constant trend
+uneven = 3.0  # scatter of one half over that of the other
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """What counts as the same, relative to the mean."""
+
+    scatter: float
+    """Standard deviation of a regular voice, drift over all cycles of a steady one."""
+    rate: float
+    """Drift a cycle."""
+
+
+of_period = Tolerance(0.02, 0.005)
+of_amplitude = Tolerance(0.05, 0.01)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Line through a sequence of n values relative to their mean, with a level for each place in a pattern.
+
+    Attributes
+    ----------
+    pattern : int
+        Places; 1 without one.
+    rate : float
+        Slope, per cycle.
+    error : float
+        Standard error of the slope.
+    spread : float
+        Standard deviation of the values about the pattern alone.
+    residual : (n)
+        Values less line and pattern.
+    """
+
+    pattern: int
+    rate: float
+    error: float
+    spread: float
+    residual: Floats
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the residual."""
+        return self.residual.size - self.pattern - 1
+
+
+def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
+    """First of the stationary cycles up to the last one; None if the voice is still changing.
+
+    Parameters
+    ----------
+    sequences : list of ((n), Tolerance)
+        Periods and amplitudes, n >= 3.
+    """
+    size = sequences[0][0].size
+    changed = [False] * len(sequences)
+    count = size
+    while count >= fewest:
+        still = [_is_stationary(values[size - count :], same) for values, same in sequences]
+        changed = [past or not now for past, now in zip(changed, still, strict=True)]
+        if all(still):
+            core = count if count < size else max((size + 1) // 2, fewest)
+            first = _reach(sequences, size - core)
+            parts = [values for (values, _), past in zip(sequences, changed, strict=True) if past]
+            if all(_settles(values, first) for values in parts):
+                return first
+        count //= 2
+    return None
+
+
+def fit(values: Floats, tolerance: Tolerance) -> Fit:
+    """The line through a sequence, about its shortest pattern."""
+    plain = _fit(values, 1)
+    if plain.spread <= tolerance.scatter:
+        return plain
+    found = plain
+    for pattern in range(2, longest_pattern + 1):
+        if values.size < 2 * pattern + 1:
+            break
+        sorted_ = _fit(values, pattern)
+        if _explains(sorted_, plain) and (
+            sorted_.spread <= tolerance.scatter or sorted_.spread <= 0.5 * found.spread
+        ):
+            found = sorted_
+            if found.spread <= tolerance.scatter:
+                break
+    return found
+
+
+def drifts(line: Fit, tolerance: Tolerance) -> bool:
+    """Whether a sequence rises or falls by more than is allowed and than its scatter explains."""
+    from scipy import special
+
+    steps = line.residual.size - 1
+    if abs(line.rate) * steps <= min(tolerance.scatter, tolerance.rate * steps):
+        return False
+    return bool(abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.005 / 2) * line.error)
+
+
+def _fit(values: Floats, pattern: int) -> Fit:
+    number = np.arange(values.size)
+    relative = values / values.mean() - 1.0
+    places = (number[:, None] % pattern == np.arange(pattern)).astype(float)
+    basis = np.concatenate((places, (number - number.mean())[:, None]), axis=1)
+    solution = np.linalg.lstsq(basis, relative, rcond=None)[0]
+    residual = relative - basis @ solution
+    about = relative - places @ (places.T @ relative / places.sum(axis=0))
+    freedom = values.size - pattern - 1
+    error = np.sqrt(residual @ residual / freedom * np.linalg.inv(basis.T @ basis)[-1, -1])
+    spread = np.sqrt(about @ about / (freedom + 1))
+    return Fit(pattern, float(solution[-1]), float(error), float(spread), residual)
+
+
+def _explains(sorted_: Fit, plain: Fit) -> bool:
+    """Whether sorting by place lowers the scatter about the line by more than chance does."""
+    from scipy import special
+
+    left, all_ = float(sorted_.residual @ sorted_.residual), float(plain.residual @ plain.residual)
+    gain = (all_ - left) / (sorted_.pattern - 1) * sorted_.freedom
+    limit = special.fdtri(sorted_.pattern - 1, sorted_.freedom, 1 - 0.001)
+    return bool(gain > limit * left)
+
+
+def _is_stationary(values: Floats, tolerance: Tolerance) -> bool:
+    line = fit(values, tolerance)
+    return not (drifts(line, tolerance) or _is_uneven(values, line.pattern, tolerance))
+
+
+def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
+    from scipy import special
+
+    half = values.size // 2
+    if half < pattern + fewest - 1:
+        return False
+    relative = values / values.mean()
+    variances = []
+    for part in (relative[:half], relative[-half:]):
+        about = part - np.array([part[k % pattern :: pattern].mean() for k in range(half)])
+        variances.append(float(about @ about) / (half - pattern))
+    small, large = sorted(variances)
+    limit = max(special.fdtri(half - pattern, half - pattern, 1 - 0.001 / 2), uneven**2)
+    return large > tolerance.scatter**2 and large > limit * small
+
+
+def _settles(values: Floats, first: int) -> bool:
+    """Whether the voice was changing before cycle `first` and then no more."""
+    from scipy import special
+
+    end = values[first:] / values[first:].mean()
+    before = values[max(2 * first - values.size, 0) : first] / values[first:].mean()
+    whole_rate, rate = (abs(slope(np.log(part))) for part in (values, end))
+    doubt = neighbours_scatter(values) * np.sqrt(12.0 / (end.size * (end.size**2 - 1)))
+    gain = whole_rate - rate
+    if whole_rate >= slower * rate and gain > special.stdtrit(values.size - 2, 1 - 0.005 / 2) * doubt:
+        return True
+    limit = max(calmer**2, special.fdtri(before.size, end.size - 1, 1 - 0.001))
+    return bool(np.mean((before - 1.0) ** 2) >= limit * np.mean((end - 1.0) ** 2))
+
+
+def slope(values: Floats) -> float:
+    """Slope of a sequence, per cycle."""
+    number = np.arange(values.size) - 0.5 * (values.size - 1)
+    return float(number @ values / (number @ number))
+
+
+def neighbours_scatter(values: Floats) -> float:
+    """Relative standard deviation of single values, from second differences, which know of no trend.
+
+    By their median (for normal values 0.6745 of their standard deviation, and that the root of 6), so that
+    a few values apart count little; the least over differences of 1 to 4 cycles, so that no pattern counts.
+    """
+    logarithm = np.log(values)
+    lags = [lag for lag in range(1, longest_pattern + 1) if values.size > 4 * lag] or [1]
+    second = [np.abs(logarithm[2 * q :] - 2 * logarithm[q:-q] + logarithm[: -2 * q]) for q in lags]
+    return min(float(np.median(part)) for part in second) / (0.6745 * 6**0.5)
+
+
+def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
+    """First of the cycles that are like those from `core` on and stationary together with them."""
+    from scipy import special
+
+    first = 0
+    for values, tolerance in sequences:
+        line, end = fit(values[core:], tolerance), values[core:]
+        levels = np.array([end[k :: line.pattern].mean() for k in range(line.pattern)])
+        expected = levels[(np.arange(values.size) - core) % line.pattern]
+        each = end.size / line.pattern  # cycles in each place
+        factor = special.stdtrit(end.size - line.pattern, 1 - 0.0001 / 2) * np.sqrt(1 + 1 / each)
+        limit = max(tolerance.scatter, factor * line.spread) * end.mean()
+        apart = np.flatnonzero(np.abs(values - expected)[:core] > limit)
+        first = max(first, int(apart[-1]) + 1 if apart.size else 0)
+    while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
+        first += 1
+    return first
