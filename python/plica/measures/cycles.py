@@ -162,7 +162,8 @@ def _again(time: Floats, signal: Floats, found: Cycles, name: str) -> str:
     """That the signal comes up more than once a cycle, from 10 to 20 % of its range."""
     part = found.extent(time)
     low, reach = float(signal[part].min()), float(np.ptp(signal[part]))
-    count = rises(time[part], signal[part], low + 0.1 * reach, low + 0.15 * reach, low + 0.2 * reach).size
+    instants = rises(time[part], signal[part], low + 0.1 * reach, low + 0.15 * reach, low + 0.2 * reach)
+    count = instants.size + 1  # the first one lies before the first cycle's beginning
     if count < 1.5 * found.count:
         return ""
     return f"the {name} rises {count / found.count:.2g} times a cycle; lesser rises are not counted as cycles"

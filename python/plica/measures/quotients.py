@@ -64,13 +64,12 @@ def quotients(time: Floats, area: Floats, start: float, end: float, level: float
     if last <= first or not area[first:last].max() > 0:
         return Quotients(0.0 if last > first else float("nan"), float("nan"), float("nan"))
     peak = first + int(np.argmax(area[first:last]))
+    opened = open_quotient(time, area, start, end, level)
+    if area[peak] < area[max(peak - 1, 0) : peak + 2].max():  # highest at its end: not a pulse
+        return Quotients(opened, float("nan"), float("nan"))
     opens, closes, floor = _flanks(time, area, peak, end - start, level)
     top = summit(time, area, peak, floor)
-    return Quotients(
-        open_quotient(time, area, start, end, level),
-        (top - opens) / (closes - top),
-        (closes - top) / (end - start),
-    )
+    return Quotients(opened, (top - opens) / (closes - top), (closes - top) / (end - start))
 
 
 def open_quotient(time: Floats, area: Floats, start: float, end: float, level: float) -> float:

@@ -228,5 +228,5 @@ def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
         apart = np.flatnonzero(np.abs(values - expected)[:core] > limit)
         first = max(first, int(apart[-1]) + 1 if apart.size else 0)
     while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
-        first += 1
+        first += max((core - first) // 16, 1)
     return first

@@ -1,0 +1,44 @@
+"""Glottal areas of voices whose every period and amplitude is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+
+def voice(
+    periods: Floats, amplitudes: Floats, *, samples: float = 60, noise: float = 0.0, seed: int = 0
+) -> tuple[Floats, Floats]:
+    """Times and area: in each period a pulse sin^1.5 over its first 0.6, then closure.
+
+    Parameters
+    ----------
+    periods, amplitudes : (n) s, 1
+        Of each cycle.
+    samples : float
+        A median period has; where they begin is random.
+    noise : float
+        Standard deviation of what is added to each sample.
+    seed : int
+    """
+    random = np.random.default_rng(seed)
+    edges = np.concatenate(([0.0], np.cumsum(periods)))
+    step = float(np.median(periods)) / samples
+    time = step * (np.arange(int(edges[-1] / step)) + random.uniform(0.1, 0.9))
+    cycle = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, periods.size - 1)
+    phase = (time - edges[cycle]) / periods[cycle]
+    area = amplitudes[cycle] * np.where(phase < 0.6, np.sin(np.pi * np.clip(phase / 0.6, 0, 1)) ** 1.5, 0.0)
+    return time, area + noise * random.standard_normal(time.size)
+
+
+def scattered(count: int, jitter: float = 0.0, shimmer: float = 0.0, seed: int = 0) -> tuple[Floats, Floats]:
+    """Periods about 5 ms and amplitudes about 1 of given relative standard deviations, independent."""
+    random = np.random.default_rng([7, seed])
+    return (
+        5e-3 * (1 + jitter * random.standard_normal(count)),
+        1 + shimmer * random.standard_normal(count),
+    )
