@@ -249,3 +249,12 @@ def test_sequences_without_trend_are_called_changing_in_two_per_cent_and_lose_no
     assert changing <= 10
     # Of one variance from 40 cycles the standard deviation is 23 %, of the mean of 300 1.3 %.
     assert np.mean(ratio) == pytest.approx(1.0, abs=0.04)
+
+
+def test_an_onset_unlike_the_irregular_voice_after_it_is_left_out() -> None:
+    kept = []
+    for seed in range(40):
+        periods, amplitudes = scattered(40, 0.02, 0.06, seed)
+        periods[:4] *= 0.7
+        kept.append(find_cycles(*voice(periods, amplitudes, seed=seed)).count)
+    assert np.mean([count in (34, 35, 36) for count in kept]) >= 0.9

@@ -110,3 +110,15 @@ def test_a_cycle_without_opening_or_with_half_a_pulse_has_no_flanks() -> None:
     rising = quotients(time, time, 1.0, 2.0, 0.01)  # never comes down
     assert np.isnan([rising.speed, rising.closing]).all()
     assert rising.open == pytest.approx(1.0)
+
+
+def test_pulses_shorter_than_a_few_samples_have_quotients_of_the_right_sign() -> None:
+    random = np.random.default_rng(9)
+    time = np.arange(400.0)
+    for _ in range(5):
+        area = np.abs(random.standard_normal(400))
+        for start in range(10, 380, 4):
+            q = quotients(time, area, start, start + 4, 0.01)
+            assert 0 <= q.open <= 1 + 1e-12
+            assert not q.speed < 0
+            assert not q.closing < 0

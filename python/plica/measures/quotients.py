@@ -69,7 +69,9 @@ def quotients(time: Floats, area: Floats, start: float, end: float, level: float
         return Quotients(opened, float("nan"), float("nan"))
     opens, closes, floor = _flanks(time, area, peak, end - start, level)
     top = summit(time, area, peak, floor)
-    return Quotients(opened, (top - opens) / (closes - top), (closes - top) / (end - start))
+    if top <= opens or top >= closes:  # flanks shorter than a step tell no more than the largest sample
+        top = float(time[peak])
+    return Quotients(opened, float((top - opens) / (closes - top)), float((closes - top) / (end - start)))
 
 
 def open_quotient(time: Floats, area: Floats, start: float, end: float, level: float) -> float:

@@ -12,8 +12,8 @@ explains (F-test, 0.1 %). Drift and scatter are then those about the pattern.
 
 Of a whole record that is stationary, and of the last half, quarter, ... of one that is not, all cycles are
 used back to the first that departs from the last ones: by more than 2 % and 5 %, and by more than their
-scatter explains (prediction interval, 0.01 %). So cycles are never chosen for being alike, which would halve
-the spread of an irregular voice.
+scatter explains (prediction interval, 0.01 %; 1 % for the cycles that then come first). So cycles are never
+chosen for being alike, which would halve the spread of an irregular voice.
 
 Any short part of a trend looks stationary by itself. So the stationary end of a record that was changing is
 its settled end only if the voice did settle: either the whole record rises or falls at least three times as
@@ -28,6 +28,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plica.measures.record import Floats
 
@@ -215,18 +216,24 @@ def neighbours_scatter(values: Floats) -> float:
 
 def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
     """First of the cycles that are like those from `core` on and stationary together with them."""
-    from scipy import special
-
-    first = 0
-    for values, tolerance in sequences:
-        line, end = fit(values[core:], tolerance), values[core:]
-        levels = np.array([end[k :: line.pattern].mean() for k in range(line.pattern)])
-        expected = levels[(np.arange(values.size) - core) % line.pattern]
-        each = end.size / line.pattern  # cycles in each place
-        factor = special.stdtrit(end.size - line.pattern, 1 - 0.0001 / 2) * np.sqrt(1 + 1 / each)
-        limit = max(tolerance.scatter, factor * line.spread) * end.mean()
-        apart = np.flatnonzero(np.abs(values - expected)[:core] > limit)
-        first = max(first, int(apart[-1]) + 1 if apart.size else 0)
+    apart, rather = (np.any([_departs(*pair, core, p) for pair in sequences], axis=0) for p in (1e-4, 1e-2))
+    first = int(np.flatnonzero(apart)[-1]) + 1 if apart.any() else 0
+    while first < core and rather[first]:
+        first += 1
     while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
         first += max((core - first) // 16, 1)
     return first
+
+
+def _departs(values: Floats, tolerance: Tolerance, core: int, chance: float) -> NDArray[np.bool_]:
+    """Which cycles before `core` lie off what is expected after those from there on."""
+    from scipy import special
+
+    end = values[core:]
+    line = fit(end, tolerance)
+    levels = np.array([end[k :: line.pattern].mean() for k in range(line.pattern)])
+    expected = levels[(np.arange(core) - core) % line.pattern]
+    each = end.size / line.pattern  # cycles in each place
+    factor = special.stdtrit(end.size - line.pattern, 1 - chance / 2) * np.sqrt(1 + 1 / each)
+    limit = max(tolerance.scatter, factor * line.spread) * end.mean()
+    return np.asarray(np.abs(values[:core] - expected) > limit)
