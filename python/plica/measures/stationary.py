@@ -102,7 +102,7 @@ def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
             first = _reach(sequences, size - core)
             parts = [values for (values, _), past in zip(sequences, changed, strict=True) if past]
             if all(_settles(values, first) for values in parts):
-                return first
+                return _without_onset(sequences, first, size - core)
         count //= 2
     return None
 
@@ -216,12 +216,18 @@ def neighbours_scatter(values: Floats) -> float:
 
 def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
     """First of the cycles that are like those from `core` on and stationary together with them."""
-    apart, rather = (np.any([_departs(*pair, core, p) for pair in sequences], axis=0) for p in (1e-4, 1e-2))
-    first = int(np.flatnonzero(apart)[-1]) + 1 if apart.any() else 0
-    while first < core and rather[first]:
-        first += 1
+    apart = np.flatnonzero(np.any([_departs(*pair, core, 1e-4) for pair in sequences], axis=0))
+    first = int(apart[-1]) + 1 if apart.size else 0
     while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
         first += max((core - first) // 16, 1)
+    return first
+
+
+def _without_onset(sequences: list[tuple[Floats, Tolerance]], first: int, core: int) -> int:
+    """The first cycle from `first` on that is like those from `core` on."""
+    apart = np.any([_departs(*pair, core, 1e-2) for pair in sequences], axis=0)
+    while first < core and apart[first]:
+        first += 1
     return first
 
 
