@@ -31,11 +31,12 @@ def main(directory: Path, frames: int) -> None:
     video.write_tables(found)
     page = write_report(found)
 
-    areas = [MM_PER_PX**2 * sum(glottis.area(t)) for t in range(frames)]
+    measured = range(frames)[found.cycles.extent(found.time)]
+    areas = [(1e-3 * MM_PER_PX) ** 2 * sum(glottis.area(t)) for t in measured]
     true = {
         "fundamental_frequency": FPS * glottis.options.frequency,
-        "phase_asymmetry": glottis.options.phase[0] - glottis.options.phase[1],
-        "glottal_area_mean": sum(areas) / frames,
+        "left_right_phase": glottis.options.phase[0] - glottis.options.phase[1],
+        "glottal_area_mean": sum(areas) / len(areas),
     }
     for name, value in true.items():
         measure = found.measures[name]

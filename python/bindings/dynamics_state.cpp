@@ -80,7 +80,7 @@ class Records {
       force_first_ = table_.column<double>("contact_force_first", {3});
       force_second_ = table_.column<double>("contact_force_second", {3});
       for (const char* name :
-           {"contact_area", "contact_length", "peak_contact_pressure", "deepest_gap", "overlap_volume",
+           {"contact_area", "contact_length", "largest_contact_pressure", "deepest_gap", "overlap_volume",
             "edge_overlap_volume", "largest_multiplier", "contact_work", "contact_gap_error", "contact_slide"})
         contact_.push_back(table_.column<double>(name));
       for (const char* name : {"contact_rows", "contact_passes", "contact_converged"})

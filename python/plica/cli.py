@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -17,7 +17,7 @@ from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
 if TYPE_CHECKING:
-    from plica.measures.measure import Measure
+    from plica.measures.measure import Measures
     from plica.phonation.run.results import Run
 
 __all__ = ["main"]
@@ -63,7 +63,7 @@ Computes SCENE and stores the results in DIR as they come:
   results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment)
   fields.xdmf    the fields for ParaView
   waveforms.csv  a row a step, in SI; what there is of every section is in results.h5 alone
-  measures.json  {name: {value, unit, spread, cycles}} in SI
+  measures.json  {name: {value, unit, spread, cycles, definition}} in SI
   report.html    pictures and numbers
 
 examples:
@@ -183,12 +183,12 @@ def _run(options: argparse.Namespace) -> int:
         raise
     measures, report = _concluded(run)
     if not options.quiet:
-        print(measures_table({name: item.as_json() for name, item in measures.items()}, short=True))
+        print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
     return _say(doubts(run), 0)
 
 
-def _concluded(run: Run) -> tuple[Mapping[str, Measure], Path]:
+def _concluded(run: Run) -> tuple[Measures, Path]:
     """Measures, table and report of what a run has computed, all of it or, where it failed, a part."""
     from plica.phonation.report import write_report
     from plica.storage.files import storage_errors
@@ -198,7 +198,7 @@ def _concluded(run: Run) -> tuple[Mapping[str, Measure], Path]:
         return measures, write_report(run, run.directory / "report.html")
 
 
-def _measured(run: Run) -> Mapping[str, Measure]:
+def _measured(run: Run) -> Measures:
     """The measures of a run, written to its directory with its table."""
     from plica.measures.file import write_measures
     from plica.phonation.measures.measure import measure
@@ -286,7 +286,7 @@ def _measures(options: argparse.Namespace) -> int:
     run = plica.Run.load(options.directory)
     chosen = run.between(_time(options.start), _time(options.end)) if asked else run
     measures = measure(chosen) if asked else _measured(run)
-    print(measures_table({name: item.as_json() for name, item in measures.items()}))
+    print(measures_table(measures))
     return _say(doubts(chosen.waveforms), 0)
 
 

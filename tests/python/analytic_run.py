@@ -74,7 +74,7 @@ class Phonation:
         mesh, displacement = self._surface(height, rest, right[frames], left[frames])
         fields: dict[str, Array] = {"time": time[frames], "displacement": displacement}
         if self.impulse:
-            pressure = waveforms["peak_contact_pressure"][frames]
+            pressure = waveforms["largest_contact_pressure"][frames]
             fields["contact_pressure"] = self._touching(mesh) * pressure[:, None]
         return AnalyticRun(
             time=time,
@@ -146,7 +146,7 @@ class Phonation:
             "contact_passes": np.where(force > 0, 2, 1),
             "contact_area": area,
             "contact_length": np.where(force > 0, 0.4 * 2 * self.major, 0.0),
-            "peak_contact_pressure": np.divide(force, area, out=np.zeros_like(force), where=area > 0),
+            "largest_contact_pressure": np.divide(force, area, out=np.zeros_like(force), where=area > 0),
             "deepest_gap": np.where(force > 0, -1e-9, 0.0),
             "overlap_volume": np.zeros(time.size),
             "edge_overlap_volume": np.zeros(time.size),

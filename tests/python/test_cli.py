@@ -13,10 +13,7 @@ import numpy as np
 import pytest
 
 import plica
-from analytic_run import Phonation
 from plica.cli import main
-from plica.commands.table import MAIN_MEASURES
-from plica.phonation.measures.measure import measure
 from plica.phonation.measures.solver import doubts
 
 
@@ -80,10 +77,6 @@ def test_a_run_takes_the_processors_there_are(
     # refused after the threads are set
     assert main(["run", str(scene_file), "-o", str(tmp_path / "file"), *options]) == 2
     assert found == [taken]
-
-
-def test_the_main_measures_are_measures() -> None:
-    assert set(MAIN_MEASURES) <= set(measure(Phonation().run()))
 
 
 def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:

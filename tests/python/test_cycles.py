@@ -209,7 +209,7 @@ def test_frequency_is_cycles_over_time_and_not_the_mean_of_one_over_t() -> None:
     periods = np.tile([6.5e-3, 3.5e-3], 30)
     cycles = Cycles(np.concatenate(([0.0], np.cumsum(periods))))
     assert np.mean(1 / periods) == pytest.approx(219.78, abs=0.01)
-    found = cycle_frequency(cycles, "Hz")
+    found = cycle_frequency(cycles)
     assert found.value == pytest.approx(200.0, rel=1e-12)
     assert found.spread == pytest.approx(np.std(1 / periods, ddof=1), rel=1e-9)
     assert found.cycles == 60

@@ -60,15 +60,17 @@ def test_few_angles_have_a_mean_if_they_agree() -> None:
 
 def test_the_average_of_angles_says_what_it_cannot() -> None:
     angles = wrapped(np.array([3.0, 3.2, 3.3, np.nan]))
-    found = average_angle(angles, "rad", "positive where the right lags")
+    found = average_angle("left_right_phase", angles, "seen from above")
     assert found.value == pytest.approx(-(2 * np.pi - 9.5 / 3), rel=1e-4)
     assert found.cycles == 3
-    assert found.note == "positive where the right lags"
-    assert average(angles, "rad").value == pytest.approx((9.5 - 4 * np.pi) / 3)  # a sixth of a turn
-    spread = average_angle(2 * np.pi * np.arange(6) / 6, "rad")
+    assert found.note == "seen from above"
+    assert average("left_right_phase", angles).value == pytest.approx(
+        (9.5 - 4 * np.pi) / 3
+    )  # a sixth of a turn
+    spread = average_angle("left_right_phase", 2 * np.pi * np.arange(6) / 6)
     assert spread.value is None
     assert "no mean direction" in spread.note
-    none = per_cycle_angle(Cycles(np.empty(0), "no oscillation", "none"), np.empty(0))
+    none = per_cycle_angle("left_right_phase", Cycles(np.empty(0), "no oscillation", "none"), np.empty(0))
     assert (none.value, none.note) == (None, "no oscillation")
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.measures.measure import Measure
+from plica.measures.scale import Scale
 from plica.phonation.measures.measure import measure
 from plica.phonation.report import write_report
 from plica.phonation.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
@@ -237,13 +238,24 @@ def test_numbers_read_as_people_write_them(value: float, text: str) -> None:
 
 
 def test_measures_read_in_the_units_of_the_field() -> None:
-    flow = row("peak_flow", "Peak flow", Measure(5.293e-4, "m^3/s", 3.1e-6, 7))
-    assert (flow.value, flow.unit, flow.spread, flow.cycles) == ("529.3", "cm³/s", "3.1", "7")
-    none = row("open_quotient", "Open quotient", Measure(None, "1", note="no oscillation"))
-    assert (none.value, none.unit, none.spread, none.cycles, none.note) == ("–", "", "", "", "no oscillation")
+    flow = row(Measure("peak_flow", 5.293e-4, 3.1e-6, 7, cautions=("changing",)))
+    assert (flow.label, flow.value, flow.unit, flow.spread, flow.cycles) == (
+        "Peak flow",
+        "529.3",
+        "ml/s",
+        "3.1",
+        "7",
+    )
+    assert flow.cautions == ("changing",)
+    none = row(Measure("open_quotient", None, note="no oscillation"))
+    assert (none.value, none.unit, none.spread, none.cycles) == ("–", "", "", "")
+    assert none.note.startswith("no oscillation; share of the cycle")
+    phase = row(Measure("left_right_phase", np.pi))
+    assert (phase.value, phase.unit) == ("180", "°")
+    assert row(Measure("contact_impulse", 2e-6)).unit == "µN s"
+    assert row(Measure("amplitude_left", 12.0, scale=Scale("px"))).unit == "px"
 
 
-def test_a_measure_without_a_label_is_still_listed() -> None:
-    (title, rows), *others = tables({"new_quantity": Measure(2.0, "m")})
-    assert (title, others) == ("Other", [])
-    assert (rows[0].label, rows[0].value, rows[0].unit) == ("new quantity", "2000", "mm")
+def test_every_measure_is_listed_under_its_group() -> None:
+    found = measure(base.run())
+    assert {line.name for _, rows in tables(found) for line in rows} == set(found)

@@ -13,10 +13,10 @@ import plica
 from analytic_run import AnalyticRun, Phonation
 from plica.cli import main
 from plica.measures.record import time_step
+from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.measure import measure
 from plica.phonation.measures.solver import doubts
 from plica.phonation.run.part import part_of
-from plica.phonation.run.waveform_units import SINCE_THE_START
 
 
 def one_after_the_other(first: AnalyticRun, second: AnalyticRun) -> AnalyticRun:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import plica
-from plica.phonation.run.waveform_units import WAVEFORM_MEANINGS, WAVEFORM_UNITS
+from plica.measures.waveforms import STORED
 from plica.phonation.scene.part import OneOf, Part
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,5 +42,5 @@ def test_every_key_of_a_scene_is_in_its_reference(part: type[Part]) -> None:
 def test_every_waveform_of_a_run_has_a_unit_and_a_meaning(phonating: plica.Scene) -> None:
     rough = plica.Contact(multipliers=plica.Multipliers(), friction=0.3)
     found = plica.build_simulation(phonating.replace({"contact": rough})).advance(0)
-    assert set(found) == set(WAVEFORM_UNITS) == set(WAVEFORM_MEANINGS)
+    assert set(found) == set(STORED)
     assert set(found) - set(plica.build_simulation(phonating).advance(0)) == {"friction_loss"}

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+
+from plica.measures.measure import Measure
 
 __all__ = ["MAIN_MEASURES", "measures_table"]
 
@@ -22,28 +23,35 @@ MAIN_MEASURES = (
     "contact_length_fraction",
     "ledger_error",
 )
-_DISPLAYED = {
-    "m": (1e3, "mm"),
-    "m^2": (1e6, "mm^2"),
-    "m^3/s": (1e6, "cm^3/s"),
-    "s": (1e3, "ms"),
-    "Pa": (1e-3, "kPa"),
-}
 
 
-def measures_table(measures: Mapping[str, Mapping[str, Any]], *, short: bool = False) -> str:
-    """The measures with their units, in the units that the field reads; `short`: the main ones."""
-    names = [name for name in MAIN_MEASURES if name in measures] if short else list(measures)
-    lines = []
-    for name in names or list(measures):
-        entry = measures[name]
-        if entry["value"] is None:
-            if not short:
-                lines.append(f"{name:<32} -            {entry.get('note', '')}")
+def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> str:
+    """The measures in the units of the field, what speaks against each below it; `short`: the main ones.
+
+    What was said of a measure above is not said again but referred to; the short table leaves out a measure
+    without a value whose reason was said above.
+    """
+    names = [name for name in MAIN_MEASURES if name in measures] if short else []
+    lines: list[str] = []
+    said: set[str] = set()
+    for name in names or measures:
+        item = measures[name]
+        if item.value is None:
+            if not (short and item.note in said):
+                lines.append(f"{name:<40} -            {item.note}".rstrip())
+            said.add(item.note)
             continue
-        factor, unit = _DISPLAYED.get(entry["unit"], (1.0, entry["unit"]))
-        unit = "" if unit == "1" else unit
-        spread = f"+- {entry['spread'] * factor:.2g}" if entry["spread"] is not None else ""
-        cycles = f"({entry['cycles']} cycles)" if entry["cycles"] else ""
-        lines.append(f"{name:<32} {entry['value'] * factor:<12.6g} {unit:<8} {spread:<11} {cycles}".rstrip())
+        new = [text for text in item.cautions if text not in said]
+        mark = "!" if item.cautions else ""
+        lines.append(f"{_line(item)} {mark}".rstrip())
+        lines += [f"    ! {text}" for text in new]
+        said.update(new)
     return "\n".join(lines)
+
+
+def _line(item: Measure) -> str:
+    factor, unit = item.quantity.people(item.scale)
+    unit = "" if unit == "1" else unit
+    spread = f"+- {item.spread * factor:.2g}" if item.spread is not None else ""
+    cycles = f"({item.cycles} cycles)" if item.cycles else ""
+    return f"{item.name:<40} {(item.value or 0.0) * factor:<12.6g} {unit:<8} {spread:<11} {cycles:<12}"

@@ -24,7 +24,7 @@ a folder of images, HDF5 and NPY. Stores in DIR as it goes:
   results.h5     masks, flow, modes, paths, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
   waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
-  measures.json  {name: {value, unit, spread, cycles}}
+  measures.json  {name: {value, unit, spread, cycles, definition}}
   report.html    pictures, waveforms, kymogram, modes, quality; a player
 
 The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
@@ -230,7 +230,7 @@ def remeasure(directory: Path) -> int:
     found = load(directory)
     with storage_errors(directory):
         write_tables(found)
-    print(measures_table({name: item.as_json() for name, item in found.measures.items()}))
+    print(measures_table(found.measures))
     return 0
 
 
@@ -291,7 +291,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         write_tables(found)
         page = write_report(found) if report else None
     if not options.quiet:
-        print(measures_table({name: item.as_json() for name, item in found.measures.items()}))
+        print(measures_table(found.measures))
         if page:
             print(f"report: {page}")
     return found

@@ -21,6 +21,7 @@ import numpy as np
 from plica.measures.instants import highest
 from plica.measures.pulses import pulses, rises
 from plica.measures.record import Floats
+from plica.measures.scale import SI, Scale
 from plica.measures.stationary import (
     Fit,
     drifts,
@@ -95,7 +96,7 @@ class Cycles:
         return slice(int(np.searchsorted(time, self.starts[0])), int(np.searchsorted(time, self.starts[-1])))
 
 
-def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles:
+def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Scale = SI) -> Cycles:
     """Find the stationary cycles of a signal (the rule stands at the head of this module).
 
     Parameters
@@ -104,6 +105,8 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
     signal : (k), finite
     name : str
         What the signal is, for the notes.
+    scale : Scale
+        Whether the time is in s or in frames, for the notes.
 
     Returns
     -------
@@ -122,7 +125,7 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal") -> Cycles
     if starts.size <= fewest:
         count = max(starts.size - 1, 0)
         return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
-    found = _judged(time, signal, starts)
+    found = _judged(time, signal, starts, scale)
     found = replace(found, note="; ".join(filter(None, (found.note, _again(time, signal, found, name)))))
     varies = float(np.ptp(tail)) / float(np.abs(tail).max())
     if varies >= weak:
@@ -135,7 +138,7 @@ def _none(reason: str) -> Cycles:
     return Cycles(np.empty(0), reason, "none")
 
 
-def _judged(time: Floats, signal: Floats, starts: Floats) -> Cycles:
+def _judged(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> Cycles:
     """The cycles to use and what the voice does."""
     periods = np.diff(starts)
     amplitudes = np.array([_amplitude(time, signal, part) for part in _slices(time, starts)])
@@ -145,15 +148,15 @@ def _judged(time: Floats, signal: Floats, starts: Floats) -> Cycles:
         note = f"not settled: {_trend(periods, amplitudes)}; the last {fewest} cycles are used"
         found = Cycles(used, note, "changing")
     else:
-        found = _regular(
-            starts[first:], fit(periods[first:], of_period), fit(amplitudes[first:], of_amplitude)
-        )
+        lines = fit(periods[first:], of_period), fit(amplitudes[first:], of_amplitude)
+        found = _regular(starts[first:], *lines, scale.unit("Hz"))
     last, until = float(starts[-1]), float(time[-1])
     if until - last <= over * float(periods[-2 * fewest :].max()):
         return found
     apart = np.flatnonzero(np.abs(signal - signal[-1]) > 0.1 * np.ptp(signal[_slices(time, starts)[-1]]))
     silence = float(time[apart[-1]])
-    end = f"the voice ends at t = {silence:.4g} s, the record at {until:.4g} s; the cycles before are used"
+    unit = scale.unit("s")
+    end = f"the voice ends at t = {silence:.4g} {unit}, the record at {until:.4g}; the cycles before are used"
     before = found.note or "steady until then"
     return replace(found, note=f"{end}; {before}", verdict="ended")
 
@@ -169,7 +172,7 @@ def _again(time: Floats, signal: Floats, found: Cycles, name: str) -> str:
     return f"the {name} rises {count / found.count:.2g} times a cycle; lesser rises are not counted as cycles"
 
 
-def _regular(starts: Floats, period: Fit, amplitude: Fit) -> Cycles:
+def _regular(starts: Floats, period: Fit, amplitude: Fit, unit: str) -> Cycles:
     """Of stationary cycles: steady, subharmonic or irregular."""
     pattern = max(period.pattern, amplitude.pattern)
     starts = starts[(starts.size - 1) % pattern :]  # whole patterns, or their odd pulse would tilt the mean
@@ -177,8 +180,8 @@ def _regular(starts: Floats, period: Fit, amplitude: Fit) -> Cycles:
     notes = []
     if pattern > 1:
         notes.append(
-            f"subharmonic: the pulses ({frequency:.4g} Hz) repeat in a pattern of {pattern} "
-            f"({frequency / pattern:.4g} Hz); frequency and quotients are those of the pulses"
+            f"subharmonic: the pulses ({frequency:.4g} {unit}) repeat in a pattern of {pattern} "
+            f"({frequency / pattern:.4g} {unit}); frequency and quotients are those of the pulses"
         )
     scatter = [(period, of_period, "periods"), (amplitude, of_amplitude, "amplitudes")]
     wide = [

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-from plica.measures.measure import Measure
-from plica.storage.files import replaced
+from plica.measures.catalogue import CATALOGUE
+from plica.measures.measure import ByName, Measures
+from plica.storage.files import replaced, storage_errors
 
-__all__ = ["write_measures"]
+__all__ = ["read_measures", "write_measures"]
 
 
-def write_measures(measures: Mapping[str, Measure], path: Path) -> Path:
-    """Write measures as JSON, ``{name: {value, unit, spread, cycles}}`` with a note where there is one.
+def write_measures(measures: Measures, path: Path) -> Path:
+    """Write measures as JSON, ``{name: {value, unit, spread, cycles}}``.
+
+    An entry has the definition where the name does not say all, a note where this record adds to it or gives
+    no value, and cautions where something speaks against the value.
 
     Parameters
     ----------
-    measures : mapping of Measure
+    measures : Measures
     path : Path
         Replaced as a whole: a reader sees the old file or the new one.
 
@@ -26,10 +30,22 @@ def write_measures(measures: Mapping[str, Measure], path: Path) -> Path:
     Path
         The file.
     """
-    text = json.dumps({name: item.as_json() for name, item in measures.items()}, indent=2, allow_nan=False)
+    text = json.dumps(measures.as_json(), indent=2, allow_nan=False)
 
     def fill(draft: Path) -> None:
         draft.write_text(text + "\n", encoding="utf-8")
 
     replaced(path, fill)
     return path
+
+
+def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
+    """The entries of a file; None where there is none, or one whose definitions are not today's."""
+    if not path.is_file():
+        return None
+    with storage_errors(path, "read"):
+        found: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+    for name, entry in found.items():
+        if name not in CATALOGUE or entry.get("definition", "") != CATALOGUE[name].meaning:
+            return None
+    return ByName(found)

@@ -1,41 +1,82 @@
-"""One measured quantity with its unit, its spread between cycles and the number of cycles."""
+"""One measured quantity with its spread between cycles, and all of them by name.
+
+The catalogue has the unit and the definition of each: who measures gives the name and the number.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 
+from plica.errors import UnknownName
+from plica.measures.catalogue import CATALOGUE, Quantity, quantity
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles
 from plica.measures.record import Floats
+from plica.measures.scale import SI, Scale
+
+__all__ = [
+    "ByName",
+    "Measure",
+    "Measures",
+    "absent",
+    "average",
+    "average_angle",
+    "cycle_frequency",
+    "per_cycle",
+    "per_cycle_angle",
+    "whole",
+]
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A quantity in SI units.
+    """What was measured of one quantity.
 
     Attributes
     ----------
+    name : str
+        In the catalogue.
     value : float or None
         Mean over the cycles where there are cycles, of angles the circular one; None where it has no
         meaning (the note says why).
-    unit : str
-        SI, "1" for a pure number.
     spread : float or None
         Standard deviation between cycles (n - 1); None where nothing was averaged.
     cycles : int
-        Number of cycles (or collisions) averaged; 0 for a quantity of the whole run.
+        Number of cycles (or collisions) averaged; 0 for a quantity of the whole record.
     note : str
-        How it is defined, where that is a choice, or why there is no value.
+        What this record adds to the definition, or why there is no value.
+    cautions : tuple of str
+        What speaks against the value.
+    scale : Scale
+        The units of the record.
     """
 
+    name: str
     value: float | None
-    unit: str
     spread: float | None = None
     cycles: int = 0
     note: str = ""
+    cautions: tuple[str, ...] = ()
+    scale: Scale = SI
+
+    def __post_init__(self) -> None:
+        quantity(self.name)
+
+    @property
+    def quantity(self) -> Quantity:
+        """Its entry in the catalogue."""
+        return quantity(self.name)
+
+    @property
+    def unit(self) -> str:
+        """SI, "1" for a pure number; px and frames of a recording whose scale is not known."""
+        return self.scale.unit(self.quantity.unit)
 
     def as_json(self) -> dict[str, Any]:
         """The entry of measures.json."""
@@ -45,37 +86,71 @@ class Measure:
             "spread": self.spread,
             "cycles": self.cycles,
         }
+        if self.quantity.meaning:
+            entry["definition"] = self.quantity.meaning
         if self.note:
             entry["note"] = self.note
+        if self.cautions:
+            entry["cautions"] = list(self.cautions)
         return entry
 
 
-def whole(value: float, unit: str, note: str = "") -> Measure:
-    """A quantity of the whole run; without a value if it is not finite."""
-    return Measure(float(value) if np.isfinite(value) else None, unit, note=note)
+class ByName(dict[str, Item]):
+    """By the names of the catalogue; a name that is not there is answered with the nearest and the list."""
+
+    def __missing__(self, name: str) -> Item:
+        meant = [
+            entry.name for entry in CATALOGUE.values() if entry.symbol.lower() == str(name).lower() != ""
+        ]
+        raise UnknownName("Measures", name, self, meant)
 
 
-def absent(unit: str, reason: str) -> Measure:
-    """A quantity that this run does not determine, with the reason."""
-    return Measure(None, unit, note=reason)
+class Measures(ByName[Measure]):
+    """Measures by name.
+
+    Parameters
+    ----------
+    found : iterable of Measure
+    scale : Scale
+        The units of the record that they are of.
+    """
+
+    def __init__(self, found: Iterable[Measure] = (), scale: Scale = SI) -> None:
+        super().__init__((item.name, replace(item, scale=scale)) for item in found)
+
+    def as_json(self) -> dict[str, dict[str, Any]]:
+        """What measures.json holds."""
+        return {name: item.as_json() for name, item in self.items()}
 
 
-def average(values: Floats, unit: str, note: str = "") -> Measure:
+def whole(name: str, value: float, note: str = "", cautions: Iterable[str] = ()) -> Measure:
+    """A quantity of the whole record; without a value if it is not finite."""
+    return Measure(name, float(value) if np.isfinite(value) else None, note=note, cautions=tuple(cautions))
+
+
+def absent(name: str, reason: str) -> Measure:
+    """A quantity that this record does not determine, with the reason."""
+    return Measure(name, None, note=reason)
+
+
+def average(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
     """Mean and standard deviation of one value per cycle; those that are not finite are left out."""
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     if not finite.size:
-        return absent(unit, note or "undefined in every cycle")
+        return absent(name, note or "undefined in every cycle")
     spread = float(finite.std(ddof=1)) if finite.size > 1 else None
-    return Measure(float(finite.mean()), unit, spread, int(finite.size), note)
+    return Measure(name, float(finite.mean()), spread, int(finite.size), note, tuple(cautions))
 
 
-def per_cycle(cycles: Cycles, values: Floats, unit: str, note: str = "") -> Measure:
-    """Average over cycles, or no value and the reason why there are no cycles."""
-    return average(values, unit, note) if cycles.count else absent(unit, cycles.note)
+def per_cycle(name: str, cycles: Cycles, values: Floats, note: str = "") -> Measure:
+    """Average over cycles with what is unusual about them, or no value and why there are no cycles."""
+    if not cycles.count:
+        return absent(name, cycles.note)
+    return average(name, values, note, filter(None, [cycles.note]))
 
 
-def average_angle(values: Floats, unit: str = "rad", note: str = "") -> Measure:
+def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
     """Mean direction of one angle (rad) per cycle, in (-pi, pi], and the spread about it.
 
     Angles that are not finite are left out; without a value where they point in all directions
@@ -86,18 +161,22 @@ def average_angle(values: Floats, unit: str = "rad", note: str = "") -> Measure:
     mean, spread = circular_mean(finite)
     if not np.isfinite(mean):
         reason = "the cycles' angles have no mean direction" if finite.size else "undefined in every cycle"
-        return absent(unit, "; ".join(text for text in (note, reason) if text))
-    return Measure(mean, unit, spread if finite.size > 1 else None, int(finite.size), note)
+        return absent(name, "; ".join(text for text in (note, reason) if text))
+    return Measure(name, mean, spread if finite.size > 1 else None, int(finite.size), note, tuple(cautions))
 
 
-def per_cycle_angle(cycles: Cycles, values: Floats, unit: str = "rad", note: str = "") -> Measure:
-    """Mean direction over cycles, or no value and the reason why there are no cycles."""
-    return average_angle(values, unit, note) if cycles.count else absent(unit, cycles.note)
-
-
-def cycle_frequency(cycles: Cycles, unit: str, note: str = "") -> Measure:
-    """Number of cycles over their time, c / (t_c - t_0); its spread is the standard deviation of 1 / T."""
+def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -> Measure:
+    """Mean direction over cycles with what is unusual about them, or why there are no cycles."""
     if not cycles.count:
-        return absent(unit, cycles.note)
+        return absent(name, cycles.note)
+    return average_angle(name, values, note, filter(None, [cycles.note]))
+
+
+def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
+    """Number of cycles over their time, c / (t_c - t_0); its spread is the standard deviation of 1 / T."""
+    name = "fundamental_frequency"
+    if not cycles.count:
+        return absent(name, cycles.note)
     spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
-    return Measure(cycles.frequency, unit, spread, cycles.count, note)
+    said = tuple(filter(None, [cycles.note, *cautions]))
+    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said)

@@ -1,4 +1,4 @@
-"""Names and units in which people read the measures."""
+"""Measures and waveforms as people read them: labels and units of the catalogue, and numbers."""
 
 from __future__ import annotations
 
@@ -6,97 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import Measure
+from plica.measures.scale import SI, Scale, shown_unit
+from plica.measures.waveforms import Waveform
 
-# SI unit: (factor, unit for people).
-people: dict[str, tuple[float, str]] = {
-    "m^3/s": (1e6, "cm³/s"),
-    "m^3": (1e9, "mm³"),
-    "m^2": (1e6, "mm²"),
-    "m": (1e3, "mm"),
-    "s": (1e3, "ms"),
-    "Pa": (1e-3, "kPa"),
-    "N": (1e3, "mN"),
-    "N s": (1e6, "µN s"),
-    "J": (1e6, "µJ"),
-    "rad": (180 / math.pi, "°"),
-    "1": (1.0, ""),
-}
-special: dict[str, tuple[float, str]] = {
-    "deepest_gap": (1e6, "µm"),
-    "time_step": (1e6, "µs"),
-    "largest_multiplier": (1e6, "µN"),
-}
-
-groups: dict[str, dict[str, str]] = {
-    "Vibration": {
-        "fundamental_frequency": "Fundamental frequency",
-        "fundamental_frequency_autocorrelation": "… by autocorrelation",
-        "period": "Period",
-        "amplitude_growth": "Growth per cycle",
-        "damping_ratio": "Damping ratio",
-        "probe_amplitude": "Amplitude of the probe",
-        "open_quotient": "Open quotient",
-        "speed_quotient": "Speed quotient",
-        "closing_quotient": "Closing quotient",
-        "amplitude_left": "Amplitude, left fold",
-        "amplitude_right": "Amplitude, right fold",
-        "amplitude_ratio": "Amplitude ratio",
-        "amplitude_asymmetry": "Amplitude asymmetry",
-        "left_right_phase": "Left–right phase",
-        "vertical_phase_difference": "Vertical phase difference",
-        "converging_while_opening": "Converging while opening",
-        "diverging_while_closing": "Diverging while closing",
-    },
-    "Airflow": {
-        "subglottal_pressure": "Subglottal pressure",
-        "peak_flow": "Peak flow",
-        "mean_flow": "Mean flow",
-        "minimum_flow": "Least flow",
-        "glottal_area_max": "Largest glottal area",
-        "glottal_area_mean": "Mean glottal area",
-    },
-    "Contact": {
-        "collisions": "Collisions",
-        "contact_impulse": "Impulse per collision",
-        "contact_duration": "Duration of a collision",
-        "contact_force_left_peak": "Peak force, left fold",
-        "contact_force_right_peak": "Peak force, right fold",
-        "contact_force_left_mean": "Mean force, left fold",
-        "contact_force_right_mean": "Mean force, right fold",
-        "contact_force_balance": "Imbalance of the forces",
-        "contact_area_max": "Largest contact area",
-        "contact_length_max": "Largest contact length",
-        "contact_length_fraction": "… of the fold length",
-        "peak_contact_pressure": "Peak contact pressure",
-        "peak_contact_pressure_step": "… of a single step",
-        "deepest_gap": "Deepest gap",
-        "overlap_volume_max": "Largest overlap",
-        "edge_overlap_volume_max": "Largest overlap, edge to edge",
-        "largest_multiplier": "Largest multiplier",
-    },
-    "Energy": {
-        "kinetic_energy": "Kinetic energy",
-        "elastic_energy": "Elastic energy",
-        "load_work": "Work of the loads",
-        "viscous_loss": "Viscous loss",
-        "numerical_loss": "Numerical loss",
-        "contact_work": "Work of the contact",
-        "ledger_error": "Ledger error",
-    },
-    "Solver": {
-        "steps": "Steps",
-        "time_step": "Time step",
-        "duration": "Time simulated",
-        "mean_iterations": "Iterations per step",
-        "largest_iterations": "… at most",
-        "mean_coupling_sweeps": "Coupling sweeps per step",
-        "coupling_frozen_fraction": "Steps with a frozen coupling",
-        "coupling_converged_fraction": "Steps with a converged coupling",
-        "mean_contact_passes": "Contact passes per step",
-        "inverted_tissue_max": "Inverted tissue cells, at most",
-    },
-}
 headline = (
     "fundamental_frequency",
     "open_quotient",
@@ -109,7 +23,7 @@ headline = (
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table."""
+    """One line of the table: the note has what this record adds, and the definition."""
 
     name: str
     label: str
@@ -117,7 +31,24 @@ class Row:
     unit: str
     spread: str
     cycles: str
+    cautions: tuple[str, ...]
     note: str
+
+
+def typeset(unit: str) -> str:
+    """A unit of the catalogue with raised numbers and Greek letters; nothing for a pure number."""
+    if unit == "1":
+        return ""
+    if unit == "deg":
+        return "°"
+    raised = unit.replace("^2", "²").replace("^3", "³")
+    return f"µ{raised[1:]}" if raised.startswith("u") else raised
+
+
+def axis(label: str, entry: Waveform, scale: Scale = SI) -> tuple[float, str]:
+    """Factor and label with unit of an axis on which people read that waveform."""
+    factor, unit = shown_unit(scale.unit(entry.unit), entry.shown)
+    return factor, f"{label} ({typeset(unit)})"
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -138,30 +69,34 @@ def number(value: float, digits: int = 4) -> str:
     return text.replace("-", "−")
 
 
-def row(name: str, label: str, item: Measure) -> Row:
+def row(item: Measure) -> Row:
     """A measure in the unit in which people read it."""
-    factor, unit = special.get(name) or people.get(item.unit, (1.0, item.unit))
+    factor, unit = item.quantity.people(item.scale)
     value = "–" if item.value is None else number(factor * item.value)
     spread = "" if item.spread is None else number(factor * item.spread, 2)
     if item.spread is not None and item.value and abs(item.spread) < 1e-9 * abs(item.value):
         spread = "0"  # round-off
-    cycles = str(item.cycles) if item.cycles else ""
-    return Row(name, label, value, unit if item.value is not None else "", spread, cycles, item.note)
+    return Row(
+        name=item.name,
+        label=item.quantity.label,
+        value=value,
+        unit=typeset(unit) if item.value is not None else "",
+        spread=spread,
+        cycles=str(item.cycles) if item.cycles else "",
+        cautions=item.cautions,
+        note="; ".join(filter(None, (item.note, item.quantity.meaning))),
+    )
 
 
 def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
-    """The measures that this run has, by group."""
-    named = {name for labels in groups.values() for name in labels}
-    found = [
-        (title, [row(name, label, measures[name]) for name, label in labels.items() if name in measures])
-        for title, labels in groups.items()
-    ]
-    others = [row(name, name.replace("_", " "), item) for name, item in measures.items() if name not in named]
-    return [(title, rows) for title, rows in [*found, ("Other", others)] if rows]
+    """The measures that there are by group, in the order of the catalogue."""
+    groups: dict[str, list[Row]] = {}
+    for name, entry in CATALOGUE.items():
+        if name in measures:
+            groups.setdefault(entry.group, []).append(row(measures[name]))
+    return list(groups.items())
 
 
 def headlines(measures: Mapping[str, Measure]) -> Sequence[Row]:
     """The few figures at the head of the page."""
-    labels = {name: label for group in groups.values() for name, label in group.items()}
-    labels["contact_length_fraction"] = "Contact length, share of fold"
-    return [row(name, labels[name], measures[name]) for name in headline if name in measures]
+    return [row(measures[name]) for name in headline if name in measures]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,9 @@ import numpy.typing as npt
 
 from plica.errors import one_of
 from plica.measures.cycles import Cycles
-from plica.measures.measure import Measure
+from plica.measures.measure import Measures
+from plica.measures.scale import Scale
+from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
 from plica.storage.result_file import check_result_file
 from plica.video.chain import Chain
@@ -30,7 +31,7 @@ from plica.video.recording import Recording, Region
 from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
-from plica.video.waveforms import GlottalArea, measures, phases
+from plica.video.waveforms import GlottalArea, measures, phases, scale_of
 
 if TYPE_CHECKING:
     import xarray
@@ -184,13 +185,19 @@ class Analysis:
         return Midline.between(self["sides/midline"])
 
     @cached_property
-    def _measured(self) -> tuple[dict[str, Measure], Cycles]:
-        found, cycles = measures(self.area, self.settings.fps, self.settings.mm_per_px, self.midline.length)
-        for name in ("left", "right"):
-            for kind in (f"amplitude_{name}", f"amplitude_{name}_relative"):
-                note = "; ".join(filter(None, (self.side(name), found[kind].note)))
-                found[kind] = replace(found[kind], note=note)
-        return found, cycles
+    def _measured(self) -> tuple[Measures, Cycles]:
+        known = self.settings.fps, self.settings.mm_per_px
+        return measures(self.area, *known, self.midline.length, (self.side("left"), self.side("right")))
+
+    @property
+    def scale(self) -> Scale:
+        """Whether lengths and times are in m and s, or in px and frames."""
+        return scale_of(self.settings.fps, self.settings.mm_per_px)[2]
+
+    @property
+    def pixel(self) -> float:
+        """What a pixel is: m, or 1 px where that is not known."""
+        return scale_of(self.settings.fps, self.settings.mm_per_px)[0]
 
     def side(self, name: str) -> str:
         """ "left" or "right" in the image, and whose it is where that is known."""
@@ -200,8 +207,8 @@ class Analysis:
         return f"{name} in the image (the patient's {'left' if name == patient_left else 'right'})"
 
     @property
-    def measures(self) -> dict[str, Measure]:
-        """In mm where the size of a pixel is known, in Hz where the frame rate is."""
+    def measures(self) -> Measures:
+        """In m where the size of a pixel is known, in Hz where the frame rate is; else in px and frames."""
         return self._measured[0]
 
     @property
@@ -296,7 +303,7 @@ class Analysis:
     @cached_property
     def waveforms(self) -> dict[str, npt.NDArray[Any]]:
         """What there is of every frame, by name; units in `units`. The last frame has no flow."""
-        size = self.settings.mm_per_px or 1.0
+        size = self.pixel
         area = self.area
         found: dict[str, npt.NDArray[Any]] = {
             "time": self.time,
@@ -322,22 +329,8 @@ class Analysis:
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each waveform."""
-        px = "mm" if self.settings.mm_per_px else "px"
-        known = {
-            "time": "s" if self.settings.fps else "frames",
-            "drift_turn": "rad",
-            "phase": "",
-            "flags": "",
-        }
-        for name in self.waveforms:
-            if name.startswith("area"):
-                known[name] = f"{px}^2"
-            elif name.startswith("edge"):
-                known[name] = px
-            elif name in ("residual", "warp_error"):
-                known[name] = "grey levels"
-        return {name: known.get(name, "px") for name in self.waveforms}
+        """Unit of each waveform: SI where the scale is known, else px and frames; "" for words."""
+        return {name: self.scale.unit(RECORDED[name].unit) for name in self.waveforms}
 
     def to_xarray(self) -> xarray.Dataset:
         """The waveforms as a data set over ``time`` (and ``mode``, from 1 on)."""

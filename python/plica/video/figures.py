@@ -10,9 +10,14 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plica.measures.catalogue import closed_share
+from plica.measures.scale import shown_unit
+from plica.measures.waveforms import RECORDED
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
+from plica.report.wording import axis
 from plica.video.analysis import Analysis
 from plica.video.trajectories import spacing
+from plica.video.waveforms import wide_share
 
 __all__ = ["sections"]
 
@@ -40,38 +45,46 @@ def _end(found: Analysis, name: str) -> str:
     return f"{name} end ({'anterior' if name == anterior else 'posterior'})"
 
 
+def _axis(found: Analysis, label: str, name: str) -> tuple[float, str]:
+    """Factor and label of an axis on which people read that waveform."""
+    return axis(label, RECORDED[name], found.scale)
+
+
 def _time(found: Analysis) -> tuple[npt.NDArray[np.float64], str]:
-    return (1e3 * found.time, "time (ms)") if found.settings.fps else (found.time, "frame")
+    factor, name = _axis(found, "time", "time")
+    return factor * found.time, name
 
 
 def _length(found: Analysis) -> tuple[float, str]:
-    """What a pixel is, and in which unit."""
-    return (found.settings.mm_per_px, "mm") if found.settings.mm_per_px else (1.0, "px")
+    """What people read a pixel as, and in which unit."""
+    factor, unit = shown_unit(found.scale.unit("m"))
+    return factor * found.pixel, unit
 
 
 def _area(found: Analysis) -> Drawing:
     time, name = _time(found)
     waves = found.waveforms
-    unit = "mm²" if found.settings.mm_per_px else "px²"
+    factor, label = _axis(found, "glottal area", "area_total")
     known = [(f"area_{name}", found.side(name), colour) for name, colour in (("left", blue), ("right", red))]
 
     def paint(figure: Figure) -> None:
         axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(12, 1))
-        axes.fill_between(time, waves["area_least"], waves["area_largest"], color=grey, alpha=0.35, lw=0)
-        line(axes, time, waves["area_total"], color=grey)
+        band = factor * waves["area_least"], factor * waves["area_largest"]
+        axes.fill_between(time, *band, color=grey, alpha=0.35, lw=0)
+        line(axes, time, factor * waves["area_total"], color=grey)
         for key, _, colour in known:
-            line(axes, time, waves[key], color=colour)
-        axes.set_ylabel(f"glottal area ({unit})")
+            line(axes, time, factor * waves[key], color=colour)
+        axes.set_ylabel(label)
         axes.margins(x=0)
-        label_ends(axes, [("total", grey), *((label, colour) for _, label, colour in known)])
+        label_ends(axes, [("total", grey), *((side, colour) for _, side, colour in known)])
         _phases(strip, found, time)
         strip.set_xlabel(name)
 
     caption = (
         "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at 0.4 "
         "or at 0.6 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
-        "phases: closed (dark; under 5 % of the cycle's largest area), opening (light blue), open (blue; "
-        "over 95 %), closing (light red)."
+        f"phases: closed (dark; up to {100 * closed_share:g} % of the cycle's largest area), opening (light "
+        f"blue), open (blue; from {100 * wide_share:g} %), closing (light red)."
     )
     return draw("area", caption, "Glottal area over time", (9, 3.3), paint)
 

@@ -15,7 +15,7 @@ import jinja2
 import numpy as np
 import numpy.typing as npt
 
-from plica.report.wording import number
+from plica.report.wording import tables
 from plica.storage.files import replaced
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
@@ -26,19 +26,6 @@ __all__ = ["write_report"]
 
 _MOST_FRAMES = 60  # in the page
 _FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not follow the folds
-_NAMES = {
-    "fundamental_frequency": "Fundamental frequency",
-    "open_quotient": "Open quotient",
-    "amplitude_left": "Amplitude, left",
-    "amplitude_right": "Amplitude, right",
-    "amplitude_asymmetry": "Amplitude asymmetry",
-    "phase_asymmetry": "Phase asymmetry",
-    "glottal_area_max": "Largest glottal area",
-    "glottal_area_mean": "Mean glottal area",
-    "glottal_length": "Glottal length",
-    "amplitude_left_relative": "Amplitude over the glottal length, left",
-    "amplitude_right_relative": "Amplitude over the glottal length, right",
-}
 
 
 def write_report(found: Analysis) -> Path:
@@ -58,7 +45,7 @@ def write_report(found: Analysis) -> Path:
         frames_json=json.dumps(pictures),
         labels=json.dumps([f"frame {k} {found.flags[k]}" for k in shown]),
         shown="Every frame" if shown.size == found.count else f"{shown.size} of {found.count} frames",
-        rows=_rows(found),
+        tables=tables(found.measures),
         sections=sections(found),
         command=_command(found),
         version=build_info()["version"],
@@ -104,25 +91,6 @@ def _quality(found: Analysis) -> tuple[str, str]:
         f"Beside the edges of the folds the flow is {edges.slope:.2f} of the edges' own way (correlation "
         f"{edges.correlation:.2f}, {edges.count} ways)."
     )
-
-
-def _rows(found: Analysis) -> list[dict[str, str]]:
-    rows = []
-    for name, label in _NAMES.items():
-        measure = found.measures[name]
-        text = "-" if measure.value is None else number(measure.value)
-        if measure.spread is not None:
-            text += f" ± {number(measure.spread)}"
-        cycles = f"{measure.cycles} cycles" if measure.cycles else ""
-        rows.append(
-            {
-                "name": label,
-                "value": text,
-                "unit": {"1": ""}.get(measure.unit, measure.unit.replace("^2", "²")),
-                "note": "; ".join(filter(None, (cycles, measure.note))),
-            }
-        )
-    return rows
 
 
 def _command(found: Analysis) -> str:

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles, find_cycles
-from plica.measures.measure import Measure, per_cycle, whole
+from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
+from plica.measures.measure import Measure, Measures, per_cycle, whole
+from plica.measures.scale import Scale
+from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
@@ -24,8 +27,6 @@ __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "midd
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-open_share = 0.05
-"""Of a cycle's largest area: above it the glottis counts as open."""
 wide_share = 0.95
 """Of a cycle's largest area: above it the phase is "open", neither opening nor closing."""
 
@@ -146,7 +147,7 @@ def phases(area: GlottalArea, cycles: Cycles, time: Floats) -> list[str]:
         for k, value in enumerate(inside):
             if not np.isfinite(value):
                 continue
-            if value <= open_share * inside[peak]:
+            if value <= closed_share * inside[peak]:
                 labels[part.start + k] = "closed"
             elif value >= wide_share * inside[peak]:
                 labels[part.start + k] = "open"
@@ -155,70 +156,57 @@ def phases(area: GlottalArea, cycles: Cycles, time: Floats) -> list[str]:
     return labels
 
 
+def scale_of(fps: float | None, mm_per_px: float | None) -> tuple[float, float, Scale]:
+    """What a pixel and a frame are, and in which units: m and s where that is known, else px and frames."""
+    size = 1e-3 * mm_per_px if mm_per_px else 1.0
+    scale = Scale("m" if mm_per_px else "px", "s" if fps else "frames")
+    return size, 1.0 / (fps or 1.0), scale
+
+
 def measures(
-    area: GlottalArea, fps: float | None = None, mm_per_px: float | None = None, length: float | None = None
-) -> tuple[dict[str, Measure], Cycles]:
-    """Frequency, open quotient, amplitudes and asymmetries, each with its spread over cycles.
+    area: GlottalArea,
+    fps: float | None = None,
+    mm_per_px: float | None = None,
+    length: float | None = None,
+    sides: tuple[str, str] = ("left in the image", "right in the image"),
+) -> tuple[Measures, Cycles]:
+    """What the glottal area and the edges of the folds tell, each with its spread over cycles.
 
     Times are in seconds with `fps`, else in frames: a frequency is then in cycles per frame, "1/frame".
-    Lengths and areas are in mm and mm^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
-    they are given over it and its square too. The amplitude of a side is half of its edge's way in a cycle;
-    the amplitude asymmetry is that of the areas' ranges; the phase asymmetry, at the cycles' frequency, is
-    positive where the right lags.
+    Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
+    they are given over it and its square too. `sides` says what is left and what is right.
     """
-    known, area = area.total, area.filled()
-    frequency, px = "Hz" if fps else "1/frame", "mm" if mm_per_px else "px"
-    time = np.arange(area.total.size) / (fps or 1.0)
-    cycles = find_cycles(time, area.total, name="glottal area")
-    opened, amplitude, phase = [], [], []
-    swing: dict[str, list[float]] = {"amplitude_left": [], "amplitude_right": []}
-    for (begin, end), part in zip(pairwise(cycles.starts), cycles.samples(time), strict=True):
-        opened.append(_open_share(time, area.total, begin, end, float(area.total[part].max())))
-        for name, edge in (("amplitude_left", area.left_edge), ("amplitude_right", area.right_edge)):
-            swing[name].append(0.5 * float(np.ptp(edge[part])))
-        left, right = (0.5 * float(np.ptp(side[part])) for side in (area.left, area.right))
-        amplitude.append((right - left) / (right + left) if right + left else np.nan)
-        angle = [_angle(time[part], side[part], begin, end - begin) for side in (area.left, area.right)]
-        phase.append(angle[0] - angle[1])
-
-    def cyclic(values: Any, unit: str, note: str = "") -> Measure:
-        return per_cycle(cycles, np.asarray(values, dtype=float), unit, note)
-
-    size = mm_per_px or 1.0
-    found = {
-        "glottal_area_max": whole(size**2 * float(np.nanmax(known)), f"{px}^2"),
-        "glottal_area_mean": whole(size**2 * float(np.nanmean(known)), f"{px}^2"),
-        "fundamental_frequency": cyclic(1 / cycles.periods, frequency, cycles.note),
-        "open_quotient": cyclic(
-            opened, "1", f"open: area above {100 * open_share:g} % of the cycle's maximum"
-        ),
-    }
-    way = "half of the way of the edge in the middle of the midline"
-    for name, values in swing.items():
-        found[name] = cyclic(size * np.array(values), px, way)
-    found["amplitude_asymmetry"] = cyclic(amplitude, "1", "(right - left) / (right + left)")
-    phase_mean = float(np.angle(np.mean(np.exp(1j * np.array(phase))))) if phase else 0.0
-    about = [(angle - phase_mean + np.pi) % (2 * np.pi) - np.pi + phase_mean for angle in phase]
-    found["phase_asymmetry"] = cyclic(about, "rad", "positive where the right lags")
+    area = area.filled()
+    size, step, scale = scale_of(fps, mm_per_px)
+    time = step * np.arange(area.total.size)
+    total = size**2 * area.total
+    left, right = size * area.left_edge, size * area.right_edge
+    cycles = find_cycles(time, total, name="glottal area", scale=scale)
+    found = [
+        *frequency_measures(time, total, cycles, scale),
+        *quotient_measures(time, total, cycles),
+        *side_measures(time, left, right, cycles, sides),
+        _area_asymmetry(time, area, cycles),
+        *area_measures(time, total, cycles),
+    ]
     if length:
-        found["glottal_length"] = whole(size * length, px, "of the midline")
-        found["glottal_area_max_relative"] = whole(
-            float(np.nanmax(known)) / length**2, "1", "over the square of the glottal length"
-        )
-        for name, values in swing.items():
-            found[f"{name}_relative"] = cyclic(np.array(values) / length, "1", "over the glottal length")
-    return found, cycles
+        over = total / (size * length) ** 2
+        found += [
+            whole("glottal_length", size * length),
+            over_cycles("glottal_area_max_relative", time, over, cycles, np.max),
+            *(
+                per_cycle(
+                    f"amplitude_{side}_relative",
+                    cycles,
+                    amplitudes(time, edge, cycles) / (size * length),
+                    said,
+                )
+                for side, edge, said in (("left", left, sides[0]), ("right", right, sides[1]))
+            ),
+        ]
+    return Measures(found, scale), cycles
 
 
-def _open_share(time: Floats, total: Floats, begin: float, end: float, largest: float) -> float:
-    """Share of a cycle in which the area, linear between frames, is above its open level."""
-    fine = np.linspace(begin, end, 1001)
-    return float(np.mean(np.interp(fine, time, total) > open_share * largest))
-
-
-def _angle(time: Floats, signal: Floats, begin: float, period: float) -> float:
-    """Phase of the signal at the cycle's frequency, rad, by least squares with a constant."""
-    argument = 2 * np.pi * (time - begin) / period
-    basis = np.stack([np.ones_like(argument), np.cos(argument), np.sin(argument)], axis=1)
-    _, cosine, sine = np.linalg.lstsq(basis, signal, rcond=None)[0]
-    return float(np.arctan2(cosine, sine))
+def _area_asymmetry(time: npt.NDArray[Any], area: GlottalArea, cycles: Cycles) -> Measure:
+    values = asymmetry(amplitudes(time, area.left, cycles), amplitudes(time, area.right, cycles))
+    return per_cycle("area_asymmetry", cycles, values)

@@ -8,14 +8,15 @@ the least; its lowest section is the lower edge and its highest the upper edge.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 
+from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.cycles import Cycles
-from plica.measures.measure import Measure, absent, per_cycle
+from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
 from plica.measures.record import Array, Floats
-from plica.phonation.measures.glottal import open_area, open_level
+from plica.measures.sides import lags, side_measures
+from plica.phonation.measures.glottal import open_area
 from plica.phonation.measures.run_data import RunData
 
 canal_width = 1.5  # largest width of the glottal canal at rest, relative to the least
@@ -61,108 +62,42 @@ def glottal_canal(width: Floats) -> slice:
     return slice(low, high + 1)
 
 
-def fourier(time: Floats, signal: Floats, start: float, end: float) -> complex:
-    """Coefficient of the fundamental of one cycle, (2 / T) int (s - mean) exp(-i 2 pi (t - start) / T) dt.
-
-    The signal is interpolated linearly to 128 instants of the cycle, ends included once.
-    """
-    instants = start + (end - start) * np.arange(128) / 128
-    values = np.interp(instants, time, signal)
-    turns = np.exp(-2j * np.pi * np.arange(128) / 128)
-    return complex(2.0 * np.mean((values - values.mean()) * turns))
-
-
 def motion_measures(
     time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, canal: slice
-) -> dict[str, Measure]:
+) -> list[Measure]:
     """Amplitudes of both folds, their ratio and asymmetry, the phase between them and between the edges."""
-    units = {
-        "amplitude_left": "m",
-        "amplitude_right": "m",
-        "amplitude_ratio": "1",
-        "amplitude_asymmetry": "1",
-        "left_right_phase": "rad",
-        "vertical_phase_difference": "rad",
-        "converging_while_opening": "1",
-        "diverging_while_closing": "1",
-    }
-    if not cycles.count:
-        return {name: absent(unit, cycles.note) for name, unit in units.items()}
     right, left = half_widths(waveforms)
-    parts = cycles.samples(time)
-    ends = list(pairwise(cycles.starts))
     steady = cycles.extent(time)
     section = int(np.argmax(np.ptp(right[steady], axis=0) + np.ptp(left[steady], axis=0)))
-    right_amplitude = np.array([0.5 * np.ptp(right[part, section]) for part in parts])
-    left_amplitude = np.array([0.5 * np.ptp(left[part, section]) for part in parts])
-    x, y = right[:, section], left[:, section]
-    phase = [_angle(fourier(time, x, *pair), fourier(time, y, *pair)) for pair in ends]
-    where = f"half the peak-to-peak mediolateral motion, mid-coronal, section {section} (moves most)"
-    total = right_amplitude + left_amplitude
-    found = {
-        "amplitude_left": per_cycle(cycles, left_amplitude, "m", where),
-        "amplitude_right": per_cycle(cycles, right_amplitude, "m", where),
-        "amplitude_ratio": per_cycle(cycles, _ratio(right_amplitude, left_amplitude), "1", "right over left"),
-        "amplitude_asymmetry": per_cycle(
-            cycles, _ratio(right_amplitude - left_amplitude, total), "1", "(right - left) / (right + left)"
-        ),
-        "left_right_phase": per_cycle(
-            cycles, np.array(phase), "rad", "at the fundamental; positive where the right fold is ahead"
-        ),
-    }
-    return found | _canal_measures(time, waveforms, cycles, canal)
+    where = f"section {section}"
+    found = side_measures(time, left[:, section], right[:, section], cycles, (where, where))
+    return found + _canal_measures(time, waveforms, cycles, canal)
 
 
 def _canal_measures(
     time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, canal: slice
-) -> dict[str, Measure]:
+) -> list[Measure]:
+    names = ("vertical_phase_difference", "converging_while_opening", "diverging_while_closing")
+    if not cycles.count:
+        return [absent(name, cycles.note) for name in names]
     if canal.stop - canal.start < 2:
-        reason = "the glottal canal has a single section"
-        return {
-            "vertical_phase_difference": absent("rad", reason),
-            "converging_while_opening": absent("1", reason),
-            "diverging_while_closing": absent("1", reason),
-        }
+        return [absent(name, "the glottal canal has a single section") for name in names]
     right, left = half_widths(waveforms)
     lower, upper = (right + left)[:, canal.start], (right + left)[:, canal.stop - 1]
-    lag = [
-        _angle(fourier(time, lower, *pair), fourier(time, upper, *pair)) for pair in pairwise(cycles.starts)
-    ]
     area = open_area(waveforms)
     rate = np.gradient(area, time)
     opening, closing = [], []
     for part in cycles.samples(time):
-        opened = area[part] > open_level * area[part].max()
+        opened = area[part] > closed_share_1_percent * area[part].max()
         slope = lower[part] - upper[part]
         opening.append(_share(slope > 0, opened & (rate[part] > 0)))
         closing.append(_share(slope < 0, opened & (rate[part] < 0)))
     edges = f"sections {canal.start} and {canal.stop - 1}"
-    return {
-        "vertical_phase_difference": per_cycle(
-            cycles,
-            np.array(lag),
-            "rad",
-            f"lag of the upper behind the lower edge ({edges}), at the fundamental",
-        ),
-        "converging_while_opening": per_cycle(
-            cycles, np.array(opening), "1", f"share of opening samples with the lower edge wider ({edges})"
-        ),
-        "diverging_while_closing": per_cycle(
-            cycles, np.array(closing), "1", f"share of closing samples with the upper edge wider ({edges})"
-        ),
-    }
-
-
-def _angle(ahead: complex, behind: complex) -> float:
-    """Phase of the first minus that of the second, in (-pi, pi]; NaN where one of them does not move."""
-    if min(abs(ahead), abs(behind)) <= 1e-6 * max(abs(ahead), abs(behind)) or ahead == 0:
-        return float("nan")
-    return float(np.angle(ahead * np.conj(behind)))
-
-
-def _ratio(top: Floats, bottom: Floats) -> Floats:
-    ratio: Floats = np.divide(top, bottom, out=np.full(top.shape, np.nan), where=bottom > 0)
-    return ratio
+    return [
+        per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges),
+        per_cycle("converging_while_opening", cycles, np.array(opening), edges),
+        per_cycle("diverging_while_closing", cycles, np.array(closing), edges),
+    ]
 
 
 def _share(fact: Array, among: Array) -> float:

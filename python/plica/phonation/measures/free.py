@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.glottal import frequency_measures
 from plica.measures.measure import Measure, absent, whole
 from plica.measures.pulses import rising_crossings
 from plica.measures.record import Array, Floats
 from plica.measures.stationary import fewest, of_period, stationary_from
-from plica.phonation.measures.glottal import frequency_measures
 
 faded = 0.02  # of the largest excursion: a free vibration is evaluated down to here
 
@@ -30,7 +30,7 @@ def vibrating_part(signal: Floats) -> slice:
     return slice(0, int(alive[-1]) + 1 if alive.size else 0)
 
 
-def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[str, Measure], Cycles]:
+def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[list[Measure], Cycles]:
     """Frequency of the probe component that moves most, and its damping ratio if no load does work.
 
     Parameters
@@ -41,7 +41,7 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[st
 
     Returns
     -------
-    measures : dict of Measure
+    measures : list of Measure
         Frequency measures, damping_ratio, probe_amplitude.
     cycles : Cycles
         Of that component.
@@ -55,10 +55,10 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[dict[st
     if free and cycles.count and not cycles.settled:
         cycles = _decaying(rising_crossings(time[part], signal[part]))
     found = frequency_measures(time[part], signal[part], cycles)
-    note = f"half the peak-to-peak of probe {probe}, component {'xyz'[component]}"
-    found["probe_amplitude"] = whole(0.5 * float(np.ptp(signal)), "m", note)
+    note = f"probe {probe}, component {'xyz'[component]}"
+    found.append(whole("probe_amplitude", 0.5 * float(np.ptp(signal)), note))
     if free:
-        found["damping_ratio"] = _damping_ratio(time[part], signal[part], cycles)
+        found.append(_damping_ratio(time[part], signal[part], cycles))
     return found, cycles
 
 
@@ -74,10 +74,9 @@ def _decaying(starts: Floats) -> Cycles:
 def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:
     """From the slope of the logarithmic amplitude, ln a_n = ln a_0 - 2 pi zeta n / sqrt(1 - zeta^2)."""
     if not cycles.count:
-        return absent("1", cycles.note)
+        return absent("damping_ratio", cycles.note)
     amplitude = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
     slope = float(np.polyfit(np.arange(amplitude.size), np.log(amplitude), 1)[0])
     decrement = -slope / (2.0 * np.pi)
     ratio = decrement / np.sqrt(1.0 + decrement**2)
-    note = "from the decay of the peak-to-peak amplitude; negative: it grows"
-    return Measure(float(ratio), "1", None, cycles.count, note)
+    return Measure("damping_ratio", float(ratio), None, cycles.count)

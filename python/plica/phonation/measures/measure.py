@@ -7,11 +7,12 @@ import tomllib
 import numpy as np
 
 from plica.measures.cycles import Cycles, find_cycles
-from plica.measures.measure import Measure, whole
+from plica.measures.glottal import area_measures, frequency_measures, quotient_measures
+from plica.measures.measure import Measure, Measures, whole
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import glottal_canal, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
-from plica.phonation.measures.glottal import flow_measures, frequency_measures, quotient_measures
+from plica.phonation.measures.glottal import flow_measures, open_area, strict_open_quotient
 from plica.phonation.measures.run_data import RunData, reached
 from plica.phonation.measures.solver import energy_measures, solver_measures
 from plica.units import read_quantity
@@ -42,7 +43,7 @@ def steady_cycles(run: RunData) -> Cycles:
     return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in", "none")
 
 
-def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:
+def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
     """Everything that is measured of a run, in SI units.
 
     Parameters
@@ -54,26 +55,29 @@ def measure(run: RunData, cycles: Cycles | None = None) -> dict[str, Measure]:
 
     Returns
     -------
-    dict of Measure
+    Measures
         By name. A part that the scene does not have gives no entries; a quantity that this run does not
         determine has the value None and a note that says why.
     """
     time, waveforms = reached(run)
     if not time.size:
-        return {"steps": whole(0, "1", "no step was computed")}
-    found: dict[str, Measure] = {}
+        return Measures([whole("steps", 0, "no step was computed")])
+    found: list[Measure] = []
     cycles = steady_cycles(run) if cycles is None else cycles
     if "minimum_area" in waveforms:
-        found |= frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
-        found |= quotient_measures(time, waveforms, cycles)
-        found |= flow_measures(time, waveforms, cycles)
-        found |= motion_measures(time, waveforms, cycles, glottal_canal(rest_width(run)))
-        found |= _subglottal_pressure(run.scene_text)
+        area = open_area(waveforms)
+        found += frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
+        found += quotient_measures(time, area, cycles)
+        found += [strict_open_quotient(time, area, cycles)]
+        found += area_measures(time, area, cycles)
+        found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
+        found += motion_measures(time, waveforms, cycles, glottal_canal(rest_width(run)))
+        found += _subglottal_pressure(run.scene_text)
     elif "probes" in waveforms and waveforms["probes"].size:
-        found |= free_measures(time, waveforms)[0]
+        found += free_measures(time, waveforms)[0]
     if "contact_force_first" in waveforms:
-        found |= contact_measures(time, waveforms, cycles, fold_length(run))
-    return found | energy_measures(waveforms) | solver_measures(time, waveforms)
+        found += contact_measures(time, waveforms, cycles, fold_length(run))
+    return Measures([*found, *energy_measures(waveforms), *solver_measures(time, waveforms)])
 
 
 def fold_length(run: RunData) -> float | None:
@@ -97,10 +101,10 @@ def fold_length(run: RunData) -> float | None:
     return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))
 
 
-def _subglottal_pressure(scene_text: str) -> dict[str, Measure]:
+def _subglottal_pressure(scene_text: str) -> list[Measure]:
     try:
         airflow = tomllib.loads(scene_text).get("airflow", {})
         value = read_quantity(airflow["subglottal_pressure"], "Pa")
     except (tomllib.TOMLDecodeError, KeyError, ValueError):
-        return {}  # a run that was not made from a scene file does not tell
-    return {"subglottal_pressure": whole(value, "Pa", "from the scene")}
+        return []  # a run that was not made from a scene file does not tell
+    return [whole("subglottal_pressure", value)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -13,7 +13,7 @@ slides = 0.25  # edges: more is said (a node beside the rim has been missed at 0
 contact_makes = 0.05  # of the largest energy or work of the loads: more is said
 
 
-def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+def energy_measures(waveforms: Mapping[str, Array]) -> list[Measure]:
     """Energies and works at the end, and the largest ledger error over the largest energy of the run."""
     terms = (
         "kinetic_energy",
@@ -23,31 +23,21 @@ def energy_measures(waveforms: Mapping[str, Array]) -> dict[str, Measure]:
         "numerical_loss",
         "contact_work",
     )
-    found = {}
-    for name in terms:
-        if name in waveforms:
-            values = np.asarray(waveforms[name], dtype=float)
-            found[name] = whole(float(values[-1]), "J", "at the end of the run")
+    found = [whole(name, float(waveforms[name][-1])) for name in terms if name in waveforms]
     if "friction_loss" in waveforms:
-        total = float(np.sum(waveforms["friction_loss"]))
-        found["friction_loss"] = whole(total, "J", "minus the work of friction, over the run")
+        found.append(whole("friction_loss", float(np.sum(waveforms["friction_loss"]))))
     if {"kinetic_energy", "elastic_energy", "ledger_error"} <= waveforms.keys():
         energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
         error = float(np.abs(waveforms["ledger_error"]).max())
         largest = float(energy.max())
-        note = "largest ledger error over the largest energy"
-        found["ledger_error"] = whole(error / largest, "1", note) if largest > 0 else absent("1", "no energy")
+        name = "ledger_error"
+        found.append(whole(name, error / largest) if largest > 0 else absent(name, "no energy"))
     return found
 
 
-def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, Measure]:
+def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> list[Measure]:
     """Steps, time step and duration; iterations, coupling sweeps and steps with a frozen coupling."""
-    found = {
-        "steps": whole(time.size, "1"),
-        "time_step": whole(time_step(time), "s"),
-        "duration": whole(time.size * time_step(time), "s", "simulated"),
-    }
-    table = (
+    table: tuple[tuple[str, str, Callable[[Floats], float]], ...] = (
         ("mean_iterations", "iterations", np.mean),
         ("largest_iterations", "iterations", np.max),
         ("mean_coupling_sweeps", "coupling_sweeps", np.mean),
@@ -55,11 +45,16 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> dict[str, M
         ("coupling_converged_fraction", "coupling_converged", np.mean),
         ("inverted_tissue_max", "inverted_tissue", np.max),
     )
-    for name, key, function in table:
-        if key in waveforms:
-            value = function(np.asarray(waveforms[key], dtype=float))
-            found[name] = whole(float(value), "1", "over all steps")
-    return found
+    return [
+        whole("steps", time.size),
+        whole("time_step", time_step(time)),
+        whole("duration", time.size * time_step(time)),
+        *(
+            whole(name, reduce(np.asarray(waveforms[key], dtype=float)))
+            for name, key, reduce in table
+            if key in waveforms
+        ),
+    ]
 
 
 def _made_by_contact(waveforms: Mapping[str, Array]) -> float:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plica.measures.catalogue import pressure_window
 from plica.measures.record import time_step
-from plica.phonation.measures.contact import moving_average, pressure_window
+from plica.measures.waveforms import STORED
+from plica.phonation.measures.contact import moving_average
 from plica.phonation.measures.glottal import open_area
 from plica.phonation.report.reading import Reading
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
+from plica.report.wording import axis
 
 
 def shade(axes: Axes, reading: Reading, part: slice) -> None:
@@ -25,29 +28,32 @@ def glottal_waveforms(reading: Reading) -> Drawing:
     """Glottal area and flow in the last cycles."""
     part = reading.last_cycles(5)
     time = 1e3 * reading.time[part]
+    of_area, area = axis("glottal area", STORED["minimum_area"])
+    of_flow, flow = axis("flow", STORED["flow"])
 
     def paint(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
-        top.plot(time, 1e6 * open_area(reading.waveforms)[part], color=blue)
-        bottom.plot(time, 1e6 * reading.wave("flow")[part], color=red)
-        over_time((top, "glottal area (mm²)"), (bottom, "flow (cm³/s)"))
+        top.plot(time, of_area * open_area(reading.waveforms)[part], color=blue)
+        bottom.plot(time, of_flow * reading.wave("flow")[part], color=red)
+        over_time((top, area), (bottom, flow))
         for axes in (top, bottom):
             shade(axes, reading, part)
 
     caption = (
         "The smallest section area and the flow through it. Shaded: closed, or the flow stopped by contact."
     )
-    alt = "Two curves over time: glottal area in square millimetres and flow in cubic centimetres per second."
+    alt = "Two curves over time: glottal area and flow."
     return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
 
 
 def whole_run(reading: Reading) -> Drawing:
     """Glottal area from the first to the last step, with the steady part marked."""
+    factor, area = axis("glottal area", STORED["minimum_area"])
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
-        line(axes, 1e3 * reading.time, 1e6 * open_area(reading.waveforms), color=blue, lw=0.9)
-        over_time((axes, "glottal area (mm²)"))
+        line(axes, 1e3 * reading.time, factor * open_area(reading.waveforms), color=blue, lw=0.9)
+        over_time((axes, area))
         if reading.cycles.count:
             ends = 1e3 * reading.cycles.starts[[0, -1]]
             axes.axvspan(*ends, color=green, alpha=0.13, lw=0)
@@ -61,9 +67,10 @@ def contact_forces(reading: Reading) -> Drawing:
     """Mediolateral contact force on both folds and the largest nodal pressure."""
     part = reading.last_cycles(5)
     time = 1e3 * reading.time[part]
-    left = 1e3 * reading.wave("contact_force_first")[part, 0]
-    right = 1e3 * reading.wave("contact_force_second")[part, 0]
-    pressure = 1e-3 * reading.wave("peak_contact_pressure")
+    of_force, force = axis("force in x", STORED["contact_force_first"])
+    left, right = (of_force * reading.wave(f"contact_force_{side}")[part, 0] for side in ("first", "second"))
+    of_pressure, highest = axis("largest pressure", STORED["largest_contact_pressure"])
+    pressure = of_pressure * reading.wave("largest_contact_pressure")
     step = time_step(reading.time)
     count = max(round(pressure_window / step), 1)
 
@@ -76,7 +83,7 @@ def contact_forces(reading: Reading) -> Drawing:
         bottom.plot(time, moving_average(pressure, count)[part], color=green)
         averaged = f"mean over {1e3 * count * step:.2g} ms"
         label_ends(bottom, (("single step", grey), (averaged, green)))
-        over_time((top, "force in x (mN)"), (bottom, "peak pressure (kPa)"))
+        over_time((top, force), (bottom, highest))
 
     caption = (
         "Total contact force on each fold, positive to the patient's right, and the largest nodal contact "

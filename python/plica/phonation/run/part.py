@@ -10,8 +10,8 @@ import numpy as np
 
 from plica.errors import InvalidInput
 from plica.measures.record import Array, Floats, time_step
+from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.run_data import MeshData, RunData
-from plica.phonation.run.waveform_units import SINCE_THE_START
 from plica.phonation.scene.problems import value_text
 from plica.units import read_quantity
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, UnknownName
+from plica.measures.file import read_measures
+from plica.measures.measure import ByName
 from plica.phonation.run import store
 from plica.phonation.run.part import RunPart, part_of
 from plica.phonation.scene.scene import Scene
@@ -31,6 +32,8 @@ _STATUS = {
     store.FAILED: "failed",
     store.INTERRUPTED: "interrupted",
 }
+# Waveforms of runs that an older version stored.
+_RENAMED = {"peak_contact_pressure": "largest_contact_pressure"}
 
 
 @dataclass(frozen=True)
@@ -190,13 +193,15 @@ class Run(Mapping[str, NDArray[Any]]):
         else to the end of the step t_{n+1}, which is `time`. docs/scene.md says what each is.
         """
         with h5py.File(self.path, "r", locking=False) as file:
-            return {name: data[: self.steps] for name, data in file["waveforms"].items()}
+            stored = file["waveforms"].items()
+            return {_RENAMED.get(name, name): data[: self.steps] for name, data in stored}
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Unit of each waveform."""
         with h5py.File(self.path, "r", locking=False) as file:
-            return {name: str(data.attrs["units"]) for name, data in file["waveforms"].items()}
+            stored = file["waveforms"].items()
+            return {_RENAMED.get(name, name): str(data.attrs["units"]) for name, data in stored}
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -263,16 +268,15 @@ class Run(Mapping[str, NDArray[Any]]):
         return self._versions
 
     @property
-    def measures(self) -> dict[str, Any]:
-        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI; from measures.json, else measured now."""
-        path = self.directory / "measures.json"
-        if path.is_file() and self.status == "finished":
-            with storage_errors(path, "read"):
-                found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-                return found
+    def measures(self) -> ByName[dict[str, Any]]:
+        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, a note and cautions
+        where there are any; from measures.json where that has what is measured today, else measured now."""
+        stored = read_measures(self.directory / "measures.json") if self.status == "finished" else None
+        if stored is not None:
+            return stored
         from plica.phonation.measures.measure import measure
 
-        return {name: item.as_json() for name, item in measure(self).items()}
+        return ByName(measure(self).as_json())
 
     def between(self, start: float | str | None = None, end: float | str | None = None) -> RunPart:
         """The part of the run after `start` up to `end`, to be measured on its own.

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.phonation.run.waveform_units import WAVEFORM_UNITS
+from plica.measures.waveforms import STORED
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, require_space, storage_errors
 from plica.storage.layout import lay_out
@@ -212,7 +212,7 @@ def _lay_out_run(
         array = np.asarray(values)
         kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
         fill = np.nan if kind.kind == "f" else -1
-        unit = WAVEFORM_UNITS.get(name, "")
+        unit = STORED[name].unit
         lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
     if scene.airflow is not None:
         for name in ("height", "major"):

@@ -7,8 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from plica.measures.waveforms import STORED
 from plica.phonation.run.results import Run
-from plica.phonation.run.waveform_units import WAVEFORM_UNITS
 from plica.storage.table import heading, write_table
 
 __all__ = ["write_waveforms"]
@@ -22,7 +22,7 @@ def write_waveforms(run: Run) -> None:
     A vector has three columns, ``contact_force_first_x``, ``_y``, ``_z``; so has each probe, ``probe_1_x``.
     What there is of every section of the airway is left out; results.h5 has it.
     """
-    rank = {name: k for k, name in enumerate(WAVEFORM_UNITS)}
+    rank = {name: k for k, name in enumerate(STORED)}
     columns: dict[str, NDArray[Any]] = {}
     for name in sorted(run.waveforms, key=lambda name: rank.get(name, len(rank))):
         if name not in _PER_SECTION:

@@ -1,0 +1,314 @@
+"""What is measured: every quantity with its unit, its definition and the choices that it rests on.
+
+Runs, recordings, reports, command tables and docs/scene.md read it: a quantity is named, defined and given
+its unit here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from functools import partial
+from typing import Literal
+
+from plica.errors import UnknownName
+from plica.measures.quotients import leak_level
+from plica.measures.scale import SI, Scale, shown_unit
+
+__all__ = ["CATALOGUE", "Quantity", "Source", "quantity"]
+
+Source = Literal["run", "video", "both"]
+
+closed_share = 0.05  # of a cycle's largest area: up to it the glottis counts as closed
+closed_share_1_percent = 0.01  # the same in open_quotient_1_percent and in opening and closing samples
+contact_share = 0.01  # of a steady cycle's peak force: above it the folds are in contact
+bridged_share = 0.25  # of the period: losses of contact up to this long are within a collision
+bridged_of_record = 0.05  # the same without cycles, of the record
+pressure_window = 0.2e-3  # s, averaging time of the peak contact pressure
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One entry of the catalogue.
+
+    Attributes
+    ----------
+    name : str
+        In the API and in measures.json.
+    label : str
+        For people.
+    unit : str
+        SI, "1" for a pure number; of a recording without a scale it is `Scale.unit` of this.
+    meaning : str
+        The definition with its level, averaging time and sign; empty where the label says all.
+    group : str
+        Heading under which people find it.
+    source : {"run", "video", "both"}
+        What it is measured of.
+    symbol : str
+        What people call it in short.
+    shown : str
+        The unit that people read, where it is not the usual one of `unit`.
+    """
+
+    name: str
+    label: str
+    unit: str
+    meaning: str = ""
+    _: KW_ONLY
+    group: str
+    source: Source
+    symbol: str = ""
+    shown: str = ""
+
+    def people(self, scale: Scale = SI) -> tuple[float, str]:
+        """Factor and unit in which people read what is in the unit of that scale."""
+        unit = scale.unit(self.unit)
+        return shown_unit(unit, self.shown if unit == self.unit else "")
+
+
+_OPEN = (
+    "share of the cycle with the glottal area above {:g} % of the cycle's largest and the flow not stopped "
+    "by contact"
+)
+_SIDE = (
+    "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run mid-coronal "
+    "where the folds move most, in a recording the mean over the middle tenth of the midline"
+)
+_COLLISION = "over the collisions of the steady cycles, without cycles of the whole run"
+_LARGEST = "largest in each cycle, without cycles of the whole run"
+_ASYMMETRY = "(right - left) / (right + left)"
+_STEP_PRESSURE = "largest nodal pressure of each step"
+
+_vibration = partial(Quantity, group="Vibration", source="both")
+_run_vibration = partial(Quantity, group="Vibration", source="run")
+_video_vibration = partial(Quantity, group="Vibration", source="video")
+_glottis = partial(Quantity, group="Glottis", source="both")
+_video_glottis = partial(Quantity, group="Glottis", source="video")
+_airflow = partial(Quantity, group="Airflow", source="run")
+_contact = partial(Quantity, group="Contact", source="run")
+_energy = partial(Quantity, group="Energy", source="run")
+_solver = partial(Quantity, group="Solver", source="run")
+
+_QUANTITIES = (
+    _vibration(
+        "fundamental_frequency", "Fundamental frequency", "Hz", "steady cycles over their time", symbol="f0"
+    ),
+    _vibration(
+        "fundamental_frequency_autocorrelation",
+        "Fundamental frequency by autocorrelation",
+        "Hz",
+        "first high peak of the autocorrelation",
+    ),
+    _vibration("period", "Period", "s", symbol="T"),
+    _vibration(
+        "amplitude_growth",
+        "Growth per cycle",
+        "1",
+        "relative change of the peak-to-peak amplitude from cycle to cycle; 0 once settled",
+    ),
+    _run_vibration(
+        "damping_ratio",
+        "Damping ratio",
+        "1",
+        "from the decay of the peak-to-peak amplitude; negative: it grows",
+        symbol="zeta",
+    ),
+    _run_vibration(
+        "probe_amplitude",
+        "Amplitude of the probe",
+        "m",
+        "half the peak-to-peak motion of the probe that moves most, in the direction in which it does",
+    ),
+    _vibration("open_quotient", "Open quotient", "1", _OPEN.format(100 * closed_share), symbol="OQ"),
+    _run_vibration(
+        "open_quotient_1_percent",
+        "Open quotient at a level of 1 %",
+        "1",
+        _OPEN.format(100 * closed_share_1_percent),
+    ),
+    _vibration(
+        "speed_quotient",
+        "Speed quotient",
+        "1",
+        f"opening over closing time, above {100 * closed_share:g} % of the cycle's largest area; without "
+        f"closure above {100 * leak_level:g} % of the way from the least to the largest area",
+        symbol="SQ",
+    ),
+    _vibration(
+        "closing_quotient",
+        "Closing quotient",
+        "1",
+        "closing time over period, as in the speed quotient",
+        symbol="ClQ",
+    ),
+    _vibration("amplitude_left", "Amplitude, left fold", "m", _SIDE.format("left")),
+    _vibration("amplitude_right", "Amplitude, right fold", "m", _SIDE.format("right")),
+    _vibration("amplitude_ratio", "Amplitude ratio", "1", "of the folds' displacements, right over left"),
+    _vibration(
+        "amplitude_asymmetry", "Amplitude asymmetry", "1", f"of the folds' displacements, {_ASYMMETRY}"
+    ),
+    _video_vibration(
+        "area_asymmetry",
+        "Area asymmetry",
+        "1",
+        f"of the ranges of the glottal areas on either side of the midline, {_ASYMMETRY}",
+    ),
+    _vibration(
+        "left_right_phase",
+        "Left-right phase",
+        "rad",
+        "between the displacements of the folds' edges, at the fundamental; positive where the right lags",
+    ),
+    _run_vibration(
+        "vertical_phase_difference",
+        "Vertical phase difference",
+        "rad",
+        "at the fundamental; positive where the upper edge lags the lower one",
+    ),
+    _run_vibration(
+        "converging_while_opening",
+        "Converging while opening",
+        "1",
+        f"share of the opening samples above {100 * closed_share_1_percent:g} % of the cycle's largest area "
+        "with the lower edge wider",
+    ),
+    _run_vibration(
+        "diverging_while_closing",
+        "Diverging while closing",
+        "1",
+        f"share of the closing samples above {100 * closed_share_1_percent:g} % of the cycle's largest area "
+        "with the upper edge wider",
+    ),
+    _glottis(
+        "glottal_area_max",
+        "Largest glottal area",
+        "m^2",
+        "in each cycle, without cycles over the last third of the record",
+    ),
+    _glottis(
+        "glottal_area_mean",
+        "Mean glottal area",
+        "m^2",
+        "of each cycle, without cycles over the last third of the record",
+    ),
+    _video_glottis("glottal_length", "Glottal length", "m", "of the midline"),
+    _video_glottis(
+        "glottal_area_max_relative", "Largest glottal area over the square of the glottal length", "1"
+    ),
+    _video_glottis("amplitude_left_relative", "Amplitude over the glottal length, left fold", "1"),
+    _video_glottis("amplitude_right_relative", "Amplitude over the glottal length, right fold", "1"),
+    _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
+    _airflow(
+        "peak_flow", "Peak flow", "m^3/s", "in each cycle, without cycles over the last third of the record"
+    ),
+    _airflow(
+        "mean_flow", "Mean flow", "m^3/s", "of each cycle, without cycles over the last third of the record"
+    ),
+    _airflow(
+        "minimum_flow",
+        "Least flow",
+        "m^3/s",
+        "in each cycle, without cycles over the last third of the record",
+    ),
+    _contact(
+        "collisions",
+        "Collisions",
+        "1",
+        "complete ones in the whole run; "
+        f"in contact above {100 * contact_share:g} % of the peak force, losses of contact below "
+        f"{bridged_share:g} of the period (of the record {bridged_of_record:g} without cycles) bridged",
+    ),
+    _contact("contact_impulse", "Impulse per collision", "N s", f"on the left fold, {_COLLISION}"),
+    _contact("contact_duration", "Duration of a collision", "s", _COLLISION),
+    _contact("contact_force_left_peak", "Peak force, left fold", "N", f"of a single step, {_COLLISION}"),
+    _contact("contact_force_right_peak", "Peak force, right fold", "N", f"of a single step, {_COLLISION}"),
+    _contact("contact_force_left_mean", "Mean force, left fold", "N", f"impulse over duration, {_COLLISION}"),
+    _contact(
+        "contact_force_right_mean", "Mean force, right fold", "N", f"impulse over duration, {_COLLISION}"
+    ),
+    _contact(
+        "contact_force_balance",
+        "Imbalance of the forces",
+        "1",
+        "largest magnitude of the sum of both forces over the largest force",
+    ),
+    _contact(
+        "contact_area_max",
+        "Largest contact area",
+        "m^2",
+        f"of the loaded nodes, mean of both sides; {_LARGEST}",
+    ),
+    _contact(
+        "contact_length_max",
+        "Largest contact length",
+        "m",
+        "anteroposterior, of the deformed fold; a loaded node stands for half the way to its neighbours; "
+        f"{_LARGEST}",
+    ),
+    _contact(
+        "contact_length_fraction",
+        "Contact length over fold length",
+        "1",
+        "length in contact of the deformed fold over the length of the fold at rest, so that it may pass "
+        f"1; {_LARGEST}",
+    ),
+    _contact(
+        "peak_contact_pressure",
+        f"Peak contact pressure, mean over {1e3 * pressure_window:g} ms",
+        "Pa",
+        f"moving mean over {1e3 * pressure_window:g} ms of the {_STEP_PRESSURE} (an upper bound of any one "
+        "node's mean); grows as the step falls where the surfaces have mass, converges without "
+        f'(contact.surface_mass = "redistributed"); {_LARGEST}',
+    ),
+    _contact(
+        "peak_contact_pressure_step",
+        "Peak contact pressure of a single step",
+        "Pa",
+        f"{_STEP_PRESSURE}: grows as the step falls, not a physical figure; {_LARGEST}",
+    ),
+    _contact(
+        "deepest_gap", "Deepest gap", "m", "of the whole run, at a node; negative is overlap", shown="um"
+    ),
+    _contact("overlap_volume_max", "Largest overlap", "m^3", "of the whole run, confirmed at nodes"),
+    _contact(
+        "edge_overlap_volume_max",
+        "Largest overlap, edge to edge",
+        "m^3",
+        "of the whole run, without a contact row",
+    ),
+    _contact(
+        "largest_multiplier",
+        "Largest multiplier",
+        "N",
+        "of the whole run; positive would be tensile",
+        shown="uN",
+    ),
+    _energy("kinetic_energy", "Kinetic energy", "J", "at the end of the run"),
+    _energy("elastic_energy", "Elastic energy", "J", "at the end of the run"),
+    _energy("load_work", "Work of the loads", "J", "at the end of the run"),
+    _energy("viscous_loss", "Viscous loss", "J", "at the end of the run"),
+    _energy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
+    _energy("contact_work", "Work of the contact", "J", "at the end of the run"),
+    _energy("friction_loss", "Friction loss", "J", "minus the work of friction, over the run"),
+    _energy("ledger_error", "Ledger error", "1", "largest over the largest energy of the run"),
+    _solver("steps", "Steps", "1", "computed"),
+    _solver("time_step", "Time step", "s", shown="us"),
+    _solver("duration", "Time simulated", "s"),
+    _solver("mean_iterations", "Iterations per step", "1", "mean over all steps"),
+    _solver("largest_iterations", "Iterations per step, at most", "1"),
+    _solver("mean_coupling_sweeps", "Coupling sweeps per step", "1", "mean over all steps"),
+    _solver("coupling_frozen_fraction", "Steps with a frozen coupling", "1", "share of all steps"),
+    _solver("coupling_converged_fraction", "Steps with a converged coupling", "1", "share of all steps"),
+    _solver("mean_contact_passes", "Contact passes per step", "1", "mean over all steps"),
+    _solver("inverted_tissue_max", "Inverted tissue cells, at most", "1"),
+)
+
+CATALOGUE = {entry.name: entry for entry in _QUANTITIES}
+"""Every quantity by name, in the order in which people read them."""
+
+
+def quantity(name: str) -> Quantity:
+    """The entry of that name; UnknownName where there is none."""
+    if name not in CATALOGUE:
+        raise UnknownName("Measures", name, CATALOGUE)
+    return CATALOGUE[name]

@@ -1,0 +1,78 @@
+"""What is measured of a glottal area, simulated or filmed: frequency, extent, quotients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from plica.measures.catalogue import closed_share
+from plica.measures.cycles import Cycles
+from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
+from plica.measures.pulses import autocorrelation_frequency
+from plica.measures.quotients import quotients
+from plica.measures.record import Floats, time_step
+from plica.measures.scale import SI, Scale
+
+apart = 0.02  # relative difference to the autocorrelation's frequency: more is said
+
+
+def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scale = SI) -> list[Measure]:
+    """Fundamental frequency, period, growth, and the frequency once more by autocorrelation."""
+    names = (
+        "fundamental_frequency",
+        "period",
+        "amplitude_growth",
+        "fundamental_frequency_autocorrelation",
+    )
+    if not cycles.count:
+        return [absent(name, cycles.note) for name in names]
+    other = autocorrelation_frequency(signal[cycles.extent(time)], time_step(time))
+    said = [cycles.note] if cycles.note else []
+    differs = []
+    if not abs(other / cycles.frequency - 1.0) < apart:
+        differs = [f"the autocorrelation gives {other:.4g} {scale.unit('Hz')}: the cycles are not all alike"]
+    return [
+        cycle_frequency(cycles, differs),
+        per_cycle("period", cycles, cycles.periods),
+        Measure("amplitude_growth", _growth(time, signal, cycles), None, cycles.count, cautions=tuple(said)),
+        whole("fundamental_frequency_autocorrelation", other, cautions=said),
+    ]
+
+
+def over_cycles(
+    name: str, time: Floats, signal: Floats, cycles: Cycles, reduce: Callable[[Floats], float]
+) -> Measure:
+    """A reduction of the signal in each cycle; without cycles over the last third, which is said."""
+    if not cycles.count:
+        part = cycles.extent(time)
+        return whole(
+            name, reduce(signal[part]), cautions=[f"over the last third of the record; {cycles.note}"]
+        )
+    return per_cycle(name, cycles, np.array([reduce(signal[part]) for part in cycles.samples(time)]))
+
+
+def area_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
+    """Largest and mean glottal area."""
+    return [
+        over_cycles("glottal_area_max", time, area, cycles, np.max),
+        over_cycles("glottal_area_mean", time, area, cycles, np.mean),
+    ]
+
+
+def quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
+    """Open quotient (open time / period), speed quotient (opening / closing time), closing quotient."""
+    found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
+    return [
+        per_cycle("open_quotient", cycles, np.array([one.open for one in found])),
+        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found])),
+        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found])),
+    ]
+
+
+def _growth(time: Floats, signal: Floats, cycles: Cycles) -> float:
+    """Slope of a line through the cycles' peak-to-peak amplitudes, over their mean."""
+    amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
+    slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
+    return float(slope / amplitudes.mean())

@@ -1,0 +1,66 @@
+"""What is measured of the motion of the left and the right fold, simulated or filmed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from plica.measures.cycles import Cycles
+from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
+from plica.measures.phase import fundamental, phase_lag
+from plica.measures.record import Floats
+
+_NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
+
+
+def amplitudes(time: Floats, signal: Floats, cycles: Cycles) -> Floats:
+    """(c) half the peak-to-peak of the signal in each cycle."""
+    return np.array([0.5 * np.ptp(signal[part]) for part in cycles.samples(time)])
+
+
+def asymmetry(left: Floats, right: Floats) -> Floats:
+    """(right - left) / (right + left); NaN where neither moves."""
+    return ratio(right - left, right + left)
+
+
+def ratio(top: Floats, bottom: Floats) -> Floats:
+    """Top over bottom; NaN where the bottom is not positive."""
+    found: Floats = np.divide(top, bottom, out=np.full(top.shape, np.nan), where=bottom > 0)
+    return found
+
+
+def lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
+    """(c) rad, lag of the second signal behind the first at each cycle's fundamental."""
+    return np.array(
+        [
+            phase_lag(fundamental(time, first, *ends), fundamental(time, second, *ends))
+            for ends in pairwise(cycles.starts)
+        ]
+    )
+
+
+def side_measures(
+    time: Floats, left: Floats, right: Floats, cycles: Cycles, notes: tuple[str, str] = ("", "")
+) -> list[Measure]:
+    """Amplitudes of the folds, their ratio and asymmetry, and the phase between them.
+
+    Parameters
+    ----------
+    time : (k)
+    left, right : (k)
+        Distance of either fold's edge from the midline, both growing as the glottis opens.
+    cycles : Cycles
+    notes : (str, str)
+        What there is to say of the left and of the right amplitude.
+    """
+    if not cycles.count:
+        return [absent(name, cycles.note) for name in _NAMES]
+    of_left, of_right = amplitudes(time, left, cycles), amplitudes(time, right, cycles)
+    return [
+        per_cycle("amplitude_left", cycles, of_left, notes[0]),
+        per_cycle("amplitude_right", cycles, of_right, notes[1]),
+        per_cycle("amplitude_ratio", cycles, ratio(of_right, of_left)),
+        per_cycle("amplitude_asymmetry", cycles, asymmetry(of_left, of_right)),
+        per_cycle_angle("left_right_phase", cycles, lags(time, left, right, cycles)),
+    ]
