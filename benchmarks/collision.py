@@ -26,7 +26,8 @@ from scipy.spatial import cKDTree
 
 import plica
 from plica import _engine as engine
-from plica.phonation.measures.contact import collisions, force_level, moving_average, pressure_window
+from plica.measures.catalogue import contact_share, pressure_window
+from plica.phonation.measures.contact import collisions, moving_average
 from plica.phonation.run import checkpoint
 from plica.phonation.run.build import _airflow, _body, _contact, _scheme, build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
@@ -98,7 +99,7 @@ def run(
     wave = simulation.advance(round(LENGTH / step))
     seconds = time.perf_counter() - start
     force = np.linalg.norm(wave["contact_force_first"], axis=1)
-    found = collisions(wave["time"], force, force_level * float(force.max()), 0.9e-3)
+    found = collisions(wave["time"], force, contact_share * float(force.max()), 0.9e-3)
     if len(found) != 1:
         raise RuntimeError(f"{len(found)} complete collisions; must be one.")
     part = found[0]
@@ -116,8 +117,8 @@ def run(
         "force": impulse / duration,
         "equivalent": spread,
         "even force": impulse / spread,
-        "peak": wave["peak_contact_pressure"].max(),
-        "averaged": moving_average(np.asarray(wave["peak_contact_pressure"]), count).max(),
+        "peak": wave["largest_contact_pressure"].max(),
+        "averaged": moving_average(np.asarray(wave["largest_contact_pressure"]), count).max(),
         "spread": moving_average(mean_pressure, count).max(),
         "peak force": force.max(),
         "area": wave["contact_area"].max(),

@@ -90,7 +90,7 @@ def errors(options: Synthetic, folder: Path) -> Errors:
         "amplitude_left",
         "amplitude_right",
         "fundamental_frequency",
-        "phase_asymmetry",
+        "left_right_phase",
     )
     off = [float(told[name].value) - value for name, value in zip(names, exact, strict=True)]
     off[0] *= 100 / exact[0]

@@ -37,7 +37,7 @@ from plica.phonation.run.build import fixed_components
 # Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
 QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
     "fundamental frequency": ("fundamental_frequency", 1.0, "Hz", 2, "219", "284-290", "280-286"),
-    "open quotient": ("open_quotient", 1.0, "", 4, "0.87", "0.86-0.89", "0.75-0.77"),
+    "open quotient (1 %)": ("open_quotient_1_percent", 1.0, "", 4, "0.87", "0.86-0.89", "0.75-0.77"),
     "peak flow": ("peak_flow", 1e6, "cm3/s", 1, "500-600", "507-511", "594-601"),
     "contact length fraction": ("contact_length_fraction", 1.0, "", 3, "0.40", "0.28-0.33", "0.57-0.61"),
     "impulse per collision": ("contact_impulse", 1e6, "uN s", 3, "", "", ""),
@@ -50,7 +50,7 @@ QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
 # Quantity: largest change between two levels, relative or not.
 LIMITS: dict[str, tuple[float, bool]] = {
     "fundamental frequency": (0.01, True),
-    "open quotient": (0.02, False),
+    "open quotient (1 %)": (0.02, False),
     "peak flow": (0.02, True),
 }
 
@@ -236,7 +236,7 @@ def show_differences(family: list[Case], kind: str) -> None:
         values = [case.value(quantity) for case in family]
         if any(value is None for value in values):
             continue
-        limit, relative = LIMITS.get(quantity, (None, quantity != "open quotient"))
+        limit, relative = LIMITS.get(quantity, (None, quantity != "open quotient (1 %)"))
         known = [value for value in values if value is not None]
         cells = []
         for (first, second), (a, b) in zip(pairs, pairwise(known), strict=True):

@@ -56,7 +56,7 @@ def point(shelf: Shelf, base: str, contact: str, pressure: float) -> Point | Non
         ratio,
         record.peak(record.area, 1e6),
         record.peak(record.force, 1e3),
-        record.value("open_quotient"),
+        record.value("open_quotient_1_percent"),
     )
 
 
@@ -83,7 +83,7 @@ def rows(found: list[Point]) -> list[list[object]]:
 
 HEADER = ["base", "contact", "pressure (kPa)"] + [
     text
-    for name in ("volume (mm3)", "volume ratio", "area (mm2)", "force (mN)", "open quotient")
+    for name in ("volume (mm3)", "volume ratio", "area (mm2)", "force (mN)", "open quotient (1 %)")
     for text in (name, f"error of {name}")
 ]
 

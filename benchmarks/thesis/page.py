@@ -49,7 +49,8 @@ the set-up is near its threshold, and its results depend on step and mesh.
 Definitions, as in the thesis: contact area is that of the right fold's interface triangles with a loaded
 vertex, overlap the volume of airway tetrahedra that are inside out, contact stress the mediolateral force
 over that area. "Forces neglected" is a penalty of 1e-15 of the thesis's. "LM" are Lagrange multipliers that
-close the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of the step.
+close the gap at the weighted position of Eq. (25), "LM at n + 1" at the end of the step. The open quotient is
+at a level of 1 % of a cycle's largest area (`open_quotient_1_percent`).
 """
 
 
@@ -58,7 +59,7 @@ REASONS = {  # beginning of a claim: why it may fail; shown where it does
         "f0: linear tetrahedra on this mesh are too stiff, and the whole wall is held, which the thesis "
         "does not state (phonation.md)."
     ),
-    "open quotient within": (
+    "open quotient (1 %) within": (
         "open quotient, flow, contact length: with the printed viscosity (P) the folds hardly touch on "
         "this mesh, with half of it (B) they close over most of their length; the published values lie "
         "between."
