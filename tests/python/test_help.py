@@ -10,6 +10,7 @@ import pytest
 
 import plica
 from plica.cli import main
+from plica.measures.catalogue import CATALOGUE
 from plica.phonation.scene.reference import scene_tables
 
 _EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -79,3 +80,17 @@ def test_the_description_of_the_package_has_no_link_into_the_sources() -> None:
     assert text.startswith("# Plica")
     assert "docs/scene.md" in text
     assert re.findall(r"\]\((?!https?:)[^)]*\)", text) == []
+
+
+def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", "open_quotient"]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert said.startswith(
+        "measures open_quotient (1, of runs and recordings) Open quotient: share of the cycle"
+    )
+    assert "above 5 % of the cycle's largest" in said
+    assert main(["keys", "largest_contact_pressure"]) == 0
+    assert "(Pa, of runs)" in capsys.readouterr().out
+    assert main(["keys", "measures"]) == 0
+    said = capsys.readouterr().out
+    assert all(f"\n  {name} " in f"\n{said}" for name in CATALOGUE)

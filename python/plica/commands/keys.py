@@ -15,20 +15,24 @@ if TYPE_CHECKING:
 
 __all__ = ["add_commands"]
 
+_SOURCES = {"run": "runs", "video": "recordings", "both": "runs and recordings"}
+
 _HELP = """\
-Says what may stand in a scene file: unit, default and meaning of every key.
+Says what may stand in a scene file, and what is measured and stored: unit, default and meaning.
 
 examples:
-  plica keys                          the tables
+  plica keys                          the tables of a scene
   plica keys airflow                  one table and those inside it
   plica keys subglottal_pressure      one key, wherever it stands
+  plica keys open_quotient            one measure or waveform, with its definition
+  plica keys measures                 all measures; likewise waveforms
 """
 
 
 def add_commands(commands: Any) -> None:
     """``plica keys [NAME]``."""
-    part = add_command(commands, "keys", _keys, "say what the keys of a scene mean", _HELP)
-    part.add_argument("name", metavar="NAME", nargs="?", help="a table or a key")
+    part = add_command(commands, "keys", _keys, "say what keys, measures and waveforms mean", _HELP)
+    part.add_argument("name", metavar="NAME", nargs="?", help="a table, key, measure or waveform")
 
 
 def _keys(options: argparse.Namespace) -> int:
@@ -40,16 +44,50 @@ def _keys(options: argparse.Namespace) -> int:
         print(_overview(tables))
         return 0
     name = options.name.strip("[]")
-    inside = [table for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
-    places = [(table, key) for table in tables for key in table.keys if key.name == name]
-    if inside:
-        print("\n\n".join(map(_whole, inside)))
-    elif places:
-        print("\n\n".join(f"{table.title}\n{_rows([key])}" for table, key in places))
-    else:
+    listed = {"measures": _measures(), "waveforms": _waveforms()}
+    found = [_whole(table) for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
+    if not found:
+        found = [
+            f"{table.title}\n{_rows([key])}" for table in tables for key in table.keys if key.name == name
+        ]
+    found += [_rows(keys) for title, keys in listed.items() if title == name]
+    for title, keys in listed.items():
+        rows = [key for key in keys if key.name == name]
+        found += [f"{title}\n{_rows(rows)}"] if rows else []
+    if not found:
         known = [_bare(table) for table in tables] + [key.name for table in tables for key in table.keys]
-        raise InvalidInput(f'"{name}" is no table or key of a scene.{nearest(name, known)} See: plica keys')
+        known += [key.name for keys in listed.values() for key in keys]
+        raise InvalidInput(
+            f'"{name}" is no table or key of a scene, no measure and no waveform.{nearest(name, known)} '
+            "See: plica keys"
+        )
+    print("\n\n".join(found))
     return 0
+
+
+def _measures() -> list[Key]:
+    from plica.measures.catalogue import CATALOGUE
+    from plica.phonation.scene.reference import Key
+
+    return [
+        Key(
+            entry.name,
+            entry.unit,
+            f"of {_SOURCES[entry.source]}",
+            f"{entry.label}: {entry.meaning}".rstrip(": "),
+        )
+        for entry in CATALOGUE.values()
+    ]
+
+
+def _waveforms() -> list[Key]:
+    from plica.measures.waveforms import RECORDED, STORED
+    from plica.phonation.scene.reference import Key
+
+    return [
+        Key(entry.name, entry.unit, f"of {_SOURCES[entry.source]}", entry.meaning)
+        for entry in (*STORED.values(), *RECORDED.values())
+    ]
 
 
 def _bare(table: Table) -> str:
@@ -60,7 +98,13 @@ def _bare(table: Table) -> str:
 def _overview(tables: Sequence[Table]) -> str:
     indent = 2 + max(len(table.title) for table in tables)
     lines = [hanging(table.title, first_sentence(table.description), indent) for table in tables]
-    return "\n".join([*lines, "", "One of them, or one key: plica keys NAME"])
+    return "\n".join(
+        [
+            *lines,
+            "",
+            "One of them, or one key: plica keys NAME. Likewise measures and waveforms: plica keys measures",
+        ]
+    )
 
 
 def _whole(table: Table) -> str:
