@@ -24,6 +24,11 @@ def test_the_readme_goes_from_one_sentence_to_what_is_left_out():
     assert places == sorted(places)
 
 
+def test_toml_of_the_readme_is_the_first_example():
+    first = plica.Scene.load(_ROOT / "examples" / "first.toml")
+    assert plica.Scene.from_text(_block("toml")) == first
+
+
 def test_cpp_of_the_readme_is_the_example_that_the_consumer_builds():
     example = (_ROOT / "examples" / "embedding.cpp").read_text(encoding="utf-8")
     assert example.endswith(_block("cpp"))
