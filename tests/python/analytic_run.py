@@ -187,7 +187,7 @@ class Phonation:
         lower = np.stack((corner, corner + 1, corner + y.size), axis=1)
         upper = np.stack((corner + 1, corner + y.size + 1, corner + y.size), axis=1)
         faces = np.concatenate((lower, upper))
-        surfaces = {"airway_right": faces, "airway_left": faces + grid_y.size}
+        surfaces = {"airway_right": faces[:, ::-1], "airway_left": faces + grid_y.size}  # toward the air
         surfaces["airway"] = np.concatenate(tuple(surfaces.values()))
         mesh = AnalyticMesh(points.reshape(-1, 3), surfaces)
         return mesh, move.reshape(right.shape[0], -1, 3)

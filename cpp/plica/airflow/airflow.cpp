@@ -94,7 +94,7 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
 
 Vector Airflow::areas(const Points& x) const {
   if (std::holds_alternative<Elliptic>(options_.area))
-    return pi / 2 * sections_.major.cwiseProduct(sections_.half_widths(x).rowwise().sum());
+    return pi / 2 * sections_.major.cwiseProduct(sections_.widths(x));
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const auto node : lower_rim_) low = std::max(low, x(node, 2));
   for (const auto node : upper_rim_) high = std::min(high, x(node, 2));
@@ -164,8 +164,9 @@ void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) c
 }
 
 bool Airflow::blocks(double y_bc, double z_bc) const {
-  return std::abs(y_bc) <=
-         options_.zero_flow_fraction * interpolate(sections_.major, between(sections_.height, z_bc));
+  const Between where = between(sections_.height, z_bc);
+  return std::abs(y_bc - interpolate(sections_.middle, where)) <=
+         options_.zero_flow_fraction * interpolate(sections_.major, where);
 }
 
 }  // namespace plica

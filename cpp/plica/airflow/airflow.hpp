@@ -33,7 +33,8 @@ class Airflow {
   struct Options {
     double subglottal_pressure = 800.0;  // Pa, > 0
     double air_density = 1.23;           // kg/m^3, > 0
-    double zero_flow_fraction = 0.5;  // tau of Paper A, Sec. 2.4: contact within |y| <= tau * y_i stops the flow
+    double zero_flow_fraction =
+        0.5;  // tau of Paper A, Sec. 2.4: contact within tau * y_i of the middle stops the flow
     std::variant<Elliptic, Cut> area = Elliptic{};
     std::variant<ReferenceShape, CurrentShape> load_shape = ReferenceShape{};
     void validate() const;  // throws InvalidInput
@@ -60,7 +61,8 @@ class Airflow {
   /// (surface nodes) Pa, interpolated between sections along the reference height; p_s below the first section,
   /// 0 above the last.
   Vector nodal_pressure(const Vector& pressure) const;
-  /// Whether contact at height z_bc, anteroposterior y_bc lies in the middle of the glottis: |y_bc| <= tau * y_i.
+  /// Whether contact at height z_bc, anteroposterior y_bc lies in the middle of the glottis: within tau * y_i of
+  /// it.
   bool blocks(double y_bc, double z_bc) const;
 
  private:

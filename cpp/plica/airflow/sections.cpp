@@ -1,5 +1,6 @@
 #include "plica/airflow/sections.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,7 +14,7 @@
 namespace plica {
 namespace {
 
-/// Where the plane y = 0 meets the interface: a node (a = b), or the edge a b at a + t (b - a).
+/// Where the mid-coronal plane meets the interface: a node (a = b), or the edge a b at a + t (b - a).
 struct CutVertex {
   std::int32_t a, b;
   double t;
@@ -27,24 +28,22 @@ struct Segment {
 /// The mid-coronal line of one fold, bottom to top.
 using Line = std::vector<CutVertex>;
 
-double extent_of(const Points& points, const Triangles& triangles) {
-  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-  for (const auto node : triangles.reshaped()) {
-    low = low.cwiseMin(points.row(node).transpose());
-    high = high.cwiseMax(points.row(node).transpose());
-  }
-  return (high - low).norm();
+Eigen::AlignedBox3d box_of(const Points& points, const Triangles& triangles) {
+  Eigen::AlignedBox3d box;
+  for (const auto node : triangles.reshaped()) box.extend(points.row(node).transpose());
+  return box;
 }
 
-/// Segments of y = 0 on the right and the left fold: outward means toward -x on the right fold, which tells the
-/// folds apart also where they touch. A segment along an edge comes once.
-std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Triangles& triangles,
+/// Segments of the plane y = middle on the fold of larger and on that of smaller x: outward means toward -x on the
+/// former, which tells the folds apart also where they touch. A segment along an edge comes once.
+std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Triangles& triangles, double middle,
                                                 double tolerance) {
+  const auto ahead = [&](std::int32_t node) { return points(node, 1) - middle; };
   std::array<std::map<std::array<std::int32_t, 4>, Segment>, 2> found;
   for (const auto& triangle : triangles.rowwise()) {
     std::array<int, 3> sign;
     for (int c = 0; c < 3; ++c) {
-      const double y = points(triangle[c], 1);
+      const double y = ahead(triangle[c]);
       sign[c] = std::abs(y) <= tolerance ? 0 : y > 0 ? 1 : -1;
     }
     std::array<CutVertex, 3> ends;
@@ -55,7 +54,7 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
         ends[count++] = {triangle[c], triangle[c], 0, points(triangle[c], 0), points(triangle[c], 2)};
       else if (sign[c] * sign[d] < 0) {
         const auto a = std::min(triangle[c], triangle[d]), b = std::max(triangle[c], triangle[d]);
-        const double t = points(a, 1) / (points(a, 1) - points(b, 1));
+        const double t = ahead(a) / (ahead(a) - ahead(b));
         ends[count++] = {a, b, t, points(a, 0) + t * (points(b, 0) - points(a, 0)),
                          points(a, 2) + t * (points(b, 2) - points(a, 2))};
       }
@@ -64,8 +63,8 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
     auto [low, high, rest] = ends;
     if (low.z > high.z) std::swap(low, high);
     if (count == 3 || high.z - low.z <= tolerance)
-      throw InvalidInput("coronal_sections: interface at y = 0, (x, z) = (" + number(low.x) + ", " +
-                         number(low.z) +
+      throw InvalidInput("coronal_sections: interface at y = " + number(middle) + " m, (x, z) = (" +
+                         number(low.x) + ", " + number(low.z) +
                          ") m; must have one x at each height on each fold, but runs level there. "
                          "Does the surface hold more than the walls of the airway?");
     const Vector3 u = points.row(triangle[1]) - points.row(triangle[0]),
@@ -79,18 +78,20 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
   return sides;
 }
 
-Line join(std::vector<Segment> segments, const std::string& side, double tolerance) {
+Line join(std::vector<Segment> segments, const std::string& side, double middle, double tolerance) {
   if (segments.empty())
-    throw InvalidInput("coronal_sections: " + side +
-                       " interface; must cross the plane y = 0. Are the anteroposterior axis y and the outward "
+    throw InvalidInput("coronal_sections: interface toward " + side +
+                       " x; must cross its mid-coronal plane y = " + number(middle) +
+                       " m. Are the anteroposterior axis y and the outward "
                        "direction of the surface right?");
   std::sort(segments.begin(), segments.end(), [](const auto& p, const auto& q) { return p.low.z < q.low.z; });
   Line line{segments[0].low};
   for (const auto& segment : segments) {
     const auto& end = line.back();
     if (std::abs(segment.low.z - end.z) > tolerance || std::abs(segment.low.x - end.x) > tolerance)
-      throw InvalidInput("coronal_sections: " + side + " interface at y = 0, (x, z) = (" + number(segment.low.x) +
-                         ", " + number(segment.low.z) + ") m; must have one x at each height, " +
+      throw InvalidInput("coronal_sections: interface toward " + side + " x at y = " + number(middle) +
+                         " m, (x, z) = (" + number(segment.low.x) + ", " + number(segment.low.z) +
+                         ") m; must have one x at each height, " +
                          (segment.low.z < end.z + tolerance ? "has several" : "has none just below") +
                          ". The flow needs folds without overhang.");
     line.push_back(segment.high);
@@ -131,7 +132,9 @@ MaterialPoint point_at(const Line& line, double height, double tolerance) {
   return point;
 }
 
-double half_depth(const Points& points, const Triangles& triangles, double height, double tolerance) {
+/// Least and largest y of the interface at a height.
+std::pair<double, double> depth(const Points& points, const Triangles& triangles, double height,
+                                double tolerance) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   const auto include = [&](double y) { low = std::min(low, y), high = std::max(high, y); };
   for (const auto& triangle : triangles.rowwise())
@@ -143,7 +146,21 @@ double half_depth(const Points& points, const Triangles& triangles, double heigh
       else if (below * above < 0)
         include(points(a, 1) + below / (below - above) * (points(b, 1) - points(a, 1)));
     }
-  return (high - low) / 2;
+  return {low, high};
+}
+
+/// How many more cells at the nodes of the line are of the right fold than of the left one.
+int right_cells(const TetMesh& mesh, const Line& line) {
+  std::vector<char> on_line(static_cast<std::size_t>(mesh.node_count()), 0);
+  for (const auto& vertex : line) on_line[vertex.a] = on_line[vertex.b] = 1;
+  int more = 0;
+  for (std::ptrdiff_t e = 0; e < mesh.cell_side.size(); ++e) {
+    const auto side = static_cast<Side>(mesh.cell_side[e]);
+    const auto corners = mesh.cells.row(e).head<4>();
+    if (side != Side::none && std::any_of(corners.begin(), corners.end(), [&](auto n) { return on_line[n] != 0; }))
+      more += side == Side::right ? 1 : -1;
+  }
+  return more;
 }
 
 }  // namespace
@@ -154,18 +171,25 @@ Vector3 MaterialPoint::at(const Points& x) const {
   return sum;
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> Sections::half_widths(const Points& x) const {
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> widths(count(), 2);
-  for (std::ptrdiff_t i = 0; i < count(); ++i) widths.row(i) << right[i].at(x)[0], -left[i].at(x)[0];
+Vector Sections::widths(const Points& x) const {
+  Vector widths(count());
+  for (std::ptrdiff_t i = 0; i < count(); ++i) widths[i] = toward_right * (right[i].at(x)[0] - left[i].at(x)[0]);
   return widths;
 }
 
 Sections coronal_sections(const TetMesh& mesh, const Faces& surface) {
   const Triangles triangles = flat_triangles(surface);
-  const double extent = extent_of(mesh.points, triangles), same_height = 1e-6 * extent, on_plane = 1e-9 * extent;
-  auto sides = cut_coronal(mesh.points, triangles, on_plane);
-  const Line right = join(std::move(sides[0]), "right", same_height);
-  const Line left = join(std::move(sides[1]), "left", same_height);
+  const Eigen::AlignedBox3d box = box_of(mesh.points, triangles);
+  const double extent = box.diagonal().norm(), same_height = 1e-6 * extent, on_plane = 1e-9 * extent;
+  const double middle = box.center()[1];
+  auto sides = cut_coronal(mesh.points, triangles, middle, on_plane);
+  Line right = join(std::move(sides[0]), "larger", middle, same_height);
+  Line left = join(std::move(sides[1]), "smaller", middle, same_height);
+  Sections sections;
+  if (right_cells(mesh, right) < right_cells(mesh, left)) {
+    std::swap(right, left);
+    sections.toward_right = -1;
+  }
 
   const double lowest = std::max(right.front().z, left.front().z) - same_height;
   const double highest = std::min(right.back().z, left.back().z) + same_height;
@@ -180,15 +204,17 @@ Sections coronal_sections(const TetMesh& mesh, const Faces& surface) {
     throw InvalidInput("coronal_sections", "lowest height of one fold", lowest, "m",
                        "<= " + number(highest) + ", the highest of the other", "The folds share no height.");
 
-  Sections sections;
   sections.height = Eigen::Map<const Vector>(heights.data(), static_cast<std::ptrdiff_t>(heights.size()));
   sections.major.resize(sections.count());
+  sections.middle.resize(sections.count());
   for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
-    sections.major[i] = half_depth(mesh.points, triangles, heights[i], on_plane);
+    const auto [low, high] = depth(mesh.points, triangles, heights[i], on_plane);
+    sections.major[i] = (high - low) / 2;
+    sections.middle[i] = (high + low) / 2;
     sections.right.push_back(point_at(right, heights[i], same_height));
     sections.left.push_back(point_at(left, heights[i], same_height));
   }
-  const double inside_out = sections.half_widths(mesh.points).rowwise().sum().minCoeff();
+  const double inside_out = sections.widths(mesh.points).minCoeff();
   if (inside_out < -same_height)
     throw InvalidInput("coronal_sections", "least width of the airway at rest", inside_out, "m", ">= 0",
                        "Is the surface outward, into the air?");

@@ -11,22 +11,25 @@ struct MaterialPoint {
 };
 
 /// The horizontal sections of the glottis. Section i is carried by two material points where the reference
-/// interface crosses the mid-coronal plane y = 0 at height z_i, one on each fold; where no node lies at
-/// y = 0 the interface is cut there.
+/// interface crosses the mid-coronal plane at height z_i, one on each fold; where no node lies in that plane the
+/// interface is cut there. The plane lies halfway between the least and the largest y of the interface.
 struct Sections {
   Vector height;                     // (s) m, reference z, ascending
   Vector major;                      // (s) m, half the anteroposterior extent of the airway at that height
-  std::vector<MaterialPoint> right;  // (s) x > 0
-  std::vector<MaterialPoint> left;   // (s) x < 0
+  Vector middle;                     // (s) m, y halfway along it
+  double toward_right = 1;           // 1 where x grows from the left fold to the right one, else -1
+  std::vector<MaterialPoint> right;  // (s) of the right fold
+  std::vector<MaterialPoint> left;   // (s) of the left fold
 
   std::ptrdiff_t count() const { return height.size(); }
-  /// Signed half-widths (s, 2) m: x of the right point, -x of the left point.
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> half_widths(const Points& x) const;
+  /// (s) m, from the left point to the right one; negative where the folds overlap.
+  Vector widths(const Points& x) const;
 };
 
 /// Sections at every height where the right or left mid-coronal line of `surface` has a vertex (heights closer
-/// than 1e-6 of the extent are one) and both lines exist. Throws InvalidInput where the surface does not cross
-/// y = 0 on both sides, or has several x at one height there.
+/// than 1e-6 of the extent are one) and both lines exist. Which line is the right fold's, the sides of the mesh's
+/// cells at the lines say; without sides it is that of larger x. Throws InvalidInput where the surface does not
+/// cross the plane on both sides, or has several x at one height there.
 Sections coronal_sections(const TetMesh& mesh, const Faces& surface);
 
 /// Area enclosed by the interface at positions x in the plane z = height (m^2), from its cut polygon;

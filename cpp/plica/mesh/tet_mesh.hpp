@@ -6,7 +6,8 @@
 
 namespace plica {
 
-/// Side of the patient: left is x < 0, right is x > 0 (Paper A, Sec. 3); y is anteroposterior, z points up.
+/// Side of the patient: of a larynx about the origin left is x < 0, right is x > 0 (Paper A, Sec. 3); y is
+/// anteroposterior, z points up.
 enum class Side : std::int8_t { none = 0, left = 1, right = 2 };
 
 /// Linear (4 nodes) or quadratic (10 nodes, VTK order) tetrahedra with their labels.

@@ -255,6 +255,38 @@ TEST_CASE("contact blocks the flow in the middle part of the glottis only") {
   CHECK(!airflow.blocks(-0.351e-2, 9));
 }
 
+TEST_CASE("the middle of the glottis is where the glottis is") {
+  TetMesh mesh = duct();
+  mesh.points.col(1).array() += 3;
+  const Airflow airflow(mesh, mesh.surface("airway"), {});
+  CHECK(airflow.blocks(3 + 0.349e-2, 0.2e-2));
+  CHECK(airflow.blocks(3 - 0.349e-2, 0.2e-2));
+  CHECK(!airflow.blocks(3 + 0.351e-2, 0.2e-2));
+  CHECK(!airflow.blocks(3 - 0.351e-2, 0.2e-2));
+  CHECK(!airflow.blocks(0, 0.2e-2));
+}
+
+TEST_CASE("a larynx that is turned by half a turn has the folds that its cells are labelled with") {
+  const TetMesh mesh = larynx_mesh(Larynx{});
+  TetMesh turned = mesh, bare = mesh;
+  turned.points.leftCols<2>() *= -1;
+  bare.points = turned.points;
+  bare.cell_side.setZero();
+  const Airflow straight(mesh, mesh.surface("airway"), {}), airflow(turned, turned.surface("airway"), {});
+  const Sections &before = straight.sections(), &after = airflow.sections();
+  CHECK(before.toward_right == 1);
+  CHECK(after.toward_right == -1);
+  for (std::ptrdiff_t i = 0; i < before.count(); ++i) {
+    CHECK(after.right[i].nodes == before.right[i].nodes);
+    CHECK(after.left[i].nodes == before.left[i].nodes);
+  }
+  CHECK((airflow.areas(turned.points) - straight.areas(mesh.points)).norm() == 0);
+  // Without labels right is where x is larger.
+  const Airflow by_place(bare, bare.surface("airway"), {});
+  CHECK(by_place.sections().toward_right == 1);
+  CHECK(by_place.sections().right[0].nodes == before.left[0].nodes);
+}
+
 TEST_CASE("options out of range say what they must be") {
   Airflow::Options options;
   CHECK(message_of(options) == "");

@@ -13,6 +13,14 @@ namespace {
 const std::vector<double> levels{-2, -1, -0.25, 0.5, 1};
 double cone(double z) { return 0.5 + 0.125 * z; }
 
+/// x of the right and of the left point of each section, at positions x.
+Eigen::Matrix<double, Eigen::Dynamic, 2> edges(const Sections& sections, const Points& x) {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> found(sections.count(), 2);
+  for (std::ptrdiff_t i = 0; i < sections.count(); ++i)
+    found.row(i) << sections.right[i].at(x)[0], sections.left[i].at(x)[0];
+  return found;
+}
+
 std::string message_of(const TetMesh& mesh) {
   try {
     coronal_sections(mesh, mesh.surface("airway"));
@@ -42,11 +50,11 @@ TEST_CASE("where no node lies at y = 0 the sections are the exact cut of the tub
   const TetMesh mesh = tube(around, levels, cone, 0.7, 0.5);
   const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
   CHECK(sections.count() == 9);  // five rings, and the diagonals between them
-  const auto widths = sections.half_widths(mesh.points);
+  const auto at_rest = edges(sections, mesh.points);
   const double inner = std::cos(std::acos(-1.0) / around);  // the edges next to y = 0 have this x for minor = 1
   for (int i = 0; i < sections.count(); ++i) {
-    CHECK(widths(i, 0) == doctest::Approx(inner * cone(sections.height[i])).epsilon(1e-14));
-    CHECK(widths(i, 1) == doctest::Approx(inner * cone(sections.height[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 0) == doctest::Approx(inner * cone(sections.height[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 1) == doctest::Approx(-inner * cone(sections.height[i])).epsilon(1e-14));
     for (const auto* point : {&sections.right[i], &sections.left[i]}) {
       const Vector3 at = point->at(mesh.points);
       CHECK(std::abs(at[1]) < 1e-15);
@@ -76,11 +84,11 @@ TEST_CASE("folds with different levels share the union of their heights") {
   const Sections sections = coronal_sections(mesh, wall);
   const std::vector<double> expected{-1.5, -1, -0.25, 0, 0.5, 1};  // common range; 0.5 and 0.5 + 1e-7 are one
   REQUIRE(sections.count() == 6);
-  const auto widths = sections.half_widths(points);
+  const auto at_rest = edges(sections, points);
   for (int i = 0; i < 6; ++i) {
     CHECK(sections.height[i] == expected[i]);
-    CHECK(widths(i, 0) == doctest::Approx(cone(expected[i])).epsilon(1e-14));
-    CHECK(widths(i, 1) == doctest::Approx(cone(expected[i])).epsilon(1e-6));  // one level is 1e-7 off
+    CHECK(at_rest(i, 0) == doctest::Approx(cone(expected[i])).epsilon(1e-14));
+    CHECK(at_rest(i, 1) == doctest::Approx(-cone(expected[i])).epsilon(1e-6));  // one level is 1e-7 off
   }
 }
 
@@ -89,9 +97,28 @@ TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
   const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
   Points x = mesh.points;
   x.col(0) = 2 * mesh.points.col(0) + 0.1 * mesh.points.col(1) + Vector::Constant(x.rows(), 0.03);
-  const auto before = sections.half_widths(mesh.points), after = sections.half_widths(x);
-  CHECK((after.col(0) - 2 * before.col(0)).isConstant(0.03, 1e-14));  // an affine motion is followed exactly
-  CHECK((after.col(1) - 2 * before.col(1)).isConstant(-0.03, 1e-14));
+  const auto before = edges(sections, mesh.points), after = edges(sections, x);
+  CHECK((after - 2 * before).isConstant(0.03, 1e-14));  // an affine motion is followed exactly
+  CHECK((sections.widths(x) - 2 * sections.widths(mesh.points)).norm() < 1e-14);
+}
+
+TEST_CASE("a tube that lies elsewhere has the same sections there") {
+  const TetMesh mesh = tube(10, levels, cone, 0.7, 0.3);
+  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double shift : {0.03, -100.0}) {
+      TetMesh moved = mesh;
+      moved.points.col(axis).array() += shift;
+      const Sections there = coronal_sections(moved, moved.surface("airway"));
+      const double round_off = 1e-15 * std::max(1.0, std::abs(shift));
+      REQUIRE(there.count() == sections.count());
+      CHECK((there.widths(moved.points) - sections.widths(mesh.points)).cwiseAbs().maxCoeff() < 4 * round_off);
+      CHECK((there.major - sections.major).cwiseAbs().maxCoeff() < 4 * round_off);
+      const double ahead = axis == 1 ? shift : 0, up = axis == 2 ? shift : 0;
+      CHECK((there.middle.array() - sections.middle.array() - ahead).abs().maxCoeff() < 4 * round_off);
+      CHECK((there.height.array() - sections.height.array() - up).abs().maxCoeff() < 4 * round_off);
+      CHECK(there.toward_right == 1);
+    }
 }
 
 TEST_CASE("folds that touch at rest are told apart by their normals") {
@@ -99,7 +126,7 @@ TEST_CASE("folds that touch at rest are told apart by their normals") {
       12, levels, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
   const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
-  CHECK(sections.half_widths(mesh.points).row(3).norm() < 1e-16);
+  CHECK(edges(sections, mesh.points).row(3).norm() < 1e-16);
   CHECK(sections.right[3].nodes[0] == 36);
   CHECK(sections.left[3].nodes[0] == 42);
 }
@@ -111,9 +138,14 @@ TEST_CASE("an interface that is not one line over the height on each side is ref
   TetMesh level = tube(12, levels, cone, 0.7);
   level.points.block(24, 2, 12, 1).setConstant(0.5);
   CHECK(message_of(level).find("runs level") != std::string::npos);
-  TetMesh aside = tube(12, levels, cone, 0.7);
-  aside.points.col(1).array() += 2;
-  CHECK(message_of(aside).find("must cross the plane y = 0") != std::string::npos);
+  TetMesh half = tube(12, levels, cone, 0.7);
+  Faces& wall = half.surfaces["airway"];
+  std::ptrdiff_t kept = 0;
+  for (std::ptrdiff_t f = 0; f < wall.rows(); ++f)
+    if (half.points(wall(f, 0), 0) + half.points(wall(f, 1), 0) + half.points(wall(f, 2), 0) > 0)
+      wall.row(kept++) = Faces(wall.row(f));
+  wall.conservativeResize(kept, 3);
+  CHECK(message_of(half).find("toward smaller x; must cross its mid-coronal plane") != std::string::npos);
   TetMesh inward = tube(12, levels, cone, 0.7);
   inward.surfaces["airway"].col(0).swap(inward.surfaces["airway"].col(1));
   CHECK(message_of(inward).find("outward") != std::string::npos);

@@ -1,6 +1,7 @@
 """Measures of the motion of the two folds in the mid-coronal plane.
 
-Half-widths are x of the right fold's point and -x of the left one's, so that both grow as the glottis opens.
+Half-widths are the distances of the right and of the left fold's point from the midline, which the folds
+themselves give: meshes lie where they lie. Both grow as the glottis opens.
 The glottal canal is the range of sections about the narrowest one whose width at rest is at most 1.5 times
 the least; its lowest section is the lower edge and its highest the upper edge.
 """
@@ -22,32 +23,47 @@ from plica.phonation.measures.run_data import RunData
 canal_width = 1.5  # largest width of the glottal canal at rest, relative to the least
 
 
+def midline(waveforms: Mapping[str, Array]) -> tuple[float, float]:
+    """x (m) halfway between the folds at the first record, and 1 where x grows toward the right fold, else -1."""
+    right, left = (
+        np.asarray(waveforms[f"coronal_{side}"], dtype=float)[0, :, 0] for side in ("right", "left")
+    )
+    return 0.5 * float(np.mean(right + left)), 1.0 if np.sum(right - left) >= 0 else -1.0
+
+
 def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
     """Half-widths (k, s) m of the right and of the left fold."""
-    right = np.asarray(waveforms["coronal_right"], dtype=float)[:, :, 0]
-    left = -np.asarray(waveforms["coronal_left"], dtype=float)[:, :, 0]
+    middle, toward_right = midline(waveforms)
+    right = toward_right * (np.asarray(waveforms["coronal_right"], dtype=float)[:, :, 0] - middle)
+    left = toward_right * (middle - np.asarray(waveforms["coronal_left"], dtype=float)[:, :, 0])
     return right, left
 
 
 def rest_width(run: RunData) -> Floats:
-    """Width (s) m of the airway at y = 0 and the heights of the sections, in the reference position.
+    """Width (s) m of the airway in its mid-coronal plane, at the sections, in the reference position.
 
-    Cut from the surface named airway; without one, the width at the first record.
+    Cut from the surface named airway, halfway between its least and its largest y; the fold of larger x is the
+    one whose faces look toward smaller x. Without that surface, the width at the first record.
     """
     surface = run.mesh.surfaces.get("airway")
     if surface is None:
         right, left = half_widths(run.waveforms)
         return np.asarray(right[0] + left[0], dtype=float)
     points, corners = np.asarray(run.mesh.points, dtype=float), np.asarray(surface)[:, :3]
-    edges = np.concatenate((corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]))
-    y = points[edges, 1]
-    edges = edges[(y.min(axis=1) <= 0) & (y.max(axis=1) >= 0) & (np.ptp(y, axis=1) > 0)]
-    a, b = points[edges[:, 0]], points[edges[:, 1]]
-    cut = a - (a[:, 1] / (b[:, 1] - a[:, 1]))[:, None] * (b - a)
+    y = points[corners, 1]
+    middle = 0.5 * (y.min() + y.max())
+    u, v = (points[corners[:, k]] - points[corners[:, 0]] for k in (1, 2))
+    looks = np.sign(u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1])
     width = np.zeros(len(run.section_height))
-    for side in (cut[cut[:, 0] > 0], cut[cut[:, 0] < 0]):
-        ascending = side[np.argsort(side[:, 2])]
-        width += np.interp(run.section_height, ascending[:, 2], np.abs(ascending[:, 0]))
+    for side in (-1.0, 1.0):
+        own = corners[looks == side]
+        edges = np.concatenate((own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]))
+        y = points[edges, 1] - middle
+        crossing = (y.min(axis=1) <= 0) & (y.max(axis=1) >= 0) & (np.ptp(y, axis=1) > 0)
+        a, b, y = points[edges[crossing, 0]], points[edges[crossing, 1]], y[crossing]
+        cut = a - (y[:, 0] / (y[:, 1] - y[:, 0]))[:, None] * (b - a)
+        ascending = cut[np.argsort(cut[:, 2])]
+        width -= side * np.interp(run.section_height, ascending[:, 2], ascending[:, 0])
     return width
 
 

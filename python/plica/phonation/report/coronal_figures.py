@@ -14,8 +14,9 @@ def kymogram(reading: Reading) -> Drawing:
     """Both fold edges at the mid-plane as seen from above, tissue and airway filled."""
     part = reading.last_cycles(6)
     time = 1e3 * reading.time[part]
-    right = 1e3 * reading.wave("coronal_right")[part, :, 0].min(axis=1)
-    left = 1e3 * reading.wave("coronal_left")[part, :, 0].max(axis=1)
+    points = reading.coronal()
+    right = 1e3 * points[0][part, :, 0].min(axis=1)
+    left = 1e3 * points[1][part, :, 0].max(axis=1)
     middle = 0.5 * (right + left)
     right, left = np.maximum(right, middle), np.minimum(left, middle)
     reach = 1.35 * float(max(np.abs(right).max(), np.abs(left).max(), 1e-3))
@@ -28,11 +29,9 @@ def kymogram(reading: Reading) -> Drawing:
         axes.plot(time, right, color=rim, lw=0.6)
         axes.plot(time, left, color=rim, lw=0.6)
         axes.set_ylim(-reach, reach)
-        over_time((axes, "x (mm), left < 0 < right"))
+        over_time((axes, "from the midline (mm), left < 0 < right"))
 
-    caption = (
-        "As in videokymography: the line y = 0 from above, each edge its most medial point. Dark: airway."
-    )
+    caption = "As in videokymography: the mid-coronal line from above, each edge its most medial point. Dark: airway."
     alt = "Kymogram: left and right fold edge over time, tissue in colour, the open glottis dark."
     return draw("Kymogram of the mid-plane", caption, alt, (9.2, 2.9), paint)
 
@@ -44,21 +43,20 @@ def trajectories(reading: Reading) -> Drawing:
     height = np.asarray(reading.run.section_height, dtype=float)
     shown = (height >= low - 1e-9) & (height <= high + 1e-9)
     reach = 0.6e3 * (high - low)
-    sides = [
-        (1e3 * reading.wave(f"coronal_{side}"), colour) for side, colour in (("left", blue), ("right", red))
-    ]
+    right, left = reading.coronal()
+    sides = ((1e3 * left, blue), (1e3 * right, red))
 
     def paint(figure: Figure) -> None:
         axes = figure.subplots()
         for points, colour in sides:
-            paths = [points[part, i][:, [0, 2]] for i in np.flatnonzero(shown)]
+            paths = [points[part, i] for i in np.flatnonzero(shown)]
             axes.add_collection(LineCollection(paths, colors=colour, linewidths=1.1))
             start = points[0, shown]
-            axes.plot(start[:, 0], start[:, 2], "o--", color=grey, ms=3, lw=0.7)
+            axes.plot(start[:, 0], start[:, 1], "o--", color=grey, ms=3, lw=0.7)
         axes.set_aspect("equal")
         axes.set_ylim(1e3 * low - 0.1, 1e3 * high + 0.1)
         axes.set_xlim(-reach, reach)
-        axes.set_xlabel("x (mm)")
+        axes.set_xlabel("from the midline (mm), left < 0 < right")
         axes.set_ylabel("z (mm)")
 
     caption = (

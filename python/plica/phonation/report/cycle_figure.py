@@ -88,7 +88,7 @@ def coronal_cycle(reading: Reading) -> Drawing:
         bar = figure.colorbar(ScalarMappable(scale, "viridis"), ax=row, pad=0.01, aspect=12, shrink=0.8)
         bar.set_label("air pressure (kPa)")
 
-    caption = "Section y = 0 at eight instants; the airway is coloured by the pressure of the air."
+    caption = "Mid-coronal section at eight instants; the airway is coloured by the pressure of the air."
     alt = "Eight coronal sections of both folds through one cycle, with the air pressure between them."
     return draw("Coronal section", caption, alt, (11.0, 2.3), paint)
 
@@ -107,7 +107,7 @@ def superior_cycle(reading: Reading) -> Drawing | None:
     def paint(figure: Figure) -> None:
         for i, axes in enumerate(figure.subplots(1, phases)):
             _superior(axes, outlines[i], reach)
-            _frame(axes, first=i == 0, name="y (mm)")
+            _frame(axes, first=i == 0, name="y (mm)" if reading.midline()[1] > 0 else "-y (mm)")
             axes.set_title(f"{_phase(reading, i)}{1e3 * times[i]:.2f} ms")
 
     caption = (
@@ -121,7 +121,7 @@ def superior_cycle(reading: Reading) -> Drawing | None:
 
 @dataclass(frozen=True)
 class Outline:
-    """The glottis from above in one frame, in mm."""
+    """The glottis from above in one frame, in mm: sideways from the midline, right > 0."""
 
     y: Floats
     left: Floats
@@ -134,8 +134,11 @@ class Outline:
         mesh, fields = reading.run.mesh, reading.run.fields
         rest = np.asarray(mesh.points, dtype=float)
         points = rest + np.asarray(fields["displacement"][frame], dtype=float)
+        middle, toward_right = reading.midline()
+        points[:, 0] -= middle
+        points[:, :2] *= toward_right  # seen from above the right fold is drawn to the right
         faces = {side: np.asarray(mesh.surfaces[f"airway_{side}"])[:, :3] for side in ("left", "right")}
-        ends = rest[np.unique(faces["right"]), 1]
+        ends = toward_right * rest[np.unique(faces["right"]), 1]
         y = np.linspace(float(ends.min()), float(ends.max()), 121)
         right, left = medial_edge(points, faces["right"], y, 1.0), medial_edge(points, faces["left"], y, -1.0)
         middle = 0.5 * (right + left)
@@ -147,7 +150,7 @@ class Outline:
 
     @property
     def widest(self) -> float:
-        """Largest distance of an edge from x = 0."""
+        """Largest distance of an edge from the midline."""
         return float(np.nanmax(np.abs(np.concatenate((self.left, self.right)))))
 
     @property
@@ -161,7 +164,7 @@ def _phase(reading: Reading, i: int) -> str:
 
 
 def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
-    right, left = (1e3 * reading.wave(f"coronal_{side}")[step][:, [0, 2]] for side in ("right", "left"))
+    right, left = (1e3 * points[step] for points in reading.coronal())
     pressure = 1e-3 * reading.wave("section_pressure")[step]
     low, high = (1e3 * z for z in reading.height_range())
     reach = 0.42 * (high - low)

@@ -10,7 +10,7 @@ import numpy as np
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure
 from plica.measures.record import Array, Floats
-from plica.phonation.measures.folds import glottal_canal, rest_width
+from plica.phonation.measures.folds import glottal_canal, half_widths, midline, rest_width
 from plica.phonation.measures.measure import measure, steady_cycles
 from plica.phonation.measures.run_data import RunData, reached
 
@@ -32,6 +32,18 @@ class Reading:
     def has(self, *names: str) -> bool:
         """Whether all these waveforms are there, with at least two steps."""
         return self.time.size > 1 and all(name in self.waveforms for name in names)
+
+    def coronal(self) -> tuple[Floats, Floats]:
+        """Mid-coronal points (k, s, 2) m of the right and of the left fold: x from the midline, right > 0, and z."""
+        right, left = half_widths(self.waveforms)
+        return (
+            np.stack((right, self.wave("coronal_right")[:, :, 2]), axis=2),
+            np.stack((-left, self.wave("coronal_left")[:, :, 2]), axis=2),
+        )
+
+    def midline(self) -> tuple[float, float]:
+        """x (m) of the midline, and 1 where x grows toward the right fold, else -1."""
+        return midline(self.waveforms) if "coronal_right" in self.waveforms else (0.0, 1.0)
 
     def last_cycles(self, count: int) -> slice:
         """Samples of the last `count` steady cycles, or of a whole run without cycles."""

@@ -67,7 +67,8 @@ def contact_forces(reading: Reading) -> Drawing:
     """Mediolateral contact force on both folds and the largest nodal pressure."""
     part = reading.last_cycles(5)
     time = 1e3 * reading.time[part]
-    of_force, force = axis("force in x", STORED["contact_force_first"])
+    of_force, force = axis("sideways force", STORED["contact_force_first"])
+    of_force *= reading.midline()[1]  # positive to the right, also where x grows to the left
     left, right = (of_force * reading.wave(f"contact_force_{side}")[part, 0] for side in ("first", "second"))
     of_pressure, highest = axis("largest pressure", STORED["largest_contact_pressure"])
     pressure = of_pressure * reading.wave("largest_contact_pressure")

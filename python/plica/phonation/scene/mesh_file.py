@@ -51,10 +51,11 @@ class _Reader:
             raise self.fail(f"mesh.file: {self.mesh.file.name} is a plane mesh; must have three coordinates.")
         cells, labels = self._cells(_TETRAHEDRA)
         layer = self._layers(labels)
-        side = self._sides(points * self.mesh.unit, cells, labels)
-        surfaces = self._surfaces(points * self.mesh.unit, cells, side)
+        points = points * self.mesh.unit
+        side = self._sides(points, cells, labels)
+        surfaces = self._surfaces(points, cells, side, self.mesh.surfaces)
         return _engine.TetMesh(
-            points=points * self.mesh.unit,
+            points=points,
             cells=cells,
             cell_layer=layer,
             cell_side=side,
@@ -150,8 +151,11 @@ class _Reader:
     def _sides(self, points: NDArray[np.float64], cells: _Integers, labels: _Integers) -> _Integers:
         side = np.zeros(len(labels), dtype=np.int32)
         if self.mesh.sides == "x":
-            x = points[cells[:, :4], 0].mean(axis=1)
-            side[x < 0], side[x > 0] = 1, 2
+            x = points[:, 0]
+            across = x[self._airway(points, cells)]
+            beside = x[cells[:, :4]].mean(axis=1) - 0.5 * (across.min() + across.max())
+            same = 1e-9 * np.ptp(across)  # wherever the mesh lies, round-off has no side
+            side[beside < -same], side[beside > same] = 1, 2
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
@@ -160,15 +164,27 @@ class _Reader:
                 )
         return side
 
+    def _airway(self, points: NDArray[np.float64], cells: _Integers) -> _Integers:
+        """The faces of the surface airway; where there is none that does not ask for sides, all cells."""
+        wanted = self.mesh.surfaces.get("airway")
+        if wanted is None or (isinstance(wanted, FaceSelection) and wanted.side is not None):
+            return cells
+        no_side = np.zeros(len(cells), dtype=np.int32)
+        return self._surfaces(points, cells, no_side, {"airway": wanted})["airway"]
+
     def _surfaces(
-        self, points: NDArray[np.float64], cells: _Integers, side: _Integers
+        self,
+        points: NDArray[np.float64],
+        cells: _Integers,
+        side: _Integers,
+        all_wanted: Mapping[str, Labels | FaceSelection],
     ) -> dict[str, _Integers]:
-        if not self.mesh.surfaces:
+        if not all_wanted:
             return {}
         boundary, cell = (np.asarray(found) for found in _engine.boundary(cells))
         triangles, labels = self._cells(_TRIANGLES)
         surfaces = {}
-        for name, wanted in self.mesh.surfaces.items():
+        for name, wanted in all_wanted.items():
             if isinstance(wanted, FaceSelection):
                 surfaces[name] = self._selected(name, wanted, points, boundary, side[cell])
                 continue

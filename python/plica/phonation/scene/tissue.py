@@ -52,9 +52,9 @@ class Tissue(Part):
     )
     """[Pa s] The viscous stress is this times the strain-rate tensor."""
     left: TissueSide | None = None
-    """What differs where x < 0."""
+    """What differs on the left fold: in a larynx where x < 0."""
     right: TissueSide | None = None
-    """What differs where x > 0."""
+    """What differs on the right fold: in a larynx where x > 0."""
 
     def on(self, side: Literal["none", "left", "right"]) -> Tissue:
         """The tissue of one side, without overrides."""
