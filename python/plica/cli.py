@@ -64,6 +64,7 @@ Computes SCENE and stores the results in DIR as they come:
   fields.xdmf    the fields for ParaView
   waveforms.csv  a row a step, in SI; what there is of every section is in results.h5 alone
   measures.json  {name: {value, unit, spread, cycles, definition}} in SI
+  cautions.json  [{name, seen, advice}]: what is to be doubted, and what to do about it
   report.html    pictures and numbers
 
 examples:
@@ -171,7 +172,6 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.measures.solver import doubts
 
     scene = plica.Scene.load(options.scene)
     plica.set_threads(options.threads)
@@ -179,17 +179,23 @@ def _run(options: argparse.Namespace) -> int:
         run = plica.run(scene, options.directory, resume=options.resume, progress=not options.quiet)
     except SolveFailed:
         if (options.directory / "results.h5").exists():
-            _concluded(plica.Run.load(options.directory))
+            run = plica.Run.load(options.directory)
+            _concluded(run)
+            _say_cautions(run.cautions)
         raise
     measures, report = _concluded(run)
     if not options.quiet:
         print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
-    return _say(doubts(run), 0)
+    return _say_cautions(run.cautions)
+
+
+def _say_cautions(cautions: Sequence[object]) -> int:
+    return _say("\n".join(f"Caution: {caution}" for caution in cautions), 0)
 
 
 def _concluded(run: Run) -> tuple[Measures, Path]:
-    """Measures, table and report of what a run has computed, all of it or, where it failed, a part."""
+    """Measures, cautions, table and report of what a run has computed, or of the part before it failed."""
     from plica.phonation.report import write_report
     from plica.storage.files import storage_errors
 
@@ -199,7 +205,8 @@ def _concluded(run: Run) -> tuple[Measures, Path]:
 
 
 def _measured(run: Run) -> Measures:
-    """The measures of a run, written to its directory with its table."""
+    """The measures of a run, written to its directory with its cautions and its table."""
+    from plica.measures.caution import write_cautions
     from plica.measures.file import write_measures
     from plica.phonation.measures.measure import measure
     from plica.phonation.run.table import write_waveforms
@@ -208,6 +215,7 @@ def _measured(run: Run) -> Measures:
     measures = measure(run)
     with storage_errors(run.directory):
         write_measures(measures, run.directory / "measures.json")
+        write_cautions(run.cautions, run.directory / "cautions.json")
         write_waveforms(run)
     return measures
 
@@ -215,10 +223,12 @@ def _measured(run: Run) -> Measures:
 def _mesh(options: argparse.Namespace) -> int:
     import plica
     from plica.phonation.scene.mesh_summary import mesh_summary, write_mesh
+    from plica.phonation.scene.plausibility import scene_cautions
 
     scene = plica.Scene.load(options.scene)
     mesh = plica.build_mesh(scene.mesh, scene.source)
     print(mesh_summary(mesh))
+    _say_cautions(scene_cautions(scene, mesh))
     if options.output is not None:
         write_mesh(mesh, options.output)
         print(f"written: {options.output} (without surfaces, node sets and names of layers)")
@@ -275,8 +285,8 @@ def _report(options: argparse.Namespace) -> int:
 
 def _measures(options: argparse.Namespace) -> int:
     import plica
+    from plica.phonation.measures.cautions import cautions
     from plica.phonation.measures.measure import measure
-    from plica.phonation.measures.solver import doubts
 
     asked = options.start is not None or options.end is not None
     if video.is_analysis(options.directory):
@@ -287,7 +297,7 @@ def _measures(options: argparse.Namespace) -> int:
     chosen = run.between(_time(options.start), _time(options.end)) if asked else run
     measures = measure(chosen) if asked else _measured(run)
     print(measures_table(measures))
-    return _say(doubts(chosen.waveforms), 0)
+    return _say_cautions(cautions(chosen))
 
 
 def _time(text: str | None) -> float | str | None:

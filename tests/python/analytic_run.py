@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.measures.caution import Caution
+
 Array = NDArray[Any]
 Floats = NDArray[np.floating[Any]]
 
@@ -32,6 +34,7 @@ class AnalyticRun:
     section_height: Floats = field(default_factory=lambda: np.empty(0))
     section_major: Floats = field(default_factory=lambda: np.empty(0))
     scene_text: str = ""
+    scene_cautions: tuple[Caution, ...] = ()
     steps_asked: int = 0
     failure: str = ""
     versions: Mapping[str, str] = field(default_factory=lambda: {"plica": "0.0", "numpy": np.__version__})

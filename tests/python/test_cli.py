@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,8 +15,9 @@ import numpy as np
 import pytest
 
 import plica
+from analytic_run import AnalyticMesh, AnalyticRun
 from plica.cli import main
-from plica.phonation.measures.solver import doubts
+from plica.phonation.measures.cautions import cautions
 
 
 @pytest.fixture
@@ -150,15 +153,21 @@ def test_a_finished_run_counts_its_steps_in_doubt(
     (tmp_path / "s.toml").write_text(text.replace("freeze_after = 8", "freeze_after = 1"))
     assert main(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 0
     count = int((plica.Run.load(tmp_path / "run")["coupling_converged"] == 0).sum())
-    sentence = f"Caution: in {count} of 40 steps the coupling of airflow and tissue did not converge."
     assert count > 0
-    assert capsys.readouterr().err == f"plica: {sentence}\n"
-    assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    said = capsys.readouterr().err
+    assert re.search(rf"^plica: Caution: In {count} of 40 steps, .* did not converge", said, re.MULTILINE)
+    stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "unconverged_coupling" in {caution["name"] for caution in stored}
+    for caution in stored:
+        sentence = f"Caution: {caution['seen']} {caution['advice']}"
+        assert f"plica: {sentence}\n" in said
+        assert sentence in html.unescape(page)
     assert main(["measures", str(tmp_path / "run")]) == 0
-    assert capsys.readouterr().err == f"plica: {sentence}\n"
+    assert capsys.readouterr().err == said
     assert main(["measures", str(tmp_path / "run"), "--to", "1 ms"]) == 0
     first = int((plica.Run.load(tmp_path / "run")["coupling_converged"][:20] == 0).sum())
-    assert f"in {first} of 20 steps the coupling" in capsys.readouterr().err
+    assert f"In {first} of 20 steps, first at" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -170,13 +179,42 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     assert 0 < short.sum() < short.size
     tolerance = run["contact_gap_error"][~short].max()
     assert (run["contact_gap_error"][short] > tolerance).all()
-    sentence = f"in {short.sum()} of {short.size} steps augmented multipliers ran out of augmentations"
-    assert sentence in doubts(run)
+    sentence = f"In {short.sum()} of {short.size} steps augmented multipliers ran out of augmentations"
+    assert any(sentence in str(caution) for caution in run.cautions)
+
+
+def doubts(waveforms: dict[str, np.ndarray]) -> str:
+    """What is said of a run with these waveforms and no others."""
+    steps = len(next(iter(waveforms.values())))
+    mesh = AnalyticMesh(np.zeros((1, 3)), {})
+    return " ".join(map(str, cautions(AnalyticRun(np.arange(1.0, steps + 1), waveforms, mesh))))
 
 
 def test_surfaces_that_slide_in_a_matched_airway_are_said() -> None:
     assert doubts({"contact_slide": np.array([0.0, 0.2])}) == ""
-    assert "slid along each other by 0.4 edges" in doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
+    assert "slid along each other by 0.4 mean edges" in doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
+
+
+@pytest.mark.parametrize("absent", [(), ("meshing",)])
+def test_advice_to_triangulate_says_which_build_can(
+    monkeypatch: pytest.MonkeyPatch, absent: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(plica._engine, "build_info", lambda: {"absent": absent})
+    said = doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
+    assert 'contact.airway = "triangulated"' in said
+    assert ("PLICA_GPL=ON" in said) == bool(absent)
+
+
+def test_a_scheme_that_makes_energy_is_said() -> None:
+    ones, zeros = np.ones(5), np.zeros(5)
+    run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
+    assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.2, 0.3, 0.4])}) == ""
+    assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.05, 0.1, 0.1])}) == ""
+    said = doubts(run | {"numerical_loss": np.array([0.0, -0.2, -0.5, -0.5, -0.4])})
+    assert "The time scheme made energy, 25 % of the largest energy" in said
+    # What it took before does not hide what it makes.
+    assert "25 %" in doubts(run | {"numerical_loss": np.array([0.0, 0.8, 0.3, 0.3, 0.4])})
+    assert doubts(run | {"numerical_loss": np.array([0.0, -0.5, -0.5, 0, 0]), "load_work": 20 * ones}) == ""
 
 
 def test_contact_that_makes_energy_is_said() -> None:
@@ -184,7 +222,7 @@ def test_contact_that_makes_energy_is_said() -> None:
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 3, 3, 0, 2, 0])
     made = {"contact_work": np.array([0.0, 0.3, 0.4, 0.4, 0.5, 0.5])}
-    assert "contact made energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
+    assert "Contact made energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
     assert doubts(run | made | {"load_work": 20 * ones}) == ""
     assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05, 0.05, 0.05, 0.05])}) == ""
     # What the scheme takes in the same steps counts against it, what it takes elsewhere does not.

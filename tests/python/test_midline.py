@@ -100,7 +100,7 @@ def test_a_larynx_elsewhere_has_the_same_measures(
     run = plica.run(scene(tmp_path, shifted(axis, length), sides), tmp_path / "run", progress=False)
     np.testing.assert_array_equal(run.mesh.cell_side, at_origin.mesh.cell_side)
     np.testing.assert_allclose(rest_width(run), rest_width(at_origin), rtol=1e-11)
-    # Coordinates of 1 m have a round-off of 1e-16 m: 1e-12 of the glottal half-width, and grown over 400 steps.
+    # Coordinates of 1 m have a round-off of 1e-16 m, 1e-12 of the glottis, that grows over 400 steps.
     assert_alike(measure(run), measure(at_origin), 1e-8)
     write_report(run, tmp_path / "report.html")
     for before, after in zip(outlines(at_origin), outlines(run), strict=True):

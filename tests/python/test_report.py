@@ -9,6 +9,7 @@ import pytest
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.measures.measure import Measure
 from plica.measures.scale import Scale
+from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.measure import measure
 from plica.phonation.report import write_report
 from plica.phonation.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
@@ -161,26 +162,33 @@ def doubtful(run: AnalyticRun, unconverged: int, inverted: int) -> AnalyticRun:
     return dataclasses.replace(run, waveforms={**run.waveforms, **found})
 
 
-UNCONVERGED = "in 7 of 1200 steps the coupling of airflow and tissue did not converge"
-INVERTED = "in 3 of 1200 steps tissue cells were inverted, 3 at most"
+UNCONVERGED = "In 7 of 1200 steps, first at 59.7 ms, the coupling of airflow and tissue did not converge"
+FOLDED = "In 3 of 1200 steps, first at 59.9 ms, tissue was folded over, at most 3 cells at 60 ms"
 
 
 @pytest.mark.parametrize(
     ("unconverged", "inverted", "said"),
-    [
-        (7, 0, f"Caution: {UNCONVERGED}."),
-        (0, 3, f"Caution: {INVERTED}."),
-        (7, 3, f"Caution: {UNCONVERGED}, and {INVERTED}."),
-    ],
+    [(7, 0, [UNCONVERGED]), (0, 3, [FOLDED]), (7, 3, [FOLDED, UNCONVERGED])],
 )
-def test_the_banner_counts_the_steps_in_doubt(unconverged: int, inverted: int, said: str) -> None:
-    assert banner(read(doubtful(base.run(), unconverged, inverted))) == said
+def test_cautions_count_the_steps_in_doubt(unconverged: int, inverted: int, said: list[str]) -> None:
+    found = cautions(doubtful(base.run(), unconverged, inverted))
+    assert len(found) == len(said)
+    for caution, beginning in zip(found, said, strict=True):
+        assert str(caution).startswith(beginning)
 
 
 def test_a_part_of_a_run_may_be_in_doubt_too() -> None:
-    said = banner(read(cut(doubtful(base.run(), 1200, 0), 700)))
-    assert said.startswith("This run is not complete")
-    assert said.endswith("Caution: in 700 of 700 steps the coupling of airflow and tissue did not converge.")
+    (caution,) = cautions(cut(doubtful(base.run(), 1200, 0), 700))
+    assert caution.seen.startswith("In 700 of 700 steps, first at 0.05 ms, the coupling")
+
+
+@pytest.mark.slow
+def test_the_page_has_every_caution_of_its_own(tmp_path: Path) -> None:
+    run = doubtful(base.run(), 7, 3)
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.count("Caution: ") == 2
+    assert f"Caution: {FOLDED}" in text
+    assert f"Caution: {UNCONVERGED}" in text
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ _MEASURED = {"plica.phonation.measures"}
 _MAY_IMPORT = {
     "plica.storage": _BASE,
     "plica.measures": _BASE | {"plica.storage"},
-    "plica.phonation.scene": _BASE | {"plica.storage"},
+    "plica.phonation.scene": _BASE | {"plica.measures", "plica.storage"},
     "plica.phonation.measures": _BASE | {"plica.measures"},
     "plica.phonation.run": _BASE | _SHARED | _SCENE | _MEASURED,
     "plica.phonation.report": _BASE | _SHARED | _MEASURED,

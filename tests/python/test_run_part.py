@@ -14,8 +14,8 @@ from analytic_run import AnalyticRun, Phonation
 from plica.cli import main
 from plica.measures.record import time_step
 from plica.measures.waveforms import SINCE_THE_START
+from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.measure import measure
-from plica.phonation.measures.solver import doubts
 from plica.phonation.run.part import part_of
 
 
@@ -76,8 +76,8 @@ def test_what_contact_made_before_a_part_is_not_said_of_it() -> None:
     run = Phonation(steps=2400).run()
     made = np.where(run.time < 0.05, 40e-6 * run.time / 0.05, 40e-6)
     run = replace(run, waveforms={**run.waveforms, "contact_work": made})
-    assert "contact made energy" in doubts(run.waveforms)
-    assert doubts(part_of(run, 0.06, 0.12).waveforms) == ""
+    assert [caution.name for caution in cautions(run)] == ["energy_from_contact"]
+    assert cautions(part_of(run, 0.06, 0.12)) == ()
 
 
 @pytest.mark.parametrize(

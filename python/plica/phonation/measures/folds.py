@@ -24,7 +24,7 @@ canal_width = 1.5  # largest width of the glottal canal at rest, relative to the
 
 
 def midline(waveforms: Mapping[str, Array]) -> tuple[float, float]:
-    """x (m) halfway between the folds at the first record, and 1 where x grows toward the right fold, else -1."""
+    """x (m) halfway between the folds at the first record, and 1 where x grows to the right, else -1."""
     right, left = (
         np.asarray(waveforms[f"coronal_{side}"], dtype=float)[0, :, 0] for side in ("right", "left")
     )
@@ -42,8 +42,8 @@ def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
 def rest_width(run: RunData) -> Floats:
     """Width (s) m of the airway in its mid-coronal plane, at the sections, in the reference position.
 
-    Cut from the surface named airway, halfway between its least and its largest y; the fold of larger x is the
-    one whose faces look toward smaller x. Without that surface, the width at the first record.
+    Cut from the surface named airway, halfway between its least and its largest y; the fold of larger x is
+    the one whose faces look toward smaller x. Without that surface, the width at the first record.
     """
     surface = run.mesh.surfaces.get("airway")
     if surface is None:

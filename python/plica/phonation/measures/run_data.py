@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 
+from plica.measures.caution import Caution
 from plica.measures.record import Array, Floats
 
 
@@ -57,6 +58,10 @@ class RunData(Protocol):
     @property
     def scene_text(self) -> str:
         """The scene that made the run, as resolved TOML."""
+
+    @property
+    def scene_cautions(self) -> Sequence[Caution]:
+        """What of that scene is beyond anything that is a larynx."""
 
     @property
     def steps_asked(self) -> int:

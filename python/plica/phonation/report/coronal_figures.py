@@ -31,7 +31,10 @@ def kymogram(reading: Reading) -> Drawing:
         axes.set_ylim(-reach, reach)
         over_time((axes, "from the midline (mm), left < 0 < right"))
 
-    caption = "As in videokymography: the mid-coronal line from above, each edge its most medial point. Dark: airway."
+    caption = (
+        "As in videokymography: the mid-coronal line from above, each edge its most medial point. "
+        "Dark: airway."
+    )
     alt = "Kymogram: left and right fold edge over time, tissue in colour, the open glottis dark."
     return draw("Kymogram of the mid-plane", caption, alt, (9.2, 2.9), paint)
 

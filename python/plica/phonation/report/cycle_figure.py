@@ -134,11 +134,11 @@ class Outline:
         mesh, fields = reading.run.mesh, reading.run.fields
         rest = np.asarray(mesh.points, dtype=float)
         points = rest + np.asarray(fields["displacement"][frame], dtype=float)
-        middle, toward_right = reading.midline()
-        points[:, 0] -= middle
+        midline, toward_right = reading.midline()
+        points[:, 0] -= midline
         points[:, :2] *= toward_right  # seen from above the right fold is drawn to the right
         faces = {side: np.asarray(mesh.surfaces[f"airway_{side}"])[:, :3] for side in ("left", "right")}
-        ends = toward_right * rest[np.unique(faces["right"]), 1]
+        ends = rest[np.unique(faces["right"]), 1] * toward_right
         y = np.linspace(float(ends.min()), float(ends.max()), 121)
         right, left = medial_edge(points, faces["right"], y, 1.0), medial_edge(points, faces["left"], y, -1.0)
         middle = 0.5 * (right + left)

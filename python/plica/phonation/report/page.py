@@ -8,8 +8,8 @@ from pathlib import Path
 
 import jinja2
 
+from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import RunData
-from plica.phonation.measures.solver import doubts
 from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
 from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
 from plica.phonation.report.energy_figures import energy_ledger, probe_motion, probe_spectrum
@@ -40,6 +40,7 @@ def write_report(run: RunData, path: Path) -> Path:
     text = environment.from_string(source).render(
         title=path.resolve().parent.name or "run",
         banner=banner(reading),
+        cautions=cautions(run),
         remark=remark(reading),
         headlines=headlines(reading.measures),
         tables=tables(reading.measures),
@@ -54,11 +55,7 @@ def write_report(run: RunData, path: Path) -> Path:
 
 
 def banner(reading: Reading) -> str:
-    """What a reader must know first: that the run did not come to its end, which steps are in doubt."""
-    return " ".join(filter(None, (_incomplete(reading), doubts(reading.waveforms))))
-
-
-def _incomplete(reading: Reading) -> str:
+    """What a reader must know first: that the run did not come to its end; empty where it did."""
     done, asked = reading.time.size, reading.run.steps_asked
     came = f"{done} of {asked} steps" + (f", to {number(1e3 * float(reading.time[-1]))} ms" if done else "")
     if reading.run.failure:

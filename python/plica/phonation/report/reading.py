@@ -34,7 +34,7 @@ class Reading:
         return self.time.size > 1 and all(name in self.waveforms for name in names)
 
     def coronal(self) -> tuple[Floats, Floats]:
-        """Mid-coronal points (k, s, 2) m of the right and of the left fold: x from the midline, right > 0, and z."""
+        """Mid-coronal points (k, s, 2) m of both folds: from the midline, right > 0, and z."""
         right, left = half_widths(self.waveforms)
         return (
             np.stack((right, self.wave("coronal_right")[:, :, 2]), axis=2),

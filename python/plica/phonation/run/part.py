@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from plica.errors import InvalidInput
+from plica.measures.caution import Caution
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.run_data import MeshData, RunData
@@ -75,6 +76,11 @@ class RunPart:
     def scene_text(self) -> str:
         """The scene that made the run."""
         return self.run.scene_text
+
+    @property
+    def scene_cautions(self) -> Sequence[Caution]:
+        """Of the scene that made the run."""
+        return self.run.scene_cautions
 
     @property
     def steps_asked(self) -> int:

@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, UnknownName
+from plica.measures.caution import Caution
 from plica.measures.file import read_measures
 from plica.measures.measure import ByName
 from plica.phonation.run import store
 from plica.phonation.run.part import RunPart, part_of
+from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
 from plica.storage.result_file import check_result_file
@@ -301,6 +303,18 @@ class Run(Mapping[str, NDArray[Any]]):
         ``measure(run.between("0.1 s", "0.3 s"))`` with `measure` of `plica.phonation.measures.measure`.
         """
         return part_of(self, start, end)
+
+    @cached_property
+    def scene_cautions(self) -> tuple[Caution, ...]:
+        """What of the scene is beyond anything that is a larynx."""
+        return scene_cautions(self.scene, self.mesh)
+
+    @cached_property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What is to be doubted in this run and what to do about it; docs/cautions.md lists the kinds."""
+        from plica.phonation.measures.cautions import cautions
+
+        return cautions(self)
 
     def to_xarray(self) -> xarray.Dataset:
         """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``).

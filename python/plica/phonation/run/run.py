@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from plica.phonation.run.results import Run
 from plica.phonation.run.store import ResultFile
 from plica.phonation.run.xdmf import write_xdmf
 from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, replaced, storage_errors
@@ -29,7 +31,7 @@ __all__ = ["run"]
 
 _CHUNK_SECONDS = 0.3
 """Wall time between two looks at the keyboard, about."""
-_OUTDATED = ("measures.json", "waveforms.csv", "report.html")
+_OUTDATED = ("measures.json", "cautions.json", "waveforms.csv", "report.html")
 """What describes a run as far as it had come; none of it is left beside a run that goes on."""
 
 
@@ -55,7 +57,7 @@ def run(
         the shorter run are removed. "if_there": the same where there is a run, else start one, so that a
         script can be run again. False: start one; a directory that holds a run is refused.
     progress : bool
-        Show a bar on standard error.
+        Show the scene's cautions and then a bar on standard error.
 
     Returns
     -------
@@ -91,6 +93,9 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
+        if progress:
+            for caution in scene_cautions(scene, mesh):
+                print(f"Caution: {caution}", file=sys.stderr, flush=True)
         simulation = build_simulation(scene, mesh)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)

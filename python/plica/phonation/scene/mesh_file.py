@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import SceneError, nearest, one_of
 from plica.phonation.scene.face_selection import FaceSelection, select
-from plica.phonation.scene.mesh_parts import Label, MeshFile, Sides
+from plica.phonation.scene.mesh_parts import Label, Labels, MeshFile, Sides
 
 __all__ = ["read_mesh"]
 

@@ -140,8 +140,8 @@ class MeshFile(Part):
     """Surface name to the labels of its triangles, to ``"boundary"``: all of it, or to what its faces have in
     common, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is a node set too."""
     sides: Sides | Literal["x"] | None = None
-    """Which cells are the left and the right fold; ``"x"``: left those of smaller x than the middle of the surface
-    ``airway``, or of the mesh where no surface has that name. Left out: neither."""
+    """Which cells are the left and the right fold; ``"x"``: left those of smaller x than the middle of the
+    surface ``airway``, or of the mesh where no surface has that name. Left out: neither."""
     order: Order = 1
     """2: quadratic tetrahedra; made from linear ones where the file has those."""
 

@@ -1,0 +1,213 @@
+"""Every caution that a run can give: what is to be known before its numbers are believed.
+
+The cautions of the scene, which are known before it runs, come first (phonation/scene/plausibility.py has
+their bounds). Those of the run are the functions in `CHECKS`: each looks for one thing and has its name.
+docs/cautions.md lists all of them, made by .ci/cautions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from plica import _engine
+from plica.measures.caution import Caution
+from plica.measures.record import Array
+from plica.phonation.measures.measure import fold_length, steady_cycles
+from plica.phonation.measures.run_data import RunData, reached
+
+__all__ = ["CHECKS", "cautions"]
+
+slides = 0.25  # edges: more is said (a node beside the rim has been missed at 0.3)
+makes = 0.05  # of the largest energy or work of the loads, made by contact or scheme: more is said
+largest_flow = 3e-3  # m^3/s: shouting, 10 kPa through 20 mm^2 of glottis, is 2.6e-3
+largest_motion = (
+    0.25  # of the folds' length: a voice moves them by a tenth; linear tissue takes strain as small
+)
+
+
+def cautions(run: RunData) -> tuple[Caution, ...]:
+    """What of a run is to be doubted, and what to do about it.
+
+    Parameters
+    ----------
+    run : RunData
+        Finished, interrupted or failed; the steps that were computed are looked at.
+
+    Returns
+    -------
+    tuple of Caution
+        Of the scene, then of the run, each kind once; ``str(caution)`` is its sentence.
+    """
+    if not np.size(run.time):
+        return tuple(run.scene_cautions)
+    return (*run.scene_cautions, *(found for check in CHECKS if (found := check(run)) is not None))
+
+
+def unsteady_voice(run: RunData) -> Caution | None:
+    """The cycles that were measured are not those of a steady voice: it still changes, or is irregular."""
+    cycles = steady_cycles(run)
+    if not cycles.count or cycles.settled:
+        return None
+    low, high = 1e3 * cycles.periods.min(), 1e3 * cycles.periods.max()
+    return Caution(
+        "unsteady_voice",
+        f"{cycles.count} cycles were measured, {low:.3g} to {high:.3g} ms long; {cycles.note}.",
+        "Run longer (time.duration), or take the numbers as those of these cycles alone.",
+    )
+
+
+def flow_beyond_voice(run: RunData) -> Caution | None:
+    """The flow is beyond a voice's: shouting, 10 kPa through 20 mm2 of glottis, is 2.6 l/s."""
+    flow = np.asarray(reached(run)[1].get("flow", []), dtype=float)
+    if not flow.size or flow.max() <= largest_flow:
+        return None
+    return Caution(
+        "flow_beyond_voice",
+        f"The flow reached {1e3 * flow.max():.3g} l/s. A voice stays below {1e3 * largest_flow:g} l/s.",
+        "Is the mesh in the right unit (mesh.unit), is the glottis too wide, is the pressure right?",
+    )
+
+
+def motion_beyond_voice(run: RunData) -> Caution | None:
+    """A fold moves by more than a quarter of its length, where a voice moves it by a tenth."""
+    waveforms, length = reached(run)[1], fold_length(run)
+    if "coronal_right" not in waveforms or not length:
+        return None
+    paths = [np.asarray(waveforms[f"coronal_{side}"], dtype=float) for side in ("right", "left")]
+    moved = max(float(np.linalg.norm(path - path[0], axis=2).max()) for path in paths)
+    if moved <= largest_motion * length:
+        return None
+    return Caution(
+        "motion_beyond_voice",
+        f"A fold moved by {1e3 * moved:.3g} mm, {moved / length:.2g} of its length of {1e3 * length:.3g} mm. "
+        "In a voice it is a tenth, and linear tissue holds for small strains only.",
+        "Is the tissue held (supports)? Are E, the pressure and the initial velocity right?",
+    )
+
+
+def folded_tissue(run: RunData) -> Caution | None:
+    """Cells of the tissue are folded over: strain there is not small, as linear tissue has it."""
+    time, waveforms = reached(run)
+    folded = np.asarray(waveforms.get("inverted_tissue", []))
+    if not folded.any():
+        return None
+    first, most = int(np.flatnonzero(folded)[0]), int(folded.argmax())
+    return Caution(
+        "folded_tissue",
+        f"In {np.count_nonzero(folded)} of {folded.size} steps, first at {1e3 * time[first]:.3g} ms, tissue "
+        f"was folded over, at most {folded[most]} cells at {1e3 * time[most]:.3g} ms (waveform "
+        "inverted_tissue): strain there is beyond the small one of linear tissue, and stress means nothing.",
+        "Look where, in the frames of that time (fields.xdmf). Are E, the pressure and the initial velocity "
+        "right? A few flat cells at the edge of a fold: make them less flat.",
+    )
+
+
+def unconverged_coupling(run: RunData) -> Caution | None:
+    """Airflow and tissue were not brought into agreement within a step."""
+    time, waveforms = reached(run)
+    converged = np.asarray(waveforms.get("coupling_converged", [])) != 0
+    if converged.all():
+        return None
+    short = np.flatnonzero(~converged)
+    left = float(np.nanmax(np.asarray(waveforms["coupling_residual"], dtype=float)[short]))
+    return Caution(
+        "unconverged_coupling",
+        f"In {short.size} of {converged.size} steps, first at {1e3 * time[short[0]]:.3g} ms, the coupling of "
+        f"airflow and tissue did not converge: pressures still changed by {left:.2g} of the subglottal one.",
+        "Take a smaller time.step, or more sweeps (airflow.coupling.iterated.max_sweeps).",
+    )
+
+
+def unconverged_contact(run: RunData) -> Caution | None:
+    """Augmented multipliers left gap errors because they ran out of augmentations."""
+    waveforms = reached(run)[1]
+    converged = np.asarray(waveforms.get("contact_converged", [])) != 0
+    if converged.all():
+        return None
+    error = float(np.asarray(waveforms["contact_gap_error"], dtype=float).max())
+    return Caution(
+        "unconverged_contact",
+        f"In {np.sum(~converged)} of {converged.size} steps augmented multipliers ran out of augmentations, "
+        f"with gap errors up to {1e3 * error:.2g} mm.",
+        "Take more (contact.augmented.max_augmentations), a larger stiffness, or contact.multipliers.",
+    )
+
+
+def sliding_surfaces(run: RunData) -> Caution | None:
+    """Surfaces in contact slid along each other, which the air between matched nodes does not follow."""
+    slid = float(np.max(reached(run)[1].get("contact_slide", 0.0), initial=0.0))
+    if slid <= slides:
+        return None
+    follows = 'Take contact.airway = "triangulated", which follows'
+    if "meshing" in _engine.build_info()["absent"]:
+        follows += "; this build has none, it needs one with PLICA_GPL=ON (see plica info)"
+    return Caution(
+        "sliding_surfaces",
+        f"The surfaces slid along each other by {slid:.2g} mean edges while they touched. A matched airway "
+        "does not follow: nodes beside their rims may be missed.",
+        f"{follows}.",
+    )
+
+
+def energy_from_contact(run: RunData) -> Caution | None:
+    """Contact made energy, as surfaces with mass do at impacts: collisions are then too hard."""
+    waveforms = reached(run)[1]
+    if "contact_work" not in waveforms:
+        return None
+    touching = np.asarray(waveforms["contact_rows"]) > 0
+    # The work of contact without that of friction, less what the time scheme took in the same steps.
+    work = np.diff(np.asarray(waveforms["contact_work"], dtype=float), prepend=0.0)
+    work += np.asarray(waveforms.get("friction_loss", 0.0), dtype=float)
+    work -= np.maximum(np.diff(np.asarray(waveforms["numerical_loss"], dtype=float), prepend=0.0), 0.0)
+    begins = np.flatnonzero(np.diff(touching, prepend=False) & touching)
+    if not begins.size:
+        return None
+    made = float(np.maximum(np.add.reduceat(np.where(touching, work, 0.0), begins), 0.0).sum())
+    largest = _largest_energy(waveforms)
+    if made <= makes * largest:
+        return None
+    return Caution(
+        "energy_from_contact",
+        f"Contact made energy, {100 * made / largest:.3g} % of the largest energy or work of the loads "
+        f"({1e6 * made:.2g} of {1e6 * largest:.2g} uJ), as surfaces with mass do at impacts.",
+        'Take contact.surface_mass = "redistributed", with mesh.order = 2.',
+    )
+
+
+def energy_from_scheme(run: RunData) -> Caution | None:
+    """The time scheme made energy instead of taking some: the motion overshoots."""
+    waveforms = reached(run)[1]
+    lost = np.asarray(waveforms.get("numerical_loss", []), dtype=float)
+    if not lost.size:
+        return None
+    made = float((np.maximum.accumulate(np.maximum(lost, 0.0)) - lost).max())
+    largest = _largest_energy(waveforms)
+    if made <= makes * largest:
+        return None
+    return Caution(
+        "energy_from_scheme",
+        f"The time scheme made energy, {100 * made / largest:.3g} % of the largest energy or work of the "
+        f"loads ({1e6 * made:.2g} of {1e6 * largest:.2g} uJ): the motion overshoots.",
+        "Take a smaller time.step until this is gone.",
+    )
+
+
+def _largest_energy(waveforms: Mapping[str, Array]) -> float:
+    """J, the largest energy of the tissue or work of the loads."""
+    energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
+    return max(float(energy.max()), float(np.max(waveforms["load_work"])))
+
+
+CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
+    unsteady_voice,
+    flow_beyond_voice,
+    motion_beyond_voice,
+    folded_tissue,
+    unconverged_coupling,
+    unconverged_contact,
+    sliding_surfaces,
+    energy_from_contact,
+    energy_from_scheme,
+)

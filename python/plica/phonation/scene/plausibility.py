@@ -1,0 +1,309 @@
+"""What a scene with an airflow may hold and still be a larynx.
+
+Beyond these bounds nothing is refused: a caution says what was read, what a larynx has, and which unit may
+have been meant. A scene without airflow claims to be no larynx and gets none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from plica.measures.caution import Caution
+from plica.phonation.scene.mesh_parts import Larynx, MeshFile
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from plica.phonation.scene.scene import Scene
+
+__all__ = ["BOUNDS", "Bound", "scene_cautions"]
+
+_PREFIXES = {-3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M"}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """What one kind of quantity has in a larynx.
+
+    Attributes
+    ----------
+    low, high : float
+        In `unit`; a quantity of exactly zero is absent and within them.
+    unit : str
+        SI.
+    whose : str
+        Who has it, the beginning of a sentence.
+    reason : str
+        Where the bounds are from.
+    others : dict of str to float
+        Units that may have been meant, each in `unit`; the first that fits is asked for.
+    """
+
+    low: float
+    high: float
+    unit: str
+    whose: str
+    reason: str
+    others: Mapping[str, float]
+
+    def holds(self, value: float) -> bool:
+        """Whether the size of a value is within the bounds."""
+        return value == 0 or self.low <= abs(value) <= self.high
+
+    def span(self) -> str:
+        """The bounds for a person."""
+        return f"{_shown(self.low, self.unit)} to {_shown(self.high, self.unit)}"
+
+    def question(self, value: float) -> str:
+        """Which unit may have been meant."""
+        for unit, size in self.others.items():
+            if _WRITTEN[0] <= abs(value) <= _WRITTEN[1] and self.holds(value * size):
+                return f"Is it {value:g} {unit}?"
+        return "Is the unit right?"
+
+
+_WRITTEN = (1e-3, 1e5)  # numbers that people write; others are no slip of a unit
+_PERSON = 15e-3  # m, length of a person's vocal folds, to guess a unit by
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+
+BOUNDS: dict[str, Bound] = {
+    "subglottal_pressure": Bound(
+        200.0,
+        4e3,
+        "Pa",
+        "A speaking voice has",
+        "Threshold of phonation at low pitch (Titze, J. Acoust. Soc. Am. 91, 1992) to loud speech (0.3 to "
+        "4 kPa; shouting reaches 10 kPa: Snelleman, Versnel and Dejonckere, PEVOC 7, 2007).",
+        {"kPa": 1e3, "cmH2O": 98.0665, "dyn/cm^2": 0.1},
+    ),
+    "air_density": Bound(
+        0.15,
+        7.0,
+        "kg/m^3",
+        "Gas that is breathed has",
+        "Helium (0.16 at body temperature) to sulphur hexafluoride (6), by the ideal-gas law; air has 1.1 "
+        "to 1.3.",
+        {"g/cm^3": 1e3, "g/m^3": 1e-3},
+    ),
+    "stiffness": Bound(
+        100.0,
+        2e6,
+        "Pa",
+        "Tissue of the larynx has",
+        "Lamina propria has 1 kPa across the fibre, 30 kPa along it, and 10 to 15 times that where it is "
+        "stretched (Alipour and Vigmostad, J. Voice 26, 2012); subjects differ by ten times (Chan and Titze, "
+        "J. Acoust. Soc. Am. 106, 1999). Above 2 MPa there is cartilage, which does not vibrate.",
+        {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
+    ),
+    "tissue_density": Bound(
+        800.0,
+        1.4e3,
+        "kg/m^3",
+        "Tissue has",
+        "Fat (920) to cartilage (1100), silicone of models included, with a margin of a fifth.",
+        {"g/cm^3": 1e3, "g/m^3": 1e-3},
+    ),
+    "viscosity": Bound(
+        0.002,
+        5.0,
+        "Pa s",
+        "Tissue that vibrates has",
+        "Twice that of water (0.001) to five times the thesis's largest (0.4 to 1). Mucosa has more only at "
+        "motions much slower than a voice (Chan and Titze, J. Acoust. Soc. Am. 106, 1999).",
+        {"poise": 0.1, "mPa s": 1e-3},
+    ),
+    "fold_length": Bound(
+        0.5e-3,
+        0.12,
+        "m",
+        "Vocal folds have",
+        "About 1 mm in a mouse, 3 mm in a newborn child (Sundberg, The Science of the Singing Voice, 1987), "
+        "104 mm in an elephant (Herbst and others, Science 337, 2012).",
+        _LENGTHS,
+    ),
+    "mesh_size": Bound(
+        1e-3,
+        0.5,
+        "m",
+        "A larynx has",
+        "Twice to four times the length of its folds, from a mouse to an elephant.",
+        _LENGTHS,
+    ),
+    "time_step": Bound(
+        1e-7,
+        0.5e-3,
+        "s",
+        "A step of a voice has",
+        "At 100 Hz the longest leaves 20 steps a period, the shortest takes 100,000.",
+        {"ms": 1e-3, "us": 1e-6, "ns": 1e-9},
+    ),
+    "duration": Bound(
+        0.01,
+        60.0,
+        "s",
+        "A run of a voice has",
+        "One period at 100 Hz (measures need three, of any voice) to more than anyone phonates in a breath.",
+        {"ms": 1e-3, "us": 1e-6, "min": 60.0},
+    ),
+    "initial_velocity": Bound(
+        1e-6,
+        5.0,
+        "m/s",
+        "Folds have",
+        "2 pi f A of 1 mm at 800 Hz is 5 m/s, and waves in tissue are as fast (root of E over density); "
+        "below 1e-6 m/s the folds move by less than an atom in a step of 50 us.",
+        {"cm/s": 1e-2, "mm/s": 1e-3},
+    ),
+    "initial_displacement": Bound(
+        1e-9,
+        5e-3,
+        "m",
+        "Folds are displaced by",
+        "A third of a fold of 15 mm; below 1 nm there is nothing to see.",
+        {"mm": 1e-3, "um": 1e-6},
+    ),
+    "gravity": Bound(
+        1.5,
+        15.0,
+        "m/s^2",
+        "Free fall has",
+        "The Moon (1.62) to a climb in an aircraft (15); the Earth has 9.81.",
+        {"cm/s^2": 1e-2, "mm/s^2": 1e-3, "g_0": 9.80665},
+    ),
+    "load": Bound(
+        1.0,
+        1e5,
+        "Pa",
+        "Loads on tissue have",
+        "A thousandth of what speaks to the pull of a contracted muscle (100 kPa and more tear mucosa).",
+        {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
+    ),
+    "load_frequency": Bound(
+        1.0,
+        1e4,
+        "Hz",
+        "Periodic loads have",
+        "Breathing is slower than the one, a voice has no energy above the other; zero is a constant load.",
+        {"kHz": 1e3},
+    ),
+}
+
+
+class _Points(Protocol):
+    """Of a mesh, whether the engine's or a stored one."""
+
+    @property
+    def points(self) -> Any:
+        """(n, 3) m."""
+
+    @property
+    def surfaces(self) -> Mapping[str, Any]:
+        """Named boundary faces."""
+
+
+def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
+    """What of a scene is beyond anything that is a larynx, one caution a kind; none without airflow.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : TetMesh or RunMesh
+        The scene's mesh, built.
+
+    Returns
+    -------
+    tuple of Caution
+    """
+    if scene.airflow is None:
+        return ()
+    found = []
+    quantities = list(_quantities(scene))
+    for name, bound in BOUNDS.items():
+        beyond = [
+            (path, value) for kind, path, value in quantities if kind == name and not bound.holds(value)
+        ]
+        if beyond:
+            path, value = beyond[0]
+            rest = f" (and {', '.join(path for path, _ in beyond[1:])})" if beyond[1:] else ""
+            seen = f"{path} = {value:g} {bound.unit}{rest}. {bound.whose} {bound.span()}."
+            found.append(Caution(name, seen, bound.question(value)))
+    return (*found, *_mesh_caution(scene, scene.airflow.surface, mesh))
+
+
+def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
+    """Kind, path and value of what the scene gives in figures, its mesh left out."""
+    assert scene.airflow is not None
+    yield "subglottal_pressure", "airflow.subglottal_pressure", scene.airflow.subglottal_pressure
+    yield "air_density", "airflow.air_density", scene.airflow.air_density
+    kinds = dict.fromkeys(("E", "E_fibre", "mu_fibre", "mu_transverse"), "stiffness")
+    kinds |= {"density": "tissue_density", "viscosity": "viscosity"}
+    for layer, tissue in scene.tissue.items():
+        for path, part in (
+            (f"tissue.{layer}", tissue),
+            (f"tissue.{layer}.left", tissue.left),
+            (f"tissue.{layer}.right", tissue.right),
+        ):
+            for field, kind in kinds.items():
+                value = getattr(part, field, None)
+                if value is not None:
+                    yield kind, f"{path}.{field}", value
+    yield "time_step", "time.step", scene.time.step
+    yield "duration", "time.duration", scene.time.duration
+    if scene.gravity is not None:
+        yield "gravity", "gravity", math.hypot(*scene.gravity)
+    for k, load in enumerate(scene.loads):
+        yield "load", f"loads[{k}].traction", math.hypot(*load.traction)
+        yield "load_frequency", f"loads[{k}].frequency", load.frequency
+    if scene.initial is not None:
+        for name in ("velocity", "displacement"):
+            size = getattr(scene.initial, f"opening_{name}")
+            if size is not None:
+                yield f"initial_{name}", f"initial.opening_{name}", size
+            for layer, vector in getattr(scene.initial, name).items():
+                yield f"initial_{name}", f"initial.{name}.{layer}", math.hypot(*vector)
+
+
+def _mesh_caution(scene: Scene, surface: str, mesh: _Points) -> Iterator[Caution]:
+    """The length of the folds, or else the size of the mesh, which has the same cause."""
+    points, faces = np.asarray(mesh.points), mesh.surfaces.get(surface)
+    across = float(np.ptp(points, axis=0).max())
+    length = across if faces is None else float(np.ptp(points[np.unique(faces), 1]))
+    for name, size, what in (
+        ("fold_length", length, "The airway is {:.3g} m from front to back."),
+        ("mesh_size", across, "The mesh is {:.3g} m from end to end."),
+    ):
+        bound = BOUNDS[name]
+        if not bound.holds(size):
+            seen = f"{what.format(size)} {bound.whose} {bound.span()}."
+            yield Caution(name, seen, _about_lengths(scene, length, across))
+            return
+
+
+def _about_lengths(scene: Scene, length: float, across: float) -> str:
+    if isinstance(scene.mesh, Larynx):
+        return "Are the lengths in mesh.options right?"
+    if not isinstance(scene.mesh, MeshFile):
+        return "Are the lengths in mesh right?"
+    fits = {
+        abs(math.log(length * size / scene.mesh.unit / _PERSON)): unit
+        for unit, size in _LENGTHS.items()
+        if BOUNDS["fold_length"].holds(length * size / scene.mesh.unit)
+        and BOUNDS["mesh_size"].holds(across * size / scene.mesh.unit)
+    }
+    if fits:
+        unit = fits[min(fits)]
+        return f'Is one unit of the file 1 {unit}? Then set mesh.unit = "1 {unit}".'
+    return f"Is mesh.unit = {scene.mesh.unit:g} m right?"
+
+
+def _shown(value: float, unit: str) -> str:
+    """With the prefix that a person would take."""
+    if unit not in {"Pa", "s", "m", "Hz"}:
+        return f"{value:g} {unit}"
+    thousands = math.floor(math.log10(value) / 3 + 1e-9)
+    return f"{value / 1000.0**thousands:g} {_PREFIXES[thousands]}{unit}"

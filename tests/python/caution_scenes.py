@@ -1,0 +1,179 @@
+"""A small scene for every caution: one of two scenes without any, and what is changed in it."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import plica
+from plica.phonation.scene.toml_text import toml_text
+
+LARYNX = """\
+[mesh]
+larynx = "coarse"
+[mesh.options]
+around = 8
+levels = [1, 1, 1, 1, 1, 2, 1, 1, 1, 1]
+body_rings = 1
+
+[tissue.body]
+E = "20 kPa"
+nu = 0.45
+viscosity = "0.35 Pa s"
+[tissue.ligament]
+E = "3 kPa"
+nu = 0.45
+viscosity = "0.35 Pa s"
+[tissue.cover]
+E = "1 kPa"
+nu = 0.45
+viscosity = "0.14 Pa s"
+
+[airflow]
+subglottal_pressure = "0.8 kPa"
+
+[contact.multipliers]
+
+[time]
+step = "50 us"
+duration = "10 ms"
+"""
+
+BLOCKS = """\
+[mesh.blocks.a]
+size = ["10 mm", "2 mm", "2 mm"]
+divisions = [6, 2, 2]
+[mesh.blocks.b]
+corner = ["10.1 mm", 0, 0]
+size = ["10 mm", "2 mm", "2 mm"]
+divisions = [6, 2, 2]
+
+[tissue.a]
+E = "20 kPa"
+nu = 0
+[tissue.b]
+E = "20 kPa"
+nu = 0
+
+[contact]
+first = "a.x_max"
+second = "b.x_min"
+surface_mass = "redistributed"
+[contact.multipliers]
+
+[initial.velocity]
+a = ["0.1 m/s", 0, 0]
+
+[time]
+step = "50 us"
+duration = "3 ms"
+"""
+
+
+@dataclass(frozen=True)
+class Given:
+    """The scene that gives a caution.
+
+    Attributes
+    ----------
+    scene : str
+        The one that is changed.
+    changes : str
+        Lines ``key = value``, keys with dots from the top; ``without key`` leaves a table out.
+    """
+
+    scene: str
+    changes: str
+
+    def data(self) -> dict[str, Any]:
+        """The changed scene as plain data."""
+        data = tomllib.loads(self.scene)
+        for line in self.changes.splitlines():
+            if line.startswith("without "):
+                *path, name = line.removeprefix("without ").split(".")
+                table = data
+                for step in path:
+                    table = table[step]
+                del table[name]
+            else:
+                _merge(data, tomllib.loads(line))
+        return data
+
+    def build(self) -> plica.Scene:
+        """The changed scene."""
+        return plica.Scene.from_text(toml_text(self.data()), "caution")
+
+
+def _merge(into: dict[str, Any], other: dict[str, Any]) -> None:
+    for name, value in other.items():
+        if isinstance(value, dict) and isinstance(into.get(name), dict):
+            _merge(into[name], value)
+        else:
+            into[name] = value
+
+
+GIVEN: dict[str, Given] = {
+    "subglottal_pressure": Given(LARYNX, "airflow.subglottal_pressure = 0.8"),
+    "air_density": Given(LARYNX, "airflow.air_density = 1230"),
+    "stiffness": Given(LARYNX, 'tissue.body.E = "20 MPa"\ntime.scheme.newmark = {}'),
+    "tissue_density": Given(LARYNX, "tissue.body.density = 1.04e6"),
+    "viscosity": Given(LARYNX, "tissue.body.viscosity = 350"),
+    "fold_length": Given(
+        LARYNX,
+        """\
+mesh.options.major = 0.14
+mesh.options.radius = 0.16
+mesh.options.sections = [[-0.1, 1e-4], [-0.05, 1e-4], [0, 1e-4], [0.05, 1e-4]]
+mesh.options.levels = [2, 2, 2]
+mesh.options.layers_from_section = 1
+mesh.options.layers_to_section = 2""",
+    ),
+    "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
+    "time_step": Given(LARYNX, 'time.step = "0.6 ms"\ntime.duration = "12 ms"\ntime.scheme.newmark = {}'),
+    "duration": Given(LARYNX, 'time.duration = "0.1 ms"'),
+    "initial_velocity": Given(LARYNX, "initial.opening_velocity = 1e-8"),
+    "initial_displacement": Given(LARYNX, "initial.opening_displacement = 1e-10"),
+    "gravity": Given(LARYNX, "gravity = [0, 0, -1]"),
+    "load": Given(LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, 0.5] }]'),
+    "load_frequency": Given(
+        LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
+    ),
+    "unsteady_voice": Given(LARYNX, 'time.duration = "30 ms"'),
+    "flow_beyond_voice": Given(
+        LARYNX,
+        """\
+airflow.subglottal_pressure = "4 kPa"
+mesh.options.sections = [[-30e-3, 6e-3], [-10e-3, 5e-3], [0, 5e-3], [10e-3, 6e-3]]
+mesh.options.levels = [2, 2, 2]
+mesh.options.layers_from_section = 1
+mesh.options.layers_to_section = 2""",
+    ),
+    "motion_beyond_voice": Given(
+        LARYNX,
+        """\
+supports.fixed = []
+initial.velocity.body = [0, 0, 1]
+initial.velocity.ligament = [0, 0, 1]
+initial.velocity.cover = [0, 0, 1]""",
+    ),
+    "folded_tissue": Given(LARYNX, "without airflow\ninitial.opening_velocity = -5"),
+    "unconverged_coupling": Given(LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1 }"),
+    "unconverged_contact": Given(
+        BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"
+    ),
+    "sliding_surfaces": Given(BLOCKS, "initial.velocity.a = [0.2, 1, 0]"),
+    "energy_from_contact": Given(
+        BLOCKS, 'contact.surface_mass = "kept"\ntime.scheme.newmark = {}\ntime.step = "10 us"'
+    ),
+    "energy_from_scheme": Given(
+        LARYNX,
+        """\
+without airflow
+without contact
+tissue.body.viscosity = 30
+tissue.ligament.viscosity = 30
+tissue.cover.viscosity = 30
+initial.opening_velocity = -1""",
+    ),
+}

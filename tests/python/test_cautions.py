@@ -1,0 +1,225 @@
+"""Cautions: every kind is given by a scene of its own, and none without reason."""
+
+from __future__ import annotations
+
+import json
+import runpy
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from plica.phonation.run.waveform_units import WAVEFORM_UNITS
+
+import plica
+from analytic_run import Phonation
+from caution_scenes import BLOCKS, GIVEN, LARYNX, Given
+from plica.cli import main
+from plica.measures.caution import Caution, write_cautions
+from plica.phonation.measures.cautions import CHECKS, cautions
+from plica.phonation.scene.plausibility import BOUNDS, scene_cautions
+from plica.units import read_quantity
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def said_of(changes: str, base: str = LARYNX) -> list[Caution]:
+    """The cautions of the changed scene, which is not run."""
+    scene = Given(base, changes).build()
+    return list(scene_cautions(scene, plica.build_mesh(scene.mesh)))
+
+
+def test_the_list_of_cautions_is_current() -> None:
+    made = runpy.run_path(str(ROOT / ".ci" / "cautions"))["text"]()
+    page = (ROOT / "docs" / "cautions.md").read_text(encoding="utf-8")
+    assert made == page, "run .venv/bin/python .ci/cautions docs/cautions.md"
+
+
+def test_every_kind_of_caution_has_a_scene() -> None:
+    assert set(GIVEN) == {*BOUNDS, *(check.__name__ for check in CHECKS)}
+
+
+@pytest.mark.parametrize("base", [LARYNX, BLOCKS], ids=["larynx", "blocks"])
+def test_the_unchanged_scenes_have_no_caution(base: str, tmp_path: Path) -> None:
+    assert plica.run(Given(base, "").build(), tmp_path / "run", progress=False).cautions == ()
+
+
+@pytest.mark.parametrize("name", GIVEN)
+def test_a_scene_gives_its_caution_and_no_other(name: str, tmp_path: Path) -> None:
+    run = plica.run(GIVEN[name].build(), tmp_path / "run", progress=False)
+    assert [caution.name for caution in run.cautions] == [name]
+    (caution,) = run.cautions
+    assert any(letter.isdigit() for letter in caution.seen)
+    assert caution.seen.endswith(".")
+    assert caution.advice.endswith((".", "?"))
+    assert str(caution) == f"{caution.seen} {caution.advice}"
+
+
+LARYNX_FIELDS = {
+    "subglottal_pressure": "airflow.subglottal_pressure = {}",
+    "air_density": "airflow.air_density = {}",
+    "stiffness": "tissue.cover.E = {}",
+    "tissue_density": "tissue.ligament.density = {}",
+    "viscosity": "tissue.cover.left.viscosity = {}",
+    "time_step": "time.step = {0}\ntime.duration = {0}",
+    "duration": "time.step = {0}\ntime.duration = {0}",
+    "initial_velocity": "initial.velocity.cover = [0, {}, 0]",
+    "initial_displacement": "initial.displacement.cover = [0, {}, 0]",
+    "gravity": "gravity = [0, {}, 0]",
+    "load": 'loads = [{{ surface = "airway", traction = [0, {}, 0] }}]',
+    "load_frequency": 'loads = [{{ surface = "airway", traction = [0, 9, 0], frequency = {} }}]',
+}
+
+
+@pytest.mark.parametrize("name", LARYNX_FIELDS)
+def test_a_bound_holds_up_to_its_ends_and_no_further(name: str) -> None:
+    bound = BOUNDS[name]
+
+    def found(value: float) -> list[str]:
+        return [one.name for one in said_of(LARYNX_FIELDS[name].format(repr(value))) if one.name == name]
+
+    assert found(bound.low) == found(bound.high) == []
+    assert found(0.999 * bound.low) == found(1.001 * bound.high) == [name]
+
+
+class Box:
+    """A mesh of so much from front to back and from end to end."""
+
+    def __init__(self, length: float, across: float) -> None:
+        self.points = np.array([[0.0, 0.0, 0.0], [0.0, length, 0.0], [0.0, 0.0, across]])
+        self.surfaces = {"airway": np.array([[0, 1, 1]])}
+
+
+@pytest.mark.parametrize(
+    ("length", "across", "name"),
+    [
+        (0.499e-3, 5e-3, "fold_length"),
+        (0.5e-3, 5e-3, ""),
+        (0.12, 0.3, ""),
+        (0.1201, 0.3, "fold_length"),
+        (0.5e-3, 0.999e-3, "mesh_size"),
+        (0.5e-3, 1e-3, ""),
+        (0.01, 0.5, ""),
+        (0.01, 0.501, "mesh_size"),
+        (14.0, 40.0, "fold_length"),  # one cause, one caution
+    ],
+)
+def test_a_mesh_holds_up_to_the_ends_of_its_bounds(length: float, across: float, name: str) -> None:
+    found = scene_cautions(Given(LARYNX, "").build(), Box(length, across))
+    assert [one.name for one in found] == ([name] if name else [])
+
+
+@pytest.mark.parametrize(
+    ("unit", "length", "meant"),
+    [
+        (1.0, 14.0, "1 mm"),
+        (1.0, 1.4, "1 cm"),
+        (1.0, 14000.0, "1 um"),
+        (1e-3, 14e-6, "1 m"),
+        (1e-3, 1.4e-3 / 1e3, ""),
+    ],
+)
+def test_a_mesh_in_another_unit_is_asked_for_it(
+    tmp_path: Path, unit: float, length: float, meant: str
+) -> None:
+    mesh = plica.MeshFile(file=tmp_path / "mesh.vtu", unit=unit, layers={"body": 1})
+    tissue = {"body": plica.Tissue(E="20 kPa", nu=0.4)}
+    time = plica.Stepping(step="50 us", duration="10 ms")
+    scene = plica.Scene(mesh, tissue, time=time, airflow=plica.Airflow())
+    (caution,) = scene_cautions(scene, Box(length, 3 * length))
+    assert caution.name == "fold_length"
+    if meant:
+        assert caution.advice == f'Is one unit of the file {meant}? Then set mesh.unit = "{meant}".'
+
+
+@pytest.mark.parametrize(
+    ("changes", "sentence"),
+    [
+        (
+            "airflow.subglottal_pressure = 0.8",
+            "airflow.subglottal_pressure = 0.8 Pa. A speaking voice has 200 Pa to 4 kPa. Is it 0.8 kPa?",
+        ),
+        ("airflow.subglottal_pressure = 8", "Is it 8 cmH2O?"),
+        ("airflow.subglottal_pressure = 8000", "Is it 8000 dyn/cm^2?"),
+        ('airflow.subglottal_pressure = "20 kPa"', "Is it 20000 dyn/cm^2?"),
+        ("airflow.air_density = 1.23e-3", "Is it 0.00123 g/cm^3?"),
+        (
+            "tissue.cover.E = 1",
+            "tissue.cover.E = 1 Pa. Tissue of the larynx has 100 Pa to 2 MPa. Is it 1 kPa?",
+        ),
+        ("tissue.body.density = 1.02", "Is it 1.02 g/cm^3?"),
+        ("tissue.body.viscosity = 10", "Is it 10 poise?"),
+        (
+            "time.step = 50\ntime.duration = 50",
+            "time.step = 50 s. A step of a voice has 100 ns to 500 us. Is it 50 us?",
+        ),
+        ("time.duration = 300", "Is it 300 ms?"),
+        ("initial.opening_velocity = -1000", "initial.opening_velocity = -1000 m/s. Folds have"),
+        ("gravity = [0, 0, -981]", "Is it 981 cm/s^2?"),
+    ],
+)
+def test_the_unit_that_was_meant_is_asked_for(changes: str, sentence: str) -> None:
+    assert any(sentence in str(caution) for caution in said_of(changes))
+
+
+def test_every_unit_that_is_asked_for_can_be_written_in_a_scene() -> None:
+    for bound in BOUNDS.values():
+        assert bound.low < bound.high
+        for unit, size in bound.others.items():
+            assert read_quantity(f"1 {unit}", bound.unit) == pytest.approx(size, rel=1e-12)
+
+
+def test_one_wrong_unit_in_many_places_is_one_caution() -> None:
+    (caution,) = said_of("tissue.body.E = 20\ntissue.ligament.E = 3\ntissue.cover.E = 1")
+    assert "tissue.body.E = 20 Pa (and tissue.ligament.E, tissue.cover.E)" in caution.seen
+
+
+@pytest.mark.parametrize(
+    "changes", ["tissue.a.E = 2e9", "tissue.a.density = 7.8", "initial.velocity.a = [35, 0, 0]"]
+)
+def test_a_scene_without_airflow_is_no_larynx(changes: str) -> None:
+    assert said_of(changes, BLOCKS) == []
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "examples").glob("*.toml")))
+def test_the_examples_are_plausible(name: str) -> None:
+    scene = plica.Scene.load(ROOT / "examples" / name)
+    if scene.airflow is not None:
+        assert scene_cautions(scene, plica.build_mesh(scene.mesh)) == ()
+
+
+def test_waveforms_that_are_looked_at_are_those_of_the_engine() -> None:
+    text = (ROOT / "python/plica/phonation/measures/cautions.py").read_text(encoding="utf-8")
+    for name in ("coupling_converged", "contact_slide", "inverted_tissue", "numerical_loss", "friction_loss"):
+        assert f'"{name}"' in text
+        assert name in WAVEFORM_UNITS
+
+
+def test_a_run_of_no_steps_has_the_cautions_of_its_scene() -> None:
+    whole = Phonation().run()
+    none = {name: values[:0] for name, values in whole.waveforms.items()}
+    doubt = (Caution("load", "9 MPa was seen.", "Is it 9 kPa?"),)
+    assert cautions(replace(whole, time=whole.time[:0], waveforms=none, scene_cautions=doubt)) == doubt
+
+
+def test_cautions_are_stored_as_they_are(tmp_path: Path) -> None:
+    given = (Caution("one", "1 m was seen.", "Is it 1 mm?"),)
+    write_cautions(given, tmp_path / "cautions.json")
+    stored: list[dict[str, Any]] = json.loads((tmp_path / "cautions.json").read_text(encoding="utf-8"))
+    assert tuple(Caution(**entry) for entry in stored) == given
+
+
+def test_a_run_says_its_cautions_first_and_keeps_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Given(LARYNX, "airflow.subglottal_pressure = 0.8").build().save(tmp_path / "scene.toml")
+    assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run")]) == 0
+    said = capsys.readouterr().err
+    sentence = "Caution: airflow.subglottal_pressure = 0.8 Pa."
+    assert 0 <= said.index(sentence) < said.index("100%") < said.rindex(sentence)
+    stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
+    assert [caution["name"] for caution in stored] == ["subglottal_pressure"]
+    assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert main(["mesh", str(tmp_path / "scene.toml")]) == 0
+    assert sentence in capsys.readouterr().err
