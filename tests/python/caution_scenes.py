@@ -174,6 +174,7 @@ without contact
 tissue.body.viscosity = 30
 tissue.ligament.viscosity = 30
 tissue.cover.viscosity = 30
-initial.opening_velocity = -1""",
+initial.opening_velocity = -0.1
+time.step = 1e-4""",
     ),
 }

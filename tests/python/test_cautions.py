@@ -210,6 +210,7 @@ def test_cautions_are_stored_as_they_are(tmp_path: Path) -> None:
     assert tuple(Caution(**entry) for entry in stored) == given
 
 
+@pytest.mark.slow
 def test_a_run_says_its_cautions_first_and_keeps_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
