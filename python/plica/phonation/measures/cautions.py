@@ -59,7 +59,7 @@ def unsteady_voice(run: RunData) -> Caution | None:
 
 
 def flow_beyond_voice(run: RunData) -> Caution | None:
-    """The flow is beyond a voice's: shouting, 10 kPa through 20 mm2 of glottis, is 2.6 l/s."""
+    """The flow is above 3 l/s; shouting, 10 kPa through 20 mm2 of glottis, is 2.6 l/s."""
     flow = np.asarray(reached(run)[1].get("flow", []), dtype=float)
     if not flow.size or flow.max() <= largest_flow:
         return None
@@ -121,7 +121,7 @@ def unconverged_coupling(run: RunData) -> Caution | None:
 
 
 def unconverged_contact(run: RunData) -> Caution | None:
-    """Augmented multipliers left gap errors because they ran out of augmentations."""
+    """Augmented multipliers ran out of augmentations and left gap errors above the tolerance."""
     waveforms = reached(run)[1]
     converged = np.asarray(waveforms.get("contact_converged", [])) != 0
     if converged.all():
@@ -136,7 +136,7 @@ def unconverged_contact(run: RunData) -> Caution | None:
 
 
 def sliding_surfaces(run: RunData) -> Caution | None:
-    """Surfaces in contact slid along each other, which the air between matched nodes does not follow."""
+    """Surfaces in contact slid by more than 0.25 mean edges, which a matched airway does not follow."""
     slid = float(np.max(reached(run)[1].get("contact_slide", 0.0), initial=0.0))
     if slid <= slides:
         return None
@@ -152,7 +152,7 @@ def sliding_surfaces(run: RunData) -> Caution | None:
 
 
 def energy_from_contact(run: RunData) -> Caution | None:
-    """Contact made energy, as surfaces with mass do at impacts: collisions are then too hard."""
+    """Contact made energy, as surfaces with mass do at impacts: above 5 % of the largest there was."""
     waveforms = reached(run)[1]
     if "contact_work" not in waveforms:
         return None
@@ -177,7 +177,7 @@ def energy_from_contact(run: RunData) -> Caution | None:
 
 
 def energy_from_scheme(run: RunData) -> Caution | None:
-    """The time scheme made energy instead of taking some: the motion overshoots."""
+    """The time scheme made energy, above 5 % of the largest there was: the motion overshoots."""
     waveforms = reached(run)[1]
     lost = np.asarray(waveforms.get("numerical_loss", []), dtype=float)
     if not lost.size:

@@ -93,10 +93,10 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
+        simulation = build_simulation(scene, mesh)
         if progress:
             for caution in scene_cautions(scene, mesh):
-                print(f"Caution: {caution}", file=sys.stderr, flush=True)
-        simulation = build_simulation(scene, mesh)
+                print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
 
