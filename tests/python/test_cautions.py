@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from plica.phonation.run.waveform_units import WAVEFORM_UNITS
 
 import plica
 from analytic_run import Phonation
 from caution_scenes import BLOCKS, GIVEN, LARYNX, Given
 from plica.cli import main
 from plica.measures.caution import Caution, write_cautions
+from plica.measures.waveforms import STORED
 from plica.phonation.measures.cautions import CHECKS, cautions
 from plica.phonation.scene.plausibility import BOUNDS, scene_cautions
 from plica.units import read_quantity
@@ -193,7 +193,7 @@ def test_waveforms_that_are_looked_at_are_those_of_the_engine() -> None:
     text = (ROOT / "python/plica/phonation/measures/cautions.py").read_text(encoding="utf-8")
     for name in ("coupling_converged", "contact_slide", "inverted_tissue", "numerical_loss", "friction_loss"):
         assert f'"{name}"' in text
-        assert name in WAVEFORM_UNITS
+        assert name in STORED
 
 
 def test_a_run_of_no_steps_has_the_cautions_of_its_scene() -> None:

@@ -48,7 +48,7 @@ def cautions(run: RunData) -> tuple[Caution, ...]:
 def unsteady_voice(run: RunData) -> Caution | None:
     """The cycles that were measured are not those of a steady voice: it still changes, or is irregular."""
     cycles = steady_cycles(run)
-    if not cycles.count or cycles.settled:
+    if "minimum_area" not in run.waveforms or not cycles.count or cycles.settled:
         return None
     low, high = 1e3 * cycles.periods.min(), 1e3 * cycles.periods.max()
     return Caution(
