@@ -1,8 +1,18 @@
 #pragma once
 // The arrays that every module speaks in. All are dense, row-major and SI.
 #include <Eigen/Core>
+#include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
+
+// Matrices cross the border of the library, so both sides must lay them out, allocate and free them alike.
+static_assert(
+    EIGEN_DEFAULT_ALIGN_BYTES == 64 && EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_MALLOC_ALREADY_ALIGNED == 0 &&
+        std::is_same_v<Eigen::Index, std::ptrdiff_t>,
+    "plica: Eigen allocates here otherwise than in the library. Link plica's CMake targets, or compile "
+    "every source that uses Eigen with -DEIGEN_MAX_ALIGN_BYTES=64 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16, and "
+    "define no other EIGEN_ macro that says how memory is aligned or indexed.");
 
 namespace plica {
 

@@ -1,7 +1,8 @@
 #pragma once
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
+
+#include "plica/core/types.hpp"
 
 namespace plica {
 
