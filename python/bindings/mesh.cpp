@@ -11,22 +11,26 @@ namespace {
 
 using Released = py::gil_scoped_release;
 
-std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cells, const py::array& cell_layer,
-                                   const py::array& cell_side, std::vector<std::string> layer_names,
+std::unique_ptr<TetMesh> make_mesh(const RealArray& points, const py::array& cells,
+                                   const std::optional<py::array>& cell_layer,
+                                   const std::optional<py::array>& cell_side, std::vector<std::string> layer_names,
                                    const std::map<std::string, py::array>& surfaces,
                                    const std::map<std::string, py::array>& node_sets) {
   const std::string where = "TetMesh";
   auto mesh = std::make_unique<TetMesh>();
   mesh->points = to_points(points, where, "points");
   mesh->cells = to_rows(cells, {4, 10}, where, "cells");
-  mesh->cell_layer = to_indices(cell_layer, where, "cell_layer");
-  mesh->cell_side = to_indices(cell_side, where, "cell_side");
   mesh->layer_names = std::move(layer_names);
-  const auto m = mesh->cell_count();
-  if (mesh->cell_layer.size() != m || mesh->cell_side.size() != m) {
-    wrong_shape(where, mesh->cell_layer.size() != m ? "cell_layer" : "cell_side",
-                mesh->cell_layer.size() != m ? cell_layer : cell_side, "(" + std::to_string(m) + ",)");
-  }
+  const auto labels = [&](const std::optional<py::array>& given, const std::string& name) {
+    if (!given) return Indices();
+    if (given->size() != mesh->cell_count()) {
+      wrong_shape(where, name, *given, "(" + std::to_string(mesh->cell_count()) + ",)");
+    }
+    return to_indices(*given, where, name);
+  };
+  mesh->cell_layer = labels(cell_layer, "cell_layer");
+  mesh->cell_side = labels(cell_side, "cell_side");
+  *mesh = labelled(std::move(*mesh));
   check_nodes(mesh->cells, mesh->node_count(), where, "cell");
   for (const auto& [name, faces] : surfaces) {
     const std::string label = "surfaces[\"" + name + "\"]";
@@ -54,8 +58,9 @@ NamedArrays views(const Map& map, const py::handle& owner) {
 
 void bind_tet_mesh(py::module_& engine) {
   py::class_<TetMesh, std::shared_ptr<TetMesh>>(engine, "TetMesh")
-      .def(py::init(&make_mesh), py::arg("points"), py::arg("cells"), py::arg("cell_layer"), py::arg("cell_side"),
-           py::arg("layer_names"), py::arg("surfaces"), py::arg("node_sets"))
+      .def(py::init(&make_mesh), py::arg("points"), py::arg("cells"), py::arg("cell_layer") = py::none(),
+           py::arg("cell_side") = py::none(), py::arg("layer_names") = py::list(),
+           py::arg("surfaces") = py::dict(), py::arg("node_sets") = py::dict())
       .def_property_readonly("points", [](py::object self) { return view(self.cast<TetMesh&>().points, self); })
       .def_property_readonly("cells", [](py::object self) { return view(self.cast<TetMesh&>().cells, self); })
       .def_property_readonly("cell_layer",

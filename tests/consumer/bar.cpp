@@ -49,9 +49,6 @@ plica::TetMesh make_bar(int along, int across) {
   for (Eigen::Index e = 0; e < count; ++e) {
     for (int a = 0; a < 4; ++a) mesh.cells(e, a) = cells[e][a];
   }
-  mesh.cell_layer = plica::Indices::Zero(count);
-  mesh.cell_side = plica::Indices::Zero(count);
-  mesh.layer_names = {"body"};
   mesh.node_sets["clamp"] = Eigen::Map<plica::Indices>(clamp.data(), static_cast<Eigen::Index>(clamp.size()));
   mesh.node_sets["tip"] = Eigen::Map<plica::Indices>(tip.data(), static_cast<Eigen::Index>(tip.size()));
 

@@ -73,6 +73,7 @@ BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const No
 
 Scene checked(Scene scene) {
   scene.validate();
+  scene.mesh = labelled(std::move(scene.mesh));
   return scene;
 }
 

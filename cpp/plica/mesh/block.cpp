@@ -71,8 +71,9 @@ TetMesh block_mesh(const Block& block) {
   return mesh;
 }
 
-TetMesh combine(const TetMesh& first, const TetMesh& second, const std::string& first_prefix,
+TetMesh combine(const TetMesh& one, const TetMesh& other, const std::string& first_prefix,
                 const std::string& second_prefix) {
+  const TetMesh first = labelled(one), second = labelled(other);
   if (first.order() != second.order())
     throw InvalidInput("combine", "order of the second mesh", second.order(), "",
                        "that of the first, " + std::to_string(first.order()),

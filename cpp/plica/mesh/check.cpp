@@ -39,8 +39,9 @@ void check_shapes(const TetMesh& mesh) {
   if (mesh.cells.cols() != 4 && mesh.cells.cols() != 10)
     throw InvalidInput("TetMesh", "nodes per cell", static_cast<double>(mesh.cells.cols()), "", "4 or 10",
                        "Only tetrahedra, linear or quadratic, are known.");
-  sized("cell_layer", mesh.cell_layer.size(), mesh.cell_count());
-  sized("cell_side", mesh.cell_side.size(), mesh.cell_count());
+  if (mesh.cell_layer.size() > 0 || mesh.layer_names.size() > 1)
+    sized("cell_layer", mesh.cell_layer.size(), mesh.cell_count());
+  if (mesh.cell_side.size() > 0) sized("cell_side", mesh.cell_side.size(), mesh.cell_count());
   for (Eigen::Index n = 0; n < mesh.node_count(); ++n)
     if (!mesh.points.row(n).allFinite())
       refuse("node " + std::to_string(n) + " is at " + at(mesh.points.row(n)) + "; its coordinates must be finite",
@@ -61,15 +62,15 @@ void check_indices(const TetMesh& mesh) {
   for (std::int32_t n = 0; n < nodes; ++n)
     if (!used[n]) refuse(node_name(mesh, n) + " belongs to no cell", "Remove it and renumber the nodes.");
   const auto layers = static_cast<std::int32_t>(mesh.layer_names.size());
-  for (Eigen::Index e = 0; e < mesh.cell_count(); ++e) {
+  for (Eigen::Index e = 0; e < mesh.cell_layer.size(); ++e)
     if (mesh.cell_layer[e] < 0 || mesh.cell_layer[e] >= layers)
       refuse(cell_name(mesh, e) + " has layer " + std::to_string(mesh.cell_layer[e]) + "; must be in [0, " +
                  std::to_string(layers) + ")",
              "Give layer_names an entry for every layer.");
+  for (Eigen::Index e = 0; e < mesh.cell_side.size(); ++e)
     if (mesh.cell_side[e] < 0 || mesh.cell_side[e] > 2)
       refuse(cell_name(mesh, e) + " has side " + std::to_string(mesh.cell_side[e]) + "; must be 0, 1 or 2",
              "0 is none, 1 left (x < 0), 2 right.");
-  }
 }
 
 void check_volumes(const TetMesh& mesh) {
@@ -188,6 +189,15 @@ void check_node_sets(const TetMesh& mesh) {
 }
 
 }  // namespace
+
+TetMesh labelled(TetMesh mesh) {
+  if (mesh.cell_layer.size() == 0 && mesh.layer_names.size() <= 1) {
+    mesh.cell_layer = Indices::Zero(mesh.cell_count());
+    if (mesh.layer_names.empty()) mesh.layer_names = {"body"};
+  }
+  if (mesh.cell_side.size() == 0) mesh.cell_side = Indices::Zero(mesh.cell_count());
+  return mesh;
+}
 
 void check(const TetMesh& mesh) {
   check_shapes(mesh);

@@ -13,10 +13,11 @@ enum class Side : std::int8_t { none = 0, left = 1, right = 2 };
 /// Linear (4 nodes) or quadratic (10 nodes, VTK order) tetrahedra with their labels.
 /// Mid-side nodes of order 2: edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3); faces: (0,1) (1,2) (2,0).
 struct TetMesh {
+/// Labels may be left empty: a mesh without layers has one, without sides none; labelled() writes that out.
   Points points;                             // (n, 3) m
   Cells cells;                               // (m, 4) or (m, 10)
-  Indices cell_layer;                        // (m) position in layer_names
-  Indices cell_side;                         // (m) a Side
+  Indices cell_layer;                        // (m) position in layer_names, or empty
+  Indices cell_side;                         // (m) a Side, or empty
   std::vector<std::string> layer_names;      // e.g. body, ligament, cover
   std::map<std::string, Faces> surfaces;     // named boundary faces, outward, e.g. airway_left, airway_right
   std::map<std::string, Indices> node_sets;  // named nodes, e.g. wall
@@ -30,6 +31,9 @@ struct TetMesh {
 };
 
 /// Signed volume of each tetrahedron, V = det[x1-x0, x2-x0, x3-x0] / 6 (m^3), negative where inverted.
+/// The same mesh with a label at every cell: left empty, of the layer "body", or the only one named, and no side.
+TetMesh labelled(TetMesh mesh);
+
 /// Corners only. O(m).
 Vector signed_volumes(const Points& x, const Cells& cells);
 

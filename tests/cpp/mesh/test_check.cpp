@@ -49,6 +49,28 @@ TEST_CASE("wrong shapes and numbers are refused") {
   CHECK_SAYS(refusal(cube(), [](TetMesh& m) { m.points(7, 1) = std::nan(""); }), "node 7 is at (0.5, nan, 0) m");
 }
 
+TEST_CASE("a mesh without labels has one layer and no side") {
+  TetMesh mesh = cube();
+  const TetMesh whole = mesh;
+  mesh.cell_layer.resize(0);
+  mesh.cell_side.resize(0);
+  mesh.layer_names.clear();
+  CHECK_NOTHROW(check(mesh));
+  CHECK_NOTHROW(check(to_quadratic(mesh)));
+  const TetMesh found = labelled(mesh);
+  CHECK(found.layer_names == std::vector<std::string>{"body"});
+  CHECK(found.cell_layer == Indices::Zero(48));
+  CHECK(found.cell_side == Indices::Zero(48));
+  CHECK(combine(mesh, whole, "a.", "b.").cell_layer == combine(whole, whole, "a.", "b.").cell_layer);
+  CHECK(combine(whole, mesh, "a.", "b.").layer_names == std::vector<std::string>{"a.body", "b.body"});
+
+  mesh.layer_names = {"cover"};
+  CHECK_NOTHROW(check(mesh));
+  CHECK(labelled(mesh).layer_names == std::vector<std::string>{"cover"});
+  mesh.layer_names = {"body", "cover"};
+  CHECK_SAYS(refusal(whole, [&](TetMesh& m) { m = labelled(mesh); }), "size of cell_layer = 0; must be 48");
+}
+
 TEST_CASE("indices out of range are refused") {
   CHECK_SAYS(refusal(cube(), [](TetMesh& m) { m.cells(3, 2) = 27; }), "cell 3 names node 27; must be in [0, 27)");
   CHECK_SAYS(refusal(cube(), [](TetMesh& m) { m.cells(3, 2) = -1; }), "cell 3 names node -1");
