@@ -63,7 +63,9 @@ class Simulation {
   /// (n) Pa, contact force over area at the nodes of the contact surfaces (Collision::pressure); zero elsewhere.
   Vector contact_pressure() const;
   /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
-  /// the next step on. Not part of State, so set it again after restore; not in the initial acceleration.
+  /// the next step on. Like them it counts at t + (1 + alpha) h of the step from t = time() to t + h: with Newmark
+  /// (alpha = 0) at its end, so give its value of then. Not part of State, so set it again after restore; not in
+  /// the initial acceleration.
   void set_external_force(Vector force);
 
  private:

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -125,6 +126,25 @@ TEST_CASE("a force of the embedder's own accelerates as a load does") {
 TEST_CASE("scenes that do not fit are refused") {
   const Simulation::Options o = options(HilberHughesTaylor{}, 1e-4);
   Scene scene = scenes::held_block();
+TEST_CASE("a force of the embedder's own counts at t + (1 + alpha) h, as a load of the scene does") {
+  const double h = 1e-4, frequency = 150.0;
+  for (const double alpha : {-0.3, 0.0}) {
+    Scene scene = scenes::held_block();
+    Simulation driven(scene, options(HilberHughesTaylor{alpha}, h));
+    scene.loads = {{"x_max", {0, 200.0, 0}, frequency, 0.0}};
+    Simulation loaded(scene, options(HilberHughesTaylor{alpha}, h));
+    const Vector amplitude = loaded.state().load;  // cos 0 = 1
+    for (int k = 0; k < 10; ++k) {
+      const double t = driven.time() + (1 + alpha) * h;
+      driven.set_external_force(std::cos(2 * M_PI * frequency * t) * amplitude);
+      driven.advance();
+      loaded.advance();
+      CHECK(driven.state().load.isApprox(loaded.state().load, 1e-12));
+    }
+    CHECK((driven.state().load - amplitude).norm() > 0.1 * amplitude.norm());
+  }
+}
+
   scene.velocity = Points::Zero(3, 3);
   CHECK_THROWS_AS(Simulation(scene, o), InvalidInput);
   scene = scenes::held_block();
