@@ -29,6 +29,31 @@ void for_energies(AnyLedger& ledger, const Visit& visit) {
   visit("initial", ledger.initial);
 }
 
+/// The first signs of trouble as numbers, none where there is none, and back.
+using Numbers = std::vector<double>;
+
+template <typename AnySigns, typename Visit>
+void for_signs(AnySigns& signs, const Visit& visit) {
+  visit("unconverged_coupling", signs.coupling);
+  visit("unconverged_contact", signs.contact);
+  visit("folded_tissue", signs.folded_tissue);
+}
+
+Numbers numbers_of(const Unconverged& sign) { return {static_cast<double>(sign.step), sign.left}; }
+Numbers numbers_of(const FoldedTissue& sign) {
+  return {static_cast<double>(sign.step),
+          static_cast<double>(sign.count),
+          static_cast<double>(sign.cell),
+          sign.place[0],
+          sign.place[1],
+          sign.place[2]};
+}
+Unconverged sign_of(const Numbers& n, const Unconverged&) { return {static_cast<std::int64_t>(n.at(0)), n.at(1)}; }
+FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
+  return {static_cast<std::int64_t>(n.at(0)), static_cast<std::int64_t>(n.at(1)),
+          static_cast<std::int32_t>(n.at(2)), Vector3(n.at(3), n.at(4), n.at(5))};
+}
+
 /// Named columns of one number a step, or of a fixed-size row a step.
 class Table {
  public:
@@ -159,6 +184,10 @@ py::dict state_to_dict(const State& state) {
   dict["depth"] = state.depth;
   dict["flow_stopped"] = state.flow_stopped;
   for_energies(state.ledger, [&](const char* name, double value) { dict[name] = value; });
+  for_signs(state.first_signs, [&](const char* name, const auto& sign) {
+    const Numbers numbers = sign ? numbers_of(*sign) : Numbers{};
+    dict[name] = py::array_t<double>(static_cast<py::ssize_t>(numbers.size()), numbers.data());
+  });
   return dict;
 }
 
@@ -177,6 +206,16 @@ State state_from_dict(const py::dict& dict) {
   state.depth = entry("depth").cast<double>();
   state.flow_stopped = entry("flow_stopped").cast<bool>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });
+  for_signs(state.first_signs, [&](const char* name, auto& sign) {
+    using Sign = typename std::decay_t<decltype(sign)>::value_type;
+    const auto numbers = entry(name).cast<Numbers>();
+    if (numbers.empty()) return;
+    if (numbers.size() != numbers_of(Sign{}).size())
+      throw InvalidInput("Simulation", std::string("size of the state's ") + name,
+                         static_cast<double>(numbers.size()), "",
+                         "0 or " + std::to_string(numbers_of(Sign{}).size()));
+    sign = sign_of(numbers, Sign{});
+  });
   return state;
 }
 

@@ -162,6 +162,9 @@ Simulation::Simulation(Scene scene, Options options)
   ledger.elastic = 0.5 * state_.displacement.dot(state_.elastic_force);
   ledger.initial = ledger.kinetic + ledger.elastic;
   if (collision_) start_apart();
+  StepRecord start;
+  start.inverted_tissue = static_cast<int>(folded_cells(positions(), scene_.mesh.cells));
+  state_.first_signs.note(0, start, positions(), scene_.mesh.cells);
 }
 
 Simulation::~Simulation() = default;
@@ -242,6 +245,7 @@ void Simulation::restore(State state) {
                            "It belongs to another scene.");
   if (!(state.depth >= 0) || !std::isfinite(state.depth))
     throw InvalidInput("Simulation", "state's depth", state.depth, "m", ">= 0 and finite");
+  state.first_signs.validate(state.step, scene_.mesh.cell_count());
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
@@ -257,8 +261,11 @@ Vector Simulation::scene_load(double t) const {
 }
 
 void Simulation::advance() {
-  const auto place_of_step = [&, next = state_.step + 1] {
-    return "Step " + std::to_string(next) + " (t = " + number(static_cast<double>(next) * options_.step) + " s): ";
+  const auto failed = [&](const std::exception& failure) {
+    const std::int64_t next = state_.step + 1;
+    return SolveFailed("Step " + std::to_string(next) +
+                       " (t = " + number(static_cast<double>(next) * options_.step) + " s): " + failure.what() +
+                       state_.first_signs.text(options_.step, folded_cells(positions(), scene_.mesh.cells)));
   };
   try {
     Step step(*this);
@@ -270,9 +277,9 @@ void Simulation::advance() {
     complete(step);
     finish(step);
   } catch (const SolveFailed& failure) {
-    throw SolveFailed(place_of_step() + failure.what());
+    throw failed(failure);
   } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
-    throw SolveFailed(place_of_step() + failure.what());
+    throw failed(failure);
   }
 }
 
@@ -289,6 +296,7 @@ void Simulation::finish(Step& step) {
   std::tie(state_.closed, state_.closed_force) = step.contacts.closed();
   state_.flow_stopped = step.flow_stopped;
   state_.ledger = previous.ledger;
+  state_.first_signs = previous.first_signs;
   {
     const Stopwatch watch(times_.ledger);
     update_ledger(previous);
@@ -305,6 +313,7 @@ void Simulation::finish(Step& step) {
     record_.contact = contact_record(step, x);
     state_.depth = -record_.contact->deepest_gap;
   }
+  state_.first_signs.note(state_.step, record_, x, scene_.mesh.cells);
 }
 
 void Simulation::update_ledger(const State& before) {

@@ -32,7 +32,8 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  /// One step. Throws SolveFailed with time and cause; the state is then that of the last completed step.
+  /// One step. Throws SolveFailed with time, cause and what went wrong before it (State::first_signs); the state
+  /// is then that of the last completed step.
   void advance();
 
   double time() const { return static_cast<double>(state_.step) * options_.step; }

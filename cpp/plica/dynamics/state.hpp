@@ -1,5 +1,5 @@
 #pragma once
-#include "plica/core/types.hpp"
+#include "plica/dynamics/first_signs.hpp"
 
 namespace plica {
 
@@ -19,8 +19,8 @@ struct Ledger {
   }
 };
 
-/// Everything the next step depends on. Nodal vectors are (3 n); contact_force is empty where the scene has no
-/// contact, viscous_force where no material is viscous.
+/// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n); contact_force is empty
+/// where the scene has no contact, viscous_force where no material is viscous.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
@@ -31,6 +31,7 @@ struct State {
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
   bool flow_stopped = false;
   Ledger ledger;
+  FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does
 };
 
 }  // namespace plica

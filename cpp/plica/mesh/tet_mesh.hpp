@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 
 #include "plica/core/types.hpp"
@@ -12,8 +13,8 @@ enum class Side : std::int8_t { none = 0, left = 1, right = 2 };
 
 /// Linear (4 nodes) or quadratic (10 nodes, VTK order) tetrahedra with their labels.
 /// Mid-side nodes of order 2: edges (0,1) (1,2) (2,0) (0,3) (1,3) (2,3); faces: (0,1) (1,2) (2,0).
-struct TetMesh {
 /// Labels may be left empty: a mesh without layers has one, without sides none; labelled() writes that out.
+struct TetMesh {
   Points points;                             // (n, 3) m
   Cells cells;                               // (m, 4) or (m, 10)
   Indices cell_layer;                        // (m) position in layer_names, or empty
@@ -30,10 +31,10 @@ struct TetMesh {
   const Indices& node_set(const std::string& name) const;
 };
 
-/// Signed volume of each tetrahedron, V = det[x1-x0, x2-x0, x3-x0] / 6 (m^3), negative where inverted.
 /// The same mesh with a label at every cell: left empty, of the layer "body", or the only one named, and no side.
 TetMesh labelled(TetMesh mesh);
 
+/// Signed volume of each tetrahedron, V = det[x1-x0, x2-x0, x3-x0] / 6 (m^3), negative where inverted.
 /// Corners only. O(m).
 Vector signed_volumes(const Points& x, const Cells& cells);
 
@@ -41,6 +42,8 @@ Vector signed_volumes(const Points& x, const Cells& cells);
 double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k);
 /// Cells whose det dx/dxi is not positive at one of their nodes: inside out, or folded over there. O(m).
 std::ptrdiff_t folded_cells(const Points& x, const Cells& cells);
+/// The lowest of them.
+std::optional<std::ptrdiff_t> first_folded_cell(const Points& x, const Cells& cells);
 
 /// Faces (f, 3 or 6) that belong to one cell only, outward; the cell of each in `cell_of_face`. O(m log m).
 struct Boundary {

@@ -7,6 +7,17 @@
 
 namespace plica {
 
+namespace {
+
+bool folded(const Points& x, const Cells& cells, Eigen::Index e) {
+  const int places = cells.cols() == 10 ? 10 : 1;  // constant in a linear cell
+  for (int k = 0; k < places; ++k)
+    if (!(jacobian_at_node(x, cells, e, k) > 0)) return true;
+  return false;
+}
+
+}  // namespace
+
 Vector signed_volumes(const Points& x, const Cells& cells) {
   Vector volumes(cells.rows());
   for (Eigen::Index e = 0; e < cells.rows(); ++e) {
@@ -41,17 +52,18 @@ double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int
 }
 
 std::ptrdiff_t folded_cells(const Points& x, const Cells& cells) {
-  const int places = cells.cols() == 10 ? 10 : 1;  // constant in a linear cell
-  std::atomic<std::ptrdiff_t> folded = 0;
+  std::atomic<std::ptrdiff_t> count = 0;
   for_chunks(cells.rows(), 1024, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     for (std::ptrdiff_t e = begin; e < end; ++e)
-      for (int k = 0; k < places; ++k)
-        if (!(jacobian_at_node(x, cells, e, k) > 0)) {
-          ++folded;
-          break;
-        }
+      if (folded(x, cells, e)) ++count;
   });
-  return folded;
+  return count;
+}
+
+std::optional<std::ptrdiff_t> first_folded_cell(const Points& x, const Cells& cells) {
+  for (std::ptrdiff_t e = 0; e < cells.rows(); ++e)
+    if (folded(x, cells, e)) return e;
+  return std::nullopt;
 }
 
 }  // namespace plica
