@@ -9,9 +9,9 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 
 from plica.bench import body
-from plica.bench.body import SCHEMES, advanced
+from plica.bench.body import SCHEMES
 
-__all__ = ["SCHEMES", "Body", "advanced", "held"]
+__all__ = ["SCHEMES", "Body", "held"]
 
 
 class Body(body.Body):

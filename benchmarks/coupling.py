@@ -14,7 +14,7 @@ import argparse
 from typing import Any
 
 import numpy as np
-from body import Body, advanced, held
+from body import Body, held
 from scipy.sparse.linalg import eigsh, factorized
 
 from plica import _engine as engine
@@ -74,7 +74,7 @@ def main() -> None:
 
     def run(coupling: Any, steps: int) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
         sim = simulation(coupling, end / steps, displacement=body.field(u), velocity=velocity)
-        result = advanced(sim, steps)
+        result = sim.advance(steps)
         if np.unique(result["separation"]).size != 1 or result["flow_stopped"].any():
             raise RuntimeError(
                 f"the flow separates at sections {np.unique(result['separation'])}: choose a smaller motion"

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from plica import _engine as engine
-from plica.bench.body import SCHEMES, advanced
+from plica.bench.body import SCHEMES
 from plica.report.drawing import blue, green, grey, red, style
 
 ACROSS = (4, 8, 16)  # elements
@@ -63,7 +63,7 @@ def history(across: int, step: float, scheme: str, mass: str) -> History:
     # few steps for so many nodes that touch: columns of the inverse would not pay
     contact = engine.Multipliers(solver="saddle")
     pair = cylinders.pair(across, step, SCHEMES[scheme], mass, contact)
-    waves = advanced(pair.simulation, round(cylinders.DURATION / step))
+    waves = pair.simulation.advance(round(cylinders.DURATION / step))
     return History(
         step,
         pair.mesh.points.size,

@@ -133,8 +133,6 @@ def impact(across: int, step: float) -> Impact:
     outlines = np.zeros((len(MIDDLES), len(skin), 2))
     for _ in range(round(DURATION / step)):
         waves = simulation.advance(1)
-        if not len(waves["time"]):
-            simulation.advance(1)  # raises what ended it
         u = np.asarray(simulation.displacement)
         time.append(float(waves["time"][0]))
         forces.append((-waves["contact_force_first"][0, 0], waves["contact_force_second"][0, 0]))

@@ -223,19 +223,23 @@ py::dict SteppedSimulation::advance(int steps) {
   if (steps < 0) throw InvalidInput("Simulation", "steps", steps, "", ">= 0");
   Records records(simulation_, probes_, steps);
   std::ptrdiff_t done = 0;
+  std::optional<SolveFailed> failure;
   {
     const py::gil_scoped_release released;
-    for (; done < steps; ++done) {
-      try {
+    try {
+      for (; done < steps; ++done) {
         simulation_.advance();
-      } catch (const SolveFailed&) {
-        if (done == 0) throw;
-        break;  // what is done is handed over; the next call meets the failure again and throws
+        records.add(done);
       }
-      records.add(done);
+    } catch (const SolveFailed& caught) {
+      failure = caught;
     }
   }
-  return records.take(done);
+  if (!failure) return records.take(done);
+  const py::object kind = py::module_::import("plica.errors").attr("StepFailed");
+  const py::object error = kind(failure->what(), records.take(done));
+  PyErr_SetObject(kind.ptr(), error.ptr());
+  throw py::error_already_set();
 }
 
 py::dict SteppedSimulation::info() const {

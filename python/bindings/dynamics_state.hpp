@@ -18,8 +18,8 @@ class SteppedSimulation {
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }
-  /// Takes `steps` steps and returns their records by name. Fewer rows come back where a step fails after
-  /// others succeeded; the call that meets the failure first throws SolveFailed.
+  /// Takes `steps` steps and returns their records by name. Where one fails, throws plica.errors.StepFailed, which
+  /// has the records of those before it.
   py::dict advance(int steps);
   py::dict info() const;
   py::dict times() const;

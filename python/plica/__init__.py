@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
-from plica.errors import InvalidInput, SceneError, SolveFailed, StorageFailed
+from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run
@@ -85,6 +85,7 @@ __all__ = [
     "Sides",
     "SolveFailed",
     "Solver",
+    "StepFailed",
     "Stepping",
     "StorageFailed",
     "Supports",

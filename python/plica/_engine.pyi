@@ -69,11 +69,11 @@ class TetMesh:
         self,
         points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
         cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
-        cell_layer: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
-        cell_side: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
-        layer_names: collections.abc.Sequence[str],
-        surfaces: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]],
-        node_sets: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]],
+        cell_layer: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
+        cell_side: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
+        layer_names: collections.abc.Sequence[str] = [],
+        surfaces: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]] = {},
+        node_sets: collections.abc.Mapping[str, numpy.ndarray[typing.Any, numpy.dtype[typing.Any]]] = {},
     ) -> None: ...
     @property
     def cell_layer(self) -> numpy.typing.NDArray[numpy.int32]: ...

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from typing import Any
 
 from plica._engine import InvalidInput, SolveFailed
 
-__all__ = ["InvalidInput", "SceneError", "SolveFailed", "StorageFailed", "UnknownName", "nearest", "one_of"]
+__all__ = [
+    "InvalidInput",
+    "SceneError",
+    "SolveFailed",
+    "StepFailed",
+    "StorageFailed",
+    "UnknownName",
+    "nearest",
+    "one_of",
+]
 
 
 class SceneError(InvalidInput):
@@ -22,6 +32,24 @@ class SceneError(InvalidInput):
     def __init__(self, problems: str | Iterable[str]) -> None:
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
+
+
+class StepFailed(SolveFailed):
+    """A step of a simulation has no solution; the simulation stands at the end of the step before.
+
+    Attributes
+    ----------
+    waveforms : mapping of ndarray
+        Those of the steps that the call completed, as ``Simulation.advance`` returns them; with no rows where
+        its first step failed.
+    """
+
+    def __init__(self, message: str, waveforms: Mapping[str, Any]) -> None:
+        self.waveforms = waveforms
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.waveforms)
 
 
 class StorageFailed(OSError):  # noqa: N818 (a pair with SolveFailed)

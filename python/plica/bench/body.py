@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 
-__all__ = ["SCHEMES", "Body", "advanced", "mass_columns"]
+__all__ = ["SCHEMES", "Body", "mass_columns"]
 
 SCHEMES: dict[str, Any] = {
     "HHT(-0.3)": engine.HilberHughesTaylor(alpha=-0.3),
@@ -33,14 +33,6 @@ class Body:
         """A simulation of the body; `parts` as engine.Simulation takes them: scheme, step, contact, ..."""
         layer_of_cell = np.zeros(len(self.mesh.cells), int)
         return engine.Simulation(self.mesh, [self.material], ["tissue"], layer_of_cell, self.fixed, **parts)
-
-
-def advanced(simulation: Any, steps: int) -> dict[str, Any]:
-    """The waveforms of that many steps; raises what ends the run before."""
-    result: dict[str, Any] = simulation.advance(steps)
-    if len(result["time"]) < steps:
-        simulation.advance(1)
-    return result
 
 
 def mass_columns(simulation: engine.Simulation) -> NDArray[np.float64]:

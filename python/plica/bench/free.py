@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.bench.body import SCHEMES, Body, advanced, mass_columns
+from plica.bench.body import SCHEMES, Body, mass_columns
 from plica.bench.box import CELL, DENSITY, NU, Box, E
 from plica.bench.combinations import Combination
 from plica.bench.impact import PENALTY
@@ -58,7 +58,7 @@ def box(combination: Combination, steps: int, tolerance: float) -> dict[str, flo
     momentum, done = 0.0, 0
     start = time.process_time()
     while done < steps:
-        part = advanced(simulation, min(CHUNK, steps - done))
+        part = simulation.advance(min(CHUNK, steps - done))
         done += len(part["time"])
         for name, values in part.items():
             waves.setdefault(name, []).append(values)
@@ -114,7 +114,7 @@ def blocks(combination: Combination, tolerance: float, steps: int = BLOCK_STEPS)
     momenta, found, couple, parts = [linear()], [angular()], [np.zeros(3)], []
     start = time.process_time()
     for _ in range(steps):
-        parts.append(advanced(simulation, 1))
+        parts.append(simulation.advance(1))
         momenta.append(linear())
         found.append(angular())
         couple.append(np.cross(points, simulation.contact_force).sum(axis=0))

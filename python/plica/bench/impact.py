@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.bench.bars import PROBLEMS, Collision, Measured, Problem
-from plica.bench.body import advanced, mass_columns
+from plica.bench.body import mass_columns
 from plica.bench.combinations import Combination
 from plica.errors import InvalidInput, SolveFailed
 
@@ -48,7 +48,7 @@ def measure(
     measured = problem.simulation(scheme, contact, tolerance)
     steps = round(periods * problem.duration / bar.step)
     start = time.process_time()
-    result = advanced(measured.simulation, steps)
+    result = measured.simulation.advance(steps)
     seconds = time.process_time() - start
     energy = result["kinetic_energy"] + result["elastic_energy"]
     reference = measured.simulation.state()["initial"] + problem.potential

@@ -46,7 +46,10 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
     Returns
     -------
     Simulation
-        ``advance(steps)`` returns the waveforms of these steps.
+        ``advance(steps)`` returns the waveforms of these steps; where one has no solution it raises
+        `plica.StepFailed`, which carries those of the steps before. ``set_external_force(force)`` adds a
+        nodal force (n, 3) N to the loads until it is replaced; it counts at t + (1 + alpha) h of a step from
+        t to t + h (with Newmark, alpha = 0, at its end).
 
     Raises
     ------

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, SolveFailed
+from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
@@ -230,9 +230,11 @@ class _Runner:
             ends.append(int(self.frames[frame]))
         count = min(ends) - self.done
         start = time.monotonic()
-        self._steps(results, count)
-        elapsed = time.monotonic() - start
-        self.seconds += elapsed
+        try:
+            self._steps(results, count)
+        finally:
+            elapsed = time.monotonic() - start
+            self.seconds += elapsed
         self.chunk = int(np.clip(_CHUNK_SECONDS * count / max(elapsed, 1e-6), 1, 4 * max(self.chunk, 1)))
         if frame < len(self.frames) and self.done == self.frames[frame]:
             results.write_frame(frame, self.simulation)
@@ -244,8 +246,15 @@ class _Runner:
         return (self.done // stride + 1) * stride
 
     def _steps(self, results: ResultFile, count: int) -> None:
-        """Advance by `count` steps, or by those before one that fails: the next call raises SolveFailed."""
-        waveforms = self.simulation.advance(count)
+        """Advance by `count` steps; those before one that fails are kept, too."""
+        try:
+            waveforms = self.simulation.advance(count)
+        except StepFailed as error:
+            self._keep(results, error.waveforms)
+            raise
+        self._keep(results, waveforms)
+
+    def _keep(self, results: ResultFile, waveforms: Mapping[str, Any]) -> None:
         results.write_steps(self.done, waveforms)
         self.done += len(waveforms["time"])
 
