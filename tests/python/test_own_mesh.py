@@ -127,3 +127,17 @@ def test_a_region_that_the_mesh_does_not_have_is_refused() -> None:
         _velocity(plica.Larynx(larynx="coarse"), lefft=(1, 0, 0))
     with pytest.raises(plica.SceneError, match="must be one of body"):
         _velocity(plica.Block(size=(1, 1, 1)), left=(1, 0, 0))
+
+
+def test_a_mesh_file_of_one_label_is_one_layer(box: Path) -> None:
+    mesh = plica.build_mesh(plica.MeshFile(file=box))
+    assert mesh.layer_names == ["body"]
+    assert not np.any(mesh.cell_layer)
+
+
+def test_a_mesh_file_of_several_labels_is_not_taken_for_one_layer(box: Path) -> None:
+    made = meshio.read(box)
+    made.cell_data["label"][0][:3] = 7
+    made.write(box)
+    with pytest.raises(plica.SceneError, match=r"mesh.layers is missing; must name .* labels \[1, 7\]"):
+        plica.build_mesh(plica.MeshFile(file=box))

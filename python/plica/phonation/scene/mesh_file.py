@@ -59,7 +59,7 @@ class _Reader:
             cells=cells,
             cell_layer=layer,
             cell_side=side,
-            layer_names=list(self.mesh.layers),
+            layer_names=list(self.mesh.layers) or ["body"],
             surfaces=surfaces,
             node_sets={name: np.unique(faces) for name, faces in surfaces.items()},
         )
@@ -135,6 +135,13 @@ class _Reader:
         return numbers
 
     def _layers(self, labels: _Integers) -> _Integers:
+        if not self.mesh.layers:
+            if len(several := np.unique(labels)) > 1:
+                raise self.fail(
+                    f"mesh.layers is missing; must name the layers of the labels {several.tolist()} that the "
+                    f"tetrahedra of {self.mesh.file.name} have."
+                )
+            return np.zeros(len(labels), dtype=np.int32)
         layer = np.full(len(labels), -1, dtype=np.int32)
         for k, (name, wanted) in enumerate(self.mesh.layers.items()):
             chosen = np.isin(labels, self._numbers(wanted, f"mesh.layers.{name}", labels, "tetrahedra"))

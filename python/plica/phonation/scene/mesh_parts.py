@@ -134,8 +134,9 @@ class MeshFile(Part):
     """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
     labels: str | None = None
     """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
-    layers: Annotated[dict[Name, Labels], Field(min_length=1)]
-    """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives."""
+    layers: dict[Name, Labels] = Field(default_factory=dict)
+    """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives. Left out,
+    where they all have one label or none: the layer ``body``."""
     surfaces: dict[Name, Surface] = Field(default_factory=dict)
     """Surface name to the labels of its triangles, to ``"boundary"``: all of it, or to what its faces have in
     common, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is a node set too."""
