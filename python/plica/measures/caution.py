@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from plica.storage.files import replaced
+from plica.storage.json_file import write_json
 
 __all__ = ["Caution", "write_cautions"]
 
@@ -48,10 +47,4 @@ def write_cautions(cautions: Sequence[Caution], path: Path) -> Path:
     Path
         The file.
     """
-    text = json.dumps([asdict(caution) for caution in cautions], indent=2)
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text + "\n", encoding="utf-8")
-
-    replaced(path, fill)
-    return path
+    return write_json([asdict(caution) for caution in cautions], path)

@@ -8,7 +8,8 @@ from typing import Any
 
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import ByName, Measures
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import storage_errors
+from plica.storage.json_file import write_json
 
 __all__ = ["read_measures", "write_measures"]
 
@@ -30,13 +31,7 @@ def write_measures(measures: Measures, path: Path) -> Path:
     Path
         The file.
     """
-    text = json.dumps(measures.as_json(), indent=2, allow_nan=False)
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text + "\n", encoding="utf-8")
-
-    replaced(path, fill)
-    return path
+    return write_json(measures.as_json(), path)
 
 
 def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
