@@ -334,7 +334,6 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
   Search search = begin(x_free, scale, before);
   Contacts& last = search.last;
   x = x_free;
-  detector_.forget();
   for (;; ++last.passes) {
     update(x);
     search.reach = std::max(search.reach, detector_.reach(before.x, x, before.depth));  // forces move surfaces too

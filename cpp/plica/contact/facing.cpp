@@ -43,9 +43,8 @@ Vector3 area_vector(const FaceNodes& nodes, const FaceShapes& shapes) {
 
 }  // namespace
 
-FacingPoints::FacingPoints(Detector& detector, const FacedSide& slave, const FacedSide& master)
-    : detector_(detector),
-      slave_(slave),
+FacingPoints::FacingPoints(const FacedSide& slave, const FacedSide& master)
+    : slave_(slave),
       master_(master),
       points_(static_cast<std::size_t>(slave.faces.rows())),
       seen_(static_cast<std::size_t>(master.flat.triangles().rows()), 0) {}
@@ -72,7 +71,7 @@ void FacingPoints::find(std::int32_t triangle, const Points& x, std::vector<Faci
   const ParameterTriangle& in_face = slave_.in_face(triangle);
   const Eigen::Vector2d u = in_face[1] - in_face[0], v = in_face[2] - in_face[0];
   const double share = u[0] * v[1] - u[1] * v[0];
-  for (const std::int32_t other : facing_triangles(triangle, corners, x))
+  for (const std::int32_t other : facing_triangles(corners, x))
     for (const auto& [place, weight] : overlap_points(seen_from(corners, master_.corners(other, x)))) {
       const Eigen::Vector2d at = in_face[0] + place[0] * u + place[1] * v;
       const FaceShapes slave = face_shapes(nodes.cols(), at[0], at[1]);
@@ -89,8 +88,7 @@ void FacingPoints::find(std::int32_t triangle, const Points& x, std::vector<Faci
     }
 }
 
-std::vector<std::int32_t> FacingPoints::facing_triangles(std::int32_t triangle,
-                                                         const std::array<Vector3, 3>& corners, const Points& x) {
+std::vector<std::int32_t> FacingPoints::facing_triangles(const std::array<Vector3, 3>& corners, const Points& x) {
   ++search_;
   std::vector<std::int32_t> queue, found;
   const auto enqueue_around = [&](std::int32_t centre) {
@@ -101,10 +99,8 @@ std::vector<std::int32_t> FacingPoints::facing_triangles(std::int32_t triangle,
           queue.push_back(next);
         }
   };
-  const std::int32_t node = slave_.flat.triangles()(triangle, 0);  // common to both sides, or with a pair
-  const std::int32_t on_master = master_.flat.contains(node) ? node : detector_.pair(node, x).master[0];
   const Vector3 centre = (corners[0] + corners[1] + corners[2]) / 3.0;
-  enqueue_around(master_.flat.closest(x, centre, master_.flat.triangle_at(on_master)).triangle);
+  enqueue_around(master_.flat.closest(x, centre).triangle);
   for (std::size_t next = 0; next < queue.size(); ++next) {
     const std::int32_t other = queue[next];
     if (overlap_points(seen_from(corners, master_.corners(other, x))).empty()) continue;
@@ -123,7 +119,7 @@ FacingPoints::FaceFoot FacingPoints::foot(std::int32_t triangle, const Vector3& 
   const auto [a, b, c] = master_.corners(triangle, x);
   const CurvedFoot beside = on_face_of(triangle, closest_weights(p, a, b, c));
   if (beside.inside) return {master_.face_of(triangle), beside.shapes};
-  const Foot nearest = master_.flat.closest(x, p, triangle);
+  const Foot nearest = master_.flat.closest(x, p);
   return {master_.face_of(nearest.triangle), on_face_of(nearest.triangle, nearest.weights).shapes};
 }
 

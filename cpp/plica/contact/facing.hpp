@@ -2,7 +2,7 @@
 #include <array>
 #include <optional>
 
-#include "plica/contact/pairs.hpp"
+#include "plica/contact/surface.hpp"
 #include "plica/mesh/face.hpp"
 
 namespace plica {
@@ -53,8 +53,8 @@ struct FacingPoint {
 /// none.
 class FacingPoints {
  public:
-  /// The sides are the detector's, which must outlive this.
-  FacingPoints(Detector& detector, const FacedSide& slave, const FacedSide& master);
+  /// Both must outlive this.
+  FacingPoints(const FacedSide& slave, const FacedSide& master);
 
   /// Forgets the points: positions have changed.
   void update();
@@ -70,13 +70,11 @@ class FacingPoints {
   void find(std::int32_t triangle, const Points& x, std::vector<FacingPoint>& points);
   /// The master's triangles that overlap a slave's along its normal: those around the one closest to its centre,
   /// then those around each that does.
-  std::vector<std::int32_t> facing_triangles(std::int32_t triangle, const std::array<Vector3, 3>& corners,
-                                             const Points& x);
+  std::vector<std::int32_t> facing_triangles(const std::array<Vector3, 3>& corners, const Points& x);
   /// The master's point closest to p: on the face of a triangle beside it, or where that ends on the face of the
   /// triangle that is closest of all.
   FaceFoot foot(std::int32_t triangle, const Vector3& p, const Points& x) const;
 
-  Detector& detector_;
   const FacedSide &slave_, &master_;
   std::vector<std::optional<std::vector<FacingPoint>>> points_;  // by the slave's face
   std::vector<std::int32_t> known_;                              // faces whose points are known

@@ -25,7 +25,7 @@ class MortarMeans final : public ConstraintKind {
       : detector_(detector),
         slave_{detector.slave_side(), detector.slave_is_first() ? first : second},
         master_{detector.master_side(), detector.slave_is_first() ? second : first},
-        facing_(detector, slave_, master_),
+        facing_(slave_, master_),
         corners_(static_cast<std::size_t>(detector.node_count()), 0) {
     for (std::ptrdiff_t face = 0; face < slave_.faces.rows(); ++face)
       for (int k = 0; k < 3; ++k) corners_[static_cast<std::size_t>(slave_.faces(face, k))] = 1;

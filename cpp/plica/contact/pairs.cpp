@@ -90,7 +90,6 @@ Detector::Detector(Airway airway, const Points& reference)
       reference_(reference),
       first_(airway_.first, reference.rows()),
       second_(airway_.second, reference.rows()),
-      foot_hint_(static_cast<std::size_t>(reference.rows()), -1),
       partner_(static_cast<std::size_t>(reference.rows()), -1) {
   std::vector<std::int32_t> all = surface_nodes(airway_);
   nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
@@ -167,26 +166,17 @@ std::vector<Pair> Detector::inside(const ContactSurface& side, const Points& x, 
       if (seen[next] || other.contains(next)) continue;
       seen[next] = 1;
       named.push_back(next);
-      if (partner_[next] < 0 && foot_hint_[next] < 0) foot_hint_[next] = foot_hint_[node];
     }
   }
   std::sort(found.begin(), found.end(), [](const Pair& a, const Pair& b) { return a.slave < b.slave; });
   return found;
 }
 
-void Detector::forget() { std::fill(foot_hint_.begin(), foot_hint_.end(), -1); }
-
 Pair Detector::pair(std::int32_t slave, const Points& x) {
   const bool on_first = first_.contains(slave);
   const ContactSurface& own = on_first ? first_ : second_;
   const ContactSurface& other = on_first ? second_ : first_;
-  std::int32_t& hint = foot_hint_[slave];
-  if (hint < 0) {
-    const std::int32_t partner = partner_[slave];
-    hint = other.triangle_at(partner >= 0 && other.contains(partner) ? partner : other.nodes()[0]);
-  }
-  const Foot foot = other.closest(x, x.row(slave), hint);
-  hint = foot.triangle;
+  const Foot foot = other.closest(x, x.row(slave));
 
   Pair pair;
   pair.key = pair.slave = slave;

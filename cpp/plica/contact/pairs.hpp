@@ -87,8 +87,6 @@ class Detector {
   /// an airway that is renewed also of their neighbours and of all connected with one that penetrates. By slave.
   std::vector<Pair> inside(const ContactSurface& side, const Points& x, double reach);
 
-  /// Forgets where earlier searches ended, so that what follows depends on the positions alone.
-  void forget();
   /// The pair of a slave node at x: closest point of the other surface; the normal is the mean of the
   /// master's and the reversed slave's, so that a pair seen from either side is the same constraint.
   Pair pair(std::int32_t slave, const Points& x);
@@ -126,8 +124,7 @@ class Detector {
   double mean_edge_ = 0.0;
   bool slave_is_first_ = true;
   std::vector<std::int32_t> inverted_, thin_;
-  std::vector<std::int32_t> foot_hint_;  // (n) triangle of the other surface where the last search ended, or -1
-  std::vector<std::int32_t> partner_;    // (n) a node of the other surface that shares an airway tetrahedron
+  std::vector<std::int32_t> partner_;  // (n) a node of the other surface that shares an airway tetrahedron
 };
 
 }  // namespace plica

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 
 #include "plica/core/error.hpp"
 
@@ -93,6 +94,10 @@ void ContactSurface::update(const Points& x) {
     }
   }
   for (Vector3& n : normals_) n.normalize();
+  if (tree_)
+    tree_->update(triangles_, x);
+  else
+    tree_.emplace(triangles_, x);
 }
 
 const Vector3& ContactSurface::normal(std::int32_t node) const { return normals_[local_[node]]; }
@@ -134,21 +139,16 @@ Foot ContactSurface::foot_on(const Points& x, const Vector3& p, std::int32_t tri
   return foot;
 }
 
-Foot ContactSurface::closest(const Points& x, const Vector3& p, std::int32_t start) const {
-  Foot best = foot_on(x, p, start);
-  for (bool moved = true; moved;) {
-    moved = false;
-    const std::int32_t centre = best.triangle;
-    for (int k = 0; k < 3; ++k)
-      for (const std::int32_t triangle : fan(triangles_(centre, k))) {
-        if (triangle == centre) continue;
-        const Foot foot = foot_on(x, p, triangle);
-        if (foot.squared_distance < best.squared_distance) {
-          best = foot;
-          moved = true;
-        }
-      }
-  }
+Foot ContactSurface::closest(const Points& x, const Vector3& p) const {
+  Foot best;
+  best.squared_distance = std::numeric_limits<double>::infinity();
+  tree_->near(p, best.squared_distance, [&](std::int32_t triangle) {
+    const Foot foot = foot_on(x, p, triangle);
+    if (foot.squared_distance < best.squared_distance ||
+        (foot.squared_distance == best.squared_distance && triangle < best.triangle))
+      best = foot;
+    return best.squared_distance;
+  });
   return best;
 }
 

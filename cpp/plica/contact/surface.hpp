@@ -1,4 +1,7 @@
 #pragma once
+#include <optional>
+
+#include "plica/contact/triangle_tree.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
@@ -21,14 +24,13 @@ class ContactSurface {
   bool contains(std::int32_t node) const { return local_[static_cast<std::size_t>(node)] >= 0; }
   /// The triangles around this node.
   Eigen::Map<const Indices> fan(std::int32_t node) const;
-  /// Any triangle at this node.
-  std::int32_t triangle_at(std::int32_t node) const { return fan(node)[0]; }
   /// Nodes that share a triangle with this one, each as often as triangles do, and itself.
   std::vector<std::int32_t> neighbours(std::int32_t node) const;
   /// Mean edge length at positions x, m.
   double mean_edge(const Points& x) const;
 
-  /// Normals at the nodes (area-weighted, unit) and tributary areas (a third of each triangle) at x. O(f).
+  /// Takes up positions x: normals at the nodes (area-weighted, unit), tributary areas (a third of each triangle).
+  /// O(f).
   void update(const Points& x);
   const Vector3& normal(std::int32_t node) const;
   double tributary_area(std::int32_t node) const;
@@ -40,9 +42,9 @@ class ContactSurface {
   /// Unit normal at a foot: the node normals, interpolated. Continuous over the surface.
   Vector3 normal(const Foot& foot) const;
 
-  /// Closest point to p by descent over neighbouring triangles from `start`: local, so exact for surfaces
-  /// that do not fold back within the step's reach.
-  Foot closest(const Points& x, const Vector3& p, std::int32_t start) const;
+  /// The closest point of all to p, at x, the positions of the last update; of several as close, that of the first
+  /// triangle. O(log f) in practice.
+  Foot closest(const Points& x, const Vector3& p) const;
 
  private:
   Foot foot_on(const Points& x, const Vector3& p, std::int32_t triangle) const;
@@ -53,6 +55,7 @@ class ContactSurface {
   std::vector<std::int32_t> fan_start_, fan_;  // triangles around each local node
   std::vector<Vector3> normals_;
   std::vector<double> areas_;
+  std::optional<TriangleTree> tree_;  // from the first update on
 };
 
 /// Barycentric weights of the point of triangle (a, b, c) closest to p.

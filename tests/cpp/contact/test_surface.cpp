@@ -6,6 +6,7 @@
 
 #include "plica/contact/surface.hpp"
 #include "plica/core/error.hpp"
+#include "plica/mesh/block.hpp"
 
 using namespace plica;
 
@@ -77,24 +78,31 @@ TEST_CASE("a point of the triangle is its own closest point") {
     CHECK((closest_weights(w[0] * a + w[1] * b + w[2] * c, a, b, c) - w).norm() < 1e-14);
 }
 
-TEST_CASE("descent over neighbours ends at the closest triangle of all") {
-  const Sheet sheet = bumpy_sheet(12);
-  ContactSurface surface(sheet.triangles, sheet.points.rows());
-  surface.update(sheet.points);
+TEST_CASE(
+    "the closest point is that of the closest triangle of all: of a bumpy sheet, and inside a closed surface") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);
-  for (int k = 0; k < 200; ++k) {
-    const Vector3 p(uniform(random), uniform(random), 0.1 * uniform(random) - 0.05);
-    double best = 1e300;
-    for (std::ptrdiff_t t = 0; t < sheet.triangles.rows(); ++t) {
-      const Vector3 a = sheet.points.row(sheet.triangles(t, 0)), b = sheet.points.row(sheet.triangles(t, 1)),
-                    c = sheet.points.row(sheet.triangles(t, 2));
-      const Vector3 w = closest_weights(p, a, b, c);
-      best = std::min(best, (p - w[0] * a - w[1] * b - w[2] * c).squaredNorm());
+  const auto compare = [&](const Points& x, const Triangles& triangles, const auto& draw) {
+    ContactSurface surface(triangles, x.rows());
+    surface.update(0.5 * x);
+    surface.update(x);
+    for (int k = 0; k < 200; ++k) {
+      const Vector3 p = draw();
+      double best = 1e300;
+      for (const auto& t : triangles.rowwise()) {
+        const Vector3 a = x.row(t[0]), b = x.row(t[1]), c = x.row(t[2]), w = closest_weights(p, a, b, c);
+        best = std::min(best, (p - w[0] * a - w[1] * b - w[2] * c).squaredNorm());
+      }
+      CHECK(surface.closest(x, p).squared_distance == doctest::Approx(best).epsilon(1e-12));
     }
-    const auto start = static_cast<std::int32_t>(random() % static_cast<unsigned>(sheet.triangles.rows()));
-    CHECK(surface.closest(sheet.points, p, start).squared_distance == doctest::Approx(best).epsilon(1e-12));
-  }
+  };
+  const Sheet sheet = bumpy_sheet(12);
+  compare(sheet.points, sheet.triangles,
+          [&] { return Vector3(uniform(random), uniform(random), 0.1 * uniform(random) - 0.05); });
+  // From a point inside, every face of a box is at a least distance of its own.
+  const TetMesh box = block_mesh({{0, 0, 0}, {1, 1, 1}, {4, 5, 6}});
+  compare(box.points, boundary(box.cells).faces,
+          [&] { return Vector3(uniform(random), uniform(random), uniform(random)); });
 }
 
 TEST_CASE("tributary areas add up to the surface and normals are the plane's") {

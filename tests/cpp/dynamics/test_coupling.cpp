@@ -20,8 +20,8 @@ Scene larynx_with(const Coupling& coupling) {
 /// Soft folds under high pressure: within ten steps of 0.1 ms a sweep's pressures move the least section.
 Scene soft_larynx_with(const Coupling& coupling) {
   Scene scene = larynx_with(coupling);
-  scene.airflow->flow.subglottal_pressure = 2000;
-  scene.tissue.materials[0].elasticity = Isotropic{8e3, 0.45};
+  scene.airflow->flow.subglottal_pressure = 2500;
+  scene.tissue.materials[0].elasticity = Isotropic{7e3, 0.45};
   return scene;
 }
 
