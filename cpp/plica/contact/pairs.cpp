@@ -151,24 +151,16 @@ std::vector<std::int32_t> Detector::candidates(const ContactSurface& side) const
 
 std::vector<Pair> Detector::inside(const ContactSurface& side, const Points& x, double reach) {
   const ContactSurface& other = &side == &first_ ? second_ : first_;
-  std::vector<std::int32_t> named = candidates(side);
-  std::vector<char> seen(partner_.size(), 0);
-  for (const std::int32_t node : named) seen[node] = 1;
-  const std::size_t by_air = named.size();
   std::vector<Pair> found;
-  for (std::size_t k = 0; k < named.size(); ++k) {
-    const std::int32_t node = named[k];
-    const Pair by_node = pair(node, x);
-    const bool penetrates = by_node.penetrates(x, reach);
-    if (penetrates) found.push_back(by_node);
-    if (!airway_.renewed || (!penetrates && k >= by_air)) continue;
-    for (const std::int32_t next : side.neighbours(node)) {
-      if (seen[next] || other.contains(next)) continue;
-      seen[next] = 1;
-      named.push_back(next);
-    }
+  const auto look_at = [&](std::int32_t node) {
+    if (const Pair by_node = pair(node, x); by_node.penetrates(x, reach)) found.push_back(by_node);
+  };
+  if (!airway_.renewed) {
+    for (const std::int32_t node : candidates(side)) look_at(node);
+    return found;
   }
-  std::sort(found.begin(), found.end(), [](const Pair& a, const Pair& b) { return a.slave < b.slave; });
+  for (const std::int32_t node : side.nodes())
+    if (!other.contains(node) && other.within(x, x.row(node), reach)) look_at(node);
   return found;
 }
 

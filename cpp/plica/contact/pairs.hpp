@@ -49,8 +49,8 @@ struct EdgeCrossing {
 };
 
 /// Finds what overlaps: an inverted airway tetrahedron names candidates, the sign of the gap decides.
-/// In an airway that is renewed the faces of the tetrahedra need not be those of the surfaces, so tetrahedra
-/// thinner than what that can hide name candidates too, and a patch of nodes inside is followed from node to node.
+/// In an airway that is renewed the faces of the tetrahedra need not be those of the surfaces, so all nodes near
+/// the other surface are candidates, and tetrahedra thinner than what that can hide name them too.
 class Detector {
  public:
   /// Throws InvalidInput for a node number of the airway outside reference (n, 3), or an empty surface.
@@ -83,8 +83,8 @@ class Detector {
   /// Nodes of `side` in inverted (airway that is renewed: or thin) tetrahedra, without those common to both
   /// surfaces, ascending.
   std::vector<std::int32_t> candidates(const ContactSurface& side) const;
-  /// The nodes of `side` that penetrate at x, the positions of the last update: the pairs of those candidates, in
-  /// an airway that is renewed also of their neighbours and of all connected with one that penetrates. By slave.
+  /// The pairs of the nodes of `side` that penetrate at x, the positions of the last update, by slave: of those
+  /// candidates, in an airway that is renewed of all no further than `reach` (m) from the other surface.
   std::vector<Pair> inside(const ContactSurface& side, const Points& x, double reach);
 
   /// The pair of a slave node at x: closest point of the other surface; the normal is the mean of the

@@ -65,14 +65,6 @@ Eigen::Map<const Indices> ContactSurface::fan(std::int32_t node) const {
   return {fan_.data() + fan_start_[i], fan_start_[i + 1] - fan_start_[i]};
 }
 
-std::vector<std::int32_t> ContactSurface::neighbours(std::int32_t node) const {
-  const std::int32_t i = local_[node];
-  std::vector<std::int32_t> found;
-  for (std::int32_t k = fan_start_[i]; k < fan_start_[i + 1]; ++k)
-    for (const std::int32_t other : triangles_.row(fan_[k])) found.push_back(other);
-  return found;
-}
-
 double ContactSurface::mean_edge(const Points& x) const {
   double sum = 0;
   for (std::ptrdiff_t t = 0; t < triangles_.rows(); ++t)
@@ -150,6 +142,15 @@ Foot ContactSurface::closest(const Points& x, const Vector3& p) const {
     return best.squared_distance;
   });
   return best;
+}
+
+bool ContactSurface::within(const Points& x, const Vector3& p, double distance) const {
+  bool found = false;
+  tree_->near(p, distance * distance, [&](std::int32_t triangle) {
+    found = found || foot_on(x, p, triangle).squared_distance <= distance * distance;
+    return found ? -1.0 : distance * distance;  // one is enough
+  });
+  return found;
 }
 
 }  // namespace plica

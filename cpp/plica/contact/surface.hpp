@@ -24,8 +24,6 @@ class ContactSurface {
   bool contains(std::int32_t node) const { return local_[static_cast<std::size_t>(node)] >= 0; }
   /// The triangles around this node.
   Eigen::Map<const Indices> fan(std::int32_t node) const;
-  /// Nodes that share a triangle with this one, each as often as triangles do, and itself.
-  std::vector<std::int32_t> neighbours(std::int32_t node) const;
   /// Mean edge length at positions x, m.
   double mean_edge(const Points& x) const;
 
@@ -45,6 +43,8 @@ class ContactSurface {
   /// The closest point of all to p, at x, the positions of the last update; of several as close, that of the first
   /// triangle. O(log f) in practice.
   Foot closest(const Points& x, const Vector3& p) const;
+  /// Whether it comes as near to p as this (m) at x, the positions of the last update.
+  bool within(const Points& x, const Vector3& p, double distance) const;
 
  private:
   Foot foot_on(const Points& x, const Vector3& p, std::int32_t triangle) const;

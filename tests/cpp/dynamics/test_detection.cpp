@@ -285,7 +285,7 @@ TEST_CASE("deep in each other after one large step: none inside is missed") {
 }
 
 // Faces of the Delaunay tetrahedra are not those of a curved surface, and the air over a large face has few
-// tetrahedra: inverted ones alone miss 276 of these 4055 nodes, with thin ones 16.
+// tetrahedra: inverted ones alone miss 276 of these 4055 nodes.
 TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shallow or deep") {
   std::mt19937 random(1);
   const auto between = [&](double low, double high) { return low + (high - low) * (random() / 4294967296.0); };
