@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <optional>
 
+#include "plica/contact/pairs.hpp"
 #include "plica/core/types.hpp"
 
 namespace plica {
@@ -9,5 +11,22 @@ namespace plica {
 /// boundary than the fraction `deep` of the cell's height there; corners of the cells only. A brute-force test,
 /// for once: O(cells log cells + cells x nodes in their range of x).
 std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, const Indices& nodes, double deep);
+
+/// Holds a contact against the tissue itself, whatever its airway and its gaps say: which nodes of one surface lie
+/// in cells behind the other.
+class TissueOverlap {
+ public:
+  /// Cells (m, 4 or 10; quadratic ones as eight linear ones) lie behind the surface that is fewer cells away.
+  TissueOverlap(const Cells& cells, const Detector& detector);
+
+  /// How deep (m, >= 0) a node lies in the tissue behind the other surface, at most: to the closest point of that.
+  /// x (n, 3): the positions of the detector's last update. O(nodes), where both come near each other
+  /// O(cells).
+  double depth(const Points& x, const Detector& detector) const;
+
+ private:
+  std::array<Cells, 2> behind_;                            // (m, 4), the first and the second surface
+  std::array<std::vector<std::int32_t>, 2> nodes_behind_;  // of these
+};
 
 }  // namespace plica

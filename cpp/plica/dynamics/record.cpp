@@ -84,6 +84,9 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
     record.peak_pressure = std::max(first.peak, second.peak);
   }
   record.deepest_gap = detector.deepest(x, reach).gap;
+  // A folded cell holds nodes of its own side, too.
+  if (record_.inverted_tissue == 0)
+    record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, detector));
   record.overlap_volume = detector.overlap_volume(x, reach);
   for (const EdgeCrossing& crossing : detector.edge_crossings(x, reach))
     record.edge_overlap_volume += crossing.volume;

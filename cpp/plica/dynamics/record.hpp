@@ -32,7 +32,7 @@ struct ContactRecord {
   double area = 0.0;                 // m^2, mean of both sides' loaded tributary areas
   double length = 0.0;               // m, anteroposterior; a node stands for half the way to its neighbours
   double peak_pressure = 0.0;        // Pa, largest of a pressed node or mean (Collision::pressed)
-  double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap
+  double deepest_gap = 0.0;          // m, <= 0: worst confirmed node gap, or depth of a node in the other's tissue
   double overlap_volume = 0.0;       // m^3, inverted tetrahedra with a confirmed slave
   double edge_overlap_volume = 0.0;  // m^3, crossed edges
   /// N, largest -f . n of the nodal contact force f at a slave node with its pair's normal n at x_{n+1} (mortar

@@ -5,7 +5,6 @@
 #include <tuple>
 
 #include "plica/core/error.hpp"
-#include "plica/dynamics/overlap.hpp"
 #include "plica/dynamics/step.hpp"
 
 namespace plica {
@@ -127,6 +126,7 @@ Simulation::Simulation(Scene scene, Options options)
         part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
         contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver),
         part.faces);
+    overlap_.emplace(scene_.mesh.cells, collision_->detector());
   }
 
   state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(3 * n);

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "plica/dynamics/anderson.hpp"
+#include "plica/dynamics/overlap.hpp"
 #include "plica/dynamics/record.hpp"
 #include "plica/dynamics/scene.hpp"
 #include "plica/dynamics/scheme.hpp"
@@ -103,6 +104,7 @@ class Simulation {
   std::optional<Airflow> airflow_;
   std::optional<ContactSolver> contact_solver_;
   std::optional<Collision> collision_;
+  std::optional<TissueOverlap> overlap_;   // with contact
   std::optional<NodeStress> node_stress_;  // with Nitsche's method
   std::vector<Vector> load_vectors_;       // (3 n) N of each Load at amplitude 1
   Vector constant_load_;                   // (3 n) N: gravity
