@@ -93,6 +93,8 @@ Simulation::Simulation(Scene scene, Options options)
     : scene_(checked(std::move(scene))),
       options_(checked(options)),
       scheme_(coefficients(options_.scheme)),
+      origin_(origin_near(scene_.mesh.points)),
+      reference_(scene_.mesh.points.rowwise() - origin_.transpose()),
       assembler_(scene_.mesh),
       massless_(massless_nodes(scene_)),
       mass_(assemble_mass(assembler_, scene_.tissue, options_.mass, massless_)),
@@ -123,7 +125,7 @@ Simulation::Simulation(Scene scene, Options options)
     const Indices interface_nodes = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
     contact_solver_ = solver_of(part, interface_nodes.size());
     collision_.emplace(
-        part.airway, scene_.mesh.points, part.enforcement, part.friction, part.options,
+        part.airway, reference_, part.enforcement, part.friction, part.options,
         contact_path(*contact_solver_, step_matrix_, scene_.supports, interface_nodes, options_.solver),
         part.faces);
     overlap_.emplace(scene_.mesh.cells, collision_->detector());
@@ -136,7 +138,7 @@ Simulation::Simulation(Scene scene, Options options)
   if (collision_) state_.contact_force = Vector::Zero(3 * n);
   state_.load = scene_load(0.0);
   if (airflow_) {
-    const Points x = positions();
+    const Points x = positions();  // as the flow knows them
     airflow_->add_load(x, airflow_->evaluate(airflow_->areas(x), false).pressure, state_.load);
   }
   state_.elastic_force = stiffness_ * state_.displacement;
@@ -172,21 +174,21 @@ Simulation::~Simulation() = default;
 /// Surfaces that overlap at t = 0 would be thrown apart by a force that nothing has done work for.
 void Simulation::start_apart() {
   Detector& detector = collision_->detector();
-  const Points x = positions();
+  const Points x = positions_from_origin();
+  const auto place = [&, at = in_scene(x)](std::int32_t node) {
+    return "(" + number(at(node, 0)) + ", " + number(at(node, 1)) + ", " + number(at(node, 2)) + ") m";
+  };
   if (detector.airway().renewed) {
     const double deep = scene_.contact->options.tolerance;
     if (const auto inside = node_in_tissue(x, scene_.mesh.cells, detector.nodes(), deep))
-      throw InvalidInput("Scene: node " + std::to_string(*inside) + " of the contact surfaces at (" +
-                         number(x(*inside, 0)) + ", " + number(x(*inside, 1)) + ", " + number(x(*inside, 2)) +
-                         ") m lies in the tissue; must be outside at t = 0. Move the bodies apart.");
+      throw InvalidInput("Scene: node " + std::to_string(*inside) + " of the contact surfaces at " +
+                         place(*inside) + " lies in the tissue; must be outside at t = 0. Move the bodies apart.");
   }
   detector.update(x);
-  const auto [node, gap] = detector.deepest(x, detector.reach(scene_.mesh.points, x, 0.0));
+  const auto [node, gap] = detector.deepest(x, detector.reach(reference_, x, 0.0));
   if (-gap > scene_.contact->options.tolerance * detector.mean_edge())
-    throw InvalidInput("Scene",
-                       "gap at node " + std::to_string(node) + " displaced to (" + number(x(node, 0)) + ", " +
-                           number(x(node, 1)) + ", " + number(x(node, 2)) + ") m",
-                       gap, "m", ">= 0 at t = 0", "Reduce the initial displacement.");
+    throw InvalidInput("Scene", "gap at node " + std::to_string(node) + " displaced to " + place(node), gap, "m",
+                       ">= 0 at t = 0", "Reduce the initial displacement.");
 }
 
 StepTimes Simulation::times() const {
@@ -249,7 +251,7 @@ void Simulation::restore(State state) {
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
-  if (collision_) update_contact_pressure(positions());
+  if (collision_) update_contact_pressure(positions_from_origin());
 }
 
 Vector Simulation::scene_load(double t) const {
@@ -261,10 +263,15 @@ Vector Simulation::scene_load(double t) const {
 }
 
 void Simulation::advance() {
+  const auto seen_from = [&]() -> std::string {
+    if (origin_.isZero(0)) return "";
+    return " (Its places are seen from (" + number(origin_[0]) + ", " + number(origin_[1]) + ", " +
+           number(origin_[2]) + ") m.)";
+  };
   const auto failed = [&](const std::exception& failure) {
     const std::int64_t next = state_.step + 1;
-    return SolveFailed("Step " + std::to_string(next) +
-                       " (t = " + number(static_cast<double>(next) * options_.step) + " s): " + failure.what() +
+    return SolveFailed("Step " + std::to_string(next) + " (t = " +
+                       number(static_cast<double>(next) * options_.step) + " s): " + failure.what() + seen_from() +
                        state_.first_signs.text(options_.step, folded_cells(positions(), scene_.mesh.cells)));
   };
   try {
@@ -306,14 +313,17 @@ void Simulation::finish(Step& step) {
   record_.iterations = step.iterations;
   record_.flow = step.flow;
   const Stopwatch watch(times_.record);
-  const Points x = positions();
+  const Points x = positions_from_origin();
   record_.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells));
   if (collision_) {
     update_contact_pressure(x);
     record_.contact = contact_record(step, x);
     state_.depth = -record_.contact->deepest_gap;
   }
-  state_.first_signs.note(state_.step, record_, x, scene_.mesh.cells);
+  if (origin_.isZero(0))
+    state_.first_signs.note(state_.step, record_, x, scene_.mesh.cells);
+  else
+    state_.first_signs.note(state_.step, record_, in_scene(x), scene_.mesh.cells);
 }
 
 void Simulation::update_ledger(const State& before) {

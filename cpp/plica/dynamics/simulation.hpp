@@ -73,6 +73,14 @@ class Simulation {
  private:
   struct Step;  // the quantities of one step in the making
 
+  /// Inside, positions are counted from origin_: far from 0, sums of coordinates and displacements would lose
+  /// digits that gaps need.
+  Points positions_from_origin() const { return reference_ + as_points(state_.displacement); }
+  Points in_scene(const Points& x) const { return x.rowwise() + origin_.transpose(); }
+  Vector flow_areas(const Points& x) const {  // the flow knows the scene's coordinates
+    return origin_.isZero(0) ? airflow_->areas(x) : airflow_->areas(in_scene(x));
+  }
+
   // step.cpp: how a step finds its loads, contacts and acceleration
   void solve(Step& step, const Vector& force, Vector& a);
   void move(Step& step);
@@ -94,6 +102,8 @@ class Simulation {
   Scene scene_;
   Options options_;
   SchemeCoefficients scheme_;
+  Vector3 origin_;    // m, zero but for meshes far from it
+  Points reference_;  // (n, 3) m, from origin_
   Assembler assembler_;
   std::vector<std::int32_t> massless_;  // nodes, ascending; none unless the scene's contact asks for it
   NodalMatrix mass_;

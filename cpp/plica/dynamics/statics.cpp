@@ -108,12 +108,13 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   const std::vector<std::int32_t> on_surfaces = surface_nodes(part.airway);
   const Indices nodes =
       Eigen::Map<const Indices>(on_surfaces.data(), static_cast<std::ptrdiff_t>(on_surfaces.size()));
-  Collision collision(part.airway, scene.mesh.points, part.enforcement, part.friction, part.options,
+  const Points reference = scene.mesh.points.rowwise() - origin_near(scene.mesh.points).transpose();
+  Collision collision(part.airway, reference, part.enforcement, part.friction, part.options,
                       direct_path(factors, scene.supports, nodes), part.faces);
-  const Points x_free = scene.mesh.points + as_points(displaced(load));
+  const Points x_free = reference + as_points(displaced(load));
   Points x;
   const std::vector<std::int32_t> none;
-  const Contacts contacts = collision.solve(x_free, 1.0, {scene.mesh.points, none, {}, 0.0}, x);
+  const Contacts contacts = collision.solve(x_free, 1.0, {reference, none, {}, 0.0}, x);
   if (!contacts.converged)
     throw SolveFailed("Contact: gap error " + number(contacts.gap_error) + " m after " +
                       std::to_string(contacts.augmentations) +
@@ -125,7 +126,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   rest.displacement = as_points(displaced(load + rest.contact_force));
   Vector closed_force;
   std::tie(rest.closed, closed_force) = contacts.closed();
-  x = scene.mesh.points + rest.displacement;
+  x = reference + rest.displacement;
   collision.update(x);
   rest.contact_pressure = collision.pressure({rest.contact_force, rest.closed, closed_force}, x);
   rest.passes = contacts.passes;

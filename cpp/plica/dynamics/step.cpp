@@ -18,7 +18,7 @@ Simulation::Step::Step(Simulation& simulation) {
   if (simulation.viscosity_)
     inner_force += *simulation.viscosity_ * Vector(c.alpha * s.velocity - weight * velocity_predictor);
   scene_load = simulation.scene_load(simulation.time() + weight * h);
-  x_previous = simulation.positions();
+  x_previous = simulation.positions_from_origin();
   depth_before = s.depth;
   load = scene_load;
   free_acceleration = s.acceleration;
@@ -43,14 +43,14 @@ void Simulation::move(Step& step) {
   const double h = options_.step, weight = 1 + scheme_.alpha;
   solve(step, step.load, step.free_acceleration);
   const Vector u = step.displacement_predictor + scheme_.beta * h * h * step.free_acceleration;
-  step.x = scene_.mesh.points + as_points(u);
+  step.x = reference_ + as_points(u);
   if (!collision_) return;
 
   const Stopwatch watch(times_.contact);
   const auto* multipliers = std::get_if<Multipliers>(&scene_.contact->enforcement);
   std::optional<StepStress> stress;
   if (node_stress_)
-    stress.emplace(*node_stress_, scene_.mesh.points, state_, step.displacement_predictor, step.velocity_predictor,
+    stress.emplace(*node_stress_, reference_, state_, step.displacement_predictor, step.velocity_predictor,
                    scheme_, h);
   const Collision::Before before{step.x_previous, state_.closed, state_.closed_force, state_.depth,
                                  stress ? &*stress : nullptr};
@@ -76,22 +76,24 @@ void Simulation::complete(Step& step) {
 
 /// Whether contact lies in the middle of the glottis (Paper A, Sec. 2.4).
 bool Simulation::flow_blocked(const Step& step) {
+  const auto blocked = [&](const Vector3& x) { return airflow_->blocks(x[1] + origin_[1], x[2] + origin_[2]); };
   for (std::size_t i = 0; i < step.contacts.constraints.size(); ++i) {
     if (!(step.contacts.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
-    const auto place = step.x.row(step.contacts.constraints[i].slave);
-    if (airflow_->blocks(place[1], place[2])) return true;
+    if (blocked(step.x.row(step.contacts.constraints[i].slave))) return true;
   }
   if (!collision_) return false;
   const Detector& detector = collision_->detector();
   const auto crossings = detector.edge_crossings(step.x, detector.reach(step.x_previous, step.x, state_.depth));
-  return std::any_of(crossings.begin(), crossings.end(),
-                     [&](const EdgeCrossing& c) { return airflow_->blocks(c.place[1], c.place[2]); });
+  return std::any_of(crossings.begin(), crossings.end(), [&](const EdgeCrossing& c) { return blocked(c.place); });
 }
 
 void Simulation::load_by_flow(Step& step, const Points& x, const Vector& pressure) {
   const Stopwatch watch(times_.load);
   step.load = step.scene_load;
-  airflow_->add_load(x, pressure, step.load);
+  if (origin_.isZero(0))
+    airflow_->add_load(x, pressure, step.load);
+  else
+    airflow_->add_load(in_scene(x), pressure, step.load);
 }
 
 void Simulation::couple(Step& step) {
@@ -99,7 +101,7 @@ void Simulation::couple(Step& step) {
   const Coupling& coupling = scene_.airflow->coupling;
   if (const auto* iterated = std::get_if<Iterated>(&coupling)) return iterate(step, *iterated);
   const Points x = std::holds_alternative<Lagged>(coupling) ? step.x_previous : extrapolated_positions(step);
-  step.flow = FlowRecord{airflow_->evaluate(airflow_->areas(x), step.flow_stopped), 1};
+  step.flow = FlowRecord{airflow_->evaluate(flow_areas(x), step.flow_stopped), 1};
   load_by_flow(step, x, step.flow->state.pressure);
   move(step);
   step.flow_stopped = flow_blocked(step);
@@ -115,7 +117,7 @@ Points Simulation::extrapolated_positions(const Step& step) const {
 void Simulation::iterate(Step& step, const Iterated& coupling) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   Points x = extrapolated_positions(step);
-  Vector pressure = airflow_->evaluate(airflow_->areas(x), step.flow_stopped).pressure;
+  Vector pressure = airflow_->evaluate(flow_areas(x), step.flow_stopped).pressure;
   Anderson mixing(depth);
   FlowRecord flow;
   std::optional<int> separation;  // once held
@@ -126,7 +128,7 @@ void Simulation::iterate(Step& step, const Iterated& coupling) {
     x = (1 + scheme_.alpha) * step.x - scheme_.alpha * step.x_previous;
     if (!flow.frozen) step.flow_stopped = flow_blocked(step);
     const bool stopped = flow.frozen ? flow.state.stopped : step.flow_stopped;
-    flow.state = airflow_->evaluate(airflow_->areas(x), stopped, separation);
+    flow.state = airflow_->evaluate(flow_areas(x), stopped, separation);
     flow.residual =
         (flow.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow_->options().subglottal_pressure;
     flow.converged = flow.residual <= coupling.tolerance;

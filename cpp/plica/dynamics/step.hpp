@@ -4,8 +4,8 @@
 
 namespace plica {
 
-/// One step in the making: M a + C V + K U = load + contact_force with U = (1+alpha) u_{n+1} - alpha u_n, V
-/// likewise.
+/// One step in the making, positions from the simulation's origin: M a + C V + K U = load + contact_force with U =
+/// (1+alpha) u_{n+1} - alpha u_n, V likewise.
 struct Simulation::Step {
   explicit Step(Simulation& simulation);
 

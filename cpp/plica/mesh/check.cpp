@@ -1,6 +1,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "plica/core/error.hpp"
@@ -177,6 +178,25 @@ void check_surfaces(const TetMesh& mesh) {
   }
 }
 
+/// Differences of coordinates keep what tells a gap from none.
+void check_distance(const TetMesh& mesh) {
+  constexpr double finest = 1e-6;  // of the shortest edge
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const auto& cell : mesh.cells.rowwise())
+    for (const auto& [a, b] : tet_edges)
+      shortest = std::min(shortest, (mesh.points.row(cell[a]) - mesh.points.row(cell[b])).norm());
+  Eigen::Index node = 0, axis = 0;
+  const double furthest = mesh.points.cwiseAbs().maxCoeff(&node, &axis);
+  const double spacing = furthest * std::numeric_limits<double>::epsilon();
+  if (shortest > 0 && spacing > finest * shortest)
+    throw InvalidInput("TetMesh", std::string("coordinate ") + "xyz"[axis] + " of node " + std::to_string(node),
+                       mesh.points(node, axis), "m",
+                       "within " + number(finest * shortest / std::numeric_limits<double>::epsilon()) +
+                           " m of 0, as the shortest edge is " + number(shortest) + " m",
+                       "Numbers are up to " + number(spacing) +
+                           " m apart there: what a gap is, is lost. Move the mesh to the origin.");
+}
+
 void check_node_sets(const TetMesh& mesh) {
   for (const auto& [name, nodes] : mesh.node_sets) {
     if (nodes.size() == 0) refuse("node set \"" + name + "\" is empty", "Remove it, or name its nodes.");
@@ -202,6 +222,7 @@ TetMesh labelled(TetMesh mesh) {
 void check(const TetMesh& mesh) {
   check_shapes(mesh);
   check_indices(mesh);
+  check_distance(mesh);
   check_volumes(mesh);
   check_duplicates(mesh);
   check_middles(mesh);

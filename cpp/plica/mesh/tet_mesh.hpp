@@ -52,6 +52,10 @@ struct Boundary {
 };
 Boundary boundary(const Cells& cells);
 
+/// From where coordinates are counted so that sums with displacements round as those of a mesh at the origin:
+/// along each axis the middle of the points where it is further away than their box is wide, else 0.
+Vector3 origin_near(const Points& x);
+
 /// For each node the lowest node of its body: cells that share nodes are one. O(m).
 Indices body_of_nodes(const TetMesh& mesh);
 
@@ -68,7 +72,9 @@ TetMesh to_quadratic(const TetMesh& linear);
 /// one with curved sides that folds over at a node), duplicate or overlapping cell, an edge with two mid-side
 /// nodes, an empty surface or node set, a surface face that is not a boundary face of a cell or points
 /// inward, non-manifold surface (an edge of it with more than two faces). Coincident nodes are allowed: bodies
-/// may touch. O(m log m).
+/// may touch.
+/// Also a mesh so far away that double precision spaces its coordinates by more than 1e-6 of its shortest edge, a
+/// tenth of contact's tolerance: what a gap is, is lost in them. O(m log m).
 void check(const TetMesh& mesh);
 
 }  // namespace plica

@@ -71,6 +71,20 @@ TEST_CASE("a mesh without labels has one layer and no side") {
   CHECK_SAYS(refusal(whole, [&](TetMesh& m) { m = labelled(mesh); }), "size of cell_layer = 0; must be 48");
 }
 
+TEST_CASE("a mesh too far away for its edges is refused where it lies, and one that is near is not") {
+  const auto moved = [](double far) { return [far](TetMesh& m) { m.points.col(1).array() -= far; }; };
+  CHECK(refusal(cube(), moved(1e9)) == "accepted");  // edges of 0.5 m: up to 2.25e9 m
+  CHECK_SAYS(refusal(cube(), moved(3e9)),
+             "coordinate y of node 0 = -3e+09 m; must be within 2.2518e+09 m of 0, as the shortest edge is 0.5 m");
+}
+
+TEST_CASE("coordinates are counted from 0 near it, and from the middle of a mesh further away than it is wide") {
+  const Points near = cube().points.rowwise() + Eigen::RowVector3d(1.2, -1.2, 0);
+  CHECK(origin_near(near) == Vector3::Zero());
+  const Points far = cube().points.rowwise() + Eigen::RowVector3d(1.2, -50, 1e6);
+  CHECK(origin_near(far) == Vector3(0, -49.5, 1e6 + 0.5));
+}
+
 TEST_CASE("indices out of range are refused") {
   CHECK_SAYS(refusal(cube(), [](TetMesh& m) { m.cells(3, 2) = 27; }), "cell 3 names node 27; must be in [0, 27)");
   CHECK_SAYS(refusal(cube(), [](TetMesh& m) { m.cells(3, 2) = -1; }), "cell 3 names node -1");
