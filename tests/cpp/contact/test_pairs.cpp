@@ -140,6 +140,35 @@ TEST_CASE("a matched pair seen from both sides is the same constraint") {
   CHECK(a.gap(x) == doctest::Approx(b.gap(x)).epsilon(1e-14));
 }
 
+// A foot off a corner by so much of an edge has weights, and with them a normal, off by so much: nothing to snap.
+TEST_CASE(
+    "a foot 1e-11 off a corner tilts the normal by no more than that over the edge times the bend between nodes") {
+  const double edge = 0.25, off = 1e-11;
+  const Blocks blocks = facing_blocks(4);
+  Points x = shifted(blocks, {-0.1, 0, 0});
+  x.col(0).array() += 0.1 * (x.col(1).array() - 0.4).square() + 0.2 * (x.col(2).array() - 0.6).square();
+  Detector detector(blocks.airway, x);
+  detector.update(x);
+  double bend = 0, largest = 0;
+  const Triangles& triangles = detector.first().triangles();
+  for (const auto& t : triangles.rowwise())
+    for (int k = 0; k < 3; ++k)
+      bend = std::max(bend, (detector.first().normal(t[k]) - detector.first().normal(t[(k + 1) % 3])).norm());
+  for (const auto node : detector.first().nodes()) {
+    const Vector3 shared = -detector.first().normal(node);
+    CHECK((detector.pair(node, x).normal - shared).norm() < 1e-14);
+    for (int direction = 0; direction < 8; ++direction) {
+      const double angle = direction * std::acos(-1.0) / 4 + 0.1;
+      Points moved = x;
+      moved.row(node) += off * Eigen::RowVector3d(0, std::cos(angle), std::sin(angle));
+      const double tilt = (detector.pair(node, moved).normal - shared).norm();
+      CHECK(tilt <= off / edge * bend + 1e-15);
+      largest = std::max(largest, tilt);
+    }
+  }
+  CHECK(largest > 0.05 * off / edge * bend);
+}
+
 TEST_CASE("the forces of a pair sum to zero without moment at the current positions") {
   const Blocks blocks = facing_blocks(2);
   Points x = shifted(blocks, {-0.13, 0.07, 0.02});

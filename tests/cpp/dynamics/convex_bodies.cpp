@@ -115,4 +115,29 @@ Scene thrown(unsigned seed, double speed, std::array<Cells, 2>& cells) {
   return scene;
 }
 
+Scene mirrored(unsigned seed, double speed) {
+  constexpr double facing = 0.3;  // least cosine
+  std::mt19937 random(seed);
+  TetMesh a = body(random);
+  a.points.col(0).array() -= a.points.col(0).maxCoeff() + 0.05e-3;
+  std::vector<std::ptrdiff_t> kept;
+  const Faces skin = a.surfaces["skin"];
+  for (std::ptrdiff_t f = 0; f < skin.rows(); ++f) {
+    const Vector3 p = a.points.row(skin(f, 0)), q = a.points.row(skin(f, 1)), r = a.points.row(skin(f, 2));
+    if ((q - p).cross(r - p).normalized()[0] > facing) kept.push_back(f);
+  }
+  a.surfaces = {{"face", skin(kept, Eigen::all)}};
+  TetMesh b = a;
+  b.points.col(0) *= -1;
+  b.cells.col(1).swap(b.cells.col(2));
+  b.surfaces["face"].col(1).swap(b.surfaces["face"].col(2));
+
+  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.3, 0.0);
+  scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
+  scene.velocity->topRows(a.node_count()).col(0).setConstant(speed / 2);
+  scene.velocity->bottomRows(b.node_count()).col(0).setConstant(-speed / 2);
+  scene.contact = scenes::contact_of(scene.mesh, "a.face", "b.face", Multipliers{});
+  return scene;
+}
+
 }  // namespace convex

@@ -18,4 +18,8 @@ TetMesh body(std::mt19937& random);
 /// `cells`.
 Scene thrown(unsigned seed, double speed, std::array<Cells, 2>& cells);
 
+/// One of them and its mirror image 0.1 mm apart, node i's image being node i + n / 2, with a matched airway
+/// between what faces the other.
+Scene mirrored(unsigned seed, double speed);
+
 }  // namespace convex

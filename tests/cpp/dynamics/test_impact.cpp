@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "convex_bodies.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -100,6 +101,31 @@ TEST_CASE("far from the origin an impact is that of the same coordinates near it
     CHECK(expected.rowwise().norm().maxCoeff() > 0.1);
     // The solver's tolerance; 1e-11 is reached.
     CHECK((force - expected).rowwise().norm().maxCoeff() <= 1e-9 * expected.rowwise().norm().maxCoeff());
+  }
+}
+
+// A step ends with the forces along the normals at the feet of its last pass, which are off the partner's corner
+// by no more than what that pass still moved the nodes: the closer the gaps, the nearer to the axis.
+TEST_CASE("bodies that are mirror images press along the axis, to some hundred times the contact's tolerance") {
+  const auto tilt_at = [](unsigned seed, double tolerance) {
+    Scene scene = convex::mirrored(seed, 1.0);
+    scene.contact->options.tolerance = tolerance;
+    Simulation simulation(scene, options(HilberHughesTaylor{}, 5e-5, 1e-13));
+    double tilt = 0;
+    int touching = 0;
+    for (int k = 0; k < 60; ++k) {
+      simulation.advance();
+      const Points force = as_points(simulation.state().contact_force);
+      if (simulation.record().contact->rows == 0) continue;
+      ++touching;
+      tilt = std::max(tilt, force.rightCols<2>().cwiseAbs().maxCoeff() / force.col(0).cwiseAbs().maxCoeff());
+    }
+    CHECK(touching > 20);
+    return tilt;
+  };
+  for (const unsigned seed : {0u, 1u}) {
+    CAPTURE(seed);
+    for (const double tolerance : {1e-5, 1e-7, 1e-9}) CHECK(tilt_at(seed, tolerance) <= 1e3 * tolerance);
   }
 }
 
