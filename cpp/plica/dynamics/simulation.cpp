@@ -51,19 +51,6 @@ ContactSolver solver_of(const ContactPart& part, std::ptrdiff_t surface_nodes) {
   return chosen_solver(multipliers ? multipliers->solver : Automatic{}, surface_nodes);
 }
 
-/// m M + c C + k K with the held unknowns taken out.
-BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C,
-                             double k, const BlockMatrix& K, const Supports& supports) {
-  BlockMatrix A(K.pattern());
-  for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] = k * K.values()[i];
-  if (C)
-    for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] += c * C->values()[i];
-  for (std::size_t e = 0; e < M.values().size(); ++e)
-    for (int d = 0; d < 3; ++d) A.values()[9 * e + 4 * d] += m * M.values()[e];
-  supports.constrain(A);
-  return A;
-}
-
 BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const NodalMatrix& M,
                                  const std::optional<BlockMatrix>& C, const BlockMatrix& K,
                                  const Supports& supports) {
@@ -142,22 +129,17 @@ Simulation::Simulation(Scene scene, Options options)
     airflow_->add_load(x, airflow_->evaluate(airflow_->areas(x), false).pressure, state_.load);
   }
   state_.elastic_force = stiffness_ * state_.displacement;
-  state_.weighted_elastic_force = state_.elastic_force;
-  if (viscosity_) state_.viscous_force = *viscosity_ * state_.velocity;
-
-  // M a_0 = f_0 - C v_0 - K u_0 (Eq. 2.42), a_0 = 0 at nodes without mass
-  Vector rhs = state_.load - state_.elastic_force;
-  if (viscosity_) rhs -= state_.viscous_force;
+  StartForces forces{state_.load - state_.elastic_force, Vector::Zero(3 * n)};
+  if (viscosity_) forces.viscous = -(*viscosity_ * state_.velocity);
   Supports without_acceleration = scene_.supports;
   for (const auto node : massless_) without_acceleration.fix(node);
-  without_acceleration.project(rhs);
-  const BlockMatrix constrained_mass =
-      combine_matrices(1, mass_, 0, std::nullopt, 0, stiffness_, without_acceleration);
-  state_.acceleration = Vector::Zero(3 * n);
-  const Convergence end = ConjugateGradient(constrained_mass, options_.solver).solve(rhs, state_.acceleration);
-  if (!end.converged)
-    throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
-                      " after " + std::to_string(end.iterations) + " iterations). Raise max_iterations.");
+  without_acceleration.project(forces.elastic_and_load);
+  without_acceleration.project(forces.viscous);
+  start_ = start_motion(scheme_, options_.step, {mass_, viscosity_, stiffness_, without_acceleration}, forces,
+                        options_.solver);
+  state_.acceleration = start_.acceleration;
+  state_.weighted_elastic_force = stiffness_ * Vector(state_.displacement + start_.displacement);
+  if (viscosity_) state_.viscous_force = *viscosity_ * Vector(state_.velocity + start_.velocity);
   state_.inertial_force = mass_ * state_.acceleration;
   Ledger& ledger = state_.ledger;
   ledger.kinetic = 0.5 * state_.velocity.dot(mass_ * state_.velocity);
@@ -329,18 +311,26 @@ void Simulation::finish(Step& step) {
 void Simulation::update_ledger(const State& before) {
   // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory.md.
   const double h = options_.step, alpha = scheme_.alpha, beta = scheme_.beta, gamma = scheme_.gamma;
+  const bool first = before.step == 0;
   State& now = state_;
   const Vector du = now.displacement - before.displacement;
   const Vector da = now.acceleration - before.acceleration;
   now.elastic_force = stiffness_ * now.displacement;
-  now.weighted_elastic_force = (1 + alpha) * now.elastic_force - alpha * before.elastic_force;
-  if (viscosity_) now.viscous_force = *viscosity_ * Vector((1 + alpha) * now.velocity - alpha * before.velocity);
+  now.weighted_elastic_force =
+      (1 + alpha) * now.elastic_force - alpha * (first ? before.weighted_elastic_force : before.elastic_force);
+  if (viscosity_) {
+    Vector rate = (1 + alpha) * now.velocity - alpha * before.velocity;
+    if (first) rate -= alpha * start_.velocity;
+    now.viscous_force = *viscosity_ * rate;
+  }
   now.inertial_force = mass_ * now.acceleration;
 
   Ledger& ledger = now.ledger;
   ledger.kinetic = 0.5 * now.velocity.dot(mass_ * now.velocity);
   ledger.elastic = 0.5 * now.displacement.dot(now.elastic_force);
-  ledger.load_work += 0.5 * du.dot(now.load + before.load);
+  // Loads are those of t_{n+1+alpha}: half a step's difference of them further is that of the step's middle.
+  const double late = (first ? alpha / (2 * (1 + alpha)) : alpha) * du.dot(now.load - before.load);
+  ledger.load_work += 0.5 * du.dot(now.load + before.load) - late;
   if (collision_) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
   if (viscosity_) ledger.viscous_loss += 0.5 * du.dot(now.viscous_force + before.viscous_force);
   const Vector d_inertia = now.inertial_force - before.inertial_force;
@@ -348,8 +338,10 @@ void Simulation::update_ledger(const State& before) {
       -h * (gamma - 0.5) * 0.5 * (now.velocity + before.velocity).dot(d_inertia) +
       h * h * (beta - 0.5 * gamma) * 0.5 * da.dot(now.inertial_force + before.inertial_force) +
       0.5 * du.dot(now.weighted_elastic_force + before.weighted_elastic_force - now.elastic_force -
-                   before.elastic_force);
-  if (before.step > 0) return;
+                   before.elastic_force) -
+      late;
+  if (!first) return;
+  ledger.numerical_loss += 0.5 * start_.shift.dot(now.inertial_force + before.inertial_force);
   // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
   for (const auto node : massless_) {
     const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);

@@ -6,6 +6,7 @@
 #include "plica/dynamics/record.hpp"
 #include "plica/dynamics/scene.hpp"
 #include "plica/dynamics/scheme.hpp"
+#include "plica/dynamics/start.hpp"
 #include "plica/dynamics/state.hpp"
 #include "plica/solve/krylov.hpp"
 #include "plica/tissue/node_stress.hpp"
@@ -119,6 +120,7 @@ class Simulation {
   std::vector<Vector> load_vectors_;       // (3 n) N of each Load at amplitude 1
   Vector constant_load_;                   // (3 n) N: gravity
   Vector external_force_;                  // (3 n) N, or empty
+  Start start_;                            // of the first step
   State state_;
   Vector contact_pressure_;  // (n) Pa
   StepRecord record_;

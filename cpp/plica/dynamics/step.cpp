@@ -14,9 +14,16 @@ Simulation::Step::Step(Simulation& simulation) {
   const double h = simulation.options_.step, weight = 1 + c.alpha;
   displacement_predictor = s.displacement + h * s.velocity + h * h * (0.5 - c.beta) * s.acceleration;
   velocity_predictor = s.velocity + h * (1 - c.gamma) * s.acceleration;
-  inner_force = simulation.stiffness_ * Vector(c.alpha * s.displacement - weight * displacement_predictor);
+  displacement_behind = s.displacement;
+  velocity_behind = s.velocity;
+  if (s.step == 0) {
+    displacement_predictor += simulation.start_.shift;
+    displacement_behind += simulation.start_.displacement;
+    velocity_behind += simulation.start_.velocity;
+  }
+  inner_force = simulation.stiffness_ * Vector(c.alpha * displacement_behind - weight * displacement_predictor);
   if (simulation.viscosity_)
-    inner_force += *simulation.viscosity_ * Vector(c.alpha * s.velocity - weight * velocity_predictor);
+    inner_force += *simulation.viscosity_ * Vector(c.alpha * velocity_behind - weight * velocity_predictor);
   scene_load = simulation.scene_load(simulation.time() + weight * h);
   x_previous = simulation.positions_from_origin();
   depth_before = s.depth;
@@ -50,8 +57,8 @@ void Simulation::move(Step& step) {
   const auto* multipliers = std::get_if<Multipliers>(&scene_.contact->enforcement);
   std::optional<StepStress> stress;
   if (node_stress_)
-    stress.emplace(*node_stress_, reference_, state_, step.displacement_predictor, step.velocity_predictor,
-                   scheme_, h);
+    stress.emplace(*node_stress_, reference_, step.displacement_behind, step.velocity_behind,
+                   step.displacement_predictor, step.velocity_predictor, scheme_, h);
   const Collision::Before before{step.x_previous, state_.closed, state_.closed_force, state_.depth,
                                  stress ? &*stress : nullptr};
   Points touching;

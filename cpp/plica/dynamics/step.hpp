@@ -5,12 +5,14 @@
 namespace plica {
 
 /// One step in the making, positions from the simulation's origin: M a + C V + K U = load + contact_force with U =
-/// (1+alpha) u_{n+1} - alpha u_n, V likewise.
+/// (1+alpha) u_{n+1} - alpha u_n, V likewise, where u_n and v_n are `displacement_behind` and `velocity_behind`:
+/// in the first step U_0 and V_0.
 struct Simulation::Step {
   explicit Step(Simulation& simulation);
 
   // Fixed within the step, (3 n).
   Vector displacement_predictor, velocity_predictor;  // without the unknown acceleration
+  Vector displacement_behind, velocity_behind;
   Vector inner_force;         // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
   Vector scene_load;          // N, loads, gravity and external force at t_{n+1+alpha}
   Points x_previous;          // (n, 3) m, at t_n

@@ -8,8 +8,8 @@ double StepStress::at(std::int32_t node, const Vector3& n, const Points& x) cons
     const std::ptrdiff_t k = 3 * static_cast<std::ptrdiff_t>(other);
     const Vector3 u = (x.row(other) - reference_.row(other)).transpose();
     const Vector3 v = v_predictor_.segment<3>(k) + rate_ * (u - u_predictor_.segment<3>(k));
-    stress += elastic * ((1 + alpha_) * u - alpha_ * before_.displacement.segment<3>(k));
-    stress += viscous * ((1 + alpha_) * v - alpha_ * before_.velocity.segment<3>(k));
+    stress += elastic * ((1 + alpha_) * u - alpha_ * u_behind_.segment<3>(k));
+    stress += viscous * ((1 + alpha_) * v - alpha_ * v_behind_.segment<3>(k));
   }
   return normal_dyad(n).dot(stress);
 }

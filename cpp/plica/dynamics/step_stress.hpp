@@ -1,7 +1,6 @@
 #pragma once
 #include "plica/contact/normal_stress.hpp"
 #include "plica/dynamics/scheme.hpp"
-#include "plica/dynamics/state.hpp"
 #include "plica/tissue/node_stress.hpp"
 
 namespace plica {
@@ -10,12 +9,14 @@ namespace plica {
 /// likewise, where v_{n+1} = v~ + gamma / (beta h) (u_{n+1} - u~) follows the positions.
 class StepStress final : public NormalStress {
  public:
-  /// All must outlive it. Predictors u~ and v~ (3 n) exclude the unknown acceleration.
-  StepStress(const NodeStress& tissue, const Points& reference, const State& before, const Vector& u_predictor,
-             const Vector& v_predictor, const SchemeCoefficients& scheme, double h)
+  /// All must outlive it. u_n and v_n as they enter U and V (Step: `behind`); predictors u~ and v~ (3 n) exclude
+  /// the unknown acceleration.
+  StepStress(const NodeStress& tissue, const Points& reference, const Vector& u_behind, const Vector& v_behind,
+             const Vector& u_predictor, const Vector& v_predictor, const SchemeCoefficients& scheme, double h)
       : tissue_(tissue),
         reference_(reference),
-        before_(before),
+        u_behind_(u_behind),
+        v_behind_(v_behind),
         u_predictor_(u_predictor),
         v_predictor_(v_predictor),
         alpha_(scheme.alpha),
@@ -31,7 +32,8 @@ class StepStress final : public NormalStress {
  private:
   const NodeStress& tissue_;
   const Points& reference_;
-  const State& before_;
+  const Vector& u_behind_;
+  const Vector& v_behind_;
   const Vector& u_predictor_;
   const Vector& v_predictor_;
   double alpha_;

@@ -1,0 +1,69 @@
+#include "plica/dynamics/start.hpp"
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+Vector solved(const ConjugateGradient& solver, const Vector& rhs) {
+  Vector x = Vector::Zero(rhs.size());
+  const Convergence end = solver.solve(rhs, x);
+  if (!end.converged)
+    throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
+                      " after " + std::to_string(end.iterations) + " iterations). Raise max_iterations.");
+  return x;
+}
+
+/// p and d of S p = r, S d = (S - M) p: p + d is M^-1 r but for the second order in S - M, and bounded.
+struct Resolved {
+  Vector p, d;
+};
+Resolved resolve(const BlockMatrix& S, const StartMatrices& m, const Vector& r, const KrylovOptions& options) {
+  const ConjugateGradient solver(S, options);
+  Vector p = solved(solver, r);
+  Vector inertia = m.M * p;
+  m.supports.project(inertia);
+  Vector d = p - solved(solver, inertia);
+  return {std::move(p), std::move(d)};
+}
+
+}  // namespace
+
+BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C,
+                             double k, const BlockMatrix& K, const Supports& supports) {
+  BlockMatrix A(K.pattern());
+  for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] = k * K.values()[i];
+  if (C)
+    for (std::size_t i = 0; i < A.values().size(); ++i) A.values()[i] += c * C->values()[i];
+  for (std::size_t e = 0; e < M.values().size(); ++e)
+    for (int d = 0; d < 3; ++d) A.values()[9 * e + 4 * d] += m * M.values()[e];
+  supports.constrain(A);
+  return A;
+}
+
+Start start_motion(const SchemeCoefficients& scheme, double step, const StartMatrices& matrices,
+                   const StartForces& forces, const KrylovOptions& options) {
+  const auto& [M, C, K, supports] = matrices;
+  const auto matrix = [&](double c, double k) { return combine_matrices(1, M, c, C, k, K, supports); };
+  const Vector& load = forces.elastic_and_load;
+  const Vector nothing = Vector::Zero(load.size());
+  const double excess = scheme.beta - 0.5 * scheme.gamma;
+  if (!(excess > 0)) {
+    const BlockMatrix mass = matrix(0, 0);
+    return {solved(ConjugateGradient(mass, options), load + forces.viscous), nothing, nothing, nothing};
+  }
+  const double c = (1 + scheme.alpha) * scheme.gamma * step, k = (1 + scheme.alpha) * scheme.beta * step * step;
+  Start start{nothing, nothing, nothing, nothing};
+  const auto add = [&](const Resolved& part, double stiff_share) {
+    start.acceleration += part.p + part.d;
+    start.displacement += stiff_share * k * part.d;
+    start.velocity += c * part.d;
+    start.shift += (0.5 * c * step + 2 * excess * step * step) * part.d;
+  };
+  if (!load.isZero(0)) add(resolve(matrix(c, k), matrices, load, options), 1);
+  if (!forces.viscous.isZero(0)) add(resolve(matrix(c, 0), matrices, forces.viscous, options), 0);
+  return start;
+}
+
+}  // namespace plica
