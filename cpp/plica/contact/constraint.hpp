@@ -15,13 +15,14 @@ struct NodeWeight {
 
 /// A point of one surface facing a point of the other, both fixed combinations of nodes: a force p >= 0 along the
 /// normal on the first, shared out by the weights, and -p on the second, so both sides sum to zero; and the gap
-/// that p holds, their offset along `gradient`.
+/// that p holds, their offset along `gradient` and the depth that it may have.
 struct Constraint {
   std::int32_t key = -1;             // what it stands for from pass to pass; -1: nothing
   std::int32_t slave = -1;           // node where it is
   std::vector<NodeWeight> weights;   // sum 1 over the slave's side and -1 over the master's
   Vector3 normal = Vector3::Zero();  // unit, from the master's tissue towards the slave's: direction of the force
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
+  double depth = 0.0;                  // m, >= 0: how far behind the master it may be before p holds it
   double area = 0.0;                   // m^2, over which the force is spread; 0: that of its node
   double stiffness = 0.0;              // N/m, 0: exact
   double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
@@ -29,7 +30,7 @@ struct Constraint {
 
   /// From the master's point to the slave's, m.
   Vector3 offset(const Points& x) const;
-  double gap(const Points& x) const { return gradient.dot(offset(x)); }
+  double gap(const Points& x) const { return gradient.dot(offset(x)) + depth; }
   /// Whether the slave lies beside the master rather than over it: further than `least` (m) from its foot, and
   /// more than 60 degrees off the gap's gradient.
   bool beside(const Points& x, double least) const;

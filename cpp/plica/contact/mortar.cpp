@@ -47,6 +47,7 @@ class MortarMeans final : public ConstraintKind {
     if (key < x.rows()) return mean_at(key, x, reach);
     Constraint of_node = detector_.pair(key - static_cast<std::int32_t>(x.rows()), x).constraint();
     of_node.key = key;
+    of_node.depth = left_to_means(of_node.slave);
     return of_node;
   }
 
@@ -127,14 +128,21 @@ class MortarMeans final : public ConstraintKind {
     return found;
   }
 
+  /// How deep the means may leave a node inside, m. A pair holds it there and not at the surface: a force that
+  /// came only to close what had long been open would do work that nothing pays for.
+  double left_to_means(std::int32_t node) const {
+    constexpr double share = 0.04;  // of an edge between nodes
+    const ContactSurface& side = slave_.flat.contains(node) ? slave_.flat : master_.flat;
+    return share * std::sqrt(side.tributary_area(node));
+  }
+
   /// Keys of single nodes of either side that the means leave well inside, as where what touches is narrower than
   /// a face, most of which is open.
   std::vector<std::int32_t> hidden_nodes(const Points& x, double reach, double least) {
-    constexpr double share = 0.04;  // of an edge between nodes
     std::vector<std::int32_t> found;
     for (const ContactSurface* side : {&slave_.flat, &master_.flat})
       for (const Pair& pair : detector_.inside(*side, x, reach))
-        if (pair.gap(x) < -std::max(least, share * std::sqrt(side->tributary_area(pair.slave))))
+        if (pair.gap(x) < -(least + left_to_means(pair.slave)))
           found.push_back(static_cast<std::int32_t>(x.rows()) + pair.slave);
     return found;
   }
