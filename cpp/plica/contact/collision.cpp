@@ -193,6 +193,9 @@ std::vector<Constraint> Collision::constraints_at(const Search& search, const Po
   for (const std::int32_t key : search.keys) {
     Constraint constraint = kind_->at(key, x, search.reach);
     if (constraint.key < 0) continue;
+    // What was left inside is held there: to close it at a stroke would do work which nothing pays for. What comes
+    // from outside, as all that is at rest does, is closed.
+    if (constraint.gradient.dot(constraint.offset(search.before.x)) >= 0) constraint.depth = 0;
     if (penalty) constraint.stiffness = penalty->stiffness;
     if (nitsche) {
       const std::int32_t slave = constraint.slave;

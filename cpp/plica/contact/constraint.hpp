@@ -76,7 +76,7 @@ class ConstraintKind {
                                              double least) = 0;
   /// Whether there can be a constraint of this key.
   virtual bool knows(std::int32_t key) const = 0;
-  /// Key -1 where there is nothing to hold apart.
+  /// Key -1 where there is nothing to hold apart. Its `depth` is how deep others may have left it.
   virtual Constraint at(std::int32_t key, const Points& x, double reach) = 0;
   /// What is pressed on a side; of mortar faces means of the slave side for either, with single nodes of `side`.
   virtual std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact,

@@ -128,8 +128,7 @@ class MortarMeans final : public ConstraintKind {
     return found;
   }
 
-  /// How deep the means may leave a node inside, m. A pair holds it there and not at the surface: a force that
-  /// came only to close what had long been open would do work that nothing pays for.
+  /// How deep the means may leave a node inside, m.
   double left_to_means(std::int32_t node) const {
     constexpr double share = 0.04;  // of an edge between nodes
     const ContactSurface& side = slave_.flat.contains(node) ? slave_.flat : master_.flat;
@@ -142,7 +141,7 @@ class MortarMeans final : public ConstraintKind {
     std::vector<std::int32_t> found;
     for (const ContactSurface* side : {&slave_.flat, &master_.flat})
       for (const Pair& pair : detector_.inside(*side, x, reach))
-        if (pair.gap(x) < -(least + left_to_means(pair.slave)))
+        if (pair.gap(x) < -std::max(least, left_to_means(pair.slave)))
           found.push_back(static_cast<std::int32_t>(x.rows()) + pair.slave);
     return found;
   }
