@@ -217,20 +217,36 @@ def test_a_scheme_that_makes_energy_is_said() -> None:
     assert doubts(run | {"numerical_loss": np.array([0.0, -0.5, -0.5, 0, 0]), "load_work": 20 * ones}) == ""
 
 
+def test_a_scheme_that_gives_back_to_contact_what_it_takes_makes_no_energy() -> None:
+    ones, zeros = np.ones(4), np.zeros(4)
+    run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
+    run |= {"contact_rows": np.array([0, 1, 1, 0]), "numerical_loss": np.array([0.0, -0.2, -0.5, -0.5])}
+    assert doubts(run | {"contact_work": np.array([0.0, -0.2, -0.5, -0.5])}) == ""
+    assert "The time scheme made energy, 25 %" in doubts(run | {"contact_work": zeros})
+
+
 def test_contact_that_makes_energy_is_said() -> None:
-    ones, zeros = np.ones(6), np.zeros(6)
+    ones, zeros = np.ones(8), np.zeros(8)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
-    run["contact_rows"] = np.array([0, 3, 3, 0, 2, 0])
-    made = {"contact_work": np.array([0.0, 0.3, 0.4, 0.4, 0.5, 0.5])}
+    run["contact_rows"] = np.array([0, 3, 3, 0, 0, 2, 0, 0])
+    made = {"contact_work": np.array([0.0, 0.3, 0.4, 0.4, 0.4, 0.5, 0.5, 0.5])}
     assert "Contact made energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
     assert doubts(run | made | {"load_work": 20 * ones}) == ""
-    assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05, 0.05, 0.05, 0.05])}) == ""
+    assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05])}) == ""
     # What the scheme takes in the same steps counts against it, what it takes elsewhere does not.
     assert doubts(run | made | {"numerical_loss": made["contact_work"]}) == ""
-    assert "25 %" in doubts(run | made | {"numerical_loss": np.array([0.0, 0.0, 0.0, 0.6, 0.6, 1.0])})
+    elsewhere = {"numerical_loss": np.array([0.0, 0.0, 0.0, 0.0, 0.6, 0.6, 0.6, 1.0])}
+    assert "25 %" in doubts(run | made | elsewhere)
     # Friction that takes as much as contact makes does not hide it.
-    rubbed = {"contact_work": zeros, "friction_loss": np.array([0.0, 0.3, 0.1, 0.0, 0.1, 0.0])}
+    rubbed = {"contact_work": zeros, "friction_loss": np.array([0.0, 0.3, 0.1, 0.0, 0.0, 0.1, 0.0, 0.0])}
     assert "25 %" in doubts(run | rubbed)
+
+
+def test_contact_of_a_single_step_that_makes_energy_is_said() -> None:
+    ones, zeros = np.ones(5), np.zeros(5)
+    run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
+    run["contact_rows"] = np.array([0, 1, 0, 0, 0])  # half of the force's work is done when it is over
+    assert "Contact made energy, 20 %" in doubts(run | {"contact_work": np.array([0.0, 0.0, 0.4, 0.4, 0.4])})
 
 
 def stop(*args: object, **fields: object) -> None:

@@ -193,9 +193,9 @@ std::vector<Constraint> Collision::constraints_at(const Search& search, const Po
   for (const std::int32_t key : search.keys) {
     Constraint constraint = kind_->at(key, x, search.reach);
     if (constraint.key < 0) continue;
-    // What was left inside is held there: to close it at a stroke would do work which nothing pays for. What comes
-    // from outside, as all that is at rest does, is closed.
-    if (constraint.gradient.dot(constraint.offset(search.before.x)) >= 0) constraint.depth = 0;
+    // What was left inside is held there: to close it at a stroke would do work which nothing pays for. Where
+    // nothing was inside, as at rest, all is closed.
+    if (!(search.before.depth > 0)) constraint.depth = 0;
     if (penalty) constraint.stiffness = penalty->stiffness;
     if (nitsche) {
       const std::int32_t slave = constraint.slave;
@@ -209,7 +209,8 @@ std::vector<Constraint> Collision::constraints_at(const Search& search, const Po
       if (const auto known = search.uzawa.multiplier.find(key); known != search.uzawa.multiplier.end())
         constraint.multiplier = known->second;
     }
-    if (search.last.passes >= settle_from && constraint.beside(x, tolerance()))
+    // Seen from behind a ridge, too, the foot jumps from face to face.
+    if (search.last.passes >= settle_from && (constraint.depth > 0 || constraint.beside(x, tolerance())))
       if (const std::ptrdiff_t i = search.last.place_of(key); i >= 0)
         constraint.keep_direction(search.last.constraints[static_cast<std::size_t>(i)]);
     constraints.push_back(std::move(constraint));

@@ -141,7 +141,7 @@ class MortarMeans final : public ConstraintKind {
     std::vector<std::int32_t> found;
     for (const ContactSurface* side : {&slave_.flat, &master_.flat})
       for (const Pair& pair : detector_.inside(*side, x, reach))
-        if (pair.gap(x) < -std::max(least, left_to_means(pair.slave)))
+        if (pair.gap(x) < -(least + left_to_means(pair.slave)))
           found.push_back(static_cast<std::int32_t>(x.rows()) + pair.slave);
     return found;
   }
