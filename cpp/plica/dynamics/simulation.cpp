@@ -328,7 +328,7 @@ void Simulation::update_ledger(const State& before) {
   Ledger& ledger = now.ledger;
   ledger.kinetic = 0.5 * now.velocity.dot(mass_ * now.velocity);
   ledger.elastic = 0.5 * now.displacement.dot(now.elastic_force);
-  // Loads are those of t_{n+1+alpha}: half a step's difference of them further is that of the step's middle.
+  // Loads are those of t_{n+1+alpha}: -alpha times their difference further on is the load of the step's middle.
   const double late = (first ? alpha / (2 * (1 + alpha)) : alpha) * du.dot(now.load - before.load);
   ledger.load_work += 0.5 * du.dot(now.load + before.load) - late;
   if (collision_) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
