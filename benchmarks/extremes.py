@@ -30,7 +30,7 @@ import numpy as np
 
 import plica
 from plica import _engine as engine
-from plica.phonation.measures.solver import slides
+from plica.phonation.measures.cautions import slides
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -60,3 +61,26 @@ def test_a_room_imports_only_what_lies_below_it(room: str) -> None:
 
 def test_every_module_of_phonation_is_in_a_room() -> None:
     assert [file.name for file in (_PACKAGE / "phonation").glob("*.py")] == ["__init__.py"]
+
+
+def _is_there(name: str) -> bool:
+    module, _, last = name.rpartition(".")
+    if hasattr(importlib.import_module(module), last):
+        return True
+    try:
+        return importlib.import_module(name) is not None
+    except ModuleNotFoundError:
+        return False
+
+
+def test_what_benchmarks_and_examples_import_is_there() -> None:
+    root = Path(__file__).parents[2]
+    files = [file for folder in ("benchmarks", "examples") for file in (root / folder).rglob("*.py")]
+    assert len(files) > 20
+    missing = [
+        f"{file.relative_to(root)}: {name}"
+        for file in files
+        for name in _imports(file)
+        if name.startswith("plica.") and not _is_there(name)
+    ]
+    assert missing == []
