@@ -51,6 +51,13 @@ def test_a_record_that_stops_within_a_cycle_has_not_ended() -> None:
         assert find_cycles(time[:end], pulses[:end]).verdict == "steady"
 
 
+@pytest.mark.parametrize("silence", [0.02, 0.05, 0.1])
+def test_a_silence_between_two_voices_is_no_cycle_wherever_it_lies(silence: float) -> None:
+    for begins in np.arange(0.1, 0.27, 0.0025):
+        cycles = find_cycles(time, np.where((time < begins) | (time > begins + silence), pulses, 0.0))
+        assert cycles.frequency == pytest.approx(200.0, rel=1e-4), begins
+
+
 def test_a_glide_is_called_changing() -> None:
     cycles = find_cycles(time, np.maximum(np.sin(2 * np.pi * (100 * time + 125 * time**2)), 0))
     assert cycles.verdict == "changing"

@@ -172,13 +172,14 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
     if half < pattern + fewest - 1:
         return False
     relative = values / values.mean()
-    variances = []
-    for part in (relative[:half], relative[-half:]):
-        about = part - np.array([part[k % pattern :: pattern].mean() for k in range(half)])
-        variances.append(float(about @ about) / (half - pattern))
-    small, large = sorted(variances)
-    limit = max(special.fdtri(half - pattern, half - pattern, 1 - 0.001 / 2), uneven**2)
-    return large > tolerance.scatter**2 and large > limit * small
+    found = []
+    for part in (relative[:-half], relative[-half:]):  # the middle one of an odd number is in the first
+        about = part - np.array([part[k % pattern :: pattern].mean() for k in range(part.size)])
+        freedom = part.size - pattern
+        found.append((float(about @ about) / freedom, freedom))
+    (small, of_small), (large, of_large) = sorted(found)
+    limit = max(special.fdtri(of_large, of_small, 1 - 0.001 / 2), uneven**2)
+    return bool(large > tolerance.scatter**2 and large > limit * small)
 
 
 def _settles(values: Floats, first: int) -> bool:
