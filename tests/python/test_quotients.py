@@ -122,3 +122,11 @@ def test_pulses_shorter_than_a_few_samples_have_quotients_of_the_right_sign() ->
             assert 0 <= q.open <= 1 + 1e-12
             assert not q.speed < 0
             assert not q.closing < 0
+
+
+@pytest.mark.parametrize("levels", [1, 2, 3, 5, 20])
+def test_a_symmetric_pulse_of_few_levels_opens_as_long_as_it_closes(levels: int) -> None:
+    time = np.arange(500.0)
+    area = np.round(levels * np.maximum(np.sin(np.pi * (time % 100 - 20) / 60), 0))
+    for start in (100.0, 200.0, 300.0):
+        assert quotients(time, area, start, start + 100, 0.05).speed == pytest.approx(1.0, abs=1e-9)

@@ -33,7 +33,12 @@ def summit(time: Floats, signal: Floats, peak: int, floor: float) -> float:
     other.) Near its top the pulse is h - a |t - t0|^p before t0 and h - b |t - t0|^p after, through samples
     m and 2 m before and after the largest one; p is 2, or 1 (a corner) where that comes nearer to the largest
     sample. m is the greatest for which all of them are above 90 % of the way from `floor` to the largest.
+    Of three or more samples that are equally high, `peak` the first, it is the middle.
     """
+    lower = np.flatnonzero(signal[peak:] != signal[peak])
+    flat = int(lower[0]) if lower.size else 1
+    if flat > 2:
+        return float(0.5 * (time[peak] + time[peak + flat - 1]))
     level = floor + top_share * (signal[peak] - floor)
     before = int(np.argmax(np.append(signal[:peak][::-1] <= level, True)))
     after = int(np.argmax(np.append(signal[peak + 1 :] <= level, True)))
