@@ -16,7 +16,7 @@ from plica.commands.table import MAIN_MEASURES, measures_table
 from plica.errors import InvalidInput
 from plica.measures.catalogue import CATALOGUE, quantity
 from plica.measures.file import read_measures, write_measures
-from plica.measures.measure import Measure, Measures
+from plica.measures.measure import Measure, Measures, average
 from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
 from plica.phonation.measures.folds import half_widths
@@ -245,3 +245,9 @@ def test_no_unit_or_label_of_a_measure_stands_beside_the_catalogue() -> None:
         assert not literals.search(text), file
         if file.name not in ("catalogue.py", "waveforms.py"):
             assert not {label for label in labels if f'"{label}"' in text}, file
+
+
+def test_a_quantity_that_no_cycle_defines_says_so_beside_its_note() -> None:
+    assert average("speed_quotient", np.full(3, np.nan), "section 4").note == (
+        "section 4; undefined in every cycle"
+    )

@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from plica.measures.cycles import find_cycles
+from plica.measures.glottal import quotient_measures
 from plica.measures.quotients import Quotients, leak_level, open_quotient, quotients
 from voices import Floats
 
@@ -130,3 +132,29 @@ def test_a_symmetric_pulse_of_few_levels_opens_as_long_as_it_closes(levels: int)
     area = np.round(levels * np.maximum(np.sin(np.pi * (time % 100 - 20) / 60), 0))
     for start in (100.0, 200.0, 300.0):
         assert quotients(time, area, start, start + 100, 0.05).speed == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("samples", [10, 12, 15, 19])
+def test_quotients_of_few_samples_are_off_by_what_their_caution_says(samples: int) -> None:
+    speed, opened = (0.5, 0.15) if samples < 15 else (0.25, 0.05)
+    off = []
+    for begin in np.linspace(0, 1, 20, endpoint=False):
+        time = (np.arange(20 * samples) + begin) / samples
+        area = pulse(time, "sine")
+        of_open, *others = quotient_measures(time, area, find_cycles(time, area))
+        assert all(f"only {samples} samples a cycle" in one.cautions[0] for one in (of_open, *others))
+        truth = (1.5, 0.24 * (1 - np.arcsin(0.05) / (np.pi / 2)))
+        for one, true in zip(others, truth, strict=True):
+            assert one.value == pytest.approx(true, rel=speed)
+            off.append(abs((one.value or 0) / true - 1))
+        assert of_open.value == pytest.approx(0.6 * (1 - np.arcsin(0.05) / (np.pi / 2)), rel=opened)
+    assert max(off) > 0.02  # so that there is something to say
+
+
+def test_twenty_samples_a_cycle_are_enough() -> None:
+    for begin in np.linspace(0, 1, 20, endpoint=False):
+        time = (np.arange(400) + begin) / 20
+        area = pulse(time, "cosine")
+        found = quotient_measures(time, area, find_cycles(time, area))
+        assert not any(one.cautions for one in found)
+        assert found[1].value == pytest.approx(1.5, rel=0.09)

@@ -16,6 +16,7 @@ from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 
 apart = 0.02  # relative difference to the autocorrelation's frequency: more is said
+few = 20  # samples a cycle: with fewer, quotients are more than a twelfth off, which is said
 
 
 def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scale = SI) -> list[Measure]:
@@ -64,10 +65,24 @@ def area_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
 def quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
     """Open quotient (open time / period), speed quotient (opening / closing time), closing quotient."""
     found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
+    said = few_samples(time, cycles)
     return [
-        per_cycle("open_quotient", cycles, np.array([one.open for one in found])),
-        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found])),
-        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found])),
+        per_cycle("open_quotient", cycles, np.array([one.open for one in found]), cautions=said),
+        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found]), cautions=said),
+        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found]), cautions=said),
+    ]
+
+
+def few_samples(time: Floats, cycles: Cycles) -> list[str]:
+    """That instants between samples are guessed from too few of them."""
+    if not cycles.count:
+        return []
+    samples = float(np.median(cycles.periods)) / time_step(time)
+    if samples > few - 0.5:
+        return []
+    return [
+        f"only {samples:.3g} samples a cycle: of 15, speed and closing quotient may be a quarter off and the "
+        "open quotient a twentieth, of 10 half and a seventh"
     ]
 
 

@@ -138,16 +138,18 @@ def average(name: str, values: Floats, note: str = "", cautions: Iterable[str] =
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     if not finite.size:
-        return absent(name, note or "undefined in every cycle")
+        return absent(name, _joined(note, "undefined in every cycle"))
     spread = float(finite.std(ddof=1)) if finite.size > 1 else None
     return Measure(name, float(finite.mean()), spread, int(finite.size), note, tuple(cautions))
 
 
-def per_cycle(name: str, cycles: Cycles, values: Floats, note: str = "") -> Measure:
+def per_cycle(
+    name: str, cycles: Cycles, values: Floats, note: str = "", cautions: Iterable[str] = ()
+) -> Measure:
     """Average over cycles with what is unusual about them, or no value and why there are no cycles."""
     if not cycles.count:
         return absent(name, cycles.note)
-    return average(name, values, note, filter(None, [cycles.note]))
+    return average(name, values, note, filter(None, [cycles.note, *cautions]))
 
 
 def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
@@ -161,7 +163,7 @@ def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[
     mean, spread = circular_mean(finite)
     if not np.isfinite(mean):
         reason = "the cycles' angles have no mean direction" if finite.size else "undefined in every cycle"
-        return absent(name, "; ".join(text for text in (note, reason) if text))
+        return absent(name, _joined(note, reason))
     return Measure(name, mean, spread if finite.size > 1 else None, int(finite.size), note, tuple(cautions))
 
 
@@ -170,6 +172,10 @@ def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -
     if not cycles.count:
         return absent(name, cycles.note)
     return average_angle(name, values, note, filter(None, [cycles.note]))
+
+
+def _joined(*texts: str) -> str:
+    return "; ".join(filter(None, texts))
 
 
 def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
