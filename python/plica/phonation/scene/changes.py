@@ -109,6 +109,7 @@ class _Changer:
 
     def _part(self, old: SomePart, change: _Node, path: Path) -> SomePart:
         before = len(self.problems)
+        old = old.before_change([str(name) for name in change.inner])
         data = {name: getattr(old, name) for name in old.model_fields_set}
         if isinstance(old, OneOf):
             named = {name for name, new in change.inner.items() if name in old.kinds and not _removes(new)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -79,6 +79,17 @@ class Larynx(Part):
     """2: quadratic tetrahedra."""
     options: LarynxOptions = LarynxOptions()
     """Overrides of the preset."""
+
+    def before_change(self, names: Collection[str]) -> Self:
+        """Options that only repeat the preset's, as those of a stored scene do, go with the preset."""
+        if "larynx" not in names:
+            return self
+        from plica.phonation.scene.mesh_source import larynx_fields
+
+        repeated = larynx_fields(Larynx(larynx=self.larynx))
+        given = self.options.model_dump(mode="json", exclude_none=True)
+        own = {name: value for name, value in given.items() if value != repeated[name]}
+        return type(self)(larynx=self.larynx, order=self.order, options=LarynxOptions(**own))
 
 
 class Block(Part):

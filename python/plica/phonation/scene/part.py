@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -112,6 +112,10 @@ class Part(BaseModel, metaclass=_PartType):
         from plica.phonation.scene.changes import changed
 
         return changed(self, changes)
+
+    def before_change(self, names: Collection[str]) -> Self:
+        """The part as `replace` finds it where these of its fields change."""
+        return self
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy, without changes: pydantic does not check what `update` has, `replace` does."""
