@@ -26,6 +26,8 @@ import pytest
 import plica
 from plica import _engine
 from plica.cli import main
+from plica.measures.file import write_measures
+from plica.phonation.measures.measure import measure
 from plica.phonation.run import checkpoint
 
 PROGRAM = """
@@ -167,6 +169,16 @@ def test_a_table_of_the_waveforms_has_a_row_a_step_without_probes(
     assert set(data) == set(run) - {"time", "probes"}
     assert len(data[["flow", "kinetic_energy"]].to_dataframe()) == 40
     assert len(data.to_dataframe()) == 40 * len(run.section_height) * 3
+
+
+def test_what_was_measured_while_a_run_went_on_is_not_taken_for_its_measures(
+    bar: plica.Scene, tmp_path: Path
+) -> None:
+    run = plica.run(bar, tmp_path / "run", progress=False)
+    half = measure(run.between(None, 0.5 * float(run.time[-1])))
+    write_measures(half, tmp_path / "run" / "measures.json")
+    assert half["steps"].value != run.steps
+    assert plica.Run.load(tmp_path / "run").measures == measure(run).as_json()
 
 
 def test_a_waveform_that_is_not_there_is_answered_with_the_nearest(bar: plica.Scene, tmp_path: Path) -> None:

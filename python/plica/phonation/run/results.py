@@ -274,8 +274,8 @@ class Run(Mapping[str, NDArray[Any]]):
         """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, a note and cautions
         where there are any; from measures.json where that has what is measured today, else measured now."""
         stored = read_measures(self.directory / "measures.json") if self.status == "finished" else None
-        if stored is not None:
-            return stored
+        if stored is not None and stored.get("steps", {}).get("value") == self.steps:
+            return stored  # and not what was measured while the run went on
         from plica.phonation.measures.measure import measure
 
         return ByName(measure(self).as_json())
