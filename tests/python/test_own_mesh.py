@@ -45,6 +45,7 @@ def _surface(file: Path, wanted: Any, **fields: Any) -> tuple[np.ndarray, np.nda
             6.0 + 8.0,
             lambda c: (c[:, 0] == 2) | (c[:, 1] == 3),
         ),
+        ({"facing": {"along": [1, 1, 0]}}, 6.0 + 8.0, lambda c: (c[:, 0] == 2) | (c[:, 1] == 3)),
         ({"box": {"x": ["-2 mm", "0 mm"]}}, 2 * 6 + 2 * 4 + 6, lambda c: c[:, 0] <= 0),
         ({"side": "right"}, 2 * 6 + 2 * 4 + 6, lambda c: c[:, 0] >= 0),
         ({"box": {"z": ["2 mm", "2 mm"]}, "side": "left"}, 6.0, lambda c: (c[:, 0] < 0) & (c[:, 2] == 2)),

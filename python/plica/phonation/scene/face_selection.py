@@ -62,7 +62,7 @@ class Facing(Part):
     along: _Direction
     """[-] The direction, of any length."""
     within: Annotated[Angle, Field(gt=0, le=np.pi)] = np.pi / 4
-    """[rad] Largest angle between normal and direction, e.g. ``"30 deg"``."""
+    """[rad] Largest angle between normal and direction, itself included, e.g. ``"30 deg"``."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
@@ -117,7 +117,7 @@ def select(
         along = np.asarray(facing.along) / np.linalg.norm(facing.along)
         normals = np.cross(nodes[:, 1] - nodes[:, 0], nodes[:, 2] - nodes[:, 0])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        chosen &= normals @ along >= np.cos(facing.within)
+        chosen &= normals @ along >= np.cos(facing.within) - 1e-9
     if selection.side is not None:
         chosen &= face_side == {"left": 1, "right": 2}[selection.side]
     return chosen
