@@ -172,8 +172,8 @@ def test_a_preset_takes_the_place_of_a_tissue(phonating: plica.Scene) -> None:
     thesis = plica.TISSUE_PRESETS["thesis"]
     assert phonating.replace({"tissue": "thesis"}).tissue == thesis
     assert phonating.replace({"tissue.cover": "thesis"}).tissue["cover"] == thesis["cover"]
-    softer = phonating.replace({"tissue.cover": {"preset": "thesis", "E": "0.5 kPa"}})
-    assert softer.tissue["cover"] == thesis["cover"].replace({"E": 500.0})
+    softer = phonating.replace({"tissue.cover": {"preset": "thesis", "E": "0.5 kPa", "mu_transverse": 301}})
+    assert softer.tissue["cover"] == thesis["cover"].replace({"E": 500.0, "mu_transverse": 301})
     assert softer.tissue["body"] == phonating.tissue["body"]
 
 

@@ -59,6 +59,28 @@ def test_a_preset_that_does_not_exist_is_refused(tissue: Any, said: str) -> None
     assert said in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("own", "where"),
+    [
+        ({"E": "2 kPa"}, "tissue.cover.mu_transverse"),
+        ({"nu": 0.5}, "tissue.cover.mu_transverse"),
+        ({"left": {"E": "2 kPa"}}, "tissue.cover.left.mu_transverse"),
+        ({"right": plica.TissueSide(E="2 kPa")}, "tissue.cover.right.mu_transverse"),
+    ],
+)
+def test_another_stiffness_across_the_fibre_needs_its_shear_modulus(own: dict[str, Any], where: str) -> None:
+    with pytest.raises(plica.SceneError, match=f"{where}: must be given with E or nu"):
+        _scene({"body": "thesis", "ligament": "thesis", "cover": {"preset": "thesis"} | own})
+    normal = {"body": "normal", "ligament": "normal", "cover": {"preset": "normal"} | own}
+    assert _scene(normal).tissue["cover"].mu_transverse is None  # follows E and nu
+
+
+def test_a_shear_modulus_that_is_given_is_taken() -> None:
+    own = {"preset": "thesis", "E": "2 kPa", "mu_transverse": "1.2 kPa", "left": {"viscosity": 1}}
+    tissue = _scene({"body": "thesis", "ligament": "thesis", "cover": own}).tissue["cover"]
+    assert tissue.on("left").mu_transverse == tissue.on("right").mu_transverse == 1200
+
+
 @pytest.mark.slow
 def test_the_first_example_is_short_and_its_folds_close() -> None:
     text = (_EXAMPLES / "first.toml").read_text(encoding="utf-8")

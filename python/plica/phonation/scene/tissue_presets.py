@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from plica.phonation.scene.part import problem
-from plica.phonation.scene.tissue import Tissue
+from plica.phonation.scene.tissue import Tissue, TissueSide
 
 __all__ = ["TISSUE_PRESETS", "by_name"]
 
@@ -34,7 +34,8 @@ TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
     "thesis": {layer: _as_printed(row) for layer, row in _PRINTED.items()},
 }
 """Preset to layer to tissue. "normal": Paper A, Table III, with mu = E / (2 (1 + nu)) across the fibre and
-0.35 of the viscosities; "thesis": as printed."""
+0.35 of the viscosities; "thesis": as printed, mu_transverse = E / (1 + nu) being a figure of its own, which
+another E or nu leaves as it is."""
 
 
 def by_name(tissue: object) -> object:
@@ -52,8 +53,28 @@ def _layer(layer: object, given: object) -> object:
         return _preset_layer(layer, given)
     if isinstance(given, Mapping) and "preset" in given:
         base = _preset_layer(layer, given["preset"], "preset").model_dump(exclude_none=True)
-        return base | {name: value for name, value in given.items() if name != "preset"}
+        own = {name: value for name, value in given.items() if name != "preset"}
+        if "mu_transverse" in base:
+            _check_shear(own, base["mu_transverse"], str(layer))
+        return base | own
     return given
+
+
+def _check_shear(own: Mapping[str, Any], preset: float, *path: str) -> None:
+    """Raise where E or nu changes, here or on a side, and the shear modulus that goes with them does not."""
+    if ("E" in own or "nu" in own) and "mu_transverse" not in own:
+        raise problem(
+            f"must be given with E or nu: the preset's {preset:.4g} Pa belongs to its own (E / (1 + nu), as "
+            "the thesis prints it).",
+            "tissue",
+            *path,
+            "mu_transverse",
+        )
+    for side in ("left", "right"):
+        given = own.get(side)
+        changed = given.model_dump(exclude_none=True) if isinstance(given, TissueSide) else given
+        if isinstance(changed, Mapping):
+            _check_shear(changed, own.get("mu_transverse", preset), *path, side)
 
 
 def _preset_layer(layer: object, name: object, *path: str) -> Tissue:
