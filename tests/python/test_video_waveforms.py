@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -285,3 +286,27 @@ def test_the_midline_leans_as_the_folds_do_beside_a_shadow_that_stays() -> None:
     found = find_midline([(np.abs(off) < shape) | shadow for shape in shapes])
     ends = np.abs(line.place(np.array([found.upper, found.lower]))[:, 1])
     assert ends.max() < 3
+
+
+def _pulses(count: int = 400) -> GlottalArea:
+    area = 300 * np.maximum(np.sin(2 * np.pi * np.arange(count) / 25.0), 0)
+    return GlottalArea(area / 2, area / 2, area / 50, area / 50)
+
+
+def test_measures_over_frames_that_are_not_known_say_so() -> None:
+    whole = measures(_pulses(), _FPS)[0]
+    assert whole["open_quotient"].cautions == ()
+    lost = np.random.default_rng(0).random(400) < 0.4
+    parts = (np.where(lost, np.nan, part) for part in vars(_pulses()).values())
+    found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
+    assert found.value != pytest.approx(whole["open_quotient"].value, abs=0.03)
+    (said,) = found.cautions
+    assert re.fullmatch(r"the area of 1\d\d of 3\d\d frames is not known and taken .*", said)
+
+
+def test_a_record_that_is_lost_at_its_end_says_so_beside_its_silence() -> None:
+    late = np.arange(400) > 250
+    parts = (np.where(late, np.nan, part) for part in vars(_pulses()).values())
+    found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
+    assert found.value is None
+    assert "the area of 149 of 400 frames is not known" in found.note

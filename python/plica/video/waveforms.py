@@ -6,7 +6,7 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,8 @@ __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "midd
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+
+many_lost = 0.02  # of the frames: more whose area is not known are said
 
 wide_share = 0.95
 """Of a cycle's largest area: above it the phase is "open", neither opening nor closing."""
@@ -176,12 +178,14 @@ def measures(
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right.
     """
+    known = np.isfinite(area.total)
     area = area.filled()
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
     total = size**2 * area.total
     left, right = size * area.left_edge, size * area.right_edge
     cycles = find_cycles(time, total, name="glottal area", scale=scale)
+    cycles = replace(cycles, note="; ".join(filter(None, (cycles.note, _lost(known, time, cycles)))))
     found = [
         *frequency_measures(time, total, cycles, scale),
         *quotient_measures(time, total, cycles),
@@ -205,6 +209,15 @@ def measures(
             ),
         ]
     return Measures(found, scale), cycles
+
+
+def _lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> str:
+    """That the area of many frames is not known, of the cycles or, without any, of the record."""
+    used = known[cycles.extent(time)] if cycles.count else known
+    lost = int(np.sum(~used))
+    if lost <= many_lost * used.size:
+        return ""
+    return f"the area of {lost} of {used.size} frames is not known and taken to lie between their neighbours'"
 
 
 def _area_asymmetry(time: npt.NDArray[Any], area: GlottalArea, cycles: Cycles) -> Measure:
