@@ -310,3 +310,10 @@ def test_a_record_that_is_lost_at_its_end_says_so_beside_its_silence() -> None:
     found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
     assert found.value is None
     assert "the area of 149 of 400 frames is not known" in found.note
+
+
+def test_what_compares_the_folds_of_a_recording_says_which_is_the_left_one() -> None:
+    patients = ("left in the image (the patient's right)", "right in the image (the patient's left)")
+    found = measures(_pulses(), _FPS, sides=patients)[0]
+    for name in ("left_right_phase", "amplitude_ratio", "amplitude_asymmetry", "area_asymmetry"):
+        assert found[name].note == "the left fold being the one left in the image (the patient's right)"

@@ -41,7 +41,12 @@ def lags(time: Floats, first: Floats, second: Floats, cycles: Cycles) -> Floats:
 
 
 def side_measures(
-    time: Floats, left: Floats, right: Floats, cycles: Cycles, notes: tuple[str, str] = ("", "")
+    time: Floats,
+    left: Floats,
+    right: Floats,
+    cycles: Cycles,
+    notes: tuple[str, str] = ("", ""),
+    between: str = "",
 ) -> list[Measure]:
     """Amplitudes of the folds, their ratio and asymmetry, and the phase between them.
 
@@ -53,6 +58,8 @@ def side_measures(
     cycles : Cycles
     notes : (str, str)
         What there is to say of the left and of the right amplitude.
+    between : str
+        What there is to say of what compares them.
     """
     if not cycles.count:
         return [absent(name, cycles.note) for name in _NAMES]
@@ -60,7 +67,7 @@ def side_measures(
     return [
         per_cycle("amplitude_left", cycles, of_left, notes[0]),
         per_cycle("amplitude_right", cycles, of_right, notes[1]),
-        per_cycle("amplitude_ratio", cycles, ratio(of_right, of_left)),
-        per_cycle("amplitude_asymmetry", cycles, asymmetry(of_left, of_right)),
-        per_cycle_angle("left_right_phase", cycles, lags(time, left, right, cycles)),
+        per_cycle("amplitude_ratio", cycles, ratio(of_right, of_left), between),
+        per_cycle("amplitude_asymmetry", cycles, asymmetry(of_left, of_right), between),
+        per_cycle_angle("left_right_phase", cycles, lags(time, left, right, cycles), between),
     ]

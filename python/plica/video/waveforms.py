@@ -186,11 +186,12 @@ def measures(
     left, right = size * area.left_edge, size * area.right_edge
     cycles = find_cycles(time, total, name="glottal area", scale=scale)
     cycles = replace(cycles, note="; ".join(filter(None, (cycles.note, _lost(known, time, cycles)))))
+    between = f"the left fold being the one {sides[0]}"
     found = [
         *frequency_measures(time, total, cycles, scale),
         *quotient_measures(time, total, cycles),
-        *side_measures(time, left, right, cycles, sides),
-        _area_asymmetry(time, area, cycles),
+        *side_measures(time, left, right, cycles, sides, between),
+        _area_asymmetry(time, area, cycles, between),
         *area_measures(time, total, cycles),
     ]
     if length:
@@ -220,6 +221,6 @@ def _lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> str:
     return f"the area of {lost} of {used.size} frames is not known and taken to lie between their neighbours'"
 
 
-def _area_asymmetry(time: npt.NDArray[Any], area: GlottalArea, cycles: Cycles) -> Measure:
+def _area_asymmetry(time: npt.NDArray[Any], area: GlottalArea, cycles: Cycles, note: str) -> Measure:
     values = asymmetry(amplitudes(time, area.left, cycles), amplitudes(time, area.right, cycles))
-    return per_cycle("area_asymmetry", cycles, values)
+    return per_cycle("area_asymmetry", cycles, values, note)
