@@ -530,6 +530,18 @@ def test_a_run_is_not_continued_where_the_surfaces_have_changed(
         plica.run(scene, tmp_path / "run", progress=False, resume=True)
 
 
+def test_a_finished_run_is_not_that_of_a_mesh_file_that_has_changed(tmp_path: Path) -> None:
+    path = tmp_path / "cube.vtu"
+    write_cube(path)
+    scene = on_a_file(str(path))
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    write_cube(path, bottom=(11, 12))
+    with pytest.raises(plica.SceneError, match="surfaces are not those of the run"):
+        plica.run(scene, tmp_path / "run", progress=False, resume="if_there")
+    path.unlink()  # nothing to compare with
+    assert plica.run(scene, tmp_path / "run", progress=False, resume="if_there").steps == run.steps
+
+
 def test_a_first_step_that_fails_leaves_nothing(
     bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

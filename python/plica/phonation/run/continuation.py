@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.phonation.run.results import Run
 from plica.phonation.scene.problems import path_text, value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
 
-__all__ = ["has_all", "holds_run"]
+__all__ = ["has_all", "holds_run", "require_mesh"]
 
 
 def holds_run(directory: Path) -> bool:
@@ -39,6 +42,24 @@ def has_all(directory: Path, scene: Scene) -> bool:
             "longer time.duration. Start another with another directory."
         )
     return begun is not None and begun.status == "finished" and begun.steps == scene.time.steps
+
+
+def require_mesh(directory: Path, scene: Scene, mesh: _engine.TetMesh) -> None:
+    """Raise SceneError where the mesh, built for a scene, is not that of the run in a directory."""
+    stored = Run.load(directory).mesh
+    for name in ("points", "cells", "cell_layer", "cell_side", "surfaces", "node_sets"):
+        if not _same(getattr(stored, name), getattr(mesh, name)):
+            raise SceneError(
+                f"{scene.source}: mesh: its {name} are not those of the run. Has it changed? Start another "
+                "run with another directory."
+            )
+
+
+def _same(stored: Any, given: Any) -> bool:
+    """Of arrays, or of arrays by name."""
+    if isinstance(stored, dict):
+        return stored.keys() == given.keys() and all(_same(stored[name], given[name]) for name in stored)
+    return np.array_equal(stored, np.asarray(given))
 
 
 def _first_difference(stored: Any, given: Any, path: tuple[str | int, ...] = ()) -> str:

@@ -12,15 +12,16 @@ from typing import Any, Literal
 import numpy as np
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed
+from plica.errors import InvalidInput, SolveFailed, StepFailed
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
-from plica.phonation.run.continuation import has_all, holds_run
+from plica.phonation.run.continuation import has_all, holds_run, require_mesh
 from plica.phonation.run.progress import Progress, stop_on_signal
 from plica.phonation.run.results import Run
 from plica.phonation.run.store import ResultFile
 from plica.phonation.run.xdmf import write_xdmf
+from plica.phonation.scene.mesh_parts import MeshFile
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.problems import value_text
@@ -88,6 +89,8 @@ def run(
     if resume and resume != "if_there" and not there:
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
     if there and has_all(directory, scene):
+        if isinstance(scene.mesh, MeshFile) and scene.mesh.file.is_file():  # which may be another by now
+            require_mesh(directory, scene, build_mesh(scene.mesh, scene.source))
         return Run.load(directory)
     with _made(directory), only_writer(directory):
         if there:
@@ -197,11 +200,7 @@ class _Runner:
 
     def _continued(self, results: ResultFile) -> Checkpoint | None:
         """The newest checkpoint of a result file that this scene and this version continue, if it has one."""
-        different = results.mesh_differs(self.mesh)
-        if different:
-            raise SceneError(
-                f"{self.scene.source}: mesh: its {different} are not those of the run. Has it changed?"
-            )
+        require_mesh(self.directory, self.scene, self.mesh)
         missing = results.missing(self.simulation.advance(0))
         if results.frames < np.count_nonzero(self.frames <= results.steps):
             missing.append("frame at t = 0")

@@ -121,19 +121,6 @@ class ResultFile:
         """How many frames there is room for."""
         return int(self._file["fields/time"].shape[0]) if "fields" in self._file else 0
 
-    def mesh_differs(self, mesh: _engine.TetMesh) -> str:
-        """What of the mesh is not as stored, or nothing."""
-        for name in ("points", "cells", "cell_layer", "cell_side"):
-            if not np.array_equal(self._file[f"mesh/{name}"][()], np.asarray(getattr(mesh, name))):
-                return name
-        for kind in ("surfaces", "node_sets"):
-            stored, given = self._file[f"mesh/{kind}"], getattr(mesh, kind)
-            if set(stored) != set(given):
-                return kind
-            if not all(np.array_equal(stored[name][()], np.asarray(given[name])) for name in given):
-                return kind
-        return ""
-
     def missing(self, waveforms: Iterable[str]) -> list[str]:
         """Those of the waveforms that the file has no data set for."""
         return [name for name in waveforms if name not in self._file["waveforms"]]
