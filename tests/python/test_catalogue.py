@@ -173,6 +173,10 @@ def test_a_file_of_measures_with_another_meaning_is_not_read(tmp_path: Path) -> 
     path.write_text(json.dumps({"phase_asymmetry": old}))
     assert read_measures(path) is None
     assert read_measures(tmp_path / "none.json") is None
+    path.write_text('{"open_quotient": ')
+    assert read_measures(path) is None
+    path.write_bytes(b"\xff\xfe")
+    assert read_measures(path) is None
 
 
 def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:

@@ -35,11 +35,15 @@ def write_measures(measures: Measures, path: Path) -> Path:
 
 
 def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
-    """The entries of a file; None where there is none, or one whose definitions are not today's."""
+    """The entries of a file; None where there is none, a damaged one, or one with other definitions."""
     if not path.is_file():
         return None
     with storage_errors(path, "read"):
-        found: dict[str, dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_bytes()
+    try:
+        found: dict[str, dict[str, Any]] = json.loads(text)
+    except ValueError:
+        return None
     for name, entry in found.items():
         if name not in CATALOGUE or entry.get("definition", "") != CATALOGUE[name].meaning:
             return None
