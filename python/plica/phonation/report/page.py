@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from importlib.resources import files
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
 from plica.report.wording import headlines, number, tables
+from plica.storage.files import replaced
 
 
 def write_report(run: RunData, path: Path) -> Path:
@@ -48,9 +48,11 @@ def write_report(run: RunData, path: Path) -> Path:
         scene=run.scene_text.strip(),
         versions=dict(run.versions),
     )
-    draft = path.with_name(path.name + ".part")
-    draft.write_text(text, encoding="utf-8")
-    os.replace(draft, path)
+
+    def fill(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(path, fill)
     return path
 
 
