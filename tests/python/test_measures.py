@@ -10,6 +10,7 @@ from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.measures.cycles import find_cycles
 from plica.measures.file import write_measures
 from plica.measures.pulses import autocorrelation_frequency, rising_crossings
+from plica.phonation.measures.free import free_measures
 from plica.phonation.measures.measure import measure
 
 # A frequency that no multiple of the step fits, so that nothing is exact by luck.
@@ -357,6 +358,23 @@ def test_free_vibration_has_its_frequency_and_damping() -> None:
     assert found["fundamental_frequency"].value == pytest.approx(120.0, rel=1e-4)
     assert found["damping_ratio"].value == pytest.approx(0.02, rel=1e-3)
     assert found["fundamental_frequency"].cycles > 10
+
+
+def test_a_damping_ratio_of_one_mode_has_no_caution_and_that_of_a_beat_has() -> None:
+    time = 1e-4 * np.arange(1, 3001)
+    work = np.zeros(time.size)
+    for ratio in (0.001, 0.01, 0.05, -0.005):
+        probes = (np.exp(-ratio * 628 * time) * np.cos(628 * time))[:, None, None] * np.ones(3)
+        found, _ = free_measures(time, {"probes": probes, "load_work": work})
+        (one,) = (item for item in found if item.name == "damping_ratio")
+        assert one.value == pytest.approx(ratio, rel=1e-2)
+        assert one.cautions == ()
+    beat = np.exp(-6 * time) * (np.cos(628 * time) + 0.8 * np.cos(690 * time))
+    found, _ = free_measures(time, {"probes": beat[:, None, None] * np.ones(3), "load_work": work})
+    (one,) = (item for item in found if item.name == "damping_ratio")
+    assert one.value is not None
+    assert one.value < 0  # of three cycles, though both modes decay
+    assert one.cautions[0].startswith("of 3 of 2")
 
 
 def test_the_file_holds_every_measure_in_si_with_unit_spread_and_cycles(tmp_path: Path) -> None:

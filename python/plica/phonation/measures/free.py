@@ -14,6 +14,7 @@ from plica.measures.record import Array, Floats
 from plica.measures.stationary import fewest, of_period, stationary_from
 
 faded = 0.02  # of the largest excursion: a free vibration is evaluated down to here
+one_mode = 0.05  # standard deviation of the logarithmic amplitude about its line: more is said
 
 
 def most_mobile(probes: Array) -> tuple[int, int]:
@@ -68,7 +69,7 @@ def _decaying(starts: Floats) -> Cycles:
     if first is None:
         note = f"free vibration: amplitude and frequency change; the last {fewest} cycles are used"
         return Cycles(starts[-fewest - 1 :], note, "changing")
-    return Cycles(starts[first:], "free vibration: the amplitude decays", "changing")
+    return Cycles(starts[first:], "free vibration: the amplitude changes", "changing")
 
 
 def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:
@@ -76,7 +77,17 @@ def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:
     if not cycles.count:
         return absent("damping_ratio", cycles.note)
     amplitude = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
-    slope = float(np.polyfit(np.arange(amplitude.size), np.log(amplitude), 1)[0])
+    number, logarithm = np.arange(amplitude.size), np.log(amplitude)
+    slope, start = (float(part) for part in np.polyfit(number, logarithm, 1))
     decrement = -slope / (2.0 * np.pi)
     ratio = decrement / np.sqrt(1.0 + decrement**2)
-    return Measure("damping_ratio", float(ratio), None, cycles.count)
+    cautions = []
+    found = rising_crossings(time, signal).size - 1
+    if cycles.count < 0.5 * found:
+        cautions.append(f"of {cycles.count} of {found} cycles: the others have other periods or amplitudes")
+    apart = float(np.std(logarithm - start - slope * number))
+    if apart > one_mode:
+        cautions.append(
+            f"the amplitude departs from an exponential by {100 * apart:.2g} %: not one mode alone"
+        )
+    return Measure("damping_ratio", float(ratio), None, cycles.count, cautions=tuple(cautions))
