@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import plica
+from plica.phonation.run.build import fixed_components
+from plica.phonation.run.initial import initial_fields
 
 _SIZE = np.array([4.0, 3.0, 2.0])  # mm
 
@@ -121,6 +123,28 @@ def test_a_layer_may_have_a_velocity_of_its_own() -> None:
     cover = np.unique(np.asarray(mesh.cells)[np.asarray(mesh.cell_layer) == mesh.layer_names.index("cover")])
     moving = np.flatnonzero(found.any(axis=1))
     assert np.array_equal(moving, cover)
+
+
+def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> None:
+    given = {"left": (1.0, 0, 0), "right": (-1.0, 0, 0), "body": (0, 1.0, 0), "cover": (0, 0, 1.0)}
+    found = []
+    for names in (given, reversed(given)):
+        scene = plica.Scene(
+            plica.Larynx(larynx="coarse"),
+            "normal",
+            time=plica.Stepping(step="50 us", duration="1 ms"),
+            initial=plica.Initial(velocity={name: given[name] for name in names}),
+            supports=plica.Supports(fixed=("ends",)),
+        )
+        mesh = plica.build_mesh(scene.mesh)
+        velocity = initial_fields(scene, mesh, fixed_components(scene, mesh))[1]
+        assert velocity is not None
+        found.append((scene, velocity))
+    assert found[0][0] == found[1][0]
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+    cover = np.unique(np.asarray(mesh.cells)[np.asarray(mesh.cell_layer) == mesh.layer_names.index("cover")])
+    free = ~fixed_components(scene, mesh)[cover].any(axis=1)
+    assert (found[0][1][cover[free]] == given["cover"]).all()
 
 
 def test_a_region_that_the_mesh_does_not_have_is_refused() -> None:

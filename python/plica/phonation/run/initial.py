@@ -67,9 +67,15 @@ def initial_fields(
         field = np.zeros_like(points)
         if size is not None and isinstance(scene.mesh, Larynx):
             field += size * opening_pattern(points, scene.mesh)
-        for region, value in uniform.items():
-            field[_nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}")] = value
+        nodes = {
+            region: _nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}") for region in uniform
+        }
+        for fold in nodes.keys() - set(mesh.layer_names):
+            field[nodes[fold]] = uniform[fold]
         field[_between_folds(mesh, uniform)] = 0.0
+        for layer in mesh.layer_names:  # in their order, whatever that of the scene
+            if layer in nodes:
+                field[nodes[layer]] = uniform[layer]
         field[fixed] = 0.0
         found.append(field if field.any() else None)
     return found[0], found[1]

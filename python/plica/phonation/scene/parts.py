@@ -298,7 +298,8 @@ class Initial(Part):
     """[m] Size of the opening pattern; larynx only."""
     velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
     """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict), or of a fold,
-    ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes of both folds then stay at rest."""
+    ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes of both folds then stay at rest. Where a node is in
+    several that are named, it takes the value of the mesh's last such layer, a fold's where there is none."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer, or of a fold."""
     equilibrium: bool = False
