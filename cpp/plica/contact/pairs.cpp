@@ -79,7 +79,13 @@ Airway checked(Airway airway, std::ptrdiff_t node_count) {
 }  // namespace
 
 Constraint Pair::constraint() const {
-  Constraint constraint{key, slave, {{slave, 1.0}}, normal, gradient, 0.0, stiffness, 0.0};
+  Constraint constraint;
+  constraint.key = key;
+  constraint.slave = slave;
+  constraint.normal = normal;
+  constraint.gradient = gradient;
+  constraint.stiffness = stiffness;
+  constraint.weights.push_back({slave, 1.0});
   for (int k = 0; k < 3; ++k)
     if (weights[k] != 0.0) constraint.weights.push_back({master[k], -weights[k]});
   return constraint;

@@ -206,6 +206,9 @@ TEST_CASE("each tetrahedron of the volume penalty pushes with kappa V / 4") {
     CHECK(pair.key == t);
     const double force = -pair.stiffness * pair.gap(x);
     CHECK(force == doctest::Approx(kappa * -volumes[t] / 4).epsilon(1e-12));
+    const Constraint constraint = pair.constraint();  // a spring with this force, not an exact constraint
+    CHECK(constraint.stiffness == pair.stiffness);
+    CHECK(std::abs(constraint.residual(force, x)) < 1e-12 * -pair.gap(x));
   }
   CHECK(pushing == 16);  // two of the three tetrahedra of eight prisms
 }
