@@ -1,4 +1,4 @@
-"""A synthetic recording, whose motion is known, analysed: python examples/recording.py [DIR] [FRAMES]
+"""A synthetic recording, whose motion is known, analysed: python recording.py [DIR] [FRAMES]
 
 Writes DIR/glottis.tif (default: runs/recording) and beside it what `plica video glottis.tif --fps 4000
 --mm-per-px 0.05 -o DIR` would: open report.html.

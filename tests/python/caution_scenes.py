@@ -127,7 +127,8 @@ mesh.options.radius = 0.16
 mesh.options.sections = [[-0.1, 1e-4], [-0.05, 1e-4], [0, 1e-4], [0.05, 1e-4]]
 mesh.options.levels = [2, 2, 2]
 mesh.options.layers_from_section = 1
-mesh.options.layers_to_section = 2""",
+mesh.options.layers_to_section = 2
+initial.velocity.cover = [0.01, 0, 0]""",
     ),
     "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
     "time_step": Given(LARYNX, 'time.step = "0.6 ms"\ntime.duration = "12 ms"\ntime.scheme.newmark = {}'),
@@ -149,6 +150,7 @@ mesh.options.levels = [2, 2, 2]
 mesh.options.layers_from_section = 1
 mesh.options.layers_to_section = 2""",
     ),
+    "nothing_moved": Given(LARYNX, "without airflow"),
     "motion_beyond_voice": Given(
         LARYNX,
         """\

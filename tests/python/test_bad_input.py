@@ -435,7 +435,7 @@ def test_an_occupied_directory_is_refused_with_a_way_out(
     bar.save(tmp_path / "s.toml")
     plica.run(bar, tmp_path / "run", progress=False)
     said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
-    assert "holds a run already. Continue it with --resume, or take another directory." in said
+    assert "holds a run already. Continue it with --resume (resume=True), or take another directory." in said
 
 
 def test_a_broken_result_file_is_refused(

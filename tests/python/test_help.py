@@ -94,3 +94,11 @@ def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture
     assert main(["keys", "measures"]) == 0
     said = capsys.readouterr().out
     assert all(f"\n  {name} " in f"\n{said}" for name in CATALOGUE)
+
+
+@pytest.mark.parametrize("place", ["tissue.cover.E", "output.every", "airflow.coupling.iterated.max_sweeps"])
+def test_a_key_can_be_asked_for_at_its_place(place: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", place]) == 0
+    said = capsys.readouterr().out
+    assert said.count(f"\n  {place.rpartition('.')[2]} ") == 1
+    assert len(re.findall(r"^\[", said, re.MULTILINE)) == 1

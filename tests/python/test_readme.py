@@ -74,7 +74,8 @@ def test_python_of_the_readme_varies_a_scene_and_goes_on(
     peaks = [plica.Run.load(f"runs/{pressure}")["flow"].max() for pressure in (600, 800, 1000)]
     assert peaks == sorted(peaks)
     assert len(set(peaks)) == 3
-    assert names["steady"].time.size == 40
+    assert names["late"].time.size == 40
+    assert names["late"].measures["steps"]["value"] == 40
     assert names["run"].scene.tissue["cover"].E == 2000.0
 
 

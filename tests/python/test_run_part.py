@@ -116,3 +116,16 @@ def test_the_command_measures_a_part_and_leaves_what_is_stored(
     assert before == {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1 s"]) == 2
     assert "start = 1 s; must be in [0, 0.004] s" in capsys.readouterr().err
+
+
+def test_a_part_says_its_measures_cautions_and_waveforms_itself(
+    tmp_path: Path, phonating: plica.Scene
+) -> None:
+    run = plica.run(phonating, tmp_path / "run", progress=False)
+    part = run.between(float(run.time[3]), None)
+    assert part.measures == measure(part).as_json()
+    assert part.measures["steps"]["value"] == run.steps - 4
+    assert part.cautions == cautions(part)
+    assert np.array_equal(part["flow"], run["flow"][4:])
+    with pytest.raises(plica.InvalidInput, match=r'"flwo".*Did you mean "flow"'):
+        part["flwo"]

@@ -317,3 +317,12 @@ def test_what_compares_the_folds_of_a_recording_says_which_is_the_left_one() -> 
     found = measures(_pulses(), _FPS, sides=patients)[0]
     for name in ("left_right_phase", "amplitude_ratio", "amplitude_asymmetry", "area_asymmetry"):
         assert found[name].note == "the left fold being the one left in the image (the patient's right)"
+
+
+@pytest.mark.parametrize(("amplitude", "said"), [(4.0, True), (15.0, False)])
+def test_small_amplitudes_in_pixels_are_said_to_be_uncertain(amplitude: float, said: bool) -> None:
+    angle = 2 * np.pi * np.arange(200) / 20
+    edge = amplitude * (1 + np.sin(angle))
+    found, _ = measures(GlottalArea(50 * edge, 50 * edge, edge, edge), _FPS, 0.05)
+    for name in ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asymmetry"):
+        assert any("edges are placed to 0.5 px" in text for text in found[name].cautions) == said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command
@@ -23,7 +23,7 @@ Says what may stand in a scene file, and what is measured and stored: unit, defa
 examples:
   plica keys                          the tables of a scene
   plica keys airflow                  one table and those inside it
-  plica keys subglottal_pressure      one key, wherever it stands
+  plica keys subglottal_pressure      one key, wherever it stands; tissue.cover.E, only there
   plica keys open_quotient            one measure or waveform, with its definition
   plica keys measures                 all measures; likewise waveforms
 """
@@ -47,9 +47,7 @@ def _keys(options: argparse.Namespace) -> int:
     listed = {"measures": _measures(), "waveforms": _waveforms()}
     found = [_whole(table) for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
     if not found:
-        found = [
-            f"{table.title}\n{_rows([key])}" for table in tables for key in table.keys if key.name == name
-        ]
+        found = [f"{table.title}\n{_rows([key])}" for table, key in _places(tables, name)]
     found += [_rows(keys) for title, keys in listed.items() if title == name]
     for title, keys in listed.items():
         rows = [key for key in keys if key.name == name]
@@ -63,6 +61,18 @@ def _keys(options: argparse.Namespace) -> int:
         )
     print("\n\n".join(found))
     return 0
+
+
+def _places(tables: Sequence[Table], name: str) -> Iterator[tuple[Table, Key]]:
+    """A key wherever it stands, or where ``tissue.cover.E`` says, with its table."""
+    *path, last = name.split(".")
+    for table in tables:
+        place = _bare(table).split(".") if table.path else []
+        there = len(place) == len(path) and all(
+            one in ("NAME", given) for one, given in zip(place, path, strict=True)
+        )
+        if there or not path:
+            yield from ((table, key) for key in table.keys if key.name == last)
 
 
 def _measures() -> list[Key]:

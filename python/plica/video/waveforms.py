@@ -27,6 +27,9 @@ __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "midd
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+_EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
+_PRECISE = 0.05  # of an amplitude: a larger share of it is said
+
 many_lost = 0.02  # of the frames: more whose area is not known are said
 
 wide_share = 0.95
@@ -165,6 +168,19 @@ def scale_of(fps: float | None, mm_per_px: float | None) -> tuple[float, float, 
     return size, 1.0 / (fps or 1.0), scale
 
 
+def _placed(found: list[Measure], size: float) -> list[Measure]:
+    """With a caution where the folds move little for edges that are placed to half a pixel."""
+    moved = [item.value for item in found if item.name in ("amplitude_left", "amplitude_right")]
+    known = [value / size for value in moved if value is not None]
+    if len(known) < 2 or min(known) >= _EDGE / _PRECISE:
+        return found
+    said = f"edges are placed to {_EDGE:g} px, and the lesser amplitude is {min(known):.2g} px"
+    return [
+        item if item.name == "left_right_phase" else replace(item, cautions=(*item.cautions, said))
+        for item in found
+    ]
+
+
 def measures(
     area: GlottalArea,
     fps: float | None = None,
@@ -190,7 +206,7 @@ def measures(
     found = [
         *frequency_measures(time, total, cycles, scale),
         *quotient_measures(time, total, cycles),
-        *side_measures(time, left, right, cycles, sides, between),
+        *_placed(side_measures(time, left, right, cycles, sides, between), size),
         _area_asymmetry(time, area, cycles, between),
         *area_measures(time, total, cycles),
     ]

@@ -46,6 +46,20 @@ def cautions(run: RunData) -> tuple[Caution, ...]:
     return (*run.scene_cautions, *(found for check in CHECKS if (found := check(run)) is not None))
 
 
+def nothing_moved(run: RunData) -> Caution | None:
+    """The tissue has no energy in any step: nothing sets it in motion."""
+    time, waveforms = reached(run)
+    energies = [waveforms[name] for name in ("kinetic_energy", "elastic_energy") if name in waveforms]
+    if not energies or np.any(energies):
+        return None
+    return Caution(
+        "nothing_moved",
+        f"Nothing moved in {time.size} steps.",
+        "Is [airflow], [[loads]], gravity or [initial] missing? Does the air leave at its lowest section, so "
+        "that it presses on nothing?",
+    )
+
+
 def unsteady_voice(run: RunData) -> Caution | None:
     """The cycles that were measured are not those of a steady voice: it still changes, or is irregular."""
     cycles = steady_cycles(run)
@@ -95,12 +109,16 @@ def folded_tissue(run: RunData) -> Caution | None:
     if not folded.any():
         return None
     first, most = int(np.flatnonzero(folded)[0]), int(folded.argmax())
+    stored = np.size(run.fields.get("time", ()))
+    where = (
+        "Look where, in the frames of that time (fields.xdmf)." if stored else "Store frames (output.every)."
+    )
     return Caution(
         "folded_tissue",
         f"In {np.count_nonzero(folded)} of {folded.size} steps, first at {1e3 * time[first]:.3g} ms, tissue "
         f"was folded over, at most {folded[most]} cells at {1e3 * time[most]:.3g} ms (waveform "
         "inverted_tissue): strain there is beyond the small one of linear tissue, and stress means nothing.",
-        "Look where, in the frames of that time (fields.xdmf). Are E, the pressure and the initial velocity "
+        f"{where} Are E, the pressure and the initial velocity "
         "right? A few flat cells at the edge of a fold: make them less flat.",
     )
 
@@ -216,6 +234,7 @@ def _largest_energy(waveforms: Mapping[str, Array]) -> float:
 
 
 CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
+    nothing_moved,
     unsteady_voice,
     flow_beyond_voice,
     motion_beyond_voice,

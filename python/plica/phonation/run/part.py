@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, UnknownName
 from plica.measures.caution import Caution
+from plica.measures.measure import ByName
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.waveforms import SINCE_THE_START
+from plica.phonation.measures.cautions import cautions
+from plica.phonation.measures.measure import measure
 from plica.phonation.measures.run_data import MeshData, RunData
 from plica.phonation.scene.problems import value_text
 from plica.units import read_quantity
@@ -56,6 +60,22 @@ class RunPart:
             return {}
         shown = self._after_start(np.asarray(self.run.fields["time"], dtype=float))
         return {name: values[shown] for name, values in self.run.fields.items()}
+
+    @cached_property
+    def measures(self) -> ByName[dict[str, Any]]:
+        """What is measured of the part, as `Run.measures` has it of the run."""
+        return ByName(measure(self).as_json())
+
+    @cached_property
+    def cautions(self) -> tuple[Caution, ...]:
+        """What is to be doubted in this part and what to do about it."""
+        return cautions(self)
+
+    def __getitem__(self, name: str) -> Array:
+        """A waveform of the part."""
+        if name not in self.waveforms:
+            raise UnknownName("Run.between", name, self.waveforms)
+        return self.waveforms[name]
 
     @property
     def mesh(self) -> MeshData:

@@ -300,7 +300,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
         Examples
         --------
-        ``measure(run.between("0.1 s", "0.3 s"))`` with `measure` of `plica.phonation.measures.measure`.
+        ``run.between("0.1 s", "0.3 s").measures["fundamental_frequency"]``
         """
         return part_of(self, start, end)
 

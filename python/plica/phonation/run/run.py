@@ -84,7 +84,8 @@ def run(
         raise InvalidInput(f'Run: resume = {value_text(resume)}; must be True, False or "if_there".')
     if there and not resume:
         raise InvalidInput(
-            f"{directory}: holds a run already. Continue it with --resume, or take another directory."
+            f"{directory}: holds a run already. Continue it with --resume (resume=True), or take another "
+            "directory."
         )
     if resume and resume != "if_there" and not there:
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")

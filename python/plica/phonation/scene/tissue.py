@@ -29,7 +29,11 @@ class TissueSide(Part):
 
 
 class Tissue(Part):
-    """Linear elastic tissue with Kelvin-Voigt viscosity; transversely isotropic where `E_fibre` is given."""
+    """Linear elastic tissue with Kelvin-Voigt viscosity; transversely isotropic where `E_fibre` is given.
+
+    A layer of a scene may take a preset's tissue by name, ``cover = "normal"``, or all of it but some values,
+    ``cover = {preset = "normal", viscosity = "0.2 Pa s"}``; the presets are "normal" and "thesis".
+    """
 
     E: Annotated[Pressure, Field(gt=0)]
     """[Pa] Young's modulus, across the fibre."""
