@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import errno
-import json
 import os
-import pickle
 import random
-import re
 import resource
 import signal
 import subprocess
 import sys
 import time
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,8 +22,6 @@ import pytest
 import plica
 from plica import _engine
 from plica.cli import main
-from plica.measures.file import write_measures
-from plica.phonation.measures.measure import measure
 from plica.phonation.run import checkpoint
 
 PROGRAM = """
@@ -90,173 +84,6 @@ def longer(scene: plica.Scene, factor: int) -> plica.Scene:
     return plica.Scene.from_text(
         scene.text().replace(f"duration = {duration}", f"duration = {factor * duration}")
     )
-
-
-def test_a_run_stores_every_step_and_the_frames_asked_for(bar: plica.Scene, tmp_path: Path) -> None:
-    run = plica.run(bar, tmp_path / "run", progress=False)
-    assert (run.status, run.steps, run.frames) == ("finished", 40, 9)
-    np.testing.assert_allclose(run.time, 1e-4 * np.arange(1, 41), rtol=1e-12)
-    np.testing.assert_allclose(run.fields["time"], 5e-4 * np.arange(9), rtol=1e-12)
-    assert run.displacement.shape == (9, len(run.mesh.points), 3)
-    probe = np.argmin(((run.mesh.points - [0.01, 0, 0]) ** 2).sum(axis=1))
-    stored = run.displacement[:, probe]
-    assert np.abs(stored).max() > 1e-6
-    # the fields are stored in single precision
-    np.testing.assert_allclose(stored[1:], run["probes"][4::5, 0], rtol=1e-6, atol=1e-12)
-    assert not stored[0].any()
-    np.testing.assert_array_equal(np.asarray(run.displacement)[-1], run.displacement[-1])
-    assert run.scene == bar
-    assert run.units["kinetic_energy"] == "J"
-    assert not any(np.isnan(values).any() for values in run.values())
-
-
-def test_a_loaded_run_is_the_run(bar: plica.Scene, tmp_path: Path) -> None:
-    made = plica.run(bar, tmp_path / "run", progress=False)
-    loaded = plica.Run.load(tmp_path / "run")
-    assert set(loaded) == set(made)
-    assert all(np.array_equal(loaded[name], made[name]) for name in made)
-    assert plica.Scene.load(tmp_path / "run" / "scene.toml") == bar
-
-
-def test_a_run_says_which_contact_solver_it_took(
-    bar: plica.Scene, colliding: plica.Scene, tmp_path: Path
-) -> None:
-    assert "contact solver" not in plica.run(bar, tmp_path / "bar", progress=False).versions
-    for asked, taken in {"auto": "condensed", "saddle": "saddle"}.items():
-        data = colliding.resolved()
-        data["contact"]["multipliers"]["solver"] = asked
-        run = plica.run(plica.Scene.model_validate(data), tmp_path / asked, progress=False)
-        assert run.versions["contact solver"] == taken
-
-
-def test_without_fields_there_are_none(bar: plica.Scene, tmp_path: Path) -> None:
-    scene = plica.Scene.from_text(bar.text().replace("every = 0.0005", ""))
-    run = plica.run(scene, tmp_path / "run", progress=False)
-    assert run.fields == {}
-    assert not (tmp_path / "run" / "fields.xdmf").exists()
-    with pytest.raises(plica.InvalidInput, match=r"output\.every"):
-        run.displacement  # noqa: B018
-    with h5py.File(run.path, "r") as file:
-        assert set(file) == {"mesh", "progress", "waveforms"}
-
-
-def test_fields_can_begin_late(bar: plica.Scene, tmp_path: Path) -> None:
-    scene = plica.Scene.from_text(bar.text().replace("start = 0.0", "start = 0.003"))
-    run = plica.run(scene, tmp_path / "run", progress=False)
-    np.testing.assert_allclose(run.fields["time"], [3e-3, 3.5e-3, 4e-3], rtol=1e-12)
-
-
-def test_the_first_frame_is_the_state_at_the_start(phonating: plica.Scene, tmp_path: Path) -> None:
-    opened = phonating.replace({"initial": plica.Initial(opening_displacement="0.3 mm")})
-    run = plica.run(opened, tmp_path / "run", progress=False)
-    simulation = plica.build_simulation(opened)
-    np.testing.assert_array_equal(run.fields["time"][:2], [0.0, 2e-4])
-    first = np.asarray(simulation.displacement, dtype=np.float32)
-    assert np.abs(first).max() == pytest.approx(0.3e-3, rel=0.3)
-    np.testing.assert_array_equal(run.displacement[0], first)
-    assert not run.fields["contact_pressure"][0].any()
-    grid = ElementTree.parse(tmp_path / "run" / "fields.xdmf").find(".//Grid[@Name='frame 0']/Time")
-    assert grid is not None
-    assert grid.get("Value") == "0"
-
-
-def test_a_table_of_the_waveforms_has_a_row_a_step_without_probes(
-    phonating: plica.Scene, tmp_path: Path
-) -> None:
-    run = plica.run(phonating, tmp_path / "run", progress=False)
-    assert run["probes"].shape == (40, 0, 3)
-    data = run.to_xarray()
-    assert set(data) == set(run) - {"time", "probes"}
-    assert len(data[["flow", "kinetic_energy"]].to_dataframe()) == 40
-    assert len(data.to_dataframe()) == 40 * len(run.section_height) * 3
-
-
-def test_what_was_measured_while_a_run_went_on_is_not_taken_for_its_measures(
-    bar: plica.Scene, tmp_path: Path
-) -> None:
-    run = plica.run(bar, tmp_path / "run", progress=False)
-    half = measure(run.between(None, 0.5 * float(run.time[-1])))
-    write_measures(half, tmp_path / "run" / "measures.json")
-    assert half["steps"].value != run.steps
-    assert plica.Run.load(tmp_path / "run").measures == measure(run).as_json()
-
-
-def test_a_waveform_that_is_not_there_is_answered_with_the_nearest(bar: plica.Scene, tmp_path: Path) -> None:
-    run = plica.run(bar, tmp_path / "run", progress=False)
-    with pytest.raises(KeyError) as missing:
-        run["prbes"]
-    assert isinstance(missing.value, plica.InvalidInput)
-    assert str(missing.value).startswith(f'Run {tmp_path / "run"}: "prbes"; must be one of ')
-    assert str(missing.value).endswith(' Did you mean "probes"?')
-    assert all(name in str(missing.value) for name in run)
-    assert run.get("flow") is None
-    assert "flow" not in run
-
-
-def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path: Path) -> None:
-    run = plica.run(phonating, tmp_path / "run", progress=False)
-    data = run.to_xarray()
-    assert data["flow"].dims == ("time",)
-    assert data["section_area"].dims == ("time", "section")
-    assert data["coronal_left"].dims == ("time", "section", "component")
-    assert data["contact_force_first"].dims == ("time", "component")
-    assert data["flow"].attrs["units"] == "m^3/s"
-    np.testing.assert_array_equal(data["section"], run.section_height)
-    assert np.abs(run["flow"]).max() > 0
-
-
-def test_steps_whose_coupling_does_not_converge_are_kept_and_counted(
-    phonating: plica.Scene, tmp_path: Path
-) -> None:
-    text = phonating.text().replace("max_sweeps = 40", "max_sweeps = 2")
-    scene = plica.Scene.from_text(text.replace("freeze_after = 8", "freeze_after = 1"))
-    run = plica.run(scene, tmp_path / "run", progress=False)
-    assert (run.status, run.steps) == ("finished", 40)
-    converged, frozen = run["coupling_converged"] == 1, run["coupling_frozen"] == 1
-    assert 0 < converged.sum() < 40
-    np.testing.assert_array_equal(converged, run["coupling_residual"] <= 1e-5)
-    np.testing.assert_array_equal(frozen, run["coupling_sweeps"] == 2)
-    assert frozen[~converged].all()
-    assert run.measures["coupling_converged_fraction"]["value"] == pytest.approx(converged.mean())
-    assert run.measures["coupling_frozen_fraction"]["value"] == pytest.approx(frozen.mean())
-
-
-def test_a_run_that_an_older_version_stored_is_opened_under_todays_names(
-    colliding: plica.Scene, tmp_path: Path
-) -> None:
-    run = plica.run(colliding, tmp_path / "run", progress=False)
-    new = run["largest_contact_pressure"]
-    assert new.max() > 0
-    with h5py.File(run.path, "r+") as file:
-        file.move("waveforms/largest_contact_pressure", "waveforms/peak_contact_pressure")
-    old = {"open_quotient": {"value": 0.6, "unit": "1", "spread": None, "cycles": 5, "note": "above 1 %"}}
-    (tmp_path / "run" / "measures.json").write_text(json.dumps(old))
-    run = plica.Run.load(tmp_path / "run")
-    np.testing.assert_array_equal(run["largest_contact_pressure"], new)
-    assert run.units["largest_contact_pressure"] == "Pa"
-    assert "peak_contact_pressure" not in run
-    assert run.measures["steps"]["value"] == run.steps  # measured anew: the file's have other definitions
-    assert "open_quotient" not in run.measures
-    with pytest.raises(plica.InvalidInput, match=r'"f0"; must be one of .*contact_impulse'):
-        run.measures["f0"]
-
-
-def test_paraviews_index_points_at_what_is_there(colliding: plica.Scene, tmp_path: Path) -> None:
-    run = plica.run(colliding, tmp_path / "run", progress=False)
-    tree = ElementTree.parse(tmp_path / "run" / "fields.xdmf")
-    grids = tree.findall(".//Grid[@GridType='Collection']/Grid")
-    assert len(grids) == run.frames == 11
-    with h5py.File(run.path, "r") as file:
-        for item in tree.iter("DataItem"):
-            if item.get("Format") == "HDF":
-                name = (item.text or "").split(":")[1]
-                assert file[name].shape == tuple(int(extent) for extent in item.get("Dimensions", "").split())
-    assert {item.get("Name") for item in grids[0].findall("Attribute")} == {
-        "displacement",
-        "contact_pressure",
-        "cell_layer",
-        "cell_side",
-    }
 
 
 def test_an_occupied_directory_is_left_alone(bar: plica.Scene, tmp_path: Path) -> None:
@@ -383,99 +210,6 @@ def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
         "An older version of plica wrote it. Run the scene anew into another directory.\n"
     )
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
-
-
-def test_a_step_that_comes_to_what_the_engine_refuses_has_failed(phonating: plica.Scene) -> None:
-    simulation = plica.build_simulation(plica.Scene(**{**dict(phonating), "contact": None}))
-    state = simulation.state()
-    state["displacement"] = 1.5e308 * np.sign(state["velocity"])  # finite; the width of the glottis is not
-    simulation.restore(state)
-    with pytest.raises(plica.SolveFailed, match=r"Step 1 \(t = 5e-05 s\): Airflow: areas are not finite"):
-        simulation.advance(3)
-
-
-def failing(scene: plica.Scene, case: str) -> plica.Scene:
-    """The larynx where it folds over itself, and contact finds no solution later."""
-    fields = dict(scene)
-    if case == "20 kPa":
-        fields["airflow"] = plica.Airflow(subglottal_pressure="20 kPa")
-    if case == "ten times softer":
-        fields["initial"] = plica.Initial(opening_velocity=-2.0)
-        fields["tissue"] = {
-            layer: plica.Tissue.model_validate(
-                tissue.model_dump(exclude_none=True)
-                | {name: 0.1 * getattr(tissue, name) for name in ("E", "E_fibre", "mu_fibre")}
-            )
-            for layer, tissue in scene.tissue.items()
-        }
-    if case == "quadratic, 1e-9 m apart":
-        fields["initial"] = plica.Initial(opening_velocity=-2.0, opening_displacement=-0.25e-3 + 0.5e-9)
-        fields["mesh"] = scene.mesh.replace({"order": 2})
-    return plica.Scene(**fields)
-
-
-def test_advance_raises_at_once_and_hands_over_the_steps_before(phonating: plica.Scene) -> None:
-    scene = failing(phonating, "20 kPa")
-    one_by_one, at_once = plica.build_simulation(scene), plica.build_simulation(scene)
-    steps: list[dict[str, Any]] = []
-    alone: plica.StepFailed | None = None
-    while alone is None:
-        try:
-            steps.append(one_by_one.advance(1))
-        except plica.StepFailed as error:
-            alone = error
-    assert len(steps) > 10
-    with pytest.raises(plica.SolveFailed) as together:
-        at_once.advance(200)
-    assert str(together.value) == str(alone)
-    assert isinstance(together.value, plica.StepFailed)
-    kept = together.value.waveforms
-    assert set(kept) == set(steps[0])
-    for name, values in kept.items():
-        assert np.array_equal(values, np.concatenate([step[name] for step in steps]), equal_nan=True)
-    assert at_once.step_count == len(steps)
-    assert len(alone.waveforms["time"]) == 0
-    again = pickle.loads(pickle.dumps(together.value))
-    assert str(again) == str(together.value)
-    assert np.array_equal(again.waveforms["time"], kept["time"])
-
-
-@pytest.mark.parametrize(
-    "case",
-    ["20 kPa", "ten times softer", pytest.param("quadratic, 1e-9 m apart", marks=pytest.mark.slow)],
-)
-def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
-    phonating: plica.Scene, case: str
-) -> None:
-    scene = failing(phonating, case)
-    mesh = plica.build_mesh(scene.mesh)
-    simulation = plica.build_simulation(scene, mesh)
-    while not simulation.advance(1)["inverted_tissue"][0]:
-        pass
-    step = simulation.step_count
-    x = np.asarray(mesh.points) + simulation.displacement
-    cells = np.asarray(mesh.cells)
-    expected = rf"First sign: at t = {step * 5e-5:g} s "
-    resumed = plica.build_simulation(scene, mesh)
-    resumed.restore(simulation.state())
-    said = []
-    for one in (simulation, resumed):
-        with pytest.raises(plica.SolveFailed, match=expected) as failure:
-            one.advance(200)
-        assert one.step_count > step  # long before
-        said.append(str(failure.value))
-    assert said[0] == said[1]
-    found = re.search(
-        r"(\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; (\d+) are now",
-        said[0],
-    )
-    assert found is not None
-    number, cell, *place, now = found.groups()
-    if cells.shape[1] == 4:
-        inverted = np.flatnonzero(_engine.signed_volumes(x, cells) <= 0)
-        assert (int(number), int(cell)) == (len(inverted), inverted[0])
-    assert np.array(place, float) == pytest.approx(x[cells[int(cell), :4]].mean(0), rel=1e-5)
-    assert int(now) == int(failure.value.waveforms["inverted_tissue"][-1])
 
 
 def write_cube(path: Path, *, bottom: tuple[int, int] = (11, 11)) -> None:

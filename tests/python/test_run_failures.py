@@ -1,0 +1,106 @@
+"""Where a step fails: what is raised, and what it says went wrong first."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+from plica import _engine
+
+
+def test_a_step_that_comes_to_what_the_engine_refuses_has_failed(phonating: plica.Scene) -> None:
+    simulation = plica.build_simulation(plica.Scene(**{**dict(phonating), "contact": None}))
+    state = simulation.state()
+    state["displacement"] = 1.5e308 * np.sign(state["velocity"])  # finite; the width of the glottis is not
+    simulation.restore(state)
+    with pytest.raises(plica.SolveFailed, match=r"Step 1 \(t = 5e-05 s\): Airflow: areas are not finite"):
+        simulation.advance(3)
+
+
+def failing(scene: plica.Scene, case: str) -> plica.Scene:
+    """The larynx where it folds over itself, and contact finds no solution later."""
+    fields = dict(scene)
+    if case == "20 kPa":
+        fields["airflow"] = plica.Airflow(subglottal_pressure="20 kPa")
+    if case == "ten times softer":
+        fields["initial"] = plica.Initial(opening_velocity=-2.0)
+        fields["tissue"] = {
+            layer: plica.Tissue.model_validate(
+                tissue.model_dump(exclude_none=True)
+                | {name: 0.1 * getattr(tissue, name) for name in ("E", "E_fibre", "mu_fibre")}
+            )
+            for layer, tissue in scene.tissue.items()
+        }
+    if case == "quadratic, 1e-9 m apart":
+        fields["initial"] = plica.Initial(opening_velocity=-2.0, opening_displacement=-0.25e-3 + 0.5e-9)
+        fields["mesh"] = scene.mesh.replace({"order": 2})
+    return plica.Scene(**fields)
+
+
+def test_advance_raises_at_once_and_hands_over_the_steps_before(phonating: plica.Scene) -> None:
+    scene = failing(phonating, "20 kPa")
+    one_by_one, at_once = plica.build_simulation(scene), plica.build_simulation(scene)
+    steps: list[dict[str, Any]] = []
+    alone: plica.StepFailed | None = None
+    while alone is None:
+        try:
+            steps.append(one_by_one.advance(1))
+        except plica.StepFailed as error:
+            alone = error
+    assert len(steps) > 10
+    with pytest.raises(plica.SolveFailed) as together:
+        at_once.advance(200)
+    assert str(together.value) == str(alone)
+    assert isinstance(together.value, plica.StepFailed)
+    kept = together.value.waveforms
+    assert set(kept) == set(steps[0])
+    for name, values in kept.items():
+        assert np.array_equal(values, np.concatenate([step[name] for step in steps]), equal_nan=True)
+    assert at_once.step_count == len(steps)
+    assert len(alone.waveforms["time"]) == 0
+    again = pickle.loads(pickle.dumps(together.value))
+    assert str(again) == str(together.value)
+    assert np.array_equal(again.waveforms["time"], kept["time"])
+
+
+@pytest.mark.parametrize(
+    "case",
+    ["20 kPa", "ten times softer", pytest.param("quadratic, 1e-9 m apart", marks=pytest.mark.slow)],
+)
+def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
+    phonating: plica.Scene, case: str
+) -> None:
+    scene = failing(phonating, case)
+    mesh = plica.build_mesh(scene.mesh)
+    simulation = plica.build_simulation(scene, mesh)
+    while not simulation.advance(1)["inverted_tissue"][0]:
+        pass
+    step = simulation.step_count
+    x = np.asarray(mesh.points) + simulation.displacement
+    cells = np.asarray(mesh.cells)
+    expected = rf"First sign: at t = {step * 5e-5:g} s "
+    resumed = plica.build_simulation(scene, mesh)
+    resumed.restore(simulation.state())
+    said = []
+    for one in (simulation, resumed):
+        with pytest.raises(plica.SolveFailed, match=expected) as failure:
+            one.advance(200)
+        assert one.step_count > step  # long before
+        said.append(str(failure.value))
+    assert said[0] == said[1]
+    found = re.search(
+        r"(\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; (\d+) are now",
+        said[0],
+    )
+    assert found is not None
+    number, cell, *place, now = found.groups()
+    if cells.shape[1] == 4:
+        inverted = np.flatnonzero(_engine.signed_volumes(x, cells) <= 0)
+        assert (int(number), int(cell)) == (len(inverted), inverted[0])
+    assert np.array(place, float) == pytest.approx(x[cells[int(cell), :4]].mean(0), rel=1e-5)
+    assert int(now) == int(failure.value.waveforms["inverted_tissue"][-1])
