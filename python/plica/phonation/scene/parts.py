@@ -121,7 +121,8 @@ class Airflow(Part):
     )
     """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
     area: Literal["elliptic", "cut"] = Field(default_factory=engine_default("Airflow", "area"))
-    """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh."""
+    """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh; take "cut"
+    where the glottis of your own mesh is no ellipse (a straight slit has 4 / pi of its ellipse's area)."""
     load_shape: Literal["reference", "current"] = Field(
         default_factory=engine_default("Airflow", "load_shape")
     )
