@@ -226,3 +226,14 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
     assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert main(["mesh", str(tmp_path / "scene.toml")]) == 0
     assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("every", "advice"), [(None, "output.every"), ("1 ms", "fields.xdmf")])
+def test_advice_on_folded_tissue_names_frames_only_where_there_are_some(
+    every: str | None, advice: str, tmp_path: Path
+) -> None:
+    scene = GIVEN["folded_tissue"].build().replace({"output.every": every})
+    run = plica.run(scene, tmp_path / "run", progress=False)
+    (caution,) = run.cautions
+    assert advice in caution.advice
+    assert (tmp_path / "run" / "fields.xdmf").exists() == (every is not None)

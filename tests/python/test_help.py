@@ -96,7 +96,9 @@ def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture
     assert all(f"\n  {name} " in f"\n{said}" for name in CATALOGUE)
 
 
-@pytest.mark.parametrize("place", ["tissue.cover.E", "output.every", "airflow.coupling.iterated.max_sweeps"])
+@pytest.mark.parametrize(
+    "place", ["tissue.cover.E", "contact.tolerance", "airflow.coupling.iterated.max_sweeps"]
+)
 def test_a_key_can_be_asked_for_at_its_place(place: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", place]) == 0
     said = capsys.readouterr().out
