@@ -5,8 +5,6 @@
 #include <cmath>
 
 #include "plica/contact/friction.hpp"
-#include "plica/contact/mortar.hpp"
-#include "plica/contact/node_pairs.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 
@@ -18,23 +16,16 @@ std::string place(const Vector3& x) {
   return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
 }
 
-/// How far a constraint is from complementarity at positions x, m.
-double violation(const Constraint& constraint, double force, const Points& x, const NormalStress* stress) {
-  double off = constraint.residual(force, x);
-  if (constraint.gamma > 0) off += stress->at(constraint.slave, constraint.normal, x) / constraint.gamma;
-  return force == 0.0 ? std::max(0.0, -off) : std::abs(off);
-}
-
 /// The constraint that is furthest from complementarity.
 struct Worst {
   double off = 0.0;  // m
   const Constraint* constraint = nullptr;
 };
-Worst worst_of(const std::vector<Constraint>& constraints, const Contacts& last, const Points& x,
-               const NormalStress* stress) {
+Worst worst_of(const ContactMethod& method, const std::vector<Constraint>& constraints, const Contacts& last,
+               const Points& x) {
   Worst worst{0.0, constraints.data()};
   for (const Constraint& constraint : constraints)
-    if (const double off = violation(constraint, last.force_of(constraint.key), x, stress); off > worst.off)
+    if (const double off = method.violation(constraint, last.force_of(constraint.key), x); off > worst.off)
       worst = {off, &constraint};
   return worst;
 }
@@ -67,127 +58,36 @@ Vector last_friction(const std::vector<Constraint>& constraints, const Contacts&
   return force;
 }
 
-/// Adds the tissue's normal stress over gamma to the row's gap.
-void add_stress(const NormalStress& stress, const Constraint& constraint, const Points& x_free, Row& row) {
-  row.free += stress.at(constraint.slave, constraint.normal, x_free) / constraint.gamma;
-  for (const auto& [node, slope] : stress.slopes(constraint.slave, constraint.normal))
-    row.gap.push_back({node, slope / constraint.gamma});
-}
-
-void require_positive(const char* name, double value, const char* unit) {
-  if (!(value > 0) || !std::isfinite(value)) throw InvalidInput("Contact", name, value, unit, "> 0 and finite");
-}
-
-void validate(const Enforcement& enforcement) {
-  if (const auto* penalty = std::get_if<Penalty>(&enforcement))
-    require_positive("stiffness", penalty->stiffness, "N/m");
-  if (const auto* volume = std::get_if<VolumePenalty>(&enforcement))
-    require_positive("kappa", volume->kappa, "N/m^3");
-  if (const auto* nitsche = std::get_if<Nitsche>(&enforcement)) require_positive("factor", nitsche->factor, "");
-  if (const auto* augmented = std::get_if<Augmented>(&enforcement)) {
-    require_positive("stiffness", augmented->stiffness, "N/m");
-    if (!(augmented->growth > 1) || !std::isfinite(augmented->growth))
-      throw InvalidInput("Contact", "growth", augmented->growth, "", "> 1 and finite");
-    if (!(augmented->reduction > 0 && augmented->reduction < 1))
-      throw InvalidInput("Contact", "reduction", augmented->reduction, "", "in (0, 1)");
-    if (augmented->max_augmentations < 1)
-      throw InvalidInput("Contact", "max_augmentations", augmented->max_augmentations, "", ">= 1");
-  }
-}
-
-void validate(const std::optional<Friction>& friction, const Enforcement& enforcement) {
-  if (!friction) return;
-  require_positive("friction", friction->coefficient, "");
-  const auto* multipliers = std::get_if<Multipliers>(&enforcement);
-  if (!(multipliers && (std::holds_alternative<Condensed>(multipliers->solver) ||
-                        std::holds_alternative<Automatic>(multipliers->solver))) &&
-      !std::holds_alternative<Augmented>(enforcement))
-    throw InvalidInput(
-        "Contact: friction; must come with multipliers and the condensed solver, or with augmented multipliers.");
-}
-
-std::unique_ptr<ConstraintKind> make_kind(Detector& detector, const Enforcement& enforcement,
-                                          const FaceMethod& faces) {
-  const auto* volume = std::get_if<VolumePenalty>(&enforcement);
-  if (const auto* mortar = std::get_if<Mortar>(&faces)) {
-    if (volume)
-      throw InvalidInput(
-          "Contact: faces = \"mortar\"; must come with multipliers, augmented multipliers or the penalty: "
-          "the volume penalty has its own faces, those of the airway's tetrahedra.");
-    if (std::holds_alternative<Nitsche>(enforcement))
-      throw InvalidInput(
-          "Contact: faces = \"mortar\"; must come with multipliers, augmented multipliers or the penalty: "
-          "Nitsche's method takes the tissue's stress at nodes.");
-    return mortar_means(detector, mortar->first, mortar->second);
-  }
-  return volume ? volume_pairs(detector, volume->kappa) : node_pairs(detector);
-}
-
 }  // namespace
-
-void Contacts::add_forces(Vector& nodal) const {
-  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].add_force(force[static_cast<std::ptrdiff_t>(i)], nodal);
-}
-
-std::ptrdiff_t Contacts::place_of(std::int32_t key) const {
-  const auto at = std::lower_bound(constraints.begin(), constraints.end(), key,
-                                   [](const Constraint& c, std::int32_t k) { return c.key < k; });
-  return at != constraints.end() && at->key == key ? at - constraints.begin() : -1;
-}
-
-double Contacts::force_of(std::int32_t key) const {
-  const std::ptrdiff_t i = place_of(key);
-  return i < 0 ? 0.0 : force[i];
-}
-
-std::pair<std::vector<std::int32_t>, Vector> Contacts::closed() const {
-  std::vector<std::int32_t> keys;
-  std::vector<double> forces;
-  for (std::size_t i = 0; i < constraints.size(); ++i) {
-    const double p = force[static_cast<std::ptrdiff_t>(i)];
-    if (!(p > 0)) continue;
-    keys.push_back(constraints[i].key);
-    forces.push_back(p);
-  }
-  return {std::move(keys), Eigen::Map<const Vector>(forces.data(), static_cast<std::ptrdiff_t>(forces.size()))};
-}
 
 void Collision::Options::validate() const {
   if (!(tolerance > 0)) throw InvalidInput("Contact", "tolerance", tolerance, "mean edges", "> 0");
   if (max_passes < 1) throw InvalidInput("Contact", "max_passes", max_passes, "", ">= 1");
 }
 
-Collision::Collision(Airway airway, const Points& reference, Enforcement enforcement,
+Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
                      std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
                      const FaceMethod& faces)
     : detector_(std::move(airway), reference),
-      enforcement_(enforcement),
+      method_(std::move(method)),
       friction_(friction),
       options_(options),
+      at_nodes_(std::holds_alternative<AtNodes>(faces)),
       path_(std::move(path)) {
   options_.validate();
-  validate(enforcement_);
-  validate(friction_, enforcement_);
-  kind_ = make_kind(detector_, enforcement_, faces);
-}
-
-Collision::Search Collision::begin(const Points& x_free, double scale, const Before& before) const {
-  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth)};
-  if (const auto* augmented = std::get_if<Augmented>(&enforcement_)) {
-    search.uzawa.stiffness = augmented->stiffness;
-    search.keys = before.closed;
-    for (std::size_t i = 0; i < before.closed.size(); ++i)
-      search.uzawa.multiplier[before.closed[i]] = before.force[static_cast<std::ptrdiff_t>(i)];
+  if (friction_) {
+    require_positive("friction", friction_->coefficient, "");
+    if (!method_->takes_friction())
+      throw InvalidInput(
+          "Contact: friction; must come with multipliers and the condensed solver, or with augmented "
+          "multipliers.");
   }
-  return search;
+  kind_ = method_->kind(detector_, faces);
 }
 
 std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
   constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
   const Stopwatch watch(detection_time_);
-  const auto* penalty = std::get_if<Penalty>(&enforcement_);
-  const auto* nitsche = std::get_if<Nitsche>(&enforcement_);
-  const bool augmented = std::holds_alternative<Augmented>(enforcement_);
   std::vector<Constraint> constraints;
   constraints.reserve(search.keys.size());
   for (const std::int32_t key : search.keys) {
@@ -196,19 +96,7 @@ std::vector<Constraint> Collision::constraints_at(const Search& search, const Po
     // What was left inside is held there: to close it at a stroke would do work which nothing pays for. Where
     // nothing was inside, as at rest, all is closed.
     if (!(search.before.depth > 0)) constraint.depth = 0;
-    if (penalty) constraint.stiffness = penalty->stiffness;
-    if (nitsche) {
-      const std::int32_t slave = constraint.slave;
-      const ContactSurface& own = detector_.first().contains(slave) ? detector_.first() : detector_.second();
-      constraint.gamma =
-          nitsche->factor * search.before.stress->stiffness(slave, constraint.normal, detector_.mean_edge());
-      constraint.stiffness = constraint.gamma * own.tributary_area(slave);
-    }
-    if (augmented) {
-      constraint.stiffness = search.uzawa.stiffness;
-      if (const auto known = search.uzawa.multiplier.find(key); known != search.uzawa.multiplier.end())
-        constraint.multiplier = known->second;
-    }
+    method_->complete(constraint, detector_);
     // Seen from behind a ridge, too, the foot jumps from face to face.
     if (search.last.passes >= settle_from && (constraint.depth > 0 || constraint.beside(x, tolerance())))
       if (const std::ptrdiff_t i = search.last.place_of(key); i >= 0)
@@ -248,8 +136,7 @@ Complementarity Collision::closing_forces(Search& search, const std::vector<Cons
   const std::vector<char> guess = first_guess(constraints, search.last, search.before.closed, x);
   std::vector<Row>& rows = search.last.rows;
   const auto solve = [&](int most_pivots) -> Complementarity {
-    for (std::size_t i = 0; i < constraints.size(); ++i)
-      if (constraints[i].gamma > 0) add_stress(*search.before.stress, constraints[i], x_free, rows[i]);
+    for (std::size_t i = 0; i < constraints.size(); ++i) method_->complete(rows[i], constraints[i], x_free);
     if (!friction_) return path_->solve(rows, search.scale, guess, 0.1 * tolerance(), most_pivots);
     for (const Constraint& constraint : constraints) {
       const Vector3 t = constraint.normal.unitOrthogonal();
@@ -303,39 +190,10 @@ Vector Collision::without_shear(const Vector& force) const {
   return pressing;
 }
 
-bool Collision::settled(Search& search, const std::vector<Constraint>& constraints, const Points& x) const {
-  if (std::holds_alternative<Augmented>(enforcement_)) return augmented_enough(search, constraints, x);
-  search.last.gap_error = worst_of(constraints, search.last, x, search.before.stress).off;
-  return search.last.gap_error <= tolerance();
-}
-
-bool Collision::augmented_enough(Search& search, const std::vector<Constraint>& constraints,
-                                 const Points& x) const {
-  const auto& augmented = std::get<Augmented>(enforcement_);
-  Contacts& last = search.last;
-  Uzawa& uzawa = search.uzawa;
-  uzawa.multiplier.clear();
-  const auto [keys, forces] = last.closed();
-  for (std::size_t i = 0; i < keys.size(); ++i) uzawa.multiplier[keys[i]] = forces[static_cast<std::ptrdiff_t>(i)];
-  double error = 0;
-  for (const Constraint& constraint : constraints) {
-    const double gap = constraint.gap(x);
-    error = std::max(error, uzawa.multiplier.count(constraint.key) ? std::abs(gap) : -gap);
-  }
-  last.gap_error = error;
-  last.converged = error <= tolerance();
-  if (last.converged || last.augmentations >= augmented.max_augmentations) return true;
-  if (error > (1 - augmented.reduction) * uzawa.last_error) uzawa.stiffness *= augmented.growth;
-  uzawa.last_error = error;
-  ++last.augmentations;
-  return false;
-}
-
-Contacts Collision::solve(const Points& x_free, double scale, const Before& before, Points& x) {
+Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Points& x) {
   constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
-  const bool augmented = std::holds_alternative<Augmented>(enforcement_);
-  const bool exact = augmented || std::holds_alternative<Multipliers>(enforcement_);
-  Search search = begin(x_free, scale, before);
+  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth)};
+  search.keys = method_->begin(before);
   Contacts& last = search.last;
   x = x_free;
   for (;; ++last.passes) {
@@ -345,13 +203,13 @@ Contacts Collision::solve(const Points& x_free, double scale, const Before& befo
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
     if (last.passes > 0 || constraints.empty()) {
-      const bool done = settled(search, constraints, x);
-      if (done && !(exact && add_candidates(search, x, detector_.master_side(), tolerance())))
+      const bool done = method_->settled(last, constraints, x, tolerance());
+      if (done && !(method_->exact() && add_candidates(search, x, detector_.master_side(), tolerance())))
         return std::move(last);
-      if (done || augmented) constraints = constraints_at(search, x);  // more of them, or other multipliers
+      if (done || method_->renews_constraints()) constraints = constraints_at(search, x);
     }
     if (last.passes == options_.max_passes) {
-      const Worst worst = worst_of(constraints, last, x, before.stress);
+      const Worst worst = worst_of(*method_, constraints, last, x);
       throw SolveFailed("Contact: gap error " + number(worst.off) + " m after " + std::to_string(last.passes) +
                         " passes (tolerance " + number(tolerance()) + " m), worst at node " +
                         std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +

@@ -1,36 +1,12 @@
 #pragma once
-#include <limits>
-#include <map>
 #include <optional>
 
-#include "plica/contact/enforcement.hpp"
-#include "plica/contact/normal_stress.hpp"
+#include "plica/contact/contacts.hpp"
+#include "plica/contact/method.hpp"
 #include "plica/contact/pairs.hpp"
 #include "plica/contact/path.hpp"
 
 namespace plica {
-
-/// The contact forces of one configuration, and how they were found.
-struct Contacts {
-  std::vector<Constraint> constraints;
-  /// As last solved for: the constraints' normals, then, with friction, two tangents for each.
-  std::vector<Row> rows;
-  Vector force;            // (rows) N, >= 0 on normals; the multiplier of Paper A is its negative
-  int passes = 0;          // linearisations of the constraints
-  int pivots = 0;          // active sets (with friction: sweeps) tried, over all passes
-  int augmentations = 0;   // of Uzawa's iteration
-  double gap_error = 0.0;  // m, largest left
-  bool converged = true;   // false where augmentations ran out with a gap error above the tolerance
-  bool any_force() const { return force.size() > 0 && force.maxCoeff() > 0; }
-  /// Adds the forces on all nodes to `nodal` (3 n).
-  void add_forces(Vector& nodal) const;
-  /// Place of a key among the constraints, or -1.
-  std::ptrdiff_t place_of(std::int32_t key) const;
-  /// N, zero where there is no constraint of this key.
-  double force_of(std::int32_t key) const;
-  /// What carries force, keys ascending, and its forces (N).
-  std::pair<std::vector<std::int32_t>, Vector> closed() const;
-};
 
 /// Detects contact and finds the forces that end it: constraints are linearised at the current positions, solved
 /// for, and rebuilt at the positions that follow, until no gap and no closed one is off by more than the
@@ -48,13 +24,17 @@ class Collision {
     void validate() const;
   };
 
-  /// Throws InvalidInput for a parameter outside its range, for friction with a penalty, for faces that are not
-  /// the airway's, and for mortar faces with the volume penalty or Nitsche's method.
-  Collision(Airway airway, const Points& reference, Enforcement enforcement, std::optional<Friction> friction,
-            Options options, std::unique_ptr<ContactPath> path, const FaceMethod& faces = AtNodes{});
+  /// Throws InvalidInput for a parameter outside its range, for friction or faces that the method cannot have, and
+  /// for faces that are not the airway's.
+  Collision(Airway airway, const Points& reference, std::unique_ptr<ContactMethod> method,
+            std::optional<Friction> friction, Options options, std::unique_ptr<ContactPath> path,
+            const FaceMethod& faces = AtNodes{});
   Collision(const Collision&) = delete;
   Collision& operator=(const Collision&) = delete;
 
+  const ContactMethod& method() const { return *method_; }
+  /// Whether gaps are held at nodes rather than in means.
+  bool at_nodes() const { return at_nodes_; }
   const Detector& detector() const { return detector_; }
   Detector& detector() { return detector_; }
   /// Seconds spent on finding constraints, since construction.
@@ -69,16 +49,8 @@ class Collision {
     path_->add_response(contacts.rows, contacts.force, a);
   }
 
-  /// What is known from the step before.
-  struct Before {
-    const Points& x;                          // (n, 3) m
-    const std::vector<std::int32_t>& closed;  // keys of the constraints that carried force, ascending
-    const Vector& force;                      // (closed) N
-    double depth;                             // m, >= 0: deepest penetration
-    const NormalStress* stress = nullptr;     // of this step, for Nitsche's method
-  };
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
-  Contacts solve(const Points& x_free, double scale, const Before& before, Points& x);
+  Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Points& x);
   /// Whether there can be a constraint of this key.
   bool knows(std::int32_t key) const { return kind_->knows(key); }
   /// Takes up positions x, for the detector and the two that follow.
@@ -91,32 +63,19 @@ class Collision {
   std::vector<PressedNode> pressed(const ContactSurface& side, const Contact& contact, const Points& x);
 
  private:
-  /// Where Uzawa's iteration of a step stands.
-  struct Uzawa {
-    double stiffness = 0.0;                                       // N/m
-    std::map<std::int32_t, double> multiplier;                    // N, by key
-    double last_error = std::numeric_limits<double>::infinity();  // m
-  };
-
   /// What a call of solve() is about, and how far it has come.
   struct Search {
     const Points& x_free;
     double scale;
-    const Before& before;
+    const BeforeContact& before;
     double reach;                      // m
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
-    Uzawa uzawa{};
-    Contacts last{};  // of the last pass
+    Contacts last{};                   // of the last pass
   };
 
-  Search begin(const Points& x_free, double scale, const Before& before) const;
   std::vector<Constraint> constraints_at(const Search& search, const Points& x);
   /// Adds what is violated by more than `least` (m) to the candidates, see ConstraintKind; whether any was new.
   bool add_candidates(Search& search, const Points& x, const ContactSurface& side, double least);
-  /// Whether nothing is left to do for these constraints. With augmented multipliers the forces become the next
-  /// multipliers, and the stiffness is raised where that did too little.
-  bool settled(Search& search, const std::vector<Constraint>& constraints, const Points& x) const;
-  bool augmented_enough(Search& search, const std::vector<Constraint>& constraints, const Points& x) const;
   /// Forces that close the constraints as linearised at x. By the gaps' own gradients first, which converges in
   /// few passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
   /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in search.last.rows.
@@ -127,9 +86,10 @@ class Collision {
 
   Detector detector_;
   double detection_time_ = 0.0;
-  Enforcement enforcement_;
+  std::unique_ptr<ContactMethod> method_;
   std::optional<Friction> friction_;
   Options options_;
+  bool at_nodes_;
   std::unique_ptr<ConstraintKind> kind_;
   std::unique_ptr<ContactPath> path_;
 };

@@ -21,11 +21,12 @@ using ContactSolver = std::variant<Automatic, Condensed, Saddle, Gmres>;
 struct EndOfStep {};
 /// Gaps are closed at (1 + alpha) x_{n+1} - alpha x_n, as Eq. (25) is printed: x_{n+1} overshoots.
 struct Weighted {};
+using GapPosition = std::variant<EndOfStep, Weighted>;
 
 /// Exact contact by Lagrange multipliers (Paper A, Eqs. 21 and 25), one compressive force a slave node.
 struct Multipliers {
   ContactSolver solver = Automatic{};
-  std::variant<EndOfStep, Weighted> position = EndOfStep{};
+  GapPosition position = EndOfStep{};
 };
 
 /// Node-to-surface penalty (Paper A, Eq. 22): a slave node at gap g < 0 is pushed with -stiffness * g.

@@ -6,15 +6,6 @@
 
 namespace plica {
 
-void Iterated::validate() const {
-  if (!(tolerance > 0) || !std::isfinite(tolerance))
-    throw InvalidInput("Iterated", "tolerance", tolerance, "subglottal pressures", "> 0 and finite");
-  if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
-  if (max_sweeps <= freeze_after)
-    throw InvalidInput("Iterated", "max_sweeps", max_sweeps, "",
-                       "> freeze_after = " + std::to_string(freeze_after));
-}
-
 void Load::validate() const {
   for (int d = 0; d < 3; ++d)
     if (!std::isfinite(traction[d]))

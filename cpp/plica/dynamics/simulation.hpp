@@ -1,15 +1,12 @@
 #pragma once
-#include <memory>
+#include <optional>
 
-#include "plica/dynamics/anderson.hpp"
-#include "plica/dynamics/overlap.hpp"
+#include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/record.hpp"
-#include "plica/dynamics/scene.hpp"
-#include "plica/dynamics/scheme.hpp"
-#include "plica/dynamics/start.hpp"
+#include "plica/dynamics/scene_contact.hpp"
+#include "plica/dynamics/scene_flow.hpp"
+#include "plica/dynamics/scene_loads.hpp"
 #include "plica/dynamics/state.hpp"
-#include "plica/solve/krylov.hpp"
-#include "plica/tissue/node_stress.hpp"
 
 namespace plica {
 
@@ -20,17 +17,10 @@ namespace plica {
 class Simulation {
  public:
   using Mass = CellMass;
-  struct Options {
-    TimeScheme scheme = HilberHughesTaylor{};
-    double step = 50e-6;   // s, > 0
-    KrylovOptions solver;  // of the step's linear systems
-    Mass mass = Mass::consistent;
-    void validate() const;
-  };
+  using Options = Motion::Options;
 
   /// Assembles and solves for the initial acceleration. Throws InvalidInput.
   Simulation(Scene scene, Options options);
-  ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
@@ -38,7 +28,7 @@ class Simulation {
   /// is then that of the last completed step.
   void advance();
 
-  double time() const { return static_cast<double>(state_.step) * options_.step; }
+  double time() const { return static_cast<double>(state_.step) * motion_.step(); }
   const State& state() const { return state_; }
   /// Continues from a state of a simulation of the same scene and options: the steps that follow are identical
   /// (an external force is not part of it). record() is empty until the next step. Throws InvalidInput.
@@ -47,19 +37,18 @@ class Simulation {
   StepTimes times() const;
 
   const Scene& scene() const { return scene_; }
-  const Options& options() const { return options_; }
-  const NodalMatrix& mass() const { return mass_; }
-  const BlockMatrix& stiffness() const { return stiffness_; }
+  const Options& options() const { return motion_.options(); }
+  const NodalMatrix& mass() const { return motion_.mass(); }
+  const BlockMatrix& stiffness() const { return motion_.stiffness(); }
   /// Absent where no material is viscous.
-  const std::optional<BlockMatrix>& viscosity() const { return viscosity_; }
-  const BlockMatrix& step_matrix() const { return step_matrix_; }
-  /// Absent without airflow.
-  const std::optional<Airflow>& airflow() const { return airflow_; }
-  /// Absent without contact.
-  const std::optional<Collision>& collision() const { return collision_; }
-
-  /// How contact forces are solved for, never Automatic; absent without contact.
-  const std::optional<ContactSolver>& contact_solver() const { return contact_solver_; }
+  const std::optional<BlockMatrix>& viscosity() const { return motion_.viscosity(); }
+  const BlockMatrix& step_matrix() const { return motion_.step_matrix(); }
+  /// Null without airflow.
+  const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
+  /// Null without contact.
+  const Collision* collision() const { return contact_ ? &contact_->collision() : nullptr; }
+  /// How contact forces are solved for, never Automatic; null without contact.
+  const ContactSolver* contact_solver() const { return contact_ ? &contact_->solver() : nullptr; }
 
   /// (n, 3) m, current positions.
   Points positions() const;
@@ -72,57 +61,19 @@ class Simulation {
   void set_external_force(Vector force);
 
  private:
-  struct Step;  // the quantities of one step in the making
-
-  /// Inside, positions are counted from origin_: far from 0, sums of coordinates and displacements would lose
-  /// digits that gaps need.
-  Points positions_from_origin() const { return reference_ + as_points(state_.displacement); }
-  Points in_scene(const Points& x) const { return x.rowwise() + origin_.transpose(); }
-  Vector flow_areas(const Points& x) const {  // the flow knows the scene's coordinates
-    return origin_.isZero(0) ? airflow_->areas(x) : airflow_->areas(in_scene(x));
-  }
-
-  // step.cpp: how a step finds its loads, contacts and acceleration
-  void solve(Step& step, const Vector& force, Vector& a);
-  void move(Step& step);
-  void complete(Step& step);
-  void couple(Step& step);
-  void iterate(Step& step, const Iterated& coupling);
-  void load_by_flow(Step& step, const Points& x, const Vector& pressure);
-  bool flow_blocked(const Step& step);
-  Points extrapolated_positions(const Step& step) const;
-  // simulation.cpp and record.cpp: what is kept of it
-  void start_apart();
-  Vector scene_load(double t) const;
-  void finish(Step& step);
-  void update_ledger(const State& before);
-  Contact kept_contact() const { return {state_.contact_force, state_.closed, state_.closed_force}; }
-  void update_contact_pressure(const Points& x);
-  ContactRecord contact_record(const Step& step, const Points& x);
+  SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
+  void begin();
+  /// Keeps what the completed step led to, and says what it was like.
+  void keep(Step& step, const std::optional<FlowRecord>& flow);
+  std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
 
   Scene scene_;
-  Options options_;
-  SchemeCoefficients scheme_;
-  Vector3 origin_;    // m, zero but for meshes far from it
-  Points reference_;  // (n, 3) m, from origin_
   Assembler assembler_;
-  std::vector<std::int32_t> massless_;  // nodes, ascending; none unless the scene's contact asks for it
-  NodalMatrix mass_;
-  BlockMatrix stiffness_;
-  std::optional<BlockMatrix> viscosity_;
-  BlockMatrix step_matrix_;
-  ConjugateGradient solver_;
-  std::optional<Airflow> airflow_;
-  std::optional<ContactSolver> contact_solver_;
-  std::optional<Collision> collision_;
-  std::optional<TissueOverlap> overlap_;   // with contact
-  std::optional<NodeStress> node_stress_;  // with Nitsche's method
-  std::vector<Vector> load_vectors_;       // (3 n) N of each Load at amplitude 1
-  Vector constant_load_;                   // (3 n) N: gravity
-  Vector external_force_;                  // (3 n) N, or empty
-  Start start_;                            // of the first step
+  Motion motion_;
+  SceneLoads loads_;
+  std::optional<SceneFlow> flow_;
+  std::optional<SceneContact> contact_;
   State state_;
-  Vector contact_pressure_;  // (n) Pa
   StepRecord record_;
   StepTimes times_;
 };

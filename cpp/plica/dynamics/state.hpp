@@ -1,23 +1,11 @@
 #pragma once
+#include "plica/contact/constraint.hpp"
 #include "plica/dynamics/first_signs.hpp"
+#include "plica/dynamics/ledger.hpp"
 
 namespace plica {
 
-/// Energies and works since t = 0 (J), each from its own formula (docs/theory.md, "Energy ledger").
-struct Ledger {
-  double kinetic = 0.0;
-  double elastic = 0.0;
-  double load_work = 0.0;
-  double contact_work = 0.0;
-  double viscous_loss = 0.0;
-  double numerical_loss = 0.0;
-  double initial = 0.0;  // kinetic + elastic at t = 0
-
-  /// What the terms leave unexplained; round-off and the solver's tolerance.
-  double error() const {
-    return kinetic + elastic - initial - load_work - contact_work + viscous_loss + numerical_loss;
-  }
-};
+class Collision;
 
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n); contact_force is empty
 /// where the scene has no contact, viscous_force where no material is viscous.
@@ -32,6 +20,17 @@ struct State {
   bool flow_stopped = false;
   Ledger ledger;
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does
+
+  /// Its contact, for Collision::pressure.
+  Contact contact() const { return {contact_force, closed, closed_force}; }
+  /// What the states of a scene have in common.
+  struct Shape {
+    std::ptrdiff_t unknowns, cells;
+    bool viscous;
+    const Collision* collision;  // null without contact
+  };
+  /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.
+  void validate(const Shape& shape) const;
 };
 
 }  // namespace plica

@@ -84,7 +84,8 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   if (!scene.contact)
     throw InvalidInput("Scene: contact is missing; must be there for an equilibrium in contact.");
   const ContactPart& part = *scene.contact;
-  if (std::holds_alternative<Nitsche>(part.enforcement))
+  std::unique_ptr<ContactMethod> method = contact_method(part.enforcement);
+  if (method->needs_stress())
     throw InvalidInput(
         "Scene: contact = Nitsche's method; must be multipliers, augmented multipliers or a penalty at rest. Its "
         "gamma belongs to a time step.");
@@ -109,7 +110,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   const Indices nodes =
       Eigen::Map<const Indices>(on_surfaces.data(), static_cast<std::ptrdiff_t>(on_surfaces.size()));
   const Points reference = scene.mesh.points.rowwise() - origin_near(scene.mesh.points).transpose();
-  Collision collision(part.airway, reference, part.enforcement, part.friction, part.options,
+  Collision collision(part.airway, reference, std::move(method), part.friction, part.options,
                       direct_path(factors, scene.supports, nodes), part.faces);
   const Points x_free = reference + as_points(displaced(load));
   Points x;

@@ -90,7 +90,7 @@ struct Solved {
   double tolerance;  // m
 
   Solved(const Squares& squares, const Points& x_free) {
-    Collision collision(squares.airway, squares.reference, Multipliers{}, {}, {},
+    Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
                         std::make_unique<RecordingPath>(squares, record));
     tolerance = Collision::Options{}.tolerance * collision.detector().mean_edge();
     const std::vector<std::int32_t> none;

@@ -1,8 +1,9 @@
-#include "plica/dynamics/record.hpp"
+#include "plica/dynamics/contact_record.hpp"
 
 #include <algorithm>
 #include <limits>
 
+#include "plica/dynamics/state.hpp"
 #include "plica/dynamics/step.hpp"
 
 namespace plica {
@@ -48,11 +49,11 @@ Vector3 sum_of_forces(const ContactSurface& side, const ContactSurface& other, c
 
 }  // namespace
 
-ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
+ContactRecord contact_record(Collision& collision, const Step& step, const State& now, const Points& x) {
   ContactRecord record;
-  Detector& detector = collision_->detector();
-  const double reach = detector.reach(step.x_previous, x, step.depth_before);
-  const Contacts& contacts = step.contacts;
+  Detector& detector = collision.detector();
+  const double reach = detector.reach(step.x_previous(), x, step.last().depth);
+  const Contacts& contacts = step.contacts();
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
   record.augmentations = contacts.augmentations;
@@ -60,23 +61,23 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
   record.converged = contacts.converged;
   for (std::size_t i = contacts.constraints.size(); i < contacts.rows.size(); ++i)
     record.friction_loss -= contacts.force[static_cast<std::ptrdiff_t>(i)] *
-                            (contacts.rows[i].moving(x) - contacts.rows[i].moving(step.x_previous));
-  const Vector& nodal = state_.contact_force;
-  const bool at_nodes = std::holds_alternative<AtNodes>(scene_.contact->faces);
+                            (contacts.rows[i].moving(x) - contacts.rows[i].moving(step.x_previous()));
+  const Vector& nodal = now.contact_force;
   for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
     const double force = contacts.force[static_cast<std::ptrdiff_t>(i)];
     if (force == 0.0) continue;
     ++record.rows;
     const std::int32_t slave = contacts.constraints[i].slave;
     record.slide = std::max(record.slide, detector.slide(slave, x) / detector.mean_edge());
-    const double pull = at_nodes ? -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal) : -force;
+    const double pull =
+        collision.at_nodes() ? -nodal.segment<3>(3 * slave).dot(detector.pair(slave, x).normal) : -force;
     record.largest_multiplier = record.rows == 1 ? pull : std::max(record.largest_multiplier, pull);
   }
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
   record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
-    const SideMeasure first = measure(collision_->pressed(detector.first(), kept_contact(), x)),
-                      second = measure(collision_->pressed(detector.second(), kept_contact(), x));
+    const SideMeasure first = measure(collision.pressed(detector.first(), now.contact(), x)),
+                      second = measure(collision.pressed(detector.second(), now.contact(), x));
     record.area = 0.5 * (first.area + second.area);
     std::vector<Interval> both = first.stretches;
     both.insert(both.end(), second.stretches.begin(), second.stretches.end());
@@ -84,22 +85,10 @@ ContactRecord Simulation::contact_record(const Step& step, const Points& x) {
     record.peak_pressure = std::max(first.peak, second.peak);
   }
   record.deepest_gap = detector.deepest(x, reach).gap;
-  // A folded cell holds nodes of its own side, too.
-  if (record_.inverted_tissue == 0)
-    record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, detector));
   record.overlap_volume = detector.overlap_volume(x, reach);
   for (const EdgeCrossing& crossing : detector.edge_crossings(x, reach))
     record.edge_overlap_volume += crossing.volume;
   return record;
-}
-
-Vector Simulation::contact_pressure() const {
-  return contact_pressure_.size() > 0 ? contact_pressure_ : Vector::Zero(scene_.mesh.node_count());
-}
-
-void Simulation::update_contact_pressure(const Points& x) {
-  collision_->update(x);
-  contact_pressure_ = collision_->pressure(kept_contact(), x);
 }
 
 }  // namespace plica

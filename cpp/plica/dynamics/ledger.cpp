@@ -1,0 +1,58 @@
+#include "plica/dynamics/ledger.hpp"
+
+#include "plica/dynamics/motion.hpp"
+#include "plica/dynamics/state.hpp"
+
+namespace plica {
+
+namespace {
+
+void take_energies(const Motion& motion, const State& state, Ledger& ledger) {
+  ledger.kinetic = 0.5 * state.velocity.dot(motion.mass() * state.velocity);
+  ledger.elastic = 0.5 * state.displacement.dot(state.elastic_force);
+}
+
+}  // namespace
+
+Ledger opened_ledger(const Motion& motion, const State& state) {
+  Ledger ledger;
+  take_energies(motion, state, ledger);
+  ledger.initial = ledger.kinetic + ledger.elastic;
+  return ledger;
+}
+
+Ledger continued_ledger(const Motion& motion, const State& before, const State& now) {
+  // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory.md.
+  const auto [alpha, beta, gamma] = motion.scheme();
+  const double h = motion.step();
+  const bool first = before.step == 0, viscous = motion.viscosity().has_value();
+  const Vector du = now.displacement - before.displacement;
+  const Vector da = now.acceleration - before.acceleration;
+
+  Ledger ledger = before.ledger;
+  take_energies(motion, now, ledger);
+  // Loads are those of t_{n+1+alpha}: -alpha times their difference further on is the load of the step's middle.
+  const double late = (first ? alpha / (2 * (1 + alpha)) : alpha) * du.dot(now.load - before.load);
+  ledger.load_work += 0.5 * du.dot(now.load + before.load) - late;
+  if (now.contact_force.size() > 0) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
+  if (viscous) ledger.viscous_loss += 0.5 * du.dot(now.viscous_force + before.viscous_force);
+  const Vector d_inertia = now.inertial_force - before.inertial_force;
+  ledger.numerical_loss +=
+      -h * (gamma - 0.5) * 0.5 * (now.velocity + before.velocity).dot(d_inertia) +
+      h * h * (beta - 0.5 * gamma) * 0.5 * da.dot(now.inertial_force + before.inertial_force) +
+      0.5 * du.dot(now.weighted_elastic_force + before.weighted_elastic_force - now.elastic_force -
+                   before.elastic_force) -
+      late;
+  if (!first) return ledger;
+  ledger.numerical_loss += 0.5 * motion.start().shift.dot(now.inertial_force + before.inertial_force);
+  // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
+  for (const auto node : motion.massless()) {
+    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+    Vector3 force = before.load.segment<3>(at) - before.weighted_elastic_force.segment<3>(at);
+    if (viscous) force -= before.viscous_force.segment<3>(at);
+    ledger.numerical_loss += 0.5 * du.segment<3>(at).dot(force);
+  }
+  return ledger;
+}
+
+}  // namespace plica

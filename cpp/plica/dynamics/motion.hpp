@@ -1,0 +1,73 @@
+#pragma once
+#include <optional>
+
+#include "plica/dynamics/scene.hpp"
+#include "plica/dynamics/scheme.hpp"
+#include "plica/dynamics/start.hpp"
+#include "plica/solve/krylov.hpp"
+
+namespace plica {
+
+struct State;
+
+/// The equation of motion of a scene in steps of h, M a + C V + K U = f, positions counted from an origin near the
+/// mesh: far from 0, sums of coordinates and displacements would lose digits that gaps need.
+class Motion {
+ public:
+  struct Options {
+    TimeScheme scheme = HilberHughesTaylor{};
+    double step = 50e-6;   // s, > 0
+    KrylovOptions solver;  // of the step's linear systems
+    CellMass mass = CellMass::consistent;
+    void validate() const;
+  };
+
+  /// Assembles the matrices. The scene must outlive it. Throws InvalidInput.
+  Motion(const Scene& scene, const Assembler& assembler, const Options& options);
+
+  const Options& options() const { return options_; }
+  const SchemeCoefficients& scheme() const { return scheme_; }
+  double step() const { return options_.step; }
+  const Supports& supports() const { return scene_.supports; }
+  const NodalMatrix& mass() const { return mass_; }
+  const BlockMatrix& stiffness() const { return stiffness_; }
+  /// Absent where no material is viscous.
+  const std::optional<BlockMatrix>& viscosity() const { return viscosity_; }
+  /// A = M + (1+alpha) gamma h C + (1+alpha) beta h^2 K.
+  const BlockMatrix& step_matrix() const { return step_matrix_; }
+  /// Nodes, ascending; none unless the scene's contact asks for it.
+  const std::vector<std::int32_t>& massless() const { return massless_; }
+  /// Of the first step; empty before begin().
+  const Start& start() const { return start_; }
+
+  const Vector3& origin() const { return origin_; }       // m, zero but for meshes far from it
+  const Points& reference() const { return reference_; }  // (n, 3) m, from the origin
+  /// (n, 3) m from the origin, under a displacement (3 n).
+  Points positions(const Vector& displacement) const { return reference_ + as_points(displacement); }
+  /// From the origin to the scene's own coordinates.
+  Points in_scene(const Points& x) const { return x.rowwise() + origin_.transpose(); }
+
+  /// Completes a state of t = 0, whose displacement, velocity and load are given, by what the first step needs.
+  /// Throws SolveFailed.
+  void begin(State& state);
+  /// A a = force, held unknowns zero, from a; returns the iterations. Throws SolveFailed.
+  int solve(Vector force, Vector& a) const;
+  /// Sets the elastic, viscous and inertial forces of `now` by its motion since `before`.
+  void take_forces(const State& before, State& now) const;
+
+ private:
+  const Scene& scene_;
+  Options options_;
+  SchemeCoefficients scheme_;
+  Vector3 origin_;
+  Points reference_;
+  std::vector<std::int32_t> massless_;
+  NodalMatrix mass_;
+  BlockMatrix stiffness_;
+  std::optional<BlockMatrix> viscosity_;
+  BlockMatrix step_matrix_;
+  ConjugateGradient solver_;
+  Start start_;
+};
+
+}  // namespace plica

@@ -1,0 +1,47 @@
+#pragma once
+#include "plica/contact/collision.hpp"
+#include "plica/dynamics/motion.hpp"
+#include "plica/dynamics/overlap.hpp"
+#include "plica/dynamics/record.hpp"
+#include "plica/tissue/node_stress.hpp"
+
+namespace plica {
+
+class Step;
+
+/// The contact of a scene as its steps see it, positions (n, 3) m from the motion's origin.
+class SceneContact {
+ public:
+  /// The scene has contact; it and the motion must outlive this. Throws InvalidInput.
+  SceneContact(const Scene& scene, const Motion& motion);
+
+  Collision& collision() { return *collision_; }
+  const Collision& collision() const { return *collision_; }
+  /// How contact forces are solved for, never Automatic.
+  const ContactSolver& solver() const { return solver_; }
+
+  /// Throws InvalidInput where surfaces overlap at t = 0, x: they would be thrown apart by a force that nothing
+  /// has done work for.
+  void require_apart(const Points& x);
+  /// A step begins at x, the surfaces being `depth` (m) deep in each other: forgets the steps before.
+  void begin(const Points& x, double depth);
+  /// The contacts of a step whose x() is without them; on return x holds it with.
+  Contacts solve(const Step& step, Points& x);
+  /// What contact did in a step that ended in the state `now` at x; folded: whether tissue cells are.
+  ContactRecord record(const Step& step, const State& now, const Points& x, bool folded);
+  /// Takes up a state at x for pressure().
+  void update_pressure(const State& state, const Points& x);
+  /// (n) Pa, Collision::pressure; empty before the first state.
+  const Vector& pressure() const { return pressure_; }
+
+ private:
+  const Scene& scene_;
+  const Motion& motion_;
+  std::optional<NodeStress> node_stress_;  // where the method sees the tissue's stress
+  ContactSolver solver_;
+  std::optional<Collision> collision_;    // from construction on
+  std::optional<TissueOverlap> overlap_;  // likewise
+  Vector pressure_;                       // (n) Pa
+};
+
+}  // namespace plica

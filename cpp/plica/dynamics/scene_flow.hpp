@@ -1,0 +1,35 @@
+#pragma once
+#include "plica/dynamics/motion.hpp"
+
+namespace plica {
+
+/// The airflow of a scene as its steps see it: positions (n, 3) m from the motion's origin, while the flow knows
+/// the scene's coordinates.
+class SceneFlow {
+ public:
+  /// The scene has an airflow.
+  SceneFlow(const Scene& scene, const Motion& motion)
+      : airflow_(scene.mesh, scene.mesh.surface(scene.airflow->surface), scene.airflow->flow),
+        origin_(motion.origin()) {}
+
+  const Airflow& airflow() const { return airflow_; }
+  /// (s) m^2
+  Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
+  /// Adds the force of the section pressures (s) Pa on the tissue at x to `load` (3 n), N.
+  void add_load(const Points& x, const Vector& pressure, Vector& load) const {
+    if (origin_.isZero(0))
+      airflow_.add_load(x, pressure, load);
+    else
+      airflow_.add_load(placed(x), pressure, load);
+  }
+  /// Whether contact at this place lies in the middle of the glottis (Paper A, Sec. 2.4).
+  bool blocks(const Vector3& place) const { return airflow_.blocks(place[1] + origin_[1], place[2] + origin_[2]); }
+
+ private:
+  Points placed(const Points& x) const { return x.rowwise() + origin_.transpose(); }
+
+  Airflow airflow_;
+  Vector3 origin_;  // m
+};
+
+}  // namespace plica

@@ -1,0 +1,48 @@
+#include "plica/dynamics/state.hpp"
+
+#include <cmath>
+
+#include "plica/contact/collision.hpp"
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+void State::validate(const Shape& shape) const {
+  const std::pair<const char*, const Vector*> fields[] = {{"displacement", &displacement},
+                                                          {"velocity", &velocity},
+                                                          {"acceleration", &acceleration},
+                                                          {"load", &load},
+                                                          {"contact_force", &contact_force},
+                                                          {"elastic_force", &elastic_force},
+                                                          {"weighted_elastic_force", &weighted_elastic_force},
+                                                          {"viscous_force", &viscous_force},
+                                                          {"inertial_force", &inertial_force}};
+  for (const auto& [name, values] : fields) {
+    const bool absent =
+        (values == &contact_force && !shape.collision) || (values == &viscous_force && !shape.viscous);
+    const std::ptrdiff_t size = absent ? 0 : shape.unknowns;
+    if (values->size() != size)
+      throw InvalidInput("Simulation", std::string("size of the state's ") + name,
+                         static_cast<double>(values->size()), "", std::to_string(size),
+                         "It belongs to another scene.");
+    if (!values->allFinite())
+      throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
+  }
+  if (step < 0) throw InvalidInput("Simulation", "state's step", static_cast<double>(step), "", ">= 0");
+  if (closed_force.size() != static_cast<std::ptrdiff_t>(closed.size()))
+    throw InvalidInput("Simulation", "size of the state's closed_force", static_cast<double>(closed_force.size()),
+                       "", "that of closed, " + std::to_string(closed.size()));
+  for (std::size_t i = 0; i < closed.size(); ++i)
+    if (!(closed_force[static_cast<std::ptrdiff_t>(i)] > 0) || (i && closed[i] <= closed[i - 1]))
+      throw InvalidInput("Simulation: the state's closed constraints must ascend, each with a force > 0 N.");
+  if (shape.collision)
+    for (const std::int32_t key : closed)
+      if (!shape.collision->knows(key))
+        throw InvalidInput("Simulation", "state's closed constraint", key, "", "one that this contact can have",
+                           "It belongs to another scene.");
+  if (!(depth >= 0) || !std::isfinite(depth))
+    throw InvalidInput("Simulation", "state's depth", depth, "m", ">= 0 and finite");
+  first_signs.validate(step, shape.cells);
+}
+
+}  // namespace plica
