@@ -185,6 +185,20 @@ void bind_enforcement(py::module_& engine) {
       .def_property_readonly("surface_mass", [](const ContactPart& c) { return name_of(c.surface_mass); });
 }
 
+void bind_waveforms(py::module_& engine) {
+  py::class_<Waveform>(engine, "Waveform")
+      .def_readonly("name", &Waveform::name)
+      .def_readonly("unit", &Waveform::unit)
+      .def_readonly("meaning", &Waveform::meaning)
+      .def_readonly("shown", &Waveform::shown)
+      .def_readonly("since_start", &Waveform::since_start)
+      .def_property_readonly("per", [](const Waveform& waveform) {
+        if (waveform.per == Waveform::Per::step) return "step";
+        return waveform.per == Waveform::Per::section ? "section" : "probe";
+      });
+  engine.def("waveforms", &waveforms);
+}
+
 using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 using Vec3 = std::array<double, 3>;
 
@@ -269,10 +283,6 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   options.solver.max_iterations = max_iterations;
   options.mass = lumped_mass ? Simulation::Mass::lumped : Simulation::Mass::consistent;
   Indices probe_nodes = probes ? to_indices(*probes, "Simulation", "probes") : Indices(0);
-  for (const std::int32_t node : probe_nodes)
-    if (node < 0 || node >= mesh.node_count())
-      throw InvalidInput("Simulation", "probe node", node, "",
-                         "in [0, " + std::to_string(mesh.node_count()) + ")");
   const Released released;
   return std::make_unique<SteppedSimulation>(std::move(scene), options, std::move(probe_nodes));
 }
@@ -282,6 +292,7 @@ Points matrix_of(const Vector& nodal) { return as_points(nodal); }
 }  // namespace
 
 void bind_dynamics(py::module_& engine) {
+  bind_waveforms(engine);
   bind_options(engine);
   bind_enforcement(engine);
   engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),

@@ -54,124 +54,25 @@ FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
           static_cast<std::int32_t>(n.at(2)), Vector3(n.at(3), n.at(4), n.at(5))};
 }
 
-/// Named columns of one number a step, or of a fixed-size row a step.
-class Table {
- public:
-  explicit Table(py::ssize_t steps) : steps_(steps) {}
-
-  template <typename T>
-  T* column(const char* name, std::vector<py::ssize_t> tail = {}) {
-    tail.insert(tail.begin(), steps_);
-    py::array_t<T> array(tail);
-    table_[name] = array;
-    return array.mutable_data();
+/// (steps, ...) of what was recorded, without a copy of real numbers; whole ones become int32.
+py::array to_array(Recorder::Column& column) {
+  std::vector<py::ssize_t> shape(column.shape.begin(), column.shape.end());
+  shape.insert(shape.begin(), column.steps);
+  if (column.waveform.whole) {
+    py::array_t<std::int32_t> whole(shape);
+    std::copy(column.values.begin(), column.values.end(), whole.mutable_data());
+    return whole;
   }
-  /// The first `rows` rows of every column.
-  py::dict take(std::ptrdiff_t rows) {
-    if (rows < steps_)
-      for (auto item : table_) table_[item.first] = item.second[py::slice(0, rows, 1)];
-    return std::move(table_);
-  }
+  auto* kept = new std::vector<double>(std::move(column.values));
+  const py::capsule owner(kept, [](void* pointer) { delete static_cast<std::vector<double>*>(pointer); });
+  return py::array_t<double>(shape, kept->data(), owner);
+}
 
- private:
-  py::ssize_t steps_;
-  py::dict table_;
-};
-
-/// The columns of Simulation::record(), filled step by step without the interpreter.
-class Records {
- public:
-  Records(const Simulation& simulation, const Indices& probes, py::ssize_t steps)
-      : simulation_(simulation), probes_(probes), table_(steps) {
-    for (const char* name : {"time", "kinetic_energy", "elastic_energy", "load_work", "viscous_loss",
-                             "numerical_loss", "ledger_error"})
-      always_.push_back(table_.column<double>(name));
-    iterations_ = table_.column<std::int32_t>("iterations");
-    inverted_ = table_.column<std::int32_t>("inverted_tissue");
-    probe_values_ = table_.column<double>("probes", {probes.size(), 3});
-    if (simulation.airflow()) {
-      sections_ = simulation.airflow()->sections().count();
-      for (const char* name : {"flow", "minimum_area", "coupling_residual"})
-        flow_.push_back(table_.column<double>(name));
-      for (const char* name :
-           {"separation", "flow_stopped", "coupling_sweeps", "coupling_frozen", "coupling_converged"})
-        flow_counts_.push_back(table_.column<std::int32_t>(name));
-      area_ = table_.column<double>("section_area", {sections_});
-      pressure_ = table_.column<double>("section_pressure", {sections_});
-      right_ = table_.column<double>("coronal_right", {sections_, 3});
-      left_ = table_.column<double>("coronal_left", {sections_, 3});
-    }
-    if (simulation.collision()) {
-      force_first_ = table_.column<double>("contact_force_first", {3});
-      force_second_ = table_.column<double>("contact_force_second", {3});
-      for (const char* name :
-           {"contact_area", "contact_length", "largest_contact_pressure", "deepest_gap", "overlap_volume",
-            "edge_overlap_volume", "largest_multiplier", "contact_work", "contact_gap_error", "contact_slide"})
-        contact_.push_back(table_.column<double>(name));
-      for (const char* name : {"contact_rows", "contact_passes", "contact_converged"})
-        contact_counts_.push_back(table_.column<std::int32_t>(name));
-      if (simulation.scene().contact->friction) friction_loss_ = table_.column<double>("friction_loss");
-    }
-  }
-
-  void add(std::ptrdiff_t k) {
-    const StepRecord& record = simulation_.record();
-    const Ledger& ledger = simulation_.state().ledger;
-    put(always_, k,
-        {record.time, ledger.kinetic, ledger.elastic, ledger.load_work, ledger.viscous_loss, ledger.numerical_loss,
-         ledger.error()});
-    iterations_[k] = record.iterations;
-    inverted_[k] = record.inverted_tissue;
-    for (std::ptrdiff_t p = 0; p < probes_.size(); ++p)
-      Eigen::Map<Vector3>(probe_values_ + 3 * (k * probes_.size() + p)) =
-          simulation_.state().displacement.segment<3>(3 * probes_[p]);
-    if (record.flow) add_flow(k, *record.flow);
-    if (record.contact) add_contact(k, *record.contact, ledger.contact_work);
-  }
-
-  py::dict take(std::ptrdiff_t rows) { return table_.take(rows); }
-
- private:
-  template <typename T>
-  static void put(const std::vector<T*>& columns, std::ptrdiff_t k, std::initializer_list<T> values) {
-    std::size_t c = 0;
-    for (const T value : values) columns[c++][k] = value;
-  }
-
-  void add_flow(std::ptrdiff_t k, const FlowRecord& flow) {
-    put(flow_, k, {flow.state.flow, flow.state.area.minCoeff(), flow.residual});
-    put<std::int32_t>(flow_counts_, k,
-                      {flow.state.separation, flow.state.stopped, flow.sweeps, flow.frozen, flow.converged});
-    Eigen::Map<Vector>(area_ + k * sections_, sections_) = flow.state.area;
-    Eigen::Map<Vector>(pressure_ + k * sections_, sections_) = flow.state.pressure;
-    const Sections& sections = simulation_.airflow()->sections();
-    const Points x = simulation_.positions();
-    for (std::ptrdiff_t s = 0; s < sections_; ++s) {
-      Eigen::Map<Vector3>(right_ + 3 * (k * sections_ + s)) = sections.right[static_cast<std::size_t>(s)].at(x);
-      Eigen::Map<Vector3>(left_ + 3 * (k * sections_ + s)) = sections.left[static_cast<std::size_t>(s)].at(x);
-    }
-  }
-
-  void add_contact(std::ptrdiff_t k, const ContactRecord& contact, double work) {
-    Eigen::Map<Vector3>(force_first_ + 3 * k) = contact.force_first;
-    Eigen::Map<Vector3>(force_second_ + 3 * k) = contact.force_second;
-    put(contact_, k,
-        {contact.area, contact.length, contact.peak_pressure, contact.deepest_gap, contact.overlap_volume,
-         contact.edge_overlap_volume, contact.largest_multiplier, work, contact.gap_error, contact.slide});
-    put<std::int32_t>(contact_counts_, k, {contact.rows, contact.passes, contact.converged});
-    if (friction_loss_) friction_loss_[k] = contact.friction_loss;
-  }
-
-  const Simulation& simulation_;
-  const Indices& probes_;
-  Table table_;
-  py::ssize_t sections_ = 0;
-  std::vector<double*> always_, flow_, contact_;
-  std::vector<std::int32_t*> flow_counts_, contact_counts_;
-  std::int32_t *iterations_ = nullptr, *inverted_ = nullptr;
-  double *probe_values_ = nullptr, *area_ = nullptr, *pressure_ = nullptr, *right_ = nullptr, *left_ = nullptr,
-         *force_first_ = nullptr, *force_second_ = nullptr, *friction_loss_ = nullptr;
-};
+py::dict to_dict(std::vector<Recorder::Column> columns) {
+  py::dict dict;
+  for (Recorder::Column& column : columns) dict[column.waveform.name.c_str()] = to_array(column);
+  return dict;
+}
 
 }  // namespace
 
@@ -221,23 +122,23 @@ State state_from_dict(const py::dict& dict) {
 
 py::dict SteppedSimulation::advance(int steps) {
   if (steps < 0) throw InvalidInput("Simulation", "steps", steps, "", ">= 0");
-  Records records(simulation_, probes_, steps);
-  std::ptrdiff_t done = 0;
+  recorder_.reserve(steps);
   std::optional<SolveFailed> failure;
   {
     const py::gil_scoped_release released;
     try {
-      for (; done < steps; ++done) {
+      for (int k = 0; k < steps; ++k) {
         simulation_.advance();
-        records.add(done);
+        recorder_.add();
       }
     } catch (const SolveFailed& caught) {
       failure = caught;
     }
   }
-  if (!failure) return records.take(done);
+  py::dict recorded = to_dict(recorder_.take());
+  if (!failure) return recorded;
   const py::object kind = py::module_::import("plica.errors").attr("StepFailed");
-  const py::object error = kind(failure->what(), records.take(done));
+  const py::object error = kind(failure->what(), recorded);
   PyErr_SetObject(kind.ptr(), error.ptr());
   throw py::error_already_set();
 }

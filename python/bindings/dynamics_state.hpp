@@ -2,7 +2,7 @@
 #include <pybind11/eigen.h>
 
 #include "arrays.hpp"
-#include "plica/dynamics/simulation.hpp"
+#include "plica/dynamics/waveforms.hpp"
 
 namespace plica::python {
 
@@ -14,7 +14,8 @@ State state_from_dict(const py::dict& dict);
 class SteppedSimulation {
  public:
   SteppedSimulation(Scene scene, const Simulation::Options& options, Indices probes)
-      : simulation_(std::move(scene), options), probes_(std::move(probes)) {}
+      : simulation_(std::move(scene), options),
+        recorder_(simulation_, waveforms_of(simulation_.scene()), std::move(probes)) {}
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }
@@ -28,7 +29,7 @@ class SteppedSimulation {
 
  private:
   Simulation simulation_;
-  Indices probes_;
+  Recorder recorder_;
 };
 
 }  // namespace plica::python

@@ -35,6 +35,7 @@ __all__: list[str] = [
     "TetMesh",
     "TransverselyIsotropic",
     "VolumePenalty",
+    "Waveform",
     "block_mesh",
     "boundary",
     "build_info",
@@ -56,6 +57,7 @@ __all__: list[str] = [
     "threads",
     "to_quadratic",
     "triangulated_airway",
+    "waveforms",
 ]
 
 class InvalidInput(ValueError):
@@ -241,6 +243,20 @@ class Airway:
     def second(self) -> numpy.typing.NDArray[numpy.int32]: ...
     @property
     def tets(self) -> numpy.typing.NDArray[numpy.int32]: ...
+
+class Waveform:
+    @property
+    def meaning(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def per(self) -> str: ...
+    @property
+    def shown(self) -> str: ...
+    @property
+    def since_start(self) -> bool: ...
+    @property
+    def unit(self) -> str: ...
 
 class Newmark:
     def __init__(
@@ -587,3 +603,4 @@ def triangulated_airway(
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
     second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> Airway: ...
+def waveforms() -> list[Waveform]: ...

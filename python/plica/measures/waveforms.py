@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+from plica import _engine
+
 __all__ = ["RECORDED", "SINCE_THE_START", "STORED", "Waveform"]
 
 
@@ -25,6 +27,8 @@ class Waveform:
     source : {"run", "video"}
     shown : str
         The unit that people read, where it is not the usual one of `unit`.
+    per : {"step", "section", "probe"}
+        What of a run there is one of, or one vector: each step, each section of the airway, each probe.
     """
 
     name: str
@@ -32,78 +36,12 @@ class Waveform:
     meaning: str
     source: Literal["run", "video"]
     shown: str = ""
+    per: str = "step"
 
 
-_run = partial(Waveform, source="run")
 _video = partial(Waveform, source="video")
 
-_WAVEFORMS = (
-    _run("time", "s", "End of the step, t_{n+1}."),
-    _run("iterations", "1", "Of conjugate gradients, over all solves of the step."),
-    _run("kinetic_energy", "J", "Of the tissue."),
-    _run("elastic_energy", "J", "Of the tissue."),
-    _run("load_work", "J", "Work of airflow, loads and gravity since t = 0."),
-    _run("viscous_loss", "J", "Energy the tissue's viscosity took since t = 0."),
-    _run("numerical_loss", "J", "Energy the time scheme took since t = 0."),
-    _run("ledger_error", "J", "What is missing in the balance of the energies, works and losses."),
-    _run(
-        "inverted_tissue",
-        "1",
-        "Tissue cells inside out or folded over; with any, stresses there mean nothing.",
-    ),
-    _run("probes", "m", "Displacement of each probe's node, (steps, probes, 3).", shown="um"),
-    _run("flow", "m^3/s", "Volume flow through the glottis."),
-    _run("minimum_area", "m^2", "Least section area: the glottal area."),
-    _run("separation", "1", "Section of least area, from 0, where the jet leaves the wall."),
-    _run("flow_stopped", "1", "1 where contact stops the flow."),
-    _run("coupling_sweeps", "1", "Evaluations of the airflow in the step."),
-    _run(
-        "coupling_residual",
-        "1",
-        "Largest pressure change of the last sweep, in subglottal pressures; NaN without iteration.",
-    ),
-    _run("coupling_frozen", "1", "1 where separation and stop of the flow were held for the last sweeps."),
-    _run("coupling_converged", "1", "0 where the sweeps ended above the tolerance."),
-    _run("section_area", "m^2", "Of each section of the airway, upward, (steps, sections)."),
-    _run("section_pressure", "Pa", "In each section, (steps, sections)."),
-    _run("coronal_right", "m", "Point of the right fold in the mid-coronal plane at each section."),
-    _run("coronal_left", "m", "Point of the left fold in the mid-coronal plane at each section."),
-    _run("contact_force_first", "N", "Sum of the contact forces on the first surface, (steps, 3)."),
-    _run("contact_force_second", "N", "Sum of the contact forces on the second surface, (steps, 3)."),
-    _run("contact_rows", "1", "Closed contact constraints."),
-    _run("contact_passes", "1", "Rebuildings of the contact rows in the step."),
-    _run("contact_gap_error", "m", "Largest gap error left at the end of the step."),
-    _run(
-        "contact_slide",
-        "1",
-        "How far closed nodes have slid along the other surface of a matched airway, at most, in mean edges.",
-    ),
-    _run("contact_converged", "1", "0 where augmentations ran out with a gap error above the tolerance."),
-    _run("contact_area", "m^2", "Of the loaded nodes, mean of both sides."),
-    _run(
-        "contact_length",
-        "m",
-        "Anteroposterior, of the deformed fold; a loaded node stands for half the way to its neighbours.",
-    ),
-    _run(
-        "largest_contact_pressure",
-        "Pa",
-        "Largest nodal pressure of the step: a node's force over its area, friction left out.",
-    ),
-    _run("deepest_gap", "m", "Worst gap at a node; negative is overlap."),
-    _run(
-        "overlap_volume",
-        "m^3",
-        "Of inverted air tetrahedra with a node inside; little worth after sliding in a matched airway.",
-    ),
-    _run(
-        "edge_overlap_volume",
-        "m^3",
-        "Of inverted air tetrahedra between crossed edges, which no contact row sees; likewise.",
-    ),
-    _run("largest_multiplier", "N", "Largest pull of a contact force; <= 0 where none is tensile."),
-    _run("contact_work", "J", "Work of the contact forces since t = 0, friction's included."),
-    _run("friction_loss", "J", "Minus the work of friction in the step."),
+_VIDEO = (
     _video("time", "s", "Of the frame."),
     _video("area_total", "m^2", "Glottal area."),
     _video("area_left", "m^2", "Glottal area left of the midline, in the image."),
@@ -142,9 +80,15 @@ _WAVEFORMS = (
     ),
 )
 
-STORED = {entry.name: entry for entry in _WAVEFORMS if entry.source == "run"}
+# The engine defines those of runs, for whoever embeds it. A build without dynamics runs nothing: it has none.
+_RUN = _engine.waveforms() if hasattr(_engine, "waveforms") else []
+
+STORED = {
+    entry.name: Waveform(entry.name, entry.unit, entry.meaning, "run", entry.shown, entry.per)
+    for entry in _RUN
+}
 """Of every step of a run."""
-SINCE_THE_START = frozenset(name for name, entry in STORED.items() if "since t = 0" in entry.meaning)
+SINCE_THE_START = frozenset(entry.name for entry in _RUN if entry.since_start)
 """Those that add up from t = 0 on."""
-RECORDED = {entry.name: entry for entry in _WAVEFORMS if entry.source == "video"}
+RECORDED = {entry.name: entry for entry in _VIDEO}
 """Of every frame of a recording."""

@@ -13,8 +13,6 @@ from plica.storage.table import heading, write_table
 
 __all__ = ["write_waveforms"]
 
-_PER_SECTION = ("section_area", "section_pressure", "coronal_right", "coronal_left")
-
 
 def write_waveforms(run: Run) -> None:
     """waveforms.csv, a row a step: time, then the others in the order of docs/scene.md, in SI.
@@ -25,7 +23,7 @@ def write_waveforms(run: Run) -> None:
     rank = {name: k for k, name in enumerate(STORED)}
     columns: dict[str, NDArray[Any]] = {}
     for name in sorted(run.waveforms, key=lambda name: rank.get(name, len(rank))):
-        if name not in _PER_SECTION:
+        if name not in STORED or STORED[name].per != "section":
             columns |= {heading(part, run.units[name]): values for part, values in _columns(name, run[name])}
     write_table(run.directory / "waveforms.csv", columns)
 

@@ -1,0 +1,271 @@
+#include "plica/dynamics/waveforms.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+#include <type_traits>
+#include <utility>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+using Of = Waveform::Of;
+using Per = Waveform::Per;
+
+/// The argument that a reading function, or pointer to a member, takes.
+template <typename Read, typename... Sources>
+struct SourceOf;
+template <typename Read, typename First, typename... Rest>
+struct SourceOf<Read, First, Rest...> : std::conditional_t<std::is_invocable_v<Read, const First&>,
+                                                           std::common_type<First>, SourceOf<Read, Rest...>> {};
+template <typename Read>
+struct SourceOf<Read> {};  // reads none of them: does not compile
+
+const StepRecord& source(const StepTaken& step, const StepRecord*) { return step.simulation().record(); }
+const Ledger& source(const StepTaken& step, const Ledger*) { return step.simulation().state().ledger; }
+const FlowRecord& source(const StepTaken& step, const FlowRecord*) { return *step.simulation().record().flow; }
+const ContactRecord& source(const StepTaken& step, const ContactRecord*) {
+  return *step.simulation().record().contact;
+}
+const StepTaken& source(const StepTaken& step, const StepTaken*) { return step; }
+
+/// One waveform. The type of what `read` takes says which part of a scene it is of, the type of what it returns
+/// says the rest: whole number, number, vector (Vector3), one number (Vector) or vector (Points) a section.
+template <typename Read>
+Waveform wave(const char* name, const char* unit, const char* meaning, Read read) {
+  using Source = typename SourceOf<Read, StepTaken, StepRecord, Ledger, FlowRecord, ContactRecord>::type;
+  using Value = std::decay_t<std::invoke_result_t<Read, const Source&>>;
+  Waveform waveform;
+  waveform.name = name;
+  waveform.unit = unit;
+  waveform.meaning = meaning;
+  if (std::is_same_v<Source, FlowRecord>) waveform.of = Of::airflow;
+  if (std::is_same_v<Source, ContactRecord>) waveform.of = Of::contact;
+  if constexpr (std::is_arithmetic_v<Value>) {
+    waveform.whole = std::is_integral_v<Value>;
+    waveform.read = [read](const StepTaken& step, double* out) {
+      *out = static_cast<double>(std::invoke(read, source(step, static_cast<const Source*>(nullptr))));
+    };
+  } else {
+    if (Value::SizeAtCompileTime != 3) waveform.per = Per::section;
+    if (Value::SizeAtCompileTime == 3 || Value::ColsAtCompileTime == 3) waveform.components = 3;
+    waveform.read = [read](const StepTaken& step, double* out) {
+      const auto& value = std::invoke(read, source(step, static_cast<const Source*>(nullptr)));
+      std::copy_n(value.data(), value.size(), out);
+    };
+  }
+  return waveform;
+}
+
+Waveform only(Of of, Waveform waveform) {
+  waveform.of = of;
+  return waveform;
+}
+
+Waveform since_start(Waveform waveform) {
+  waveform.since_start = true;
+  return waveform;
+}
+
+Waveform per_probe(Waveform waveform, const char* shown) {
+  waveform.per = Per::probe;
+  waveform.shown = shown;
+  return waveform;
+}
+
+Points probe_displacements(const StepTaken& step) {
+  Points u(step.probes().size(), 3);
+  for (std::ptrdiff_t p = 0; p < u.rows(); ++p)
+    u.row(p) = step.simulation().state().displacement.segment<3>(3 * step.probes()[p]);
+  return u;
+}
+
+Points places(const std::vector<MaterialPoint>& points, const Points& x) {
+  Points at(static_cast<std::ptrdiff_t>(points.size()), 3);
+  for (std::ptrdiff_t s = 0; s < at.rows(); ++s) at.row(s) = points[static_cast<std::size_t>(s)].at(x);
+  return at;
+}
+
+std::vector<Waveform> make_waveforms() {
+  return {
+      wave("time", "s", "End of the step, t_{n+1}.", &StepRecord::time),
+      wave("iterations", "1", "Of conjugate gradients, over all solves of the step.", &StepRecord::iterations),
+      wave("kinetic_energy", "J", "Of the tissue.", &Ledger::kinetic),
+      wave("elastic_energy", "J", "Of the tissue.", &Ledger::elastic),
+      since_start(wave("load_work", "J", "Work of airflow, loads and gravity since t = 0.", &Ledger::load_work)),
+      since_start(
+          wave("viscous_loss", "J", "Energy the tissue's viscosity took since t = 0.", &Ledger::viscous_loss)),
+      since_start(
+          wave("numerical_loss", "J", "Energy the time scheme took since t = 0.", &Ledger::numerical_loss)),
+      wave("ledger_error", "J", "What is missing in the balance of the energies, works and losses.",
+           &Ledger::error),
+      wave("inverted_tissue", "1",
+           "Tissue cells inside out or folded over; with any, stresses there mean nothing.",
+           &StepRecord::inverted_tissue),
+      per_probe(
+          wave("probes", "m", "Displacement of each probe's node, (steps, probes, 3).", &probe_displacements),
+          "um"),
+
+      wave("flow", "m^3/s", "Volume flow through the glottis.", [](const FlowRecord& r) { return r.state.flow; }),
+      wave("minimum_area", "m^2", "Least section area: the glottal area.",
+           [](const FlowRecord& r) { return r.state.area.minCoeff(); }),
+      wave("separation", "1", "Section of least area, from 0, where the jet leaves the wall.",
+           [](const FlowRecord& r) { return r.state.separation; }),
+      wave("flow_stopped", "1", "1 where contact stops the flow.",
+           [](const FlowRecord& r) { return r.state.stopped; }),
+      wave("coupling_sweeps", "1", "Evaluations of the airflow in the step.", &FlowRecord::sweeps),
+      wave("coupling_residual", "1",
+           "Largest pressure change of the last sweep, in subglottal pressures; NaN without iteration.",
+           &FlowRecord::residual),
+      wave("coupling_frozen", "1", "1 where separation and stop of the flow were held for the last sweeps.",
+           &FlowRecord::frozen),
+      wave("coupling_converged", "1", "0 where the sweeps ended above the tolerance.", &FlowRecord::converged),
+      wave("section_area", "m^2", "Of each section of the airway, upward, (steps, sections).",
+           [](const FlowRecord& r) -> const Vector& { return r.state.area; }),
+      wave("section_pressure", "Pa", "In each section, (steps, sections).",
+           [](const FlowRecord& r) -> const Vector& { return r.state.pressure; }),
+      only(Of::airflow,
+           wave("coronal_right", "m", "Point of the right fold in the mid-coronal plane at each section.",
+                [](const StepTaken& s) {
+                  return places(s.simulation().airflow()->sections().right, s.positions());
+                })),
+      only(Of::airflow,
+           wave("coronal_left", "m", "Point of the left fold in the mid-coronal plane at each section.",
+                [](const StepTaken& s) {
+                  return places(s.simulation().airflow()->sections().left, s.positions());
+                })),
+
+      wave("contact_force_first", "N", "Sum of the contact forces on the first surface, (steps, 3).",
+           &ContactRecord::force_first),
+      wave("contact_force_second", "N", "Sum of the contact forces on the second surface, (steps, 3).",
+           &ContactRecord::force_second),
+      wave("contact_rows", "1", "Closed contact constraints.", &ContactRecord::rows),
+      wave("contact_passes", "1", "Rebuildings of the contact rows in the step.", &ContactRecord::passes),
+      wave("contact_gap_error", "m", "Largest gap error left at the end of the step.", &ContactRecord::gap_error),
+      wave("contact_slide", "1",
+           "How far closed nodes have slid along the other surface of a matched airway, at most, in mean edges.",
+           &ContactRecord::slide),
+      wave("contact_converged", "1", "0 where augmentations ran out with a gap error above the tolerance.",
+           &ContactRecord::converged),
+      wave("contact_area", "m^2", "Of the loaded nodes, mean of both sides.", &ContactRecord::area),
+      wave("contact_length", "m",
+           "Anteroposterior, of the deformed fold; a loaded node stands for half the way to its neighbours.",
+           &ContactRecord::length),
+      wave("largest_contact_pressure", "Pa",
+           "Largest nodal pressure of the step: a node's force over its area, friction left out.",
+           &ContactRecord::peak_pressure),
+      wave("deepest_gap", "m", "Worst gap at a node; negative is overlap.", &ContactRecord::deepest_gap),
+      wave("overlap_volume", "m^3",
+           "Of inverted air tetrahedra with a node inside; little worth after sliding in a matched airway.",
+           &ContactRecord::overlap_volume),
+      wave("edge_overlap_volume", "m^3",
+           "Of inverted air tetrahedra between crossed edges, which no contact row sees; likewise.",
+           &ContactRecord::edge_overlap_volume),
+      wave("largest_multiplier", "N", "Largest pull of a contact force; <= 0 where none is tensile.",
+           &ContactRecord::largest_multiplier),
+      since_start(only(Of::contact,
+                       wave("contact_work", "J", "Work of the contact forces since t = 0, friction's included.",
+                            &Ledger::contact_work))),
+      only(Of::friction,
+           wave("friction_loss", "J", "Minus the work of friction in the step.", &ContactRecord::friction_loss)),
+  };
+}
+
+const Waveform& known(const std::string& name) {
+  for (const Waveform& waveform : waveforms())
+    if (waveform.name == name) return waveform;
+  throw InvalidInput("Recorder: \"" + name + "\" is no waveform; plica::waveforms() lists them.");
+}
+
+}  // namespace
+
+const Points& StepTaken::positions() const {
+  if (!positions_) positions_ = simulation_.positions();
+  return *positions_;
+}
+
+bool Waveform::exists_in(const Scene& scene) const {
+  switch (of) {
+    case Of::airflow:
+      return scene.airflow.has_value();
+    case Of::contact:
+      return scene.contact.has_value();
+    case Of::friction:
+      return scene.contact && scene.contact->friction;
+    case Of::scene:
+      break;
+  }
+  return true;
+}
+
+const std::vector<Waveform>& waveforms() {
+  static const std::vector<Waveform> all = make_waveforms();
+  return all;
+}
+
+std::vector<std::string> waveforms_of(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Waveform& waveform : waveforms())
+    if (waveform.exists_in(scene)) names.push_back(waveform.name);
+  return names;
+}
+
+std::ptrdiff_t Recorder::Column::size() const {
+  return std::accumulate(shape.begin(), shape.end(), std::ptrdiff_t{1}, std::multiplies<>());
+}
+
+Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>& names, Indices probes)
+    : simulation_(simulation), probes_(std::move(probes)) {
+  const std::ptrdiff_t nodes = simulation.scene().mesh.node_count();
+  for (const std::int32_t node : probes_)
+    if (node < 0 || node >= nodes)
+      throw InvalidInput("Recorder", "probe node", node, "", "in [0, " + std::to_string(nodes) + ")");
+  for (const std::string& name : names) {
+    const Waveform& waveform = known(name);
+    if (!waveform.exists_in(simulation.scene()))
+      throw InvalidInput("Recorder: \"" + name +
+                         "\" is a waveform of airflow, contact or friction; the scene must have that part.");
+    std::vector<std::ptrdiff_t> shape;
+    if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());
+    if (waveform.per == Per::probe) shape.push_back(probes_.size());
+    if (waveform.components > 1) shape.push_back(waveform.components);
+    columns_.push_back({waveform, std::move(shape), 0, {}});
+  }
+}
+
+void Recorder::reserve(std::ptrdiff_t steps) {
+  for (Column& column : columns_)
+    column.values.reserve(column.values.size() + static_cast<std::size_t>(steps * column.size()));
+}
+
+void Recorder::add() {
+  const StepRecord& record = simulation_.record();
+  if (simulation_.state().step == 0 || record.flow.has_value() != simulation_.scene().airflow.has_value() ||
+      record.contact.has_value() != simulation_.scene().contact.has_value())
+    throw InvalidInput(
+        "Recorder: the simulation has no last step; must have advanced since it was made or restored.");
+  const StepTaken step(simulation_, probes_);
+  for (Column& column : columns_) {
+    const std::size_t before = column.values.size();
+    ++column.steps;
+    column.values.resize(before + static_cast<std::size_t>(column.size()));
+    column.waveform.read(step, column.values.data() + before);
+  }
+}
+
+const Recorder::Column& Recorder::column(const std::string& name) const {
+  for (const Column& column : columns_)
+    if (column.waveform.name == name) return column;
+  throw InvalidInput("Recorder: \"" + name + "\" is not recorded.");
+}
+
+std::vector<Recorder::Column> Recorder::take() {
+  std::vector<Column> empty;
+  for (const Column& column : columns_) empty.push_back({column.waveform, column.shape, 0, {}});
+  return std::exchange(columns_, std::move(empty));
+}
+
+}  // namespace plica
