@@ -39,6 +39,11 @@ class AnalyticRun:
     failure: str = ""
     versions: Mapping[str, str] = field(default_factory=lambda: {"plica": "0.0", "numpy": np.__version__})
 
+    @property
+    def whole(self) -> AnalyticRun:
+        """No part of another."""
+        return self
+
 
 @dataclass(frozen=True, kw_only=True)
 class Phonation:

@@ -57,6 +57,22 @@ def test_the_step_of_a_record_does_not_depend_on_when_it_begins() -> None:
     assert time_step(time[:1]) == 1e-4
 
 
+@pytest.mark.parametrize(("given_back", "said"), [(0.3, []), (3.0, ["energy_from_scheme"])])
+def test_what_the_scheme_gives_back_in_a_part_is_seen_against_the_whole_run(
+    given_back: float, said: list[str]
+) -> None:
+    time = np.arange(1.0, 101.0)
+    waveforms = {
+        "kinetic_energy": np.ones(100),
+        "elastic_energy": np.ones(100),
+        "load_work": 0.4 * np.minimum(time, 50.0),  # 20 J, none in the part
+        "numerical_loss": np.where(time <= 50, 0.0, -given_back * (time - 50) / 50) + 4.0,
+    }
+    run = AnalyticRun(time, waveforms, Phonation().run().mesh)
+    for part in (run, part_of(run, 50.0, None)):
+        assert [caution.name for caution in cautions(part)] == said
+
+
 def test_works_and_losses_of_a_part_begin_with_it(bar: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(bar, tmp_path / "run", progress=False)
     halves = [run.between(None, "2 ms"), run.between("2 ms", None)]

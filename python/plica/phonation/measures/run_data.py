@@ -44,6 +44,10 @@ class RunData(Protocol):
         """Frames: time (f) s, displacement (f, n, 3) m, and with contact contact_pressure (f, n) Pa."""
 
     @property
+    def whole(self) -> RunData:
+        """The run of which this is a part; itself where it is whole."""
+
+    @property
     def mesh(self) -> MeshData:
         """The mesh in its reference position."""
 

@@ -78,6 +78,11 @@ class RunPart:
         return self.waveforms[name]
 
     @property
+    def whole(self) -> RunData:
+        """The run itself."""
+        return self.run.whole
+
+    @property
     def mesh(self) -> MeshData:
         """The mesh in its reference position."""
         return self.run.mesh

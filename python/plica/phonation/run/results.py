@@ -186,6 +186,11 @@ class Run(Mapping[str, NDArray[Any]]):
         """How many steps the scene asks for."""
         return self.scene.time.steps
 
+    @property
+    def whole(self) -> Run:
+        """The run itself, of which `between` gives parts."""
+        return self
+
     @cached_property
     def waveforms(self) -> dict[str, NDArray[Any]]:
         """What was recorded every step, by name; the leading axis is the step, SI units (see `units`).
