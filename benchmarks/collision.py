@@ -29,7 +29,7 @@ from plica import _engine as engine
 from plica.measures.catalogue import contact_share, pressure_window
 from plica.phonation.measures.contact import collisions, moving_average
 from plica.phonation.run import checkpoint
-from plica.phonation.run.build import _airflow, _body, _contact, _scheme, build_simulation
+from plica.phonation.run.build import _airflow, _body, _contact, _options, build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
 
 MESHES: dict[str, dict[str, Any]] = {
@@ -87,7 +87,7 @@ def run(
     displacement, velocity = (np.where(body["fixed"], 0.0, field) for field in (displacement, velocity))
     simulation = engine.Simulation(
         **body,
-        scheme=_scheme(scene),
+        scheme=_options(scene.time.scheme.choice),
         step=step,
         solver_tolerance=scene.solver.tolerance,
         airflow=_airflow(scene, scene.airflow, mesh),

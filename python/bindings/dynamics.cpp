@@ -1,8 +1,80 @@
 #include "arrays.hpp"
 #include "dynamics_state.hpp"
 #include "engine.hpp"
+#include "options.hpp"
 #include "plica/dynamics/simulation.hpp"
 #include "plica/dynamics/statics.hpp"
+
+namespace plica::python {
+
+template <>
+struct Names<decltype(Airflow::Options::area)> {
+  static Named<decltype(Airflow::Options::area)> all() {
+    return {{"elliptic", Airflow::Elliptic{}}, {"cut", Airflow::Cut{}}};
+  }
+};
+template <>
+struct Names<decltype(Airflow::Options::load_shape)> {
+  static Named<decltype(Airflow::Options::load_shape)> all() {
+    return {{"reference", Airflow::ReferenceShape{}}, {"current", Airflow::CurrentShape{}}};
+  }
+};
+template <>
+struct Names<ContactSolver> {
+  static Named<ContactSolver> all() {
+    Named<ContactSolver> named;
+    for (const ContactSolver& solver :
+         {ContactSolver(Automatic{}), ContactSolver(Condensed{}), ContactSolver(Saddle{}), ContactSolver(Gmres{})})
+      named.emplace_back(name_of(solver), solver);
+    return named;
+  }
+};
+template <>
+struct Names<decltype(Multipliers::position)> {
+  static Named<decltype(Multipliers::position)> all() {
+    return {{"end_of_step", EndOfStep{}}, {"weighted", Weighted{}}};
+  }
+};
+template <>
+struct Names<SurfaceMass> {
+  static Named<SurfaceMass> all() {
+    return {{"kept", SurfaceMass::kept}, {"redistributed", SurfaceMass::redistributed}};
+  }
+};
+
+template <>
+struct Shown<std::optional<Friction>> {
+  using Given = std::optional<double>;
+  static std::optional<Friction> take(Given coefficient, const char*, const char*) {
+    return coefficient ? std::optional<Friction>({*coefficient}) : std::nullopt;
+  }
+  static Given show(const std::optional<Friction>& friction) {
+    return friction ? Given(friction->coefficient) : std::nullopt;
+  }
+  static Given initial(const std::optional<Friction>& friction) { return show(friction); }
+};
+
+/// Given as what it is, with its faces; seen by its name.
+template <>
+struct Shown<FaceMethod> {
+  using Given = FaceMethod;
+  static FaceMethod take(FaceMethod given, const char*, const char*) { return given; }
+  static std::string show(const FaceMethod& faces) {
+    return std::holds_alternative<Mortar>(faces) ? "mortar" : "nodes";
+  }
+  static FaceMethod initial(const FaceMethod& faces) { return faces; }
+};
+
+/// The faces of a surface.
+template <>
+struct Shown<Faces> {
+  using Given = py::array;
+  static Faces take(const py::array& given, const char* owner, const char* option) {
+    return to_rows(given, {3, 6}, owner, option);
+  }
+};
+
+}  // namespace plica::python
 
 using namespace plica;
 using namespace plica::python;
@@ -11,178 +83,54 @@ namespace {
 
 using Released = py::gil_scoped_release;
 
-Airflow::Options flow_options(double pressure, double density, double fraction, const std::string& area,
-                              const std::string& load_shape) {
-  Airflow::Options options;
-  options.subglottal_pressure = pressure;
-  options.air_density = density;
-  options.zero_flow_fraction = fraction;
-  if (area == "cut")
-    options.area = Airflow::Cut{};
-  else if (area != "elliptic")
-    throw InvalidInput("Airflow: area = \"" + area + "\"; must be \"elliptic\" or \"cut\".");
-  if (load_shape == "current")
-    options.load_shape = Airflow::CurrentShape{};
-  else if (load_shape != "reference")
-    throw InvalidInput("Airflow: load_shape = \"" + load_shape + "\"; must be \"reference\" or \"current\".");
-  options.validate();
-  return options;
-}
-
-ContactSolver contact_solver(const std::string& name) {
-  for (const ContactSolver& solver :
-       {ContactSolver(Automatic{}), ContactSolver(Condensed{}), ContactSolver(Saddle{}), ContactSolver(Gmres{})})
-    if (name == name_of(solver)) return solver;
-  throw InvalidInput("Multipliers: solver = \"" + name +
-                     "\"; must be \"auto\", \"condensed\", \"saddle\" or \"gmres\".");
-}
-
-Multipliers multipliers(const std::string& solver, const std::string& position) {
-  Multipliers enforcement{contact_solver(solver), EndOfStep{}};
-  if (position == "weighted")
-    enforcement.position = Weighted{};
-  else if (position != "end_of_step")
-    throw InvalidInput("Multipliers: position = \"" + position + "\"; must be \"end_of_step\" or \"weighted\".");
-  return enforcement;
-}
-
-const char* name_of(SurfaceMass mass) { return mass == SurfaceMass::kept ? "kept" : "redistributed"; }
-
-SurfaceMass to_surface_mass(const std::string& name) {
-  for (const SurfaceMass mass : {SurfaceMass::kept, SurfaceMass::redistributed})
-    if (name == name_of(mass)) return mass;
-  throw InvalidInput("Contact: surface_mass = \"" + name + "\"; must be \"kept\" or \"redistributed\".");
-}
-
 void bind_options(py::module_& engine) {
-  const Newmark newmark;
-  py::class_<Newmark>(engine, "Newmark")
-      .def(py::init([](double beta, double gamma) {
-             return Newmark{beta, gamma};
-           }),
-           py::kw_only(), py::arg("beta") = newmark.beta, py::arg("gamma") = newmark.gamma)
-      .def_readonly("beta", &Newmark::beta)
-      .def_readonly("gamma", &Newmark::gamma);
-  const HilberHughesTaylor hht;
-  py::class_<HilberHughesTaylor>(engine, "HilberHughesTaylor")
-      .def(py::init([](double alpha) { return HilberHughesTaylor{alpha}; }), py::kw_only(),
-           py::arg("alpha") = hht.alpha)
-      .def_readonly("alpha", &HilberHughesTaylor::alpha);
+  options<Newmark>("Newmark", option("beta", &Newmark::beta), option("gamma", &Newmark::gamma))
+      .bind(engine, {}, py::kw_only());
+  options<HilberHughesTaylor>("HilberHughesTaylor", option("alpha", &HilberHughesTaylor::alpha))
+      .bind(engine, {}, py::kw_only());
 
-  py::class_<Lagged>(engine, "Lagged").def(py::init<>());
-  py::class_<Extrapolated>(engine, "Extrapolated").def(py::init<>());
-  const Iterated iterated;
-  py::class_<Iterated>(engine, "Iterated")
-      .def(py::init([](double tolerance, int max_sweeps, int freeze_after) {
-             return Iterated{tolerance, max_sweeps, freeze_after};
-           }),
-           py::kw_only(), py::arg("tolerance") = iterated.tolerance, py::arg("max_sweeps") = iterated.max_sweeps,
-           py::arg("freeze_after") = iterated.freeze_after)
-      .def_readonly("tolerance", &Iterated::tolerance)
-      .def_readonly("max_sweeps", &Iterated::max_sweeps)
-      .def_readonly("freeze_after", &Iterated::freeze_after);
+  options<Lagged>("Lagged").bind(engine);
+  options<Extrapolated>("Extrapolated").bind(engine);
+  options<Iterated>("Iterated", option("tolerance", &Iterated::tolerance),
+                    option("max_sweeps", &Iterated::max_sweeps), option("freeze_after", &Iterated::freeze_after))
+      .bind(engine, {}, py::kw_only());
+  using Flow = Airflow::Options;
+  const auto flow = &AirflowPart::flow;
+  options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
+                       option("subglottal_pressure", flow, &Flow::subglottal_pressure),
+                       option("air_density", flow, &Flow::air_density),
+                       option("zero_flow_fraction", flow, &Flow::zero_flow_fraction),
+                       option("area", flow, &Flow::area), option("load_shape", flow, &Flow::load_shape),
+                       option("coupling", &AirflowPart::coupling))
+      .bind(
+          engine, [](const AirflowPart& part) { part.flow.validate(); }, py::kw_only());
 
-  const AirflowPart part;
-  py::class_<AirflowPart>(engine, "Airflow")
-      .def(py::init([](std::string surface, double pressure, double density, double fraction,
-                       const std::string& area, const std::string& load_shape, Coupling coupling) {
-             return AirflowPart{std::move(surface), flow_options(pressure, density, fraction, area, load_shape),
-                                coupling};
-           }),
-           py::kw_only(), py::arg("surface") = part.surface,
-           py::arg("subglottal_pressure") = part.flow.subglottal_pressure,
-           py::arg("air_density") = part.flow.air_density,
-           py::arg("zero_flow_fraction") = part.flow.zero_flow_fraction, py::arg("area") = "elliptic",
-           py::arg("load_shape") = "reference", py::arg_v("coupling", part.coupling, "..."))
-      .def_readonly("surface", &AirflowPart::surface)
-      .def_property_readonly(
-          "load_shape",
-          [](const AirflowPart& p) {
-            return std::holds_alternative<Airflow::CurrentShape>(p.flow.load_shape) ? "current" : "reference";
-          })
-      .def_readonly("coupling", &AirflowPart::coupling)
-      .def_property_readonly("subglottal_pressure",
-                             [](const AirflowPart& a) { return a.flow.subglottal_pressure; })
-      .def_property_readonly("air_density", [](const AirflowPart& a) { return a.flow.air_density; })
-      .def_property_readonly("zero_flow_fraction", [](const AirflowPart& a) { return a.flow.zero_flow_fraction; })
-      .def_property_readonly("area", [](const AirflowPart& a) {
-        return std::holds_alternative<Airflow::Cut>(a.flow.area) ? "cut" : "elliptic";
-      });
-
-  const Load load;
-  py::class_<Load>(engine, "Load")
-      .def(
-          py::init([](std::string surface, const std::array<double, 3>& traction, double frequency, double phase) {
-            return Load{std::move(surface), Vector3(traction[0], traction[1], traction[2]), frequency, phase};
-          }),
-          py::kw_only(), py::arg("surface"), py::arg("traction"), py::arg("frequency") = load.frequency,
-          py::arg("phase") = load.phase);
+  options<Load>("Load", required("surface", &Load::surface), required("traction", &Load::traction),
+                option("frequency", &Load::frequency), option("phase", &Load::phase))
+      .bind(engine, {}, py::kw_only());
 }
 
 void bind_enforcement(py::module_& engine) {
-  py::class_<Multipliers>(engine, "Multipliers")
-      .def(py::init(&multipliers), py::kw_only(), py::arg("solver") = name_of(Multipliers{}.solver),
-           py::arg("position") = "end_of_step")
-      .def_property_readonly("solver", [](const Multipliers& m) { return name_of(m.solver); })
-      .def_property_readonly("position", [](const Multipliers& m) {
-        return std::holds_alternative<Weighted>(m.position) ? "weighted" : "end_of_step";
-      });
-  const Penalty penalty;
-  py::class_<Penalty>(engine, "Penalty")
-      .def(py::init([](double stiffness) { return Penalty{stiffness}; }), py::kw_only(),
-           py::arg("stiffness") = penalty.stiffness)
-      .def_readonly("stiffness", &Penalty::stiffness);
-  const VolumePenalty volume;
-  py::class_<VolumePenalty>(engine, "VolumePenalty")
-      .def(py::init([](double kappa) { return VolumePenalty{kappa}; }), py::kw_only(),
-           py::arg("kappa") = volume.kappa)
-      .def_readonly("kappa", &VolumePenalty::kappa);
-  const Augmented augmented;
-  py::class_<Augmented>(engine, "Augmented")
-      .def(py::init([](double stiffness, double growth, double reduction, int max_augmentations) {
-             return Augmented{stiffness, growth, reduction, max_augmentations};
-           }),
-           py::kw_only(), py::arg("stiffness") = augmented.stiffness, py::arg("growth") = augmented.growth,
-           py::arg("reduction") = augmented.reduction, py::arg("max_augmentations") = augmented.max_augmentations)
-      .def_readonly("stiffness", &Augmented::stiffness)
-      .def_readonly("growth", &Augmented::growth)
-      .def_readonly("reduction", &Augmented::reduction)
-      .def_readonly("max_augmentations", &Augmented::max_augmentations);
-  const Nitsche nitsche;
-  py::class_<Nitsche>(engine, "Nitsche")
-      .def(py::init([](double factor) { return Nitsche{factor}; }), py::kw_only(),
-           py::arg("factor") = nitsche.factor)
-      .def_readonly("factor", &Nitsche::factor);
-  py::class_<AtNodes>(engine, "AtNodes").def(py::init<>());
-  py::class_<Mortar>(engine, "Mortar")
-      .def(py::init([](const py::array& first, const py::array& second) {
-             return Mortar{to_rows(first, {3, 6}, "Mortar", "first"), to_rows(second, {3, 6}, "Mortar", "second")};
-           }),
-           py::arg("first"), py::arg("second"));
-  const Collision::Options options;
-  py::class_<ContactPart>(engine, "Contact")
-      .def(py::init([](const Airway& airway, const Enforcement& enforcement, double tolerance, int max_passes,
-                       std::optional<double> friction, const std::string& surface_mass, const FaceMethod& faces) {
-             ContactPart part{airway, enforcement, {tolerance, max_passes}, {}, to_surface_mass(surface_mass),
-                              faces};
-             if (friction) part.friction = Friction{*friction};
-             return part;
-           }),
-           py::kw_only(), py::arg("airway"), py::arg("enforcement"), py::arg("tolerance") = options.tolerance,
-           py::arg("max_passes") = options.max_passes, py::arg("friction") = py::none(),
-           py::arg("surface_mass") = name_of(ContactPart{}.surface_mass),
-           py::arg_v("faces", ContactPart{}.faces, "..."))
-      .def_property_readonly(
-          "faces",
-          [](const ContactPart& c) { return std::holds_alternative<Mortar>(c.faces) ? "mortar" : "nodes"; })
-      .def_property_readonly("friction",
-                             [](const ContactPart& c) -> std::optional<double> {
-                               if (!c.friction) return std::nullopt;
-                               return c.friction->coefficient;
-                             })
-      .def_property_readonly("tolerance", [](const ContactPart& c) { return c.options.tolerance; })
-      .def_property_readonly("max_passes", [](const ContactPart& c) { return c.options.max_passes; })
-      .def_property_readonly("surface_mass", [](const ContactPart& c) { return name_of(c.surface_mass); });
+  options<Multipliers>("Multipliers", option("solver", &Multipliers::solver),
+                       option("position", &Multipliers::position))
+      .bind(engine, {}, py::kw_only());
+  options<Penalty>("Penalty", option("stiffness", &Penalty::stiffness)).bind(engine, {}, py::kw_only());
+  options<VolumePenalty>("VolumePenalty", option("kappa", &VolumePenalty::kappa)).bind(engine, {}, py::kw_only());
+  options<Augmented>("Augmented", option("stiffness", &Augmented::stiffness), option("growth", &Augmented::growth),
+                     option("reduction", &Augmented::reduction),
+                     option("max_augmentations", &Augmented::max_augmentations))
+      .bind(engine, {}, py::kw_only());
+  options<Nitsche>("Nitsche", option("factor", &Nitsche::factor)).bind(engine, {}, py::kw_only());
+
+  options<AtNodes>("AtNodes").bind(engine);
+  options<Mortar>("Mortar", taken("first", &Mortar::first), taken("second", &Mortar::second)).bind(engine);
+  const auto limits = &ContactPart::options;
+  options<ContactPart>(
+      "Contact", taken("airway", &ContactPart::airway), required("enforcement", &ContactPart::enforcement),
+      option("tolerance", limits, &Collision::Options::tolerance),
+      option("max_passes", limits, &Collision::Options::max_passes), option("friction", &ContactPart::friction),
+      option("surface_mass", &ContactPart::surface_mass), option("faces", &ContactPart::faces))
+      .bind(engine, {}, py::kw_only());
 }
 
 void bind_waveforms(py::module_& engine) {

@@ -1,7 +1,21 @@
 #include "arrays.hpp"
 #include "engine.hpp"
+#include "options.hpp"
 #include "plica/imaging/flow.hpp"
 #include "plica/imaging/linearise.hpp"
+
+namespace plica::python {
+
+template <>
+struct Names<PenaltyShape> {
+  static Named<PenaltyShape> all() {
+    return {{"lorentzian", PenaltyShape::lorentzian},
+            {"charbonnier", PenaltyShape::charbonnier},
+            {"quadratic", PenaltyShape::quadratic}};
+  }
+};
+
+}  // namespace plica::python
 
 using namespace plica;
 using namespace plica::python;
@@ -43,70 +57,19 @@ void same_size(const Plane& plane, const py::array& array, const Plane& other, c
   }
 }
 
-PenaltyShape to_penalty(const std::string& name, const std::string& field) {
-  if (name == "lorentzian") return PenaltyShape::lorentzian;
-  if (name == "charbonnier") return PenaltyShape::charbonnier;
-  if (name == "quadratic") return PenaltyShape::quadratic;
-  throw InvalidInput("FlowOptions: " + field + " = \"" + name +
-                     "\"; must be \"lorentzian\", \"charbonnier\" or \"quadratic\".");
-}
-
-const char* name_of(PenaltyShape penalty) {
-  if (penalty == PenaltyShape::charbonnier) return "charbonnier";
-  return penalty == PenaltyShape::lorentzian ? "lorentzian" : "quadratic";
-}
-
 }  // namespace
 
 void bind_imaging(py::module_& engine) {
-  const FlowOptions defaults;
-  py::class_<FlowOptions>(engine, "FlowOptions")
-      .def(py::init([](double smoothness, double data_scale, double smooth_scale, const std::string& data_penalty,
-                       const std::string& smooth_penalty, std::optional<double> gradient_noise, int stages,
-                       std::optional<int> levels, double spacing, int fine_levels, double fine_spacing, int warps,
-                       double largest_step, int sweeps, double relaxation) {
-             const FlowOptions options{smoothness,
-                                       data_scale,
-                                       smooth_scale,
-                                       to_penalty(data_penalty, "data_penalty"),
-                                       to_penalty(smooth_penalty, "smooth_penalty"),
-                                       gradient_noise,
-                                       stages,
-                                       levels,
-                                       spacing,
-                                       fine_levels,
-                                       fine_spacing,
-                                       warps,
-                                       largest_step,
-                                       sweeps,
-                                       relaxation};
-             options.validate();
-             return options;
-           }),
-           py::kw_only(), py::arg("smoothness") = defaults.smoothness, py::arg("data_scale") = defaults.data_scale,
-           py::arg("smooth_scale") = defaults.smooth_scale,
-           py::arg("data_penalty") = name_of(defaults.data_penalty),
-           py::arg("smooth_penalty") = name_of(defaults.smooth_penalty),
-           py::arg("gradient_noise") = defaults.gradient_noise, py::arg("stages") = defaults.stages,
-           py::arg("levels") = defaults.levels, py::arg("spacing") = defaults.spacing,
-           py::arg("fine_levels") = defaults.fine_levels, py::arg("fine_spacing") = defaults.fine_spacing,
-           py::arg("warps") = defaults.warps, py::arg("largest_step") = defaults.largest_step,
-           py::arg("sweeps") = defaults.sweeps, py::arg("relaxation") = defaults.relaxation)
-      .def_readonly("smoothness", &FlowOptions::smoothness)
-      .def_readonly("data_scale", &FlowOptions::data_scale)
-      .def_readonly("smooth_scale", &FlowOptions::smooth_scale)
-      .def_property_readonly("data_penalty", [](const FlowOptions& o) { return name_of(o.data_penalty); })
-      .def_property_readonly("smooth_penalty", [](const FlowOptions& o) { return name_of(o.smooth_penalty); })
-      .def_readonly("gradient_noise", &FlowOptions::gradient_noise)
-      .def_readonly("stages", &FlowOptions::stages)
-      .def_readonly("levels", &FlowOptions::levels)
-      .def_readonly("spacing", &FlowOptions::spacing)
-      .def_readonly("fine_levels", &FlowOptions::fine_levels)
-      .def_readonly("fine_spacing", &FlowOptions::fine_spacing)
-      .def_readonly("warps", &FlowOptions::warps)
-      .def_readonly("largest_step", &FlowOptions::largest_step)
-      .def_readonly("sweeps", &FlowOptions::sweeps)
-      .def_readonly("relaxation", &FlowOptions::relaxation);
+  options<FlowOptions>(
+      "FlowOptions", option("smoothness", &FlowOptions::smoothness),
+      option("data_scale", &FlowOptions::data_scale), option("smooth_scale", &FlowOptions::smooth_scale),
+      option("data_penalty", &FlowOptions::data_penalty), option("smooth_penalty", &FlowOptions::smooth_penalty),
+      option("gradient_noise", &FlowOptions::gradient_noise), option("stages", &FlowOptions::stages),
+      option("levels", &FlowOptions::levels), option("spacing", &FlowOptions::spacing),
+      option("fine_levels", &FlowOptions::fine_levels), option("fine_spacing", &FlowOptions::fine_spacing),
+      option("warps", &FlowOptions::warps), option("largest_step", &FlowOptions::largest_step),
+      option("sweeps", &FlowOptions::sweeps), option("relaxation", &FlowOptions::relaxation))
+      .bind(engine, &FlowOptions::validate, py::kw_only());
 
   engine.def(
       "dense_flow",

@@ -1,8 +1,37 @@
 #include "arrays.hpp"
 #include "engine.hpp"
+#include "options.hpp"
 #include "plica/mesh/block.hpp"
 #include "plica/mesh/larynx.hpp"
 #include "plica/mesh/tet_mesh.hpp"
+
+namespace plica::python {
+
+/// Left out, the thesis's sections.
+template <>
+struct Shown<std::vector<Larynx::Section>> {
+  using Given = std::optional<RealArray>;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+  static std::vector<Larynx::Section> take(const Given& rows, const char* owner, const char* option) {
+    if (!rows) return Larynx{}.sections;
+    if (rows->ndim() != 2 || rows->shape(1) != 2) wrong_shape(owner, option, *rows, "(k, 2): z, minor");
+    std::vector<Larynx::Section> sections;
+    for (py::ssize_t k = 0; k < rows->shape(0); ++k) sections.push_back({rows->at(k, 0), rows->at(k, 1)});
+    return sections;
+  }
+  static py::array_t<double> show(const std::vector<Larynx::Section>& sections) {
+    Rows rows(static_cast<Eigen::Index>(sections.size()), 2);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+      const auto& section = sections[static_cast<std::size_t>(k)];
+      rows.row(k) << section.z, section.minor;
+    }
+    return give(std::move(rows));
+  }
+  static Given initial(const std::vector<Larynx::Section>&) { return std::nullopt; }
+};
+
+}  // namespace plica::python
 
 using namespace plica;
 using namespace plica::python;
@@ -105,74 +134,24 @@ void bind_tet_mesh(py::module_& engine) {
       py::arg("points"), py::arg("cells"));
 }
 
-using SectionRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
-SectionRows section_rows(const std::vector<Larynx::Section>& sections) {
-  SectionRows rows(static_cast<Eigen::Index>(sections.size()), 2);
-  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-    const auto& section = sections[static_cast<std::size_t>(k)];
-    rows.row(k) << section.z, section.minor;
-  }
-  return rows;
+const auto& larynx_options() {
+  static const auto table = options<Larynx>(
+      "Larynx", option("sections", &Larynx::sections), option("major", &Larynx::major),
+      option("radius", &Larynx::radius), option("layer_thickness", &Larynx::layer_thickness),
+      option("layers_from_section", &Larynx::layers_from_section),
+      option("layers_to_section", &Larynx::layers_to_section), option("levels", &Larynx::levels),
+      option("around", &Larynx::around), option("cover_rings", &Larynx::cover_rings),
+      option("ligament_rings", &Larynx::ligament_rings), option("body_rings", &Larynx::body_rings));
+  return table;
 }
 
-std::vector<Larynx::Section> to_sections(const RealArray& rows) {
-  if (rows.ndim() != 2 || rows.shape(1) != 2) {
-    wrong_shape("Larynx", "sections", rows, "(k, 2): z, minor");
-  }
-  std::vector<Larynx::Section> sections;
-  for (py::ssize_t k = 0; k < rows.shape(0); ++k) {
-    sections.push_back({rows.at(k, 0), rows.at(k, 1)});
-  }
-  return sections;
-}
-
-py::dict larynx_fields(const Larynx& larynx) {
-  py::dict fields;
-  fields["sections"] = give(section_rows(larynx.sections));
-  fields["major"] = larynx.major;
-  fields["radius"] = larynx.radius;
-  fields["layer_thickness"] = larynx.layer_thickness;
-  fields["layers_from_section"] = larynx.layers_from_section;
-  fields["layers_to_section"] = larynx.layers_to_section;
-  fields["levels"] = larynx.levels;
-  fields["around"] = larynx.around;
-  fields["cover_rings"] = larynx.cover_rings;
-  fields["ligament_rings"] = larynx.ligament_rings;
-  fields["body_rings"] = larynx.body_rings;
-  return fields;
-}
+py::dict larynx_fields(const Larynx& larynx) { return larynx_options().to_dict(larynx); }
 
 void bind_larynx(py::module_& engine) {
-  const Larynx defaults;
-  engine.def(
-      "larynx_mesh",
-      [](const std::optional<RealArray>& sections, double major, double radius, double layer_thickness,
-         int layers_from_section, int layers_to_section, std::vector<int> levels, int around, int cover_rings,
-         int ligament_rings, int body_rings) {
-        Larynx larynx;
-        if (sections) {
-          larynx.sections = to_sections(*sections);
-        }
-        larynx.major = major;
-        larynx.radius = radius;
-        larynx.layer_thickness = layer_thickness;
-        larynx.layers_from_section = layers_from_section;
-        larynx.layers_to_section = layers_to_section;
-        larynx.levels = std::move(levels);
-        larynx.around = around;
-        larynx.cover_rings = cover_rings;
-        larynx.ligament_rings = ligament_rings;
-        larynx.body_rings = body_rings;
-        const Released released;
-        return larynx_mesh(larynx);
-      },
-      py::kw_only(), py::arg("sections") = py::none(), py::arg("major") = defaults.major,
-      py::arg("radius") = defaults.radius, py::arg("layer_thickness") = defaults.layer_thickness,
-      py::arg("layers_from_section") = defaults.layers_from_section,
-      py::arg("layers_to_section") = defaults.layers_to_section, py::arg("levels") = defaults.levels,
-      py::arg("around") = defaults.around, py::arg("cover_rings") = defaults.cover_rings,
-      py::arg("ligament_rings") = defaults.ligament_rings, py::arg("body_rings") = defaults.body_rings);
+  larynx_options().def(engine, "larynx_mesh", [](const Larynx& larynx) {
+    const Released released;
+    return larynx_mesh(larynx);
+  });
   engine.def("larynx_defaults", [] { return larynx_fields(Larynx{}); });
   engine.def(
       "larynx_preset",

@@ -1,5 +1,6 @@
 #include "arrays.hpp"
 #include "engine.hpp"
+#include "options.hpp"
 #include "plica/tissue/assembly.hpp"
 
 using namespace plica;
@@ -10,46 +11,16 @@ namespace {
 using Released = py::gil_scoped_release;
 
 void bind_materials(py::module_& engine) {
-  const Isotropic isotropic;
-  py::class_<Isotropic>(engine, "Isotropic")
-      .def(py::init([](double E, double nu) {
-             return Isotropic{E, nu};
-           }),
-           py::arg("E") = isotropic.E, py::arg("nu") = isotropic.nu)
-      .def_readonly("E", &Isotropic::E)
-      .def_readonly("nu", &Isotropic::nu);
-
-  const TransverselyIsotropic fibred;
-  const std::array<double, 3> along{fibred.fibre.x(), fibred.fibre.y(), fibred.fibre.z()};
-  py::class_<TransverselyIsotropic>(engine, "TransverselyIsotropic")
-      .def(py::init([](double E, double nu, double E_fibre, double nu_fibre, double mu_fibre,
-                       std::optional<double> mu, const std::array<double, 3>& fibre) {
-             return TransverselyIsotropic{
-                 E, nu, E_fibre, nu_fibre, mu_fibre, mu, Vector3(fibre[0], fibre[1], fibre[2])};
-           }),
-           py::arg("E") = fibred.E, py::arg("nu") = fibred.nu, py::arg("E_fibre") = fibred.E_fibre,
-           py::arg("nu_fibre") = fibred.nu_fibre, py::arg("mu_fibre") = fibred.mu_fibre, py::arg("mu") = fibred.mu,
-           py::arg("fibre") = along)
-      .def_readonly("E", &TransverselyIsotropic::E)
-      .def_readonly("nu", &TransverselyIsotropic::nu)
-      .def_readonly("E_fibre", &TransverselyIsotropic::E_fibre)
-      .def_readonly("nu_fibre", &TransverselyIsotropic::nu_fibre)
-      .def_readonly("mu_fibre", &TransverselyIsotropic::mu_fibre)
-      .def_readonly("mu", &TransverselyIsotropic::mu)
-      .def_property_readonly("fibre", [](const TransverselyIsotropic& law) {
-        return std::make_tuple(law.fibre.x(), law.fibre.y(), law.fibre.z());
-      });
-
-  const Material material;
-  py::class_<Material>(engine, "Material")
-      .def(py::init(
-               [](std::variant<Isotropic, TransverselyIsotropic> elasticity, double density, double viscosity) {
-                 return Material{std::move(elasticity), density, viscosity};
-               }),
-           py::arg("elasticity"), py::arg("density") = material.density, py::arg("viscosity") = material.viscosity)
-      .def_readonly("elasticity", &Material::elasticity)
-      .def_readonly("density", &Material::density)
-      .def_readonly("viscosity", &Material::viscosity)
+  options<Isotropic>("Isotropic", option("E", &Isotropic::E), option("nu", &Isotropic::nu)).bind(engine);
+  using Fibred = TransverselyIsotropic;
+  options<Fibred>("TransverselyIsotropic", option("E", &Fibred::E), option("nu", &Fibred::nu),
+                  option("E_fibre", &Fibred::E_fibre), option("nu_fibre", &Fibred::nu_fibre),
+                  option("mu_fibre", &Fibred::mu_fibre), option("mu", &Fibred::mu),
+                  option("fibre", &Fibred::fibre))
+      .bind(engine);
+  options<Material>("Material", required("elasticity", &Material::elasticity),
+                    option("density", &Material::density), option("viscosity", &Material::viscosity))
+      .bind(engine)
       .def("validate", &Material::validate, py::arg("where"));
 
   engine.def(

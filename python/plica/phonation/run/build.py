@@ -11,20 +11,8 @@ from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.run.initial import initial_fields
 from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.parts import (
-    Airflow,
-    Augmented,
-    Contact,
-    Extrapolated,
-    HilberHughesTaylor,
-    Iterated,
-    Lagged,
-    Multipliers,
-    Newmark,
-    Nitsche,
-    Penalty,
-    VolumePenalty,
-)
+from plica.phonation.scene.part import OneOf, Part
+from plica.phonation.scene.parts import Airflow, Contact
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.tissue import Tissue
 
@@ -75,7 +63,7 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
     try:
         return _engine.Simulation(
             **body,
-            scheme=_scheme(scene),
+            scheme=_options(scene.time.scheme.choice),
             step=scene.time.step,
             solver_tolerance=scene.solver.tolerance,
             max_iterations=scene.solver.max_iterations,
@@ -236,28 +224,18 @@ def _place(point: NDArray[np.float64]) -> str:
     return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
 
 
-def _scheme(scene: Scene) -> Any:
-    match scene.time.scheme.choice:
-        case HilberHughesTaylor(alpha=alpha):
-            return _engine.HilberHughesTaylor(alpha=alpha)
-        case Newmark(beta=beta, gamma=gamma):
-            return _engine.Newmark(beta=beta, gamma=gamma)
-        case other:
-            raise AssertionError(other)
+def _options(part: Part, **given: Any) -> Any:
+    """The engine's options of the part's name: what it has of them, but for those that are given."""
+    options = getattr(_engine, type(part).__name__)
+    fields = {name: getattr(part, name) for name in options._defaults if name not in given}
+    chosen = {name: _options(field.choice) for name, field in fields.items() if isinstance(field, OneOf)}
+    return options(**fields | chosen, **given)
 
 
 def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:
     _known(scene, "airflow.surface", airflow.surface, list(mesh.surfaces))
-    match airflow.coupling.choice:
-        case Lagged():
-            coupling: Any = _engine.Lagged()
-        case Extrapolated():
-            coupling = _engine.Extrapolated()
-        case Iterated() as iterated:
-            coupling = _engine.Iterated(**iterated.model_dump())
-        case other:
-            raise AssertionError(other)
-    return _engine.Airflow(**airflow.model_dump(exclude={"coupling"}), coupling=coupling)
+    made: _engine.Airflow = _options(airflow)
+    return made
 
 
 def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.Contact:
@@ -274,28 +252,13 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     except InvalidInput as error:
         hint = ' Between other meshes: airway = "triangulated".' if contact.airway == "matched" else ""
         raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
-    match contact.choice:
-        case Multipliers() as multipliers:
-            enforcement: Any = _engine.Multipliers(**multipliers.model_dump())
-        case Penalty() as penalty:
-            enforcement = _engine.Penalty(**penalty.model_dump())
-        case VolumePenalty() as penalty:
-            enforcement = _engine.VolumePenalty(**penalty.model_dump())
-        case Augmented() as augmented:
-            enforcement = _engine.Augmented(**augmented.model_dump())
-        case Nitsche() as nitsche:
-            enforcement = _engine.Nitsche(**nitsche.model_dump())
-        case other:
-            raise AssertionError(other)
-    return _engine.Contact(
+    made: _engine.Contact = _options(
+        contact,
         airway=airway,
-        enforcement=enforcement,
-        tolerance=contact.tolerance,
-        max_passes=contact.max_passes,
-        friction=contact.friction,
-        surface_mass=contact.surface_mass,
+        enforcement=_options(contact.choice),
         faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
     )
+    return made
 
 
 def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
@@ -14,8 +13,6 @@ from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.problems import describe
 
 __all__ = ["OneOf", "Part", "engine_default", "problem"]
-
-_NO_FACES = np.empty((0, 3), np.int32)
 
 
 def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomError:
@@ -29,18 +26,7 @@ def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomE
 def engine_default(option: str, field: str) -> Callable[[], Any]:
     """The default of a field as the engine's option struct has it, so that it exists once."""
 
-    def default() -> Any:
-        struct = getattr(_engine, option)
-        match option:
-            case "Material":
-                return getattr(struct(_engine.Isotropic()), field)
-            case "Contact":
-                airway = _engine.Airway(first=_NO_FACES, second=_NO_FACES, tets=np.empty((0, 4), np.int32))
-                return getattr(struct(airway=airway, enforcement=_engine.Multipliers()), field)
-            case _:
-                return getattr(struct(), field)
-
-    return default
+    return lambda: getattr(_engine, option)._defaults[field]
 
 
 if TYPE_CHECKING:
