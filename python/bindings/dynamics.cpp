@@ -8,12 +8,6 @@
 namespace plica::python {
 
 template <>
-struct Names<decltype(Airflow::Options::area)> {
-  static Named<decltype(Airflow::Options::area)> all() {
-    return {{"elliptic", Airflow::Elliptic{}}, {"cut", Airflow::Cut{}}};
-  }
-};
-template <>
 struct Names<decltype(Airflow::Options::load_shape)> {
   static Named<decltype(Airflow::Options::load_shape)> all() {
     return {{"reference", Airflow::ReferenceShape{}}, {"current", Airflow::CurrentShape{}}};
@@ -94,13 +88,21 @@ void bind_options(py::module_& engine) {
   options<Iterated>("Iterated", option("tolerance", &Iterated::tolerance),
                     option("max_sweeps", &Iterated::max_sweeps), option("freeze_after", &Iterated::freeze_after))
       .bind(engine, {}, py::kw_only());
+  options<ViscousSlit>("ViscousSlit", option("separation_ratio", &ViscousSlit::separation_ratio),
+                       option("air_viscosity", &ViscousSlit::air_viscosity),
+                       option("least_gap", &ViscousSlit::least_gap))
+      .bind(engine, {}, py::kw_only());
+  options<Bernoulli>("Bernoulli", option("zero_flow_fraction", &Bernoulli::zero_flow_fraction))
+      .bind(engine, {}, py::kw_only());
+  options<CutSections>("Cut", option("sections", &CutSections::sections)).bind(engine, {}, py::kw_only());
+  options<EllipticSections>("Elliptic").bind(engine);
   using Flow = Airflow::Options;
   const auto flow = &AirflowPart::flow;
   options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
                        option("subglottal_pressure", flow, &Flow::subglottal_pressure),
                        option("air_density", flow, &Flow::air_density),
-                       option("zero_flow_fraction", flow, &Flow::zero_flow_fraction),
-                       option("area", flow, &Flow::area), option("load_shape", flow, &Flow::load_shape),
+                       option("model", flow, &Flow::model), option("area", flow, &Flow::area),
+                       option("load_shape", flow, &Flow::load_shape),
                        option("coupling", &AirflowPart::coupling))
       .bind(
           engine, [](const AirflowPart& part) { part.flow.validate(); }, py::kw_only());

@@ -116,6 +116,7 @@ def _merge(into: dict[str, Any], other: dict[str, Any]) -> None:
 GIVEN: dict[str, Given] = {
     "subglottal_pressure": Given(LARYNX, "airflow.subglottal_pressure = 0.8"),
     "air_density": Given(LARYNX, "airflow.air_density = 1230"),
+    "air_viscosity": Given(LARYNX, "airflow.model.viscous_slit.air_viscosity = 1.8e-3"),
     "stiffness": Given(LARYNX, 'tissue.body.E = "20 MPa"\ntime.scheme.newmark = {}'),
     "tissue_density": Given(LARYNX, "tissue.body.density = 1.04e6"),
     "viscosity": Given(LARYNX, "tissue.body.viscosity = 350"),

@@ -60,6 +60,7 @@ def test_a_scene_gives_its_caution_and_no_other(name: str, tmp_path: Path) -> No
 LARYNX_FIELDS = {
     "subglottal_pressure": "airflow.subglottal_pressure = {}",
     "air_density": "airflow.air_density = {}",
+    "air_viscosity": "airflow.model.viscous_slit.air_viscosity = {}",
     "stiffness": "tissue.cover.E = {}",
     "tissue_density": "tissue.ligament.density = {}",
     "viscosity": "tissue.cover.left.viscosity = {}",

@@ -78,8 +78,14 @@ def test_scenes_that_differ_in_one_number_are_not_equal(bar: plica.Scene) -> Non
 
 def test_defaults_are_the_engines() -> None:
     airflow, engine = plica.Airflow(), _engine.Airflow()
-    for name in ("surface", "subglottal_pressure", "air_density", "zero_flow_fraction", "area"):
+    for name in ("surface", "subglottal_pressure", "air_density"):
         assert getattr(airflow, name) == getattr(engine, name)
+    assert airflow.model.viscous_slit is not None
+    assert airflow.area.cut is not None
+    for name in ("separation_ratio", "air_viscosity", "least_gap"):
+        assert getattr(airflow.model.viscous_slit, name) == getattr(engine.model, name)
+    assert airflow.area.cut.sections == engine.area.sections
+    assert plica.Bernoulli().zero_flow_fraction == _engine.Bernoulli().zero_flow_fraction == 0.5
     assert plica.HilberHughesTaylor().alpha == _engine.HilberHughesTaylor().alpha
     assert plica.Penalty().stiffness == _engine.Penalty().stiffness > 0
     assert plica.VolumePenalty().kappa == _engine.VolumePenalty().kappa > 0

@@ -11,8 +11,6 @@
 namespace plica {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
 const Faces& checked(const TetMesh& mesh, const Faces& surface) {
   if (surface.rows() == 0) throw InvalidInput("Airflow", "faces of the surface", 0, "", "> 0");
   if (surface.cols() != 3 && surface.cols() != 6)
@@ -50,15 +48,22 @@ void Airflow::Options::validate() const {
   };
   positive("subglottal_pressure", subglottal_pressure, "Pa");
   positive("air_density", air_density, "kg/m^3");
-  if (!(zero_flow_fraction >= 0 && zero_flow_fraction <= 1))
-    throw InvalidInput("Airflow", "zero_flow_fraction", zero_flow_fraction, "", "in [0, 1]");
+  if (const auto* cut = std::get_if<CutSections>(&area))
+    if (cut->sections < 2 || cut->sections > 1000)
+      throw InvalidInput("Airflow", "sections", cut->sections, "", "in [2, 1000]");
+  std::visit([](const auto& chosen) { chosen.validate(); }, model);
 }
 
 Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
-    : options_((options.validate(), options)),
-      reference_(mesh.points),
-      sections_(coronal_sections(mesh, checked(mesh, surface))),
-      faces_(surface) {
+    : options_((options.validate(), options)), faces_(checked(mesh, surface)) {
+  if (const auto* cut = std::get_if<CutSections>(&options_.area)) {
+    sections_ = graded_sections(mesh, faces_, cut->sections);
+    section_areas_ = SectionAreas::cut(mesh, faces_, sections_);
+  } else {
+    sections_ = level_sections(mesh, faces_);
+    section_areas_ = SectionAreas::elliptic(sections_);
+  }
+  length_ = 2 * sections_.major;
   nodes_ = surface.reshaped<Eigen::RowMajor>();
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.conservativeResize(std::unique(nodes_.begin(), nodes_.end()) - nodes_.begin());
@@ -67,10 +72,10 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
   });
 
   // Heights closer than sections can be are one: round-off must not move a node off the first or last section.
-  const double same = 1e-6 * (mesh.points(nodes_, 2).maxCoeff() - mesh.points(nodes_, 2).minCoeff());
+  const Points x = mesh.points(nodes_, Eigen::all);
+  const double same = 1e-6 * (x.col(2).maxCoeff() - x.col(2).minCoeff());
   const Vector& height = sections_.height;
-  for (const auto node : nodes_) {
-    const double z = mesh.points(node, 2);
+  for (const double z : x.col(2)) {
     if (z < height[0] - same)
       places_.push_back({Region::below, 0, 0});
     else if (z > height[height.size() - 1] + same)
@@ -80,25 +85,9 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
       places_.push_back({Region::within, static_cast<std::int32_t>(i), t});
     }
   }
-  if (std::holds_alternative<Cut>(options_.area)) {
-    triangles_ = flat_triangles(faces_);
-    const Vector z = mesh.points(nodes_, 2);
-    for (std::ptrdiff_t n = 0; n < nodes_.size(); ++n) {
-      if (z[n] <= z.minCoeff() + same) lower_rim_.push_back(nodes_[n]);
-      if (z[n] >= z.maxCoeff() - same) upper_rim_.push_back(nodes_[n]);
-    }
-  }
+  patterns_ = plica::load_patterns(x, face_rows_, height, same);
   constexpr double closed = 1e-4;  // of the least area at rest; exact contact leaves about 1e-6
-  closed_area_ = closed * std::max(areas(reference_).minCoeff(), 0.0);
-}
-
-Vector Airflow::areas(const Points& x) const {
-  if (std::holds_alternative<Elliptic>(options_.area))
-    return pi / 2 * sections_.major.cwiseProduct(sections_.widths(x));
-  double low = -std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto node : lower_rim_) low = std::max(low, x(node, 2));
-  for (const auto node : upper_rim_) high = std::min(high, x(node, 2));
-  return cut_areas(x, triangles_, sections_.height.cwiseMax(low).cwiseMin(high));
+  closed_area_ = closed * std::max(areas(mesh.points).minCoeff(), 0.0);
 }
 
 FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int> separation) const {
@@ -109,30 +98,10 @@ FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int
     throw InvalidInput("Airflow: areas are not finite; must be finite. Did the time step diverge?");
   if (separation && (*separation < 0 || *separation >= areas.size()))
     throw InvalidInput("Airflow", "separation", *separation, "", "in [0, " + std::to_string(areas.size()) + ")");
-  FlowState state;
-  state.area = areas;
-  std::ptrdiff_t least = 0;
-  const double least_area = areas.minCoeff(&least);
-  state.stopped = stopped;
-  if (separation) {
-    state.separation = *separation;
-  } else {
-    state.stopped = stopped || least_area <= 0;
-    // Where the folds touch, several sections are closed to round-off: the flow meets the lowest of them first.
-    if (state.stopped)
-      least = std::find_if(areas.begin(), areas.end(),
-                           [&](double a) { return a <= std::max(least_area, 0.0) + closed_area_; }) -
-              areas.begin();
-    state.separation = static_cast<int>(least);
-  }
-  const double throat = state.stopped ? 0 : std::max(areas[state.separation], 0.0);
-  state.pressure = Vector::Zero(areas.size());
-  for (int i = 0; i < state.separation; ++i) {
-    const double ratio = throat < areas[i] ? throat / areas[i] : (throat > 0 ? 1.0 : 0.0);
-    state.pressure[i] = options_.subglottal_pressure * (1 - ratio * ratio);
-  }
-  state.flow = std::sqrt(2 * options_.subglottal_pressure / options_.air_density) * throat;
-  return state;
+  const Air air{options_.subglottal_pressure, options_.air_density};
+  if (const auto* slit = std::get_if<ViscousSlit>(&options_.model))
+    return viscous_slit_flow(*slit, air, {sections_.height, length_}, areas);
+  return bernoulli_flow(air, closed_area_, areas, stopped, separation);
 }
 
 double Airflow::pressure_at(const Place& place, const Vector& pressure) const {
@@ -148,13 +117,17 @@ Vector Airflow::nodal_pressure(const Vector& pressure) const {
 }
 
 void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) const {
-  const Points& shape = std::holds_alternative<ReferenceShape>(options_.load_shape) ? reference_ : x;
+  auto forces = as_points(force);
+  if (std::holds_alternative<ReferenceShape>(options_.load_shape)) {
+    const Vector load = options_.subglottal_pressure * patterns_.subglottal + patterns_.sections * pressure;
+    for (std::ptrdiff_t n = 0; n < nodes_.size(); ++n) forces.row(nodes_[n]) += load.segment<3>(3 * n).transpose();
+    return;
+  }
   FaceVectors position(faces_.cols(), 3);
   FaceValues value(faces_.cols());
-  auto forces = as_points(force);
   for (std::ptrdiff_t f = 0; f < faces_.rows(); ++f) {
     for (std::ptrdiff_t c = 0; c < faces_.cols(); ++c) {
-      position.row(c) = shape.row(faces_(f, c));
+      position.row(c) = x.row(faces_(f, c));
       value[c] = pressure_at(places_[face_rows_(f, c)], pressure);
     }
     if ((value.array() == 0).all()) continue;  // downstream of the separation
@@ -164,9 +137,11 @@ void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) c
 }
 
 bool Airflow::blocks(double y_bc, double z_bc) const {
+  const auto* bernoulli = std::get_if<Bernoulli>(&options_.model);
+  if (bernoulli == nullptr) return false;
   const Between where = between(sections_.height, z_bc);
   return std::abs(y_bc - interpolate(sections_.middle, where)) <=
-         options_.zero_flow_fraction * interpolate(sections_.major, where);
+         bernoulli->zero_flow_fraction * interpolate(sections_.major, where);
 }
 
 }  // namespace plica

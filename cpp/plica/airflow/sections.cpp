@@ -63,8 +63,8 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
     auto [low, high, rest] = ends;
     if (low.z > high.z) std::swap(low, high);
     if (count == 3 || high.z - low.z <= tolerance)
-      throw InvalidInput("coronal_sections: interface at y = " + number(middle) + " m, (x, z) = (" +
-                         number(low.x) + ", " + number(low.z) +
+      throw InvalidInput("Airflow: interface at y = " + number(middle) + " m, (x, z) = (" + number(low.x) + ", " +
+                         number(low.z) +
                          ") m; must have one x at each height on each fold, but runs level there. "
                          "Does the surface hold more than the walls of the airway?");
     const Vector3 u = points.row(triangle[1]) - points.row(triangle[0]),
@@ -80,7 +80,7 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
 
 Line join(std::vector<Segment> segments, const std::string& side, double middle, double tolerance) {
   if (segments.empty())
-    throw InvalidInput("coronal_sections: interface toward " + side +
+    throw InvalidInput("Airflow: interface toward " + side +
                        " x; must cross its mid-coronal plane y = " + number(middle) +
                        " m. Are the anteroposterior axis y and the outward "
                        "direction of the surface right?");
@@ -89,8 +89,8 @@ Line join(std::vector<Segment> segments, const std::string& side, double middle,
   for (const auto& segment : segments) {
     const auto& end = line.back();
     if (std::abs(segment.low.z - end.z) > tolerance || std::abs(segment.low.x - end.x) > tolerance)
-      throw InvalidInput("coronal_sections: interface toward " + side + " x at y = " + number(middle) +
-                         " m, (x, z) = (" + number(segment.low.x) + ", " + number(segment.low.z) +
+      throw InvalidInput("Airflow: interface toward " + side + " x at y = " + number(middle) + " m, (x, z) = (" +
+                         number(segment.low.x) + ", " + number(segment.low.z) +
                          ") m; must have one x at each height, " +
                          (segment.low.z < end.z + tolerance ? "has several" : "has none just below") +
                          ". The flow needs folds without overhang.");
@@ -177,48 +177,97 @@ Vector Sections::widths(const Points& x) const {
   return widths;
 }
 
-Sections coronal_sections(const TetMesh& mesh, const Faces& surface) {
-  const Triangles triangles = flat_triangles(surface);
-  const Eigen::AlignedBox3d box = box_of(mesh.points, triangles);
-  const double extent = box.diagonal().norm(), same_height = 1e-6 * extent, on_plane = 1e-9 * extent;
-  const double middle = box.center()[1];
-  auto sides = cut_coronal(mesh.points, triangles, middle, on_plane);
-  Line right = join(std::move(sides[0]), "larger", middle, same_height);
-  Line left = join(std::move(sides[1]), "smaller", middle, same_height);
-  Sections sections;
-  if (right_cells(mesh, right) < right_cells(mesh, left)) {
-    std::swap(right, left);
-    sections.toward_right = -1;
-  }
+namespace {
 
-  const double lowest = std::max(right.front().z, left.front().z) - same_height;
-  const double highest = std::min(right.back().z, left.back().z) + same_height;
+/// Both mid-coronal lines, and what sections at their heights need.
+struct Coronal {
+  Triangles triangles;
+  double same_height, on_plane;  // m, tolerances
+  Line right, left;
+  double toward_right = 1;
+
+  Coronal(const TetMesh& mesh, const Faces& surface) : triangles(flat_triangles(surface)) {
+    const Eigen::AlignedBox3d box = box_of(mesh.points, triangles);
+    const double extent = box.diagonal().norm(), middle = box.center()[1];
+    same_height = 1e-6 * extent;
+    on_plane = 1e-9 * extent;
+    auto sides = cut_coronal(mesh.points, triangles, middle, on_plane);
+    right = join(std::move(sides[0]), "larger", middle, same_height);
+    left = join(std::move(sides[1]), "smaller", middle, same_height);
+    if (right_cells(mesh, right) < right_cells(mesh, left)) {
+      std::swap(right, left);
+      toward_right = -1;
+    }
+    if (lowest() - same_height > highest() + same_height)
+      throw InvalidInput("Airflow", "lowest height of one fold", lowest(), "m",
+                         "<= " + number(highest()) + ", the highest of the other", "The folds share no height.");
+  }
+  double lowest() const { return std::max(right.front().z, left.front().z); }
+  double highest() const { return std::min(right.back().z, left.back().z); }
+
+  Sections at(const TetMesh& mesh, const std::vector<double>& heights) const {
+    Sections sections;
+    sections.toward_right = toward_right;
+    sections.height = Eigen::Map<const Vector>(heights.data(), static_cast<std::ptrdiff_t>(heights.size()));
+    sections.major.resize(sections.count());
+    sections.middle.resize(sections.count());
+    for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
+      const auto [low, high] = depth(mesh.points, triangles, sections.height[i], on_plane);
+      sections.major[i] = (high - low) / 2;
+      sections.middle[i] = (high + low) / 2;
+      sections.right.push_back(point_at(right, sections.height[i], same_height));
+      sections.left.push_back(point_at(left, sections.height[i], same_height));
+    }
+    const double inside_out = sections.widths(mesh.points).minCoeff();
+    if (inside_out < -same_height)
+      throw InvalidInput("Airflow", "least width of the airway at rest", inside_out, "m", ">= 0",
+                         "Is the surface outward, into the air?");
+    return sections;
+  }
+};
+
+}  // namespace
+
+Sections level_sections(const TetMesh& mesh, const Faces& surface) {
+  const Coronal coronal(mesh, surface);
   std::vector<double> candidates, heights;
-  for (const auto* line : {&right, &left})
+  for (const auto* line : {&coronal.right, &coronal.left})
     for (const auto& vertex : *line)
-      if (vertex.z >= lowest && vertex.z <= highest) candidates.push_back(vertex.z);
+      if (vertex.z >= coronal.lowest() - coronal.same_height &&
+          vertex.z <= coronal.highest() + coronal.same_height)
+        candidates.push_back(vertex.z);
   std::sort(candidates.begin(), candidates.end());
   for (const double z : candidates)
-    if (heights.empty() || z - heights.back() > same_height) heights.push_back(z);
-  if (heights.empty())
-    throw InvalidInput("coronal_sections", "lowest height of one fold", lowest, "m",
-                       "<= " + number(highest) + ", the highest of the other", "The folds share no height.");
+    if (heights.empty() || z - heights.back() > coronal.same_height) heights.push_back(z);
+  return coronal.at(mesh, heights);
+}
 
-  sections.height = Eigen::Map<const Vector>(heights.data(), static_cast<std::ptrdiff_t>(heights.size()));
-  sections.major.resize(sections.count());
-  sections.middle.resize(sections.count());
-  for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
-    const auto [low, high] = depth(mesh.points, triangles, heights[i], on_plane);
-    sections.major[i] = (high - low) / 2;
-    sections.middle[i] = (high + low) / 2;
-    sections.right.push_back(point_at(right, heights[i], same_height));
-    sections.left.push_back(point_at(left, heights[i], same_height));
+Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
+  const Coronal coronal(mesh, surface);
+  // The ends are inset so that a plane there cuts the whole airway.
+  const double inset = 1e-4 * (coronal.highest() - coronal.lowest()), low = coronal.lowest() + inset,
+               high = coronal.highest() - inset;
+  if (!(high - low > count * coronal.same_height))
+    throw InvalidInput("Airflow", "height that both folds share", high - low, "m",
+                       "> " + number(count * coronal.same_height) + " for " + std::to_string(count) + " sections");
+  const int samples = 20 * count + 1;
+  const Vector z = Vector::LinSpaced(samples, low, high);
+  const Vector area = cut_areas(mesh.points, coronal.triangles, z);
+  Vector below = Vector::Zero(samples);  // sections up to z, but for a factor
+  double last = 0;
+  for (int k = 0; k < samples; ++k) {
+    const auto [front, back] = depth(mesh.points, coronal.triangles, z[k], coronal.on_plane);
+    const double density = 1 / (std::max(area[k], 0.0) / ((back - front) * (back - front)) + 0.05);
+    if (k > 0) below[k] = below[k - 1] + (last + density) / 2;
+    last = density;
   }
-  const double inside_out = sections.widths(mesh.points).minCoeff();
-  if (inside_out < -same_height)
-    throw InvalidInput("coronal_sections", "least width of the airway at rest", inside_out, "m", ">= 0",
-                       "Is the surface outward, into the air?");
-  return sections;
+  std::vector<double> heights;
+  for (int i = 0, k = 0; i < count; ++i) {
+    const double wanted = below[samples - 1] * i / (count - 1);
+    while (k + 2 < samples && below[k + 1] < wanted) ++k;
+    heights.push_back(z[k] + (wanted - below[k]) / (below[k + 1] - below[k]) * (z[k + 1] - z[k]));
+  }
+  return coronal.at(mesh, heights);
 }
 
 Vector cut_areas(const Points& x, const Triangles& surface, const Vector& heights) {

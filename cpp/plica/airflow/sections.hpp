@@ -10,8 +10,8 @@ struct MaterialPoint {
   Vector3 at(const Points& x) const;
 };
 
-/// The horizontal sections of the glottis. Section i is carried by two material points where the reference
-/// interface crosses the mid-coronal plane at height z_i, one on each fold; where no node lies in that plane the
+/// The horizontal sections of the glottis. At section i two material points lie where the reference interface
+/// crosses the mid-coronal plane at height z_i, one on each fold; where no node lies in that plane the
 /// interface is cut there. The plane lies halfway between the least and the largest y of the interface.
 struct Sections {
   Vector height;                     // (s) m, reference z, ascending
@@ -26,11 +26,16 @@ struct Sections {
   Vector widths(const Points& x) const;
 };
 
-/// Sections at every height where the right or left mid-coronal line of `surface` has a vertex (heights closer
-/// than 1e-6 of the extent are one) and both lines exist. Which line is the right fold's, the sides of the mesh's
-/// cells at the lines say; without sides it is that of larger x. Throws InvalidInput where the surface does not
-/// cross the plane on both sides, or has several x at one height there.
-Sections coronal_sections(const TetMesh& mesh, const Faces& surface);
+/// At the mesh's levels: at every height where the right or left mid-coronal line of `surface` has a vertex
+/// (heights closer than 1e-6 of the extent are one) and both lines exist. Which line is the right fold's, the
+/// sides of the mesh's cells at the lines say; without sides it is that of larger x. Throws InvalidInput where the
+/// surface does not cross the plane on both sides, or has several x at one height there.
+Sections level_sections(const TetMesh& mesh, const Faces& surface);
+
+/// As many as asked for (>= 2) between the lowest and the highest height that both lines have, whatever the mesh's
+/// levels: their spacing is in proportion to a / L^2 + 0.05, with the area a and the anteroposterior length L of
+/// the airway at rest, so that they are dense where the glottis is narrow.
+Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count);
 
 /// Area enclosed by the interface at positions x in the plane z = height (m^2), from its cut polygon;
 /// counts overlap of the folds as negative; nodes in the plane are allowed. O(faces).

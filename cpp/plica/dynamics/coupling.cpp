@@ -57,7 +57,7 @@ FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step) {
         (record.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow.options().subglottal_pressure;
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
-    if (!record.frozen && record.sweeps >= coupling.freeze_after) {
+    if (!record.frozen && record.sweeps >= coupling.freeze_after && airflow.stops_at_contact()) {
       record.frozen = true;
       separation = record.state.separation;
       mixing.forget();

@@ -74,6 +74,7 @@ void Step::move_under_load() {
 }
 
 bool Step::blocks(const SceneFlow& flow) const {
+  if (!flow.airflow().stops_at_contact()) return false;
   for (std::size_t i = 0; i < contacts_.constraints.size(); ++i) {
     if (!(contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
     if (flow.blocks(x_.row(contacts_.constraints[i].slave))) return true;

@@ -23,7 +23,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 2> edges(const Sections& sections, const P
 
 std::string message_of(const TetMesh& mesh) {
   try {
-    coronal_sections(mesh, mesh.surface("airway"));
+    level_sections(mesh, mesh.surface("airway"));
   } catch (const InvalidInput& error) {
     return error.what();
   }
@@ -34,7 +34,7 @@ std::string message_of(const TetMesh& mesh) {
 
 TEST_CASE("nodes on the mid-coronal plane are the sections, one on each side") {
   const TetMesh mesh = tube(12, levels, cone, 0.7);
-  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  const Sections sections = level_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
   for (int i = 0; i < 5; ++i) {
     CHECK(sections.height[i] == levels[i]);
@@ -48,7 +48,7 @@ TEST_CASE("nodes on the mid-coronal plane are the sections, one on each side") {
 TEST_CASE("where no node lies at y = 0 the sections are the exact cut of the tube") {
   const int around = 10;
   const TetMesh mesh = tube(around, levels, cone, 0.7, 0.5);
-  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  const Sections sections = level_sections(mesh, mesh.surface("airway"));
   CHECK(sections.count() == 9);  // five rings, and the diagonals between them
   const auto at_rest = edges(sections, mesh.points);
   const double inner = std::cos(std::acos(-1.0) / around);  // the edges next to y = 0 have this x for minor = 1
@@ -81,7 +81,7 @@ TEST_CASE("folds with different levels share the union of their heights") {
   keep(other, -1, shift);
   wall = Eigen::Map<const Faces>(faces.data(), static_cast<std::ptrdiff_t>(faces.size()) / 3, 3);
   mesh.points = points;
-  const Sections sections = coronal_sections(mesh, wall);
+  const Sections sections = level_sections(mesh, wall);
   const std::vector<double> expected{-1.5, -1, -0.25, 0, 0.5, 1};  // common range; 0.5 and 0.5 + 1e-7 are one
   REQUIRE(sections.count() == 6);
   const auto at_rest = edges(sections, points);
@@ -94,7 +94,7 @@ TEST_CASE("folds with different levels share the union of their heights") {
 
 TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
   const TetMesh mesh = tube(10, levels, cone, 0.7, 0.3);
-  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  const Sections sections = level_sections(mesh, mesh.surface("airway"));
   Points x = mesh.points;
   x.col(0) = 2 * mesh.points.col(0) + 0.1 * mesh.points.col(1) + Vector::Constant(x.rows(), 0.03);
   const auto before = edges(sections, mesh.points), after = edges(sections, x);
@@ -104,12 +104,12 @@ TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
 
 TEST_CASE("a tube that lies elsewhere has the same sections there") {
   const TetMesh mesh = tube(10, levels, cone, 0.7, 0.3);
-  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  const Sections sections = level_sections(mesh, mesh.surface("airway"));
   for (int axis = 0; axis < 3; ++axis)
     for (const double shift : {0.03, -100.0}) {
       TetMesh moved = mesh;
       moved.points.col(axis).array() += shift;
-      const Sections there = coronal_sections(moved, moved.surface("airway"));
+      const Sections there = level_sections(moved, moved.surface("airway"));
       const double round_off = 1e-15 * std::max(1.0, std::abs(shift));
       REQUIRE(there.count() == sections.count());
       CHECK((there.widths(moved.points) - sections.widths(mesh.points)).cwiseAbs().maxCoeff() < 4 * round_off);
@@ -124,7 +124,7 @@ TEST_CASE("a tube that lies elsewhere has the same sections there") {
 TEST_CASE("folds that touch at rest are told apart by their normals") {
   const TetMesh mesh = tube(
       12, levels, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
-  const Sections sections = coronal_sections(mesh, mesh.surface("airway"));
+  const Sections sections = level_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
   CHECK(edges(sections, mesh.points).row(3).norm() < 1e-16);
   CHECK(sections.right[3].nodes[0] == 36);

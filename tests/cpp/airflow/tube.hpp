@@ -32,3 +32,27 @@ plica::TetMesh tube(int around, const std::vector<double>& heights, Minor minor,
 inline double inscribed(int around, double minor, double major) {
   return around / 2.0 * std::sin(2 * std::acos(-1.0) / around) * minor * major;
 }
+
+/// The wall of a straight slit: a box open at its ends, x within +-width / 2, y within +-length / 2, z from 0 up.
+inline plica::TetMesh slit(double width, double length, double height) {
+  constexpr int along = 8, up = 4;  // intervals of each fold
+  plica::TetMesh mesh;
+  const int ring = 2 * (along + 1);
+  mesh.points.resize(ring * (up + 1), 3);
+  for (int k = 0; k <= up; ++k)
+    for (int i = 0; i < ring; ++i) {  // the right fold from front to back, the left one back again
+      const int j = i <= along ? i : ring - 1 - i;
+      mesh.points.row(k * ring + i) << (i <= along ? width / 2 : -width / 2), length * (double(j) / along - 0.5),
+          height * k / up;
+    }
+  plica::Faces wall(2 * ring * up, 3);
+  int f = 0;
+  for (int k = 0; k < up; ++k)
+    for (int i = 0; i < ring; ++i) {
+      const int a = k * ring + i, b = k * ring + (i + 1) % ring, c = b + ring, d = a + ring;
+      wall.row(f++) << a, c, b;
+      wall.row(f++) << a, d, c;
+    }
+  mesh.surfaces["airway"] = wall;
+  return mesh;
+}

@@ -118,6 +118,8 @@ inline Scene small_larynx() {
   Scene scene = tissue_scene(larynx_mesh(larynx), 0.45, 0.2);
   for (const auto node : scene.mesh.node_set("wall")) scene.supports.fix(node);
   scene.airflow = AirflowPart{};
+  scene.airflow->flow.model = Bernoulli{};  // its switches are what the coupling's tests are about
+  scene.airflow->flow.area = EllipticSections{};
   scene.contact = contact_of(scene.mesh, "airway_left", "airway_right", Multipliers{});
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
   for (std::ptrdiff_t i = 0; i < scene.mesh.node_count(); ++i)

@@ -21,14 +21,19 @@ from plica.units import (
     Stiffness,
     Time,
     Velocity,
+    Viscosity,
 )
 
 __all__ = [
     "Airflow",
     "Augmented",
+    "Bernoulli",
     "Contact",
     "Coupling",
+    "Cut",
+    "Elliptic",
     "Extrapolated",
+    "FlowModel",
     "HilberHughesTaylor",
     "Initial",
     "Iterated",
@@ -40,9 +45,11 @@ __all__ = [
     "Output",
     "Penalty",
     "Scheme",
+    "SectionArea",
     "Solver",
     "Stepping",
     "Supports",
+    "ViscousSlit",
     "VolumePenalty",
 ]
 
@@ -103,8 +110,64 @@ class Coupling(OneOf):
     iterated: Iterated | None = None
 
 
+class ViscousSlit(Part):
+    """A jet that leaves the wall between sections, where the glottis widens, with the viscous loss of a slit.
+    Continuous in the shape; what is closed is a gap through which next to nothing flows."""
+
+    separation_ratio: Annotated[Number, Field(gt=1, le=2)] = Field(
+        default_factory=engine_default("ViscousSlit", "separation_ratio")
+    )
+    """[-] Area over the least area upstream at which the jet leaves the wall; 1.1 to 1.3 are in use."""
+    air_viscosity: Annotated[Viscosity, Field(ge=0, lt=1)] = Field(
+        default_factory=engine_default("ViscousSlit", "air_viscosity")
+    )
+    """[Pa s] Of the air in the glottis: 1.8e-5 at 20, 1.9e-5 at 37 degrees Celsius."""
+    least_gap: Annotated[Number, Field(gt=0, le=0.01)] = Field(
+        default_factory=engine_default("ViscousSlit", "least_gap")
+    )
+    """[-] Mean gap, in lengths of the glottis, below which a section counts as no narrower."""
+
+
+class Bernoulli(Part):
+    """The thesis's flow (Paper A, Eqs. 1 and 2): inviscid, separated at the section of least area, stopped by
+    contact. It jumps where that section changes and where the flow stops."""
+
+    zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
+        default_factory=engine_default("Bernoulli", "zero_flow_fraction")
+    )
+    """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
+
+
+class FlowModel(OneOf):
+    """What the air does between the folds: ``"viscous_slit"`` or, as in the thesis, ``"bernoulli"``."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {"viscous_slit": ViscousSlit, "bernoulli": Bernoulli}
+    viscous_slit: ViscousSlit | None = None
+    bernoulli: Bernoulli | None = None
+
+
+class Cut(Part):
+    """Sections cut from the interface at rest and carried by the tissue, dense where the glottis is narrow."""
+
+    sections: Annotated[int, Field(ge=2, le=1000)] = Field(default_factory=engine_default("Cut", "sections"))
+    """How many, whatever the mesh's levels."""
+
+
+class Elliptic(Part):
+    """Sections at the mesh's levels, two half-ellipses each, with their mid-coronal half-axes (Paper A, Eq. 3).
+    A straight slit has 4 / pi of its ellipse's area."""
+
+
+class SectionArea(OneOf):
+    """How section areas follow from the shape: ``"cut"`` from the surface, or ``"elliptic"`` as in the thesis."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {"cut": Cut, "elliptic": Elliptic}
+    cut: Cut | None = None
+    elliptic: Elliptic | None = None
+
+
 class Airflow(Part):
-    """One-dimensional Bernoulli flow through the glottis (Paper A, Sec. 2.1)."""
+    """One-dimensional flow through the glottis."""
 
     surface: str = Field(default_factory=engine_default("Airflow", "surface"))
     """The whole airway interface of the mesh."""
@@ -116,13 +179,10 @@ class Airflow(Part):
         default_factory=engine_default("Airflow", "air_density")
     )
     """[kg/m^3] Mass per volume of the air."""
-    zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
-        default_factory=engine_default("Airflow", "zero_flow_fraction")
-    )
-    """[-] Contact within this fraction of the half-length stops the flow (tau of Paper A, Sec. 2.4)."""
-    area: Literal["elliptic", "cut"] = Field(default_factory=engine_default("Airflow", "area"))
-    """Section areas from elliptic half-axes (Paper A, Eq. 3), or cut from the interface mesh; take "cut"
-    where the glottis of your own mesh is no ellipse (a straight slit has 4 / pi of its ellipse's area)."""
+    model: FlowModel = Field(default_factory=lambda: FlowModel(viscous_slit=ViscousSlit()))
+    """What the air does between the folds."""
+    area: SectionArea = Field(default_factory=lambda: SectionArea(cut=Cut()))
+    """How section areas follow from the shape."""
     load_shape: Literal["reference", "current"] = Field(
         default_factory=engine_default("Airflow", "load_shape")
     )

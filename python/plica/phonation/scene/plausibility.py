@@ -90,6 +90,15 @@ BOUNDS: dict[str, Bound] = {
         "to 1.3.",
         {"g/cm^3": 1e3, "g/m^3": 1e-3},
     ),
+    "air_viscosity": Bound(
+        0.7e-5,
+        4e-5,
+        "Pa s",
+        "Gas that is breathed has",
+        "Butane (0.75e-5) to neon (3.2e-5) between 20 and 37 degrees Celsius, with a margin; air has 1.8e-5 to 1.9e-5, "
+        "helium 2.0e-5, sulphur hexafluoride 1.5e-5.",
+        {"poise": 0.1, "mPa s": 1e-3, "uPa s": 1e-6},
+    ),
     "stiffness": Bound(
         100.0,
         2e6,
@@ -240,6 +249,9 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
     assert scene.airflow is not None
     yield "subglottal_pressure", "airflow.subglottal_pressure", scene.airflow.subglottal_pressure
     yield "air_density", "airflow.air_density", scene.airflow.air_density
+    if scene.airflow.model.viscous_slit is not None:
+        viscosity = scene.airflow.model.viscous_slit.air_viscosity
+        yield "air_viscosity", "airflow.model.viscous_slit.air_viscosity", viscosity
     kinds = dict.fromkeys(("E", "E_fibre", "mu_fibre", "mu_transverse"), "stiffness")
     kinds |= {"density": "tissue_density", "viscosity": "viscosity"}
     for layer, tissue in scene.tissue.items():

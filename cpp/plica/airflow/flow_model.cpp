@@ -1,0 +1,118 @@
+#include "plica/airflow/flow_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+namespace {
+
+/// a, but smoothly no less than `floor`: equal from 2 floor on, floor for a <= 0; its slope is within [0, 1].
+double floored(double a, double floor) {
+  if (a >= 2 * floor) return a;
+  return a <= 0 ? floor : floor + a * a / (4 * floor);
+}
+
+/// Mean over an interval of s / a^3, a being linear from `from` to `to`: s is 1 where a <= m, falls linearly in a,
+/// and is 0 where a >= r m. With `share` the part of the interval that has areas in [low, high]:
+///   1 / a^3 integrates to share (low + high) / (2 low^2 high^2),   1 / a^2 to share / (low high).
+double mean_friction(double from, double to, double m, double r) {
+  const double least = std::min(from, to), largest = std::max(from, to);
+  const auto share = [=](double low, double high) {
+    return largest > least ? (high - low) / (largest - least) : 1.0;
+  };
+  double mean = 0;
+  if (least <= m) {
+    const double low = least, high = std::min(largest, m);
+    mean += share(low, high) * (low + high) / (2 * low * low * high * high);
+  }
+  const double low = std::max(least, m), high = std::min(largest, r * m);
+  if (low < high || (low == high && least == largest && low > m))
+    mean += share(low, high) * (r * (low + high) / (2 * low * high) - 1 / m) / ((r - 1) * low * high);
+  return mean;
+}
+
+}  // namespace
+
+void Bernoulli::validate() const {
+  if (!(zero_flow_fraction >= 0 && zero_flow_fraction <= 1))
+    throw InvalidInput("Bernoulli", "zero_flow_fraction", zero_flow_fraction, "", "in [0, 1]");
+}
+
+void ViscousSlit::validate() const {
+  if (!(separation_ratio > 1 && separation_ratio <= 2))
+    throw InvalidInput("ViscousSlit", "separation_ratio", separation_ratio, "", "in (1, 2]",
+                       "1.1 to 1.3 are in use.");
+  if (!(air_viscosity >= 0 && air_viscosity < 1))
+    throw InvalidInput("ViscousSlit", "air_viscosity", air_viscosity, "Pa s", "in [0, 1)",
+                       "Air has 1.8e-5. Is the unit right?");
+  if (!(least_gap > 0 && least_gap <= 0.01))
+    throw InvalidInput("ViscousSlit", "least_gap", least_gap, "", "in (0, 0.01]",
+                       "It is a width over the length of the glottis.");
+}
+
+FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas, bool stopped,
+                         std::optional<int> separation) {
+  FlowState state;
+  state.area = areas;
+  std::ptrdiff_t least = 0;
+  const double least_area = areas.minCoeff(&least);
+  state.stopped = stopped;
+  if (separation) {
+    state.separation = *separation;
+  } else {
+    state.stopped = stopped || least_area <= 0;
+    // Where the folds touch, several sections are closed to round-off: the flow meets the lowest of them first.
+    if (state.stopped)
+      least = std::find_if(areas.begin(), areas.end(),
+                           [&](double a) { return a <= std::max(least_area, 0.0) + closed_area; }) -
+              areas.begin();
+    state.separation = static_cast<int>(least);
+  }
+  const double throat = state.stopped ? 0 : std::max(areas[state.separation], 0.0);
+  state.pressure = Vector::Zero(areas.size());
+  for (int i = 0; i < state.separation; ++i) {
+    const double ratio = throat < areas[i] ? throat / areas[i] : (throat > 0 ? 1.0 : 0.0);
+    state.pressure[i] = air.subglottal_pressure * (1 - ratio * ratio);
+  }
+  state.flow = std::sqrt(2 * air.subglottal_pressure / air.density) * throat;
+  state.supplied_power = state.jet_power = air.subglottal_pressure * state.flow;
+  return state;
+}
+
+FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel,
+                            const Vector& areas) {
+  const std::ptrdiff_t count = areas.size();
+  const double r = model.separation_ratio;
+  FlowState state;
+  state.area = areas;
+  Vector& stream = state.pressure;  // 1 / e^2, then pressures
+  Vector resistance(count);         // R, Pa s / m^3
+  stream.resize(count);
+  state.separation = 0;
+  double a = 0, m = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    const double length = channel.length[i], before = a, least_before = m;
+    a = floored(areas[i], model.least_gap * length * length);
+    m = i == 0 ? a : std::min(m, a);
+    const double e = std::min(a, r * m);
+    stream[i] = 1 / (e * e);
+    if (a < r * m) state.separation = static_cast<int>(std::min(i + 1, count - 1));
+    resistance[i] = i == 0 ? 0
+                           : resistance[i - 1] + 12 * model.air_viscosity * channel.length[i - 1] * length *
+                                                     (channel.height[i] - channel.height[i - 1]) *
+                                                     mean_friction(before, a, least_before, r);
+  }
+  const double exit = stream[count - 1], total = resistance[count - 1], pressure = air.subglottal_pressure;
+  state.flow = 2 * pressure / (total + std::sqrt(total * total + 2 * air.density * pressure * exit));
+  const double head = 0.5 * air.density * state.flow * state.flow;
+  stream = head * (exit - stream.array()) + state.flow * (total - resistance.array());
+  state.supplied_power = pressure * state.flow;
+  state.jet_power = head * exit * state.flow;
+  state.viscous_power = total * state.flow * state.flow;
+  return state;
+}
+
+}  // namespace plica

@@ -1,0 +1,69 @@
+#pragma once
+#include <optional>
+
+#include "plica/core/types.hpp"
+
+namespace plica {
+
+/// What the flow does at one instant.
+struct FlowState {
+  Vector area;                  // (s) m^2, of each section
+  Vector pressure;              // (s) Pa, at each section
+  int separation = 0;           // first section of the free jet; the last one where it leaves at the exit
+  bool stopped = false;         // Bernoulli only: contact inside the middle of the glottis, or no area left
+  double flow = 0.0;            // m^3/s
+  double supplied_power = 0.0;  // W, subglottal pressure times flow; equal to the sum of the next two
+  double jet_power = 0.0;       // W, kinetic energy that leaves with the jet
+  double viscous_power = 0.0;   // W, lost to friction at the walls
+};
+
+/// The air that drives the flow.
+struct Air {
+  double subglottal_pressure = 800.0;  // Pa, > 0, above the pressure at the glottal exit
+  double density = 1.23;               // kg/m^3, > 0
+};
+
+/// The thesis's flow, Paper A, Eqs. (1) and (2): inviscid, separated at the section of least area, stopped by
+/// contact in the middle of the glottis. It jumps where the least section changes and where the flow stops.
+struct Bernoulli {
+  double zero_flow_fraction = 0.5;  // tau of Sec. 2.4, in [0, 1]: contact within tau * y_i of the middle stops it
+  void validate() const;            // throws InvalidInput
+};
+
+/// A jet that leaves the wall where the glottis has widened to `separation_ratio` times the least area upstream,
+/// with the viscous loss of plane Poiseuille flow where it follows the wall. Continuous in all areas; nothing
+/// stops it: what is closed is a gap through which next to nothing flows.
+struct ViscousSlit {
+  /// -, in (1, 2]. 1.1 to 1.3 in the literature (docs/theory.md, "Airflow").
+  double separation_ratio = 1.2;
+  double air_viscosity = 1.8e-5;  // Pa s, >= 0: 1.8e-5 at 20 degrees, 1.9e-5 at 37
+  /// -, in (0, 0.01]: the mean gap below which a section counts as no narrower, in lengths of the glottis. 4 um
+  /// for 14 mm: one hundredth of the thesis's least area at rest.
+  double least_gap = 3e-4;
+  void validate() const;  // throws InvalidInput
+};
+
+/// Sections with heights (m, ascending) and anteroposterior lengths (m), as far as a flow knows them.
+struct Channel {
+  const Vector& height;
+  const Vector& length;
+};
+
+/// p_i = p_s (1 - (a_min / a_i)^2) upstream of the separation, 0 from there on (Eqs. 1 and 2); stopped, or
+/// a_min <= 0: p_i = p_s upstream, 0 from there on, no flow. Areas up to `closed_area` count as closed where the
+/// flow is stopped. With a given `separation` both it and `stopped` are held, whatever the areas: a_min is then
+/// the area there (at least 0) and a ratio above 1 counts as 1, so that pressures are continuous in the areas and
+/// within [0, p_s]. O(s).
+FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas, bool stopped,
+                         std::optional<int> separation = std::nullopt);
+
+/// With the floored area a, its least value upstream m(z), r = separation_ratio, the area of the stream is
+/// e = min(a, r m), and
+///   p_s = rho U^2 / (2 e_exit^2) + U R,  p(z) = p_s - rho U^2 / (2 e(z)^2) - U R(z),
+///   R(z) = integral up to z of 12 mu W^2 s / a^3,
+/// the wall's friction factor s falling linearly in a from 1 at a = m to 0 where the stream leaves the wall,
+/// a = r m. Areas are linear between sections and R is exact for that. Pressures are 0 in the free jet and may be
+/// negative where the glottis widens. O(s).
+FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas);
+
+}  // namespace plica
