@@ -14,8 +14,11 @@ __all__: list[str] = [
     "Assembly",
     "AtNodes",
     "Augmented",
+    "Bernoulli",
     "Contact",
     "ContactEquilibrium",
+    "Cut",
+    "Elliptic",
     "Extrapolated",
     "FlowOptions",
     "HilberHughesTaylor",
@@ -34,6 +37,7 @@ __all__: list[str] = [
     "SolveFailed",
     "TetMesh",
     "TransverselyIsotropic",
+    "ViscousSlit",
     "VolumePenalty",
     "Waveform",
     "block_mesh",
@@ -360,6 +364,34 @@ class Iterated:
     @property
     def tolerance(self) -> float: ...
 
+class ViscousSlit:
+    def __init__(
+        self,
+        *,
+        separation_ratio: typing.SupportsFloat | typing.SupportsIndex = 1.2,
+        air_viscosity: typing.SupportsFloat | typing.SupportsIndex = 1.8e-05,
+        least_gap: typing.SupportsFloat | typing.SupportsIndex = 0.0003,
+    ) -> None: ...
+    @property
+    def air_viscosity(self) -> float: ...
+    @property
+    def least_gap(self) -> float: ...
+    @property
+    def separation_ratio(self) -> float: ...
+
+class Bernoulli:
+    def __init__(self, *, zero_flow_fraction: typing.SupportsFloat | typing.SupportsIndex = 0.5) -> None: ...
+    @property
+    def zero_flow_fraction(self) -> float: ...
+
+class Cut:
+    def __init__(self, *, sections: typing.SupportsInt | typing.SupportsIndex = 40) -> None: ...
+    @property
+    def sections(self) -> int: ...
+
+class Elliptic:
+    def __init__(self) -> None: ...
+
 class Airflow:
     _defaults: typing.ClassVar[dict[str, typing.Any]]
     def __eq__(self, arg0: typing.Any) -> bool: ...
@@ -370,8 +402,8 @@ class Airflow:
         surface: str = "airway",
         subglottal_pressure: typing.SupportsFloat | typing.SupportsIndex = 800.0,
         air_density: typing.SupportsFloat | typing.SupportsIndex = 1.23,
-        zero_flow_fraction: typing.SupportsFloat | typing.SupportsIndex = 0.5,
-        area: str = "elliptic",
+        model: ViscousSlit | Bernoulli = ...,
+        area: Cut | Elliptic = ...,
         load_shape: str = "reference",
         coupling: Lagged | Extrapolated | Iterated = ...,
     ) -> None: ...
@@ -379,17 +411,17 @@ class Airflow:
     @property
     def air_density(self) -> float: ...
     @property
-    def area(self) -> str: ...
+    def area(self) -> Cut | Elliptic: ...
     @property
     def coupling(self) -> Lagged | Extrapolated | Iterated: ...
     @property
     def load_shape(self) -> str: ...
     @property
+    def model(self) -> ViscousSlit | Bernoulli: ...
+    @property
     def subglottal_pressure(self) -> float: ...
     @property
     def surface(self) -> str: ...
-    @property
-    def zero_flow_fraction(self) -> float: ...
 
 class Load:
     _defaults: typing.ClassVar[dict[str, typing.Any]] = {"frequency": 0.0, "phase": 0.0}

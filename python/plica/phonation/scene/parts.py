@@ -147,19 +147,19 @@ class FlowModel(OneOf):
 
 
 class Cut(Part):
-    """Sections cut from the interface at rest and carried by the tissue, dense where the glottis is narrow."""
+    """Sections cut from the interface at rest, carried by the tissue, dense where the glottis is narrow."""
 
     sections: Annotated[int, Field(ge=2, le=1000)] = Field(default_factory=engine_default("Cut", "sections"))
     """How many, whatever the mesh's levels."""
 
 
 class Elliptic(Part):
-    """Sections at the mesh's levels, two half-ellipses each, with their mid-coronal half-axes (Paper A, Eq. 3).
+    """Sections at the mesh's levels: two half-ellipses by their mid-coronal half-axes (Paper A, Eq. 3).
     A straight slit has 4 / pi of its ellipse's area."""
 
 
 class SectionArea(OneOf):
-    """How section areas follow from the shape: ``"cut"`` from the surface, or ``"elliptic"`` as in the thesis."""
+    """How section areas follow from the shape: ``"cut"`` from it, or ``"elliptic"`` as in the thesis."""
 
     kinds: ClassVar[dict[str, type[Part]]] = {"cut": Cut, "elliptic": Elliptic}
     cut: Cut | None = None

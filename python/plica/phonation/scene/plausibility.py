@@ -95,8 +95,8 @@ BOUNDS: dict[str, Bound] = {
         4e-5,
         "Pa s",
         "Gas that is breathed has",
-        "Butane (0.75e-5) to neon (3.2e-5) between 20 and 37 degrees Celsius, with a margin; air has 1.8e-5 to 1.9e-5, "
-        "helium 2.0e-5, sulphur hexafluoride 1.5e-5.",
+        "Butane (0.75e-5) to neon (3.2e-5), with a margin; air has 1.8e-5 to 1.9e-5, helium 2.0e-5, sulphur "
+        "hexafluoride 1.5e-5.",
         {"poise": 0.1, "mPa s": 1e-3, "uPa s": 1e-6},
     ),
     "stiffness": Bound(
