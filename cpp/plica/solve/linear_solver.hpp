@@ -1,0 +1,65 @@
+#pragma once
+#include <memory>
+#include <string>
+#include <variant>
+
+#include "plica/solve/krylov.hpp"
+
+namespace plica {
+
+/// Where a solve starts, and after it where it has ended.
+struct Guess {
+  Vector x;        // (3 n); empty: zero
+  Vector product;  // A x, where it is known; empty where not
+};
+
+/// Solves A x = b for one A, symmetric positive definite and constrained by Supports, and many b.
+class LinearSolver {
+ public:
+  /// By a sparse Cholesky factor in single precision with iterative refinement: each refinement takes one solve with
+  /// the factor, one product with A in double precision. One refinement lowers the residual by some 1e-6 where the
+  /// step is short; where it lowers it by less than ten, conjugate gradients preconditioned by the factor go on.
+  struct Cholesky {
+    double tolerance = 1e-8;  // on |b - A x| / |b|, in (0, 1)
+    int max_iterations = 200;  // solves with the factor, >= 1
+  };
+  /// Cholesky where its factor takes no more than `memory` and streaming it takes no more time than conjugate
+  /// gradients, ConjugateGradient otherwise. What these take is found by a solve; docs/performance.md.
+  struct Automatic {
+    double tolerance = 1e-8;  // on |b - A x| / |b|, in (0, 1)
+    double memory = 1e9;      // bytes of the factor, >= 0
+  };
+  using Options = std::variant<Automatic, Cholesky, KrylovOptions>;
+  static void validate(const Options& options);
+
+  /// A must outlive the solver and not change. Throws SolveFailed where A is found not to be positive definite.
+  static std::unique_ptr<const LinearSolver> make(const BlockMatrix& A, const Options& options);
+  virtual ~LinearSolver() = default;
+
+  /// Starts from guess.x and leaves the solution there, with its product where that comes free. b = 0 gives x = 0.
+  /// Throws SolveFailed where A shows itself not positive definite or a number is not finite.
+  virtual Convergence solve(const Vector& b, Guess& guess) const = 0;
+  /// Solves for k right-hand sides (3 n, k) from zero; each column takes the same arithmetic whatever its company.
+  virtual std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const = 0;
+  virtual std::string name() const = 0;
+  virtual std::ptrdiff_t bytes() const = 0;  // that it holds beside A
+  virtual double tolerance() const = 0;
+};
+
+/// The last solutions of equal steps in time, and what they promise for the next.
+class SolveHistory {
+ public:
+  explicit SolveHistory(int length);  // in [1, 8]
+  /// Takes the newest solution; the oldest beyond the length is forgotten.
+  void add(Guess solution);
+  /// The polynomial through all that are kept, one step on; its product too where all are known. Zero where none is
+  /// kept. O(length n).
+  Guess extrapolated() const;
+  int size() const { return static_cast<int>(kept_.size()); }
+
+ private:
+  std::size_t length_;
+  std::vector<Guess> kept_;  // the newest first
+};
+
+}  // namespace plica
