@@ -6,10 +6,10 @@ namespace plica {
 
 /// A symmetric graph without loops, in compressed rows.
 struct Graph {
-  std::vector<std::int32_t> start{0};    // (n + 1)
-  std::vector<std::int32_t> neighbour;   // (edges, both ways)
+  std::vector<std::int32_t> start{0};      // (n + 1)
+  std::vector<std::int32_t> neighbour;     // (edges, both ways)
   std::vector<std::int32_t> multiplicity;  // (edges, both ways) edges of the finest graph that lie in this one
-  std::vector<std::int32_t> weight;      // (n) nodes of the finest graph that lie in this one
+  std::vector<std::int32_t> weight;        // (n) nodes of the finest graph that lie in this one
 
   std::int32_t size() const { return static_cast<std::int32_t>(weight.size()); }
 };

@@ -79,8 +79,8 @@ Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const {
   return state;
 }
 
-/// Solves A d = r to |r - A d| <= target |r| by conjugate gradients preconditioned by the factor. As that is rounded,
-/// directions are kept conjugate by beta = z^T (r - r_before) / (r_before^T z_before).
+/// Solves A d = r to |r - A d| <= target |r| by conjugate gradients preconditioned by the factor. As that is
+/// rounded, directions are kept conjugate by beta = z^T (r - r_before) / (r_before^T z_before).
 void CholeskySolver::correct(Vector& r, Vector& d, double target, int& iterations) const {
   Vector z, p, q, before;
   const double enough = target * r.norm();

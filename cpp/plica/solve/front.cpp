@@ -18,7 +18,8 @@ void pack(Front& front, std::ptrdiff_t begin, std::ptrdiff_t from, std::ptrdiff_
   packed.assign(static_cast<std::size_t>((rows + height - 1) / height * height * count), 0.0);
   for (std::ptrdiff_t k = 0; k < count; ++k) {
     const double* column = front.column(from + k) + begin;
-    for (std::ptrdiff_t i = 0; i < rows; ++i) packed[i / height * height * count + k * height + i % height] = column[i];
+    for (std::ptrdiff_t i = 0; i < rows; ++i)
+      packed[i / height * height * count + k * height + i % height] = column[i];
   }
 }
 

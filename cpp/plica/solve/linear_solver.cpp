@@ -11,8 +11,9 @@ namespace {
 class IterativeSolver : public LinearSolver {
  public:
   IterativeSolver(const BlockMatrix& A, const KrylovOptions& options)
-      : solver_(A, options), bytes_(static_cast<std::ptrdiff_t>(A.values().size() * sizeof(float)) +
-                                    2 * A.rows() * static_cast<std::ptrdiff_t>(sizeof(double))) {}
+      : solver_(A, options),
+        bytes_(static_cast<std::ptrdiff_t>(A.values().size() * sizeof(float)) +
+               2 * A.rows() * static_cast<std::ptrdiff_t>(sizeof(double))) {}
   Convergence solve(const Vector& b, Guess& guess) const override {
     guess.product = Vector();
     return solver_.solve(b, guess.x);
@@ -35,11 +36,12 @@ void check_tolerance(const char* where, double tolerance) {
 
 std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, const LinearSolver::Automatic& options) {
   auto iterative = std::make_unique<IterativeSolver>(A, KrylovOptions{options.tolerance});
-  // The iterations that lower the residual by five decades, as those of a step do that starts near: of a uniform
-  // acceleration's load, which reaches every unknown.
+  // Both from zero to the tolerance, under the load of a uniform displacement, which reaches every unknown.
   const Vector load = A * Vector::Ones(A.rows());
   Vector x;
-  const Convergence end = ConjugateGradient(A, {1e-5}).solve(load, x);
+  const Convergence end = ConjugateGradient(A, {options.tolerance}).solve(load, x);
+  constexpr double digits = 6.0;  // that a refinement gains where the step is short
+  const double refinements = std::ceil(-std::log10(options.tolerance) / digits);
   const double blocks = static_cast<double>(A.pattern()->entries()), unknowns = static_cast<double>(A.rows());
   const double iteration = 40.0 * blocks + 9 * 8 * unknowns;  // bytes: A rounded, vectors read and written
   const double product = 76.0 * blocks + 3 * 8 * unknowns;
@@ -47,7 +49,8 @@ std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, const LinearSol
   if (options.memory < 0.5 * 36.0 * blocks) return iterative;
   FactorPlan plan(A);
   const double bytes = static_cast<double>(plan.bytes());
-  if (bytes > options.memory || 2.0 * bytes + product > end.iterations * iteration) return iterative;
+  if (bytes > options.memory || refinements * (2.0 * bytes + product) > end.iterations * iteration)
+    return iterative;
   return std::make_unique<CholeskySolver>(A, std::move(plan), LinearSolver::Cholesky{options.tolerance});
 }
 
@@ -68,40 +71,11 @@ void LinearSolver::validate(const Options& options) {
 
 std::unique_ptr<const LinearSolver> LinearSolver::make(const BlockMatrix& A, const Options& options) {
   validate(options);
-  if (const auto* krylov = std::get_if<KrylovOptions>(&options)) return std::make_unique<IterativeSolver>(A, *krylov);
+  if (const auto* krylov = std::get_if<KrylovOptions>(&options))
+    return std::make_unique<IterativeSolver>(A, *krylov);
   if (const auto* cholesky = std::get_if<Cholesky>(&options))
     return std::make_unique<CholeskySolver>(A, FactorPlan(A), *cholesky);
   return choose(A, std::get<Automatic>(options));
-}
-
-SolveHistory::SolveHistory(int length) : length_(static_cast<std::size_t>(length)) {
-  if (length < 1 || length > 8) throw InvalidInput("SolveHistory", "length", length, "", "in [1, 8]");
-}
-
-void SolveHistory::add(Guess solution) {
-  if (!kept_.empty() && kept_.front().x.size() != solution.x.size())
-    throw InvalidInput("SolveHistory", "solution.x.size()", static_cast<double>(solution.x.size()), "",
-                       number(static_cast<double>(kept_.front().x.size())) + ", as before");
-  kept_.insert(kept_.begin(), std::move(solution));
-  if (kept_.size() > length_) kept_.pop_back();
-}
-
-Guess SolveHistory::extrapolated() const {
-  Guess guess;
-  if (kept_.empty()) return guess;
-  bool known = true;
-  for (const Guess& solution : kept_) known = known && solution.product.size() != 0;
-  guess.x = Vector::Zero(kept_.front().x.size());
-  if (known) guess.product = Vector::Zero(guess.x.size());
-  double weight = 1.0;  // (-1)^i binomial(k, i + 1): the k-th difference vanishes
-  const auto k = static_cast<double>(kept_.size());
-  for (std::size_t i = 0; i < kept_.size(); ++i) {
-    const auto j = static_cast<double>(i);
-    weight = i == 0 ? k : -weight * (k - j) / (j + 1);
-    guess.x += weight * kept_[i].x;
-    if (known) guess.product += weight * kept_[i].product;
-  }
-  return guess;
 }
 
 }  // namespace plica

@@ -16,15 +16,17 @@ struct Guess {
 /// Solves A x = b for one A, symmetric positive definite and constrained by Supports, and many b.
 class LinearSolver {
  public:
-  /// By a sparse Cholesky factor in single precision with iterative refinement: each refinement takes one solve with
-  /// the factor, one product with A in double precision. One refinement lowers the residual by some 1e-6 where the
-  /// step is short; where it lowers it by less than ten, conjugate gradients preconditioned by the factor go on.
+  /// By a sparse Cholesky factor in single precision with iterative refinement: each refinement takes one solve
+  /// with the factor, one product with A in double precision. One refinement lowers the residual by some 1e-6
+  /// where the step is short; where it lowers it by less than ten, conjugate gradients preconditioned by the
+  /// factor go on.
   struct Cholesky {
-    double tolerance = 1e-8;  // on |b - A x| / |b|, in (0, 1)
+    double tolerance = 1e-8;   // on |b - A x| / |b|, in (0, 1)
     int max_iterations = 200;  // solves with the factor, >= 1
   };
-  /// Cholesky where its factor takes no more than `memory` and streaming it takes no more time than conjugate
-  /// gradients, ConjugateGradient otherwise. What these take is found by a solve; docs/performance.md.
+  /// Cholesky where its factor takes no more than `memory` and its solves move no more bytes than conjugate
+  /// gradients do, whose iterations are counted in a solve; ConjugateGradient otherwise. The factorisation takes
+  /// the time of some hundred solves, which a run of thousands of steps repays.
   struct Automatic {
     double tolerance = 1e-8;  // on |b - A x| / |b|, in (0, 1)
     double memory = 1e9;      // bytes of the factor, >= 0
@@ -44,22 +46,6 @@ class LinearSolver {
   virtual std::string name() const = 0;
   virtual std::ptrdiff_t bytes() const = 0;  // that it holds beside A
   virtual double tolerance() const = 0;
-};
-
-/// The last solutions of equal steps in time, and what they promise for the next.
-class SolveHistory {
- public:
-  explicit SolveHistory(int length);  // in [1, 8]
-  /// Takes the newest solution; the oldest beyond the length is forgotten.
-  void add(Guess solution);
-  /// The polynomial through all that are kept, one step on; its product too where all are known. Zero where none is
-  /// kept. O(length n).
-  Guess extrapolated() const;
-  int size() const { return static_cast<int>(kept_.size()); }
-
- private:
-  std::size_t length_;
-  std::vector<Guess> kept_;  // the newest first
 };
 
 }  // namespace plica

@@ -8,7 +8,8 @@
 namespace plica {
 namespace {
 
-/// The part of a graph that the given nodes span, numbered as in the list. `local` (all nodes): -1 before and after.
+/// The part of a graph that the given nodes span, numbered as in the list. `local` (all nodes): -1 before and
+/// after.
 Graph part_of(const NodePattern& graph, const Order& nodes, std::vector<std::int32_t>& local) {
   Graph part;
   for (std::size_t i = 0; i < nodes.size(); ++i) local[nodes[i]] = static_cast<std::int32_t>(i);

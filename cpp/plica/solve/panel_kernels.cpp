@@ -48,7 +48,9 @@ PLICA_INLINE void forward_body(const float* panel, std::ptrdiff_t groups, std::p
   }
 }
 
-PLICA_INLINE float sum(const Floats& v) { return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7])); }
+PLICA_INLINE float sum(const Floats& v) {
+  return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
+}
 
 PLICA_INLINE void backward_body(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f) {
   panel += w * w * (groups * tiles - groups * (groups - 1) / 2);
@@ -149,32 +151,31 @@ PLICA_INLINE void strip_body(const double* a, const double* b, std::ptrdiff_t co
 
 PLICA_INLINE void subtract_body(const double* const* x, const double* a, double* y, std::ptrdiff_t count) {
   const double *x0 = x[0], *x1 = x[1], *x2 = x[2], *x3 = x[3];
-  for (std::ptrdiff_t i = 0; i < count; ++i)
-    y[i] -= (a[0] * x0[i] + a[1] * x1[i]) + (a[2] * x2[i] + a[3] * x3[i]);
+  for (std::ptrdiff_t i = 0; i < count; ++i) y[i] -= (a[0] * x0[i] + a[1] * x1[i]) + (a[2] * x2[i] + a[3] * x3[i]);
 }
 
 // A version is the same body compiled for other instructions; __VA_ARGS__ is its target attribute.
-#define PLICA_VERSIONS(suffix, ...)                                                                             \
-  __VA_ARGS__ void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {             \
-    forward_body(p, g, t, f);                                                                                   \
-  }                                                                                                             \
-  __VA_ARGS__ void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {            \
-    backward_body(p, g, t, f);                                                                                  \
-  }                                                                                                             \
-  __VA_ARGS__ void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {      \
-    forward_packed_body(p, g, t, f);                                                                            \
-  }                                                                                                             \
-  __VA_ARGS__ void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {     \
-    backward_packed_body(p, g, t, f);                                                                           \
-  }                                                                                                             \
-  __VA_ARGS__ void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {          \
-    strip_body(a, b, count, c);                                                                                 \
-  }                                                                                                             \
+#define PLICA_VERSIONS(suffix, ...)                                                                              \
+  __VA_ARGS__ void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {              \
+    forward_body(p, g, t, f);                                                                                    \
+  }                                                                                                              \
+  __VA_ARGS__ void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {             \
+    backward_body(p, g, t, f);                                                                                   \
+  }                                                                                                              \
+  __VA_ARGS__ void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {       \
+    forward_packed_body(p, g, t, f);                                                                             \
+  }                                                                                                              \
+  __VA_ARGS__ void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {      \
+    backward_packed_body(p, g, t, f);                                                                            \
+  }                                                                                                              \
+  __VA_ARGS__ void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {           \
+    strip_body(a, b, count, c);                                                                                  \
+  }                                                                                                              \
   __VA_ARGS__ void subtract_##suffix(const double* const* x, const double* a, double* y, std::ptrdiff_t count) { \
-    subtract_body(x, a, y, count);                                                                              \
-  }                                                                                                             \
-  constexpr PanelKernels kernels_##suffix{forward_##suffix,         backward_##suffix, forward_packed_##suffix,           \
-                                backward_packed_##suffix, strip_##suffix,    subtract_##suffix};
+    subtract_body(x, a, y, count);                                                                               \
+  }                                                                                                              \
+  constexpr PanelKernels kernels_##suffix{forward_##suffix,         backward_##suffix, forward_packed_##suffix,  \
+                                          backward_packed_##suffix, strip_##suffix,    subtract_##suffix};
 PLICA_VERSIONS(any, )
 #ifdef PLICA_FMA_VERSIONS
 PLICA_VERSIONS(fma, __attribute__((target("avx2,fma"))))

@@ -15,7 +15,7 @@ Subtrees::Subtrees(const Supernodes& tree) {
   const std::int32_t count = tree.count();
   std::vector<std::ptrdiff_t> own(static_cast<std::size_t>(count)), below(own.size());
   std::vector<std::int32_t> lowest(own.size());  // first supernode of the subtree, which is [lowest, root]
-  std::vector<std::int32_t> open;  // roots of the subtrees
+  std::vector<std::int32_t> open;                // roots of the subtrees
   for (std::int32_t s = 0; s < count; ++s) {
     own[s] = panel_floats(tree.columns(s), tree.rows(s));
     below[s] += own[s];

@@ -69,7 +69,10 @@ FactorPlan::FactorPlan(const BlockMatrix& A) {
 /// The fronts on their way up the tree.
 struct TriangularFactor::Fronts {
   Fronts(const BlockMatrix& A, TriangularFactor& factor)
-      : A_(A), factor_(factor), tree_(factor.plan_.tree), updates_(static_cast<std::size_t>(tree_.count())),
+      : A_(A),
+        factor_(factor),
+        tree_(factor.plan_.tree),
+        updates_(static_cast<std::size_t>(tree_.count())),
         position_(static_cast<std::size_t>(A.rows() / 3), -1) {
     for (std::size_t k = 0; k < tree_.order.size(); ++k) position_[tree_.order[k]] = static_cast<std::int32_t>(k);
   }
@@ -109,7 +112,8 @@ struct TriangularFactor::Fronts {
   /// The entries of S A S in the front's columns.
   void assemble(std::int32_t s, Front& front) const {
     const NodePattern& p = *A_.pattern();
-    const auto rows_begin = tree_.row.begin() + tree_.row_start[s], rows_end = tree_.row.begin() + tree_.row_start[s + 1];
+    const auto rows_begin = tree_.row.begin() + tree_.row_start[s],
+               rows_end = tree_.row.begin() + tree_.row_start[s + 1];
     for (std::int32_t k = tree_.first[s]; k < tree_.first[s + 1]; ++k) {
       const std::int32_t node = tree_.order[k];
       const std::ptrdiff_t column = 3 * (k - tree_.first[s]);
@@ -127,9 +131,9 @@ struct TriangularFactor::Fronts {
         const double* block = A_.block(e);  // of row node and column other: that of the lower triangle transposed
         for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j)
-            front.at(row + i, column + j) =
-                block[3 * j + i] * factor_.scale_[3 * static_cast<std::size_t>(other) + i] *
-                factor_.scale_[3 * static_cast<std::size_t>(node) + j];
+            front.at(row + i, column + j) = block[3 * j + i] *
+                                            factor_.scale_[3 * static_cast<std::size_t>(other) + i] *
+                                            factor_.scale_[3 * static_cast<std::size_t>(node) + j];
       }
     }
   }
@@ -171,7 +175,8 @@ struct TriangularFactor::Fronts {
         for (std::ptrdiff_t i = 0; i < tile; ++i) {
           const std::ptrdiff_t row = front_row(tile * t + i);
           if (row < 0) continue;
-          for (std::ptrdiff_t j = 0; j < count; ++j) out[tile * j + i] = static_cast<float>(front.at(row, from + j));
+          for (std::ptrdiff_t j = 0; j < count; ++j)
+            out[tile * j + i] = static_cast<float>(front.at(row, from + j));
         }
       }
       out += tile * tile;
@@ -269,7 +274,8 @@ void TriangularFactor::apply(const double* b, double* x) const {
       const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(tree.order[tree.first[s] + k]);
       for (int c = 0; c < 3; ++c)
         for (int v = 0; v < lanes; ++v)
-          own[lanes * (3 * k + c) + v] += static_cast<float>(b[lanes * (at + c) + v] * (scale_[at + c] * shrink[v]));
+          own[lanes * (3 * k + c) + v] +=
+              static_cast<float>(b[lanes * (at + c) + v] * (scale_[at + c] * shrink[v]));
     }
     const std::ptrdiff_t groups = padded(columns) / tile, tiles = groups + padded(rows) / tile;
     forward(values_.data() + panel_[s], groups, tiles, own);

@@ -16,9 +16,9 @@ struct FactorPlan {
 };
 
 /// S A S ~ L L^T in single precision, S = diag(A)^(-1/2), A symmetric positive definite; computed in double
-/// precision by fronts (Duff and Reid 1983) along the tree of supernodes, then rounded. Threaded over subtrees; the
-/// same bits for any number of threads. A solve streams L twice. Per column, A x = b holds to some 1e-7 times the
-/// condition number of S A S.
+/// precision by fronts (Duff and Reid 1983) along the tree of supernodes, then rounded. Threaded over subtrees;
+/// the same bits for any number of threads. A solve streams L twice. Per column, A x = b holds to some 1e-7 times
+/// the condition number of S A S.
 class TriangularFactor {
  public:
   /// Throws SolveFailed where a pivot is below 1e-12 of its unknown's diagonal entry.
@@ -39,13 +39,13 @@ class TriangularFactor {
 
   FactorPlan plan_;
   Subtrees subtrees_;
-  std::vector<double> scale_;           // (3 n) diag(A)^(-1/2)
-  std::vector<double> alone_inverse_;   // (9 alone) of their blocks
-  std::vector<std::ptrdiff_t> panel_;   // (count) where a supernode's tiles begin
-  std::vector<std::ptrdiff_t> front_;   // (count + 1) where its vector begins: padded columns, padded rows
+  std::vector<double> scale_;              // (3 n) diag(A)^(-1/2)
+  std::vector<double> alone_inverse_;      // (9 alone) of their blocks
+  std::vector<std::ptrdiff_t> panel_;      // (count) where a supernode's tiles begin
+  std::vector<std::ptrdiff_t> front_;      // (count + 1) where its vector begins: padded columns, padded rows
   std::vector<std::ptrdiff_t> in_parent_;  // (rows) place of a row below in its parent's vector
   std::vector<std::ptrdiff_t> as_column_;  // (rows) and where it is a column
-  Eigen::VectorXf values_;              // the tiles
+  Eigen::VectorXf values_;                 // the tiles
 };
 
 }  // namespace plica

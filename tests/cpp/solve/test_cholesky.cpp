@@ -147,7 +147,8 @@ TEST_CASE("supernodes hold the pattern of the factor that a dense elimination fi
 }
 
 TEST_CASE("Cholesky equals a dense factorisation on random graphs, connected or not") {
-  for (const auto& [nodes, edges] : {std::pair{1, 0}, {2, 1}, {5, 3}, {40, 25}, {60, 90}, {150, 600}, {300, 500}}) {
+  for (const auto& [nodes, edges] :
+       {std::pair{1, 0}, {2, 1}, {5, 3}, {40, 25}, {60, 90}, {150, 600}, {300, 500}}) {
     CAPTURE(nodes);
     const BlockMatrix A = random_matrix(nodes, edges, static_cast<unsigned>(nodes));
     const Vector b = random_vector(A.rows());
@@ -253,22 +254,6 @@ TEST_CASE("a known product saves the first one and a wrong one is found out") {
   CHECK((b - A * wrong.x).norm() <= 1e-8 * b.norm());
 }
 
-TEST_CASE("what the history extrapolates is exact for polynomials") {
-  const Vector a = random_vector(9, 1), b = random_vector(9, 2), c = random_vector(9, 3);
-  const auto at = [&](double t) { return Vector(a + b * t + c * t * t); };
-  SolveHistory history(3);
-  CHECK(history.extrapolated().x.size() == 0);
-  for (int t = 0; t < 5; ++t) history.add({at(t), -at(t)});
-  CHECK(history.size() == 3);
-  const Guess next = history.extrapolated();
-  CHECK(relative(next.x, at(5)) < 1e-14);
-  CHECK((next.product + next.x).norm() < 1e-13 * next.x.norm());
-  history.add({at(5), {}});
-  CHECK(history.extrapolated().product.size() == 0);
-  CHECK_THROWS_AS(SolveHistory(0), InvalidInput);
-  CHECK_THROWS_AS(history.add({Vector::Ones(4), {}}), InvalidInput);
-}
-
 TEST_CASE("a zero load gives zero whatever the start, and a start at the solution takes no solve") {
   const BlockMatrix A = spring_lattice(4);
   const CholeskySolver solver(A, FactorPlan(A), {});
@@ -287,8 +272,8 @@ TEST_CASE("Cholesky refuses what is indefinite, singular or not finite") {
     A.block(p.find(0, 1))[4 * k] -= 100.0;
     A.block(p.find(1, 0))[4 * k] -= 100.0;
   }
-  CHECK_THROWS_WITH_AS(TriangularFactor(A, FactorPlan(A)), doctest::Contains("not positive definite: pivot of node"),
-                       SolveFailed);
+  CHECK_THROWS_WITH_AS(TriangularFactor(A, FactorPlan(A)),
+                       doctest::Contains("not positive definite: pivot of node"), SolveFailed);
   const BlockMatrix floating = spring_lattice(4, 0.0);
   CHECK_THROWS_WITH_AS(TriangularFactor(floating, FactorPlan(floating)),
                        doctest::Contains("A body without support"), SolveFailed);
