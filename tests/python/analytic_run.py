@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,10 +17,13 @@ Floats = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class AnalyticMesh:
-    """Two facing surfaces, the interface of the airway."""
+    """Two facing surfaces, the interface of the airway, and one cell at its first nodes."""
 
     points: Floats
     surfaces: Mapping[str, Array]
+    cells: Array = field(default_factory=lambda: np.arange(4)[None])
+    cell_layer: Array = field(default_factory=lambda: np.zeros(1, dtype=int))
+    layer_names: Sequence[str] = ("body",)
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,10 @@ class Phonation:
             "numerical_loss": 0.5e-4 * time,
             "ledger_error": 1e-15 * np.sin(7 * turn),
             "inverted_tissue": np.zeros(time.size, dtype=int),
+            "strain_999": np.full(time.size, 0.05),
+            "strain_largest": np.full(time.size, 0.1),
+            "strain_cell": np.zeros(time.size, dtype=int),
+            "strain_neglected": np.full(time.size, 0.005),
             "probes": np.zeros((time.size, 0, 3)),
         }
 
@@ -240,6 +247,10 @@ def free_vibration(
         "numerical_loss": np.zeros(steps),
         "ledger_error": 1e-16 * np.cos(turn),
         "inverted_tissue": np.zeros(steps, dtype=int),
+        "strain_999": np.full(steps, 0.05),
+        "strain_largest": np.full(steps, 0.1),
+        "strain_cell": np.zeros(steps, dtype=int),
+        "strain_neglected": np.full(steps, 0.005),
         "probes": probes,
     }
     mesh = AnalyticMesh(np.zeros((2, 3)), {})

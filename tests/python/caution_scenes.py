@@ -160,7 +160,7 @@ initial.velocity.body = [0, 0, 1]
 initial.velocity.ligament = [0, 0, 1]
 initial.velocity.cover = [0, 0, 1]""",
     ),
-    "folded_tissue": Given(LARYNX, "without airflow\ninitial.opening_velocity = -5"),
+    "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -5"),
     "unconverged_coupling": Given(LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1 }"),
     "unconverged_contact": Given(
         BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"

@@ -15,6 +15,7 @@ import pytest
 import plica
 from analytic_run import Phonation
 from caution_scenes import BLOCKS, GIVEN, LARYNX, Given
+from plica import _engine
 from plica.cli import main
 from plica.measures.caution import Caution, write_cautions
 from plica.measures.waveforms import STORED
@@ -229,12 +230,60 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
     assert sentence in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("every", "advice"), [(None, "output.every"), ("1 ms", "fields.xdmf")])
-def test_advice_on_folded_tissue_names_frames_only_where_there_are_some(
-    every: str | None, advice: str, tmp_path: Path
-) -> None:
-    scene = GIVEN["folded_tissue"].build().replace({"output.every": every})
-    run = plica.run(scene, tmp_path / "run", progress=False)
-    (caution,) = run.cautions
-    assert advice in caution.advice
-    assert (tmp_path / "run" / "fields.xdmf").exists() == (every is not None)
+def strained(left_out: float, folded: int) -> list[Caution]:
+    """Cautions of a run that leaves out so much in one step, with so many cells folded in another."""
+    whole = Phonation().run()
+    waveforms = {name: np.array(values) for name, values in whole.waveforms.items()}
+    waveforms["strain_neglected"][700] = left_out
+    waveforms["strain_999"][700] = 0.13
+    waveforms["inverted_tissue"][800] = folded
+    return list(cautions(replace(whole, waveforms=waveforms)))
+
+
+def test_large_strain_is_said_in_one_sentence_once_a_tenth_of_it_is_wrong() -> None:
+    assert strained(0.02 * (1 - 1e-9), 0) == []  # |grad u| = 0.2: |E - eps| is a tenth of it
+    (caution,) = strained(0.02 * (1 + 1e-9), 0)
+    assert re.fullmatch(
+        r"At 35\.\d ms tissue strained by 13 % and more, most in the body at \(.*\) mm: linear tissue is "
+        r"for small strains, and off by 10 % there\.",
+        caution.seen,
+    )
+
+
+@pytest.mark.parametrize(
+    ("folded", "said"), [(1, "1 of its cells was folded"), (44, "44 of its cells were folded")]
+)
+def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, said: str) -> None:
+    (caution,) = strained(0.08, folded)
+    assert f"off by 20 % there, and {said} over." in caution.seen
+    (caution,) = strained(0.005, folded)
+    assert caution.name == "large_strain"
+
+
+def test_the_strain_of_the_engine_is_that_of_its_displacement() -> None:
+    simulation = plica.build_simulation(GIVEN["large_strain"].build())
+    for _ in range(4):
+        waves = simulation.advance(10)
+    mesh = plica.build_mesh(GIVEN["large_strain"].build().mesh)
+    corners = np.asarray(mesh.cells)
+    assert corners.shape[1] == 4
+    x, u = np.asarray(mesh.points)[corners], np.asarray(simulation.displacement)[corners]
+    edges, moves = x[:, 1:] - x[:, :1], u[:, 1:] - u[:, :1]
+    gradient = np.swapaxes(np.linalg.solve(edges, moves), 1, 2)  # moves = edges gradient^T
+    strain = np.linalg.norm(0.5 * (gradient + np.swapaxes(gradient, 1, 2)), 2, axis=(1, 2))
+    left_out = 0.5 * np.linalg.norm(gradient, 2, axis=(1, 2)) ** 2
+    volume = np.linalg.det(edges)
+
+    def exceeded(values: np.ndarray) -> float:
+        order = np.argsort(-values)
+        return float(
+            values[order][np.searchsorted(np.cumsum(volume[order]), 1e-3 * volume.sum(), side="right")]
+        )
+
+    assert waves["strain_largest"][-1] == pytest.approx(strain.max(), rel=1e-7)
+    assert waves["strain_cell"][-1] == strain.argmax()
+    assert waves["strain_999"][-1] == pytest.approx(exceeded(strain), rel=1e-7)
+    assert waves["strain_neglected"][-1] == pytest.approx(exceeded(left_out), rel=1e-7)
+    assert waves["inverted_tissue"][-1] == np.sum(
+        _engine.signed_volumes(np.asarray(mesh.points) + np.asarray(simulation.displacement), corners) <= 0
+    )

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "plica/airflow/airflow.hpp"
+#include "plica/tissue/strain.hpp"
 
 namespace plica {
 
@@ -45,6 +46,7 @@ struct StepRecord {
   double time = 0.0;        // s, of the new state
   int iterations = 0;       // conjugate gradients, over all solves of the step
   int inverted_tissue = 0;  // tissue cells inside out or folded over, judged at their nodes
+  Strains strains;          // of the new state
   std::optional<FlowRecord> flow;
   std::optional<ContactRecord> contact;
 };
@@ -57,7 +59,7 @@ struct StepTimes {
   double detection = 0.0;  // inverted tetrahedra, candidates, pairs
   double contact = 0.0;    // the forces of these pairs
   double ledger = 0.0;     // products and sums of the energy ledger
-  double record = 0.0;     // contact measures, inverted tissue
+  double record = 0.0;     // contact measures, strains, inverted tissue
 };
 
 }  // namespace plica

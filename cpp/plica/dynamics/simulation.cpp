@@ -24,6 +24,7 @@ Simulation::Options checked(Simulation::Options options) {
 Simulation::Simulation(Scene scene, Options options)
     : scene_(checked(std::move(scene))),
       assembler_(scene_.mesh),
+      strain_gauge_(scene_.mesh),
       motion_(scene_, assembler_, checked(options)),
       loads_(scene_, assembler_) {
   if (scene_.airflow) flow_.emplace(scene_, motion_);
@@ -126,7 +127,8 @@ void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow) {
   record.time = static_cast<double>(now.step) * motion_.step();
   record.iterations = step.iterations();
   record.flow = flow;
-  record.inverted_tissue = static_cast<int>(folded(x));
+  record.strains = strain_gauge_.measure(now.displacement);
+  record.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
   if (contact_) {
     contact_->update_pressure(now, x);
     record.contact = contact_->record(step, now, x, record.inverted_tissue > 0);

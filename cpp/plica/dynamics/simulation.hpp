@@ -69,6 +69,7 @@ class Simulation {
 
   Scene scene_;
   Assembler assembler_;
+  StrainGauge strain_gauge_;
   Motion motion_;
   SceneLoads loads_;
   std::optional<SceneFlow> flow_;

@@ -105,6 +105,17 @@ std::vector<Waveform> make_waveforms() {
       wave("inverted_tissue", "1",
            "Tissue cells inside out or folded over; with any, stresses there mean nothing.",
            &StepRecord::inverted_tissue),
+      wave("strain_999", "1",
+           "Largest principal strain's magnitude, of the small strain; 0.1 % of the tissue's volume has more.",
+           [](const StepRecord& r) { return r.strains.strain; }),
+      wave("strain_largest", "1", "The same where it is largest.",
+           [](const StepRecord& r) { return r.strains.largest; }),
+      wave("strain_cell", "1", "The cell where it is largest.",
+           [](const StepRecord& r) { return static_cast<int>(r.strains.cell); }),
+      wave("strain_neglected", "1",
+           "Strain that linear tissue leaves out, half the square of the displacement gradient; 0.1 % of the volume "
+           "has more.",
+           [](const StepRecord& r) { return r.strains.neglected; }),
       per_probe(
           wave("probes", "m", "Displacement of each probe's node, (steps, probes, 3).", &probe_displacements),
           "um"),

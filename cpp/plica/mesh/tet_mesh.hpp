@@ -42,6 +42,8 @@ Vector signed_volumes(const Points& x, const Cells& cells);
 double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k);
 /// Cells whose det dx/dxi is not positive at one of their nodes: inside out, or folded over there. O(m).
 std::ptrdiff_t folded_cells(const Points& x, const Cells& cells);
+/// The same where only these cells may be.
+std::ptrdiff_t folded_cells(const Points& x, const Cells& cells, const std::vector<std::int32_t>& suspects);
 /// The lowest of them.
 std::optional<std::ptrdiff_t> first_folded_cell(const Points& x, const Cells& cells);
 

@@ -1,4 +1,5 @@
 #include <Eigen/Dense>
+#include <algorithm>
 #include <atomic>
 
 #include "plica/core/threads.hpp"
@@ -58,6 +59,10 @@ std::ptrdiff_t folded_cells(const Points& x, const Cells& cells) {
       if (folded(x, cells, e)) ++count;
   });
   return count;
+}
+
+std::ptrdiff_t folded_cells(const Points& x, const Cells& cells, const std::vector<std::int32_t>& suspects) {
+  return std::count_if(suspects.begin(), suspects.end(), [&](std::int32_t e) { return folded(x, cells, e); });
 }
 
 std::optional<std::ptrdiff_t> first_folded_cell(const Points& x, const Cells& cells) {

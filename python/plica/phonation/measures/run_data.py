@@ -19,6 +19,18 @@ class MeshData(Protocol):
         """(n, 3) m, reference positions."""
 
     @property
+    def cells(self) -> Array:
+        """(m, 4) or (m, 10) node numbers."""
+
+    @property
+    def cell_layer(self) -> Array:
+        """(m) position in `layer_names`."""
+
+    @property
+    def layer_names(self) -> Sequence[str]:
+        """E.g. body, ligament, cover."""
+
+    @property
     def surfaces(self) -> Mapping[str, Array]:
         """Named boundary faces, (f, 3) or (f, 6) node numbers."""
 
