@@ -20,18 +20,18 @@ body_rings = 1
 [tissue.body]
 E = "20 kPa"
 nu = 0.45
-viscosity = "0.35 Pa s"
+viscosity = "3 Pa s"
 [tissue.ligament]
 E = "3 kPa"
 nu = 0.45
-viscosity = "0.35 Pa s"
+viscosity = "3 Pa s"
 [tissue.cover]
 E = "1 kPa"
 nu = 0.45
-viscosity = "0.14 Pa s"
+viscosity = "3 Pa s"
 
 [airflow]
-subglottal_pressure = "0.8 kPa"
+subglottal_pressure = "0.6 kPa"
 
 [contact.multipliers]
 
@@ -132,7 +132,10 @@ mesh.options.layers_to_section = 2
 initial.velocity.cover = [0.01, 0, 0]""",
     ),
     "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
-    "time_step": Given(LARYNX, 'time.step = "0.6 ms"\ntime.duration = "12 ms"\ntime.scheme.newmark = {}'),
+    "time_step": Given(
+        LARYNX,
+        'time.step = "0.6 ms"\ntime.duration = "12 ms"\nairflow.subglottal_pressure = "0.5 kPa"\ntime.scheme.newmark = {}',
+    ),
     "duration": Given(LARYNX, 'time.duration = "0.1 ms"'),
     "initial_velocity": Given(LARYNX, "initial.opening_velocity = 1e-8"),
     "initial_displacement": Given(LARYNX, "initial.opening_displacement = 1e-10"),
@@ -141,7 +144,14 @@ initial.velocity.cover = [0.01, 0, 0]""",
     "load_frequency": Given(
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
     ),
-    "unsteady_voice": Given(LARYNX, 'time.duration = "30 ms"'),
+    "unsteady_voice": Given(
+        LARYNX,
+        """\
+tissue.body.viscosity = 0.35
+tissue.ligament.viscosity = 0.35
+tissue.cover.viscosity = 0.14
+time.duration = "30 ms\"""",
+    ),
     "flow_beyond_voice": Given(
         LARYNX,
         """\
@@ -155,13 +165,16 @@ mesh.options.layers_to_section = 2""",
     "motion_beyond_voice": Given(
         LARYNX,
         """\
+airflow.subglottal_pressure = "0.2 kPa"
 supports.fixed = []
 initial.velocity.body = [0, 0, 1]
 initial.velocity.ligament = [0, 0, 1]
 initial.velocity.cover = [0, 0, 1]""",
     ),
-    "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -5"),
-    "unconverged_coupling": Given(LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1 }"),
+    "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8"),
+    "unconverged_coupling": Given(
+        LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1, tolerance = 1e-9 }"
+    ),
     "unconverged_contact": Given(
         BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"
     ),
