@@ -134,7 +134,7 @@ initial.velocity.cover = [0.01, 0, 0]""",
     "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
     "time_step": Given(
         LARYNX,
-        'time.step = "0.6 ms"\ntime.duration = "12 ms"\nairflow.subglottal_pressure = "0.5 kPa"\ntime.scheme.newmark = {}',
+        'time.step = "0.6 ms"\ntime.duration = "12 ms"\ntime.scheme.newmark = {}',
     ),
     "duration": Given(LARYNX, 'time.duration = "0.1 ms"'),
     "initial_velocity": Given(LARYNX, "initial.opening_velocity = 1e-8"),
