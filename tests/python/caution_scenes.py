@@ -129,7 +129,10 @@ mesh.options.sections = [[-0.1, 1e-4], [-0.05, 1e-4], [0, 1e-4], [0.05, 1e-4]]
 mesh.options.levels = [2, 2, 2]
 mesh.options.layers_from_section = 1
 mesh.options.layers_to_section = 2
-initial.velocity.cover = [0.01, 0, 0]""",
+initial.velocity.cover = [0.01, 0, 0]
+tissue.body.viscosity = 0.35
+tissue.ligament.viscosity = 0.35
+tissue.cover.viscosity = 0.14""",
     ),
     "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
     "time_step": Given(
