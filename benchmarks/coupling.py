@@ -31,7 +31,7 @@ def main() -> None:
     options = parser.parse_args()
     end = options.milliseconds * 1e-3
 
-    mesh = engine.larynx_mesh(**engine.larynx_preset("coarse"))
+    mesh = engine.larynx_mesh(**engine.larynx_preset("thesis_coarse"))
     material = engine.Material(engine.Isotropic(12e3, 0.45), density=1040.0, viscosity=1.0)
     body = Body(mesh, material, held(mesh, "wall"))
 

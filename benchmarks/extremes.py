@@ -404,7 +404,7 @@ def larynx(
         "Penalty": {"penalty": {"stiffness": 10 * 5e3 * width}},
     }[kind]
     data = {
-        "mesh": {"larynx": "coarse", "order": 1, "options": options or {}},
+        "mesh": {"larynx": "thesis_coarse", "order": 1, "options": options or {}},
         "tissue": tissue,
         "airflow": {"subglottal_pressure": pressure},
         "contact": chosen | parts | ({"faces": "mortar"} if mortar else {}),

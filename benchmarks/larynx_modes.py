@@ -1,70 +1,95 @@
-"""Natural frequencies of the parametric larynx, outer wall held: linear and quadratic tetrahedra.
+"""Natural frequencies of the parametric larynx, outer wall held, by mesh.
 
-The tissue is that of examples/thesis.toml, with the shear modulus across the fibre as printed, E / (1 +
-nu), so that the figures can be held against those an independent linear-element code gave for the symmetric
-modes: 232.5, 270.9, 355.0, 410.0 Hz with 5,400 unknowns (a quarter of the larynx) and 218.8, 259.5, 328.3,
-377.3 Hz with 90,000. A mode is symmetric where the folds move as mirror images.
+    python benchmarks/larynx_modes.py                      presets, and one of them refined: errors and order
+    python benchmarks/larynx_modes.py coarse thesis_demo   these presets alone
+
+The tissue is that of examples/normal_phonation.toml. A mode is symmetric where the folds move as mirror
+images; the eigenproblem is reduced to these, one fold with u_x = 0 where both meet. Errors are of the lowest
+three, against REFERENCE.
 """
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csr_array
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 import plica
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.mesh_summary import dihedral_angles, quality
 
-SCENE = Path(__file__).parents[1] / "examples" / "thesis.toml"
-MESHES = {
-    "coarse": {},
-    "medium": {},
-    "demo": {"around": 16, "levels": [2, 1, 1, 2, 1, 6, 1, 2, 1, 2]},
-}
+SCENE = Path(__file__).parents[1] / "examples" / "normal_phonation.toml"
+REFERENCE = np.array([185.5, 240.4, 258.9])
+"""Hz, of a mesh of about 100,000 unknowns; still high: second order would put the limit 0.2 to 0.6 % lower."""
+PRESETS = ("thesis_coarse", "thesis_demo", "coarse", "demo", "fine", "finest")
 
 
-def modes(
-    name: str, options: dict[str, object], order: int, count: int = 8
-) -> tuple[int, list[tuple[float, bool]]]:
-    """Free unknowns, and (frequency Hz, symmetric) of the lowest modes."""
+def symmetric_modes(larynx: plica.Larynx, count: int = 3) -> tuple[int, NDArray[np.float64]]:
+    """Free unknowns of the whole larynx, and its lowest symmetric frequencies in Hz."""
     scene = plica.Scene.load(SCENE)
-    preset = "coarse" if name == "demo" else name
-    larynx = plica.Larynx(larynx=preset, order=order, options=options)
     bare = plica.Scene(larynx, scene.tissue, supports=scene.supports, time=scene.time)
     mesh = build_mesh(bare.mesh, bare.source)
     simulation = build_simulation(bare, mesh)
-    points = np.asarray(mesh.points)
-    n = points.size
-    fixed = np.zeros(points.shape, bool)
+    x = np.asarray(mesh.points)
+    fixed = np.zeros(x.shape, bool)
     fixed[mesh.node_sets["wall"]] = True
-    free = np.flatnonzero(~fixed.ravel())
+    mirror = cKDTree(x).query(x * [-1, 1, 1])[1]
+    rows, columns, values = [], [], []
+    width = 0
+    for axis, sign in enumerate((-1, 1, 1)):
+        middle = mirror == np.arange(len(x))
+        own = np.flatnonzero((x[:, 0] >= 0) & ~fixed[:, axis] & ~(middle & (axis == 0)))
+        numbers = np.arange(width, width + len(own))
+        weight = np.where(middle[own], 0.5, 1.0)
+        rows += [3 * own + axis, 3 * mirror[own] + axis]
+        columns += [numbers, numbers]
+        values += [weight, sign * weight]
+        width += len(own)
+    spread = coo_array(
+        (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=(x.size, width)
+    ).tocsr()
     K, M = (
-        csr_array(m, shape=(n, n))[free][:, free].tocsc() for m in (simulation.stiffness, simulation.mass)
+        (spread.T @ csr_array(m, shape=(x.size, x.size)) @ spread).tocsc()
+        for m in (simulation.stiffness, simulation.mass)
     )
-    values, vectors = eigsh(K, count, M, sigma=0.0)
-    mirror = cKDTree(points).query(points * [-1, 1, 1])[1]
-    found = []
-    for value, vector in zip(values, vectors.T, strict=True):
-        u = np.zeros(n)
-        u[free] = vector
-        u = u.reshape(-1, 3)
-        found.append((float(np.sqrt(value) / 2 / np.pi), bool((u * u[mirror] * [-1, 1, 1]).sum() > 0)))
-    return free.size, found
+    found = np.sort(eigsh(K, count, M, sigma=0.0, return_eigenvectors=False))
+    return int((~fixed).sum()), np.sqrt(found) / (2 * np.pi)
+
+
+def row(name: str, larynx: plica.Larynx) -> None:
+    mesh = build_mesh(larynx)
+    points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
+    ratio, angles = quality(points, cells), dihedral_angles(points, cells)
+    unknowns, modes = symmetric_modes(larynx)
+    errors = ", ".join(f"{100 * error:.2f}" for error in modes / REFERENCE - 1)
+    print(
+        f"| {name} | {unknowns} | {', '.join(f'{f:.2f}' for f in modes)} | {errors} "
+        f"| {ratio.min():.3f}, {np.median(ratio):.2f} | {angles.min():.1f} to {angles.max():.1f} |",
+        flush=True,
+    )
 
 
 def main() -> None:
-    print("| mesh | order | unknowns | symmetric modes (Hz) | antisymmetric (Hz) |")
-    print("| --- | --- | --- | --- | --- |")
-    for name, order in (("coarse", 1), ("medium", 1), ("coarse", 2), ("demo", 2)):
-        unknowns, found = modes(name, MESHES[name], order)
-        texts = [
-            ", ".join(f"{f:.1f}" for f, symmetric in found if symmetric is side) for side in (True, False)
-        ]
-        print(f"| {name} | {order} | {unknowns} | {texts[0]} | {texts[1]} |")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("preset", nargs="*", help="presets")
+    given = parser.parse_args().preset
+    print("| mesh | unknowns | f1, f2, f3 (Hz) | error (%) | mean ratio: least, median | dihedral (deg) |")
+    print("| --- | --- | --- | --- | --- | --- |")
+    for name in given or PRESETS:
+        row(name, plica.Larynx(larynx=name, order=2))
+    if not given:
+        row(
+            "demo, layers along the normal",
+            plica.Larynx(larynx="demo", order=2, options={"layers_along": "normal"}),
+        )
 
 
 if __name__ == "__main__":

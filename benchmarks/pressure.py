@@ -23,7 +23,7 @@ TISSUE = {
 
 def collide(order: int, mass: str, step: float, directory: Path) -> list[float]:
     scene = plica.Scene(
-        plica.Larynx(larynx="coarse", order=order),
+        plica.Larynx(larynx="thesis_coarse", order=order),
         {name: plica.Tissue(**values) for name, values in TISSUE.items()},
         contact=plica.Contact(multipliers=plica.Multipliers(), surface_mass=mass),
         initial=plica.Initial(opening_velocity=-1.0),

@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     plica.set_threads(options.threads)
-    meshes = tuple(options.mesh or ("medium", "coarse"))
+    meshes = tuple(options.mesh or ("thesis_medium", "thesis_coarse"))
     table = cases.table(meshes)
     if options.list:
         for case in table:

@@ -49,7 +49,7 @@ class Case:
     base: str = "B"  # of SCENES
     contact: str = "weighted"  # of CONTACTS; this one closes the gap as the thesis prints it
     pressure: float = 0.8  # kPa
-    mesh: str = "medium"
+    mesh: str = "thesis_medium"
     scheme: str = "hht"  # or newmark, the trapezoidal rule
     asymmetry: int = 0  # %, 100 (E'_right - E'_left) / E'_right of the cover, the right one stiffer
 
@@ -95,7 +95,7 @@ MISMATCHES = (0, 20, 40)
 AUGMENTED = ("augmented 1", "augmented 2", "augmented 4", "augmented")
 
 
-def table(meshes: tuple[str, ...] = ("medium", "coarse")) -> list[Case]:
+def table(meshes: tuple[str, ...] = ("thesis_medium", "thesis_coarse")) -> list[Case]:
     """All runs, the most wanted first. Enforcement, schemes and asymmetry are varied on the first mesh."""
     first = meshes[0]
     enforced = ("weighted", "1e7", "neglected", "1e6", "1e5", "multipliers", *AUGMENTED, "none")

@@ -1,37 +1,9 @@
 #include "arrays.hpp"
 #include "engine.hpp"
-#include "options.hpp"
 #include "plica/mesh/block.hpp"
+#include "plica/mesh/jacobian.hpp"
 #include "plica/mesh/larynx.hpp"
 #include "plica/mesh/tet_mesh.hpp"
-
-namespace plica::python {
-
-/// Left out, the thesis's sections.
-template <>
-struct Shown<std::vector<Larynx::Section>> {
-  using Given = std::optional<RealArray>;
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
-  static std::vector<Larynx::Section> take(const Given& rows, const char* owner, const char* option) {
-    if (!rows) return Larynx{}.sections;
-    if (rows->ndim() != 2 || rows->shape(1) != 2) wrong_shape(owner, option, *rows, "(k, 2): z, minor");
-    std::vector<Larynx::Section> sections;
-    for (py::ssize_t k = 0; k < rows->shape(0); ++k) sections.push_back({rows->at(k, 0), rows->at(k, 1)});
-    return sections;
-  }
-  static py::array_t<double> show(const std::vector<Larynx::Section>& sections) {
-    Rows rows(static_cast<Eigen::Index>(sections.size()), 2);
-    for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-      const auto& section = sections[static_cast<std::size_t>(k)];
-      rows.row(k) << section.z, section.minor;
-    }
-    return give(std::move(rows));
-  }
-  static Given initial(const std::vector<Larynx::Section>&) { return std::nullopt; }
-};
-
-}  // namespace plica::python
 
 using namespace plica;
 using namespace plica::python;
@@ -104,6 +76,15 @@ void bind_tet_mesh(py::module_& engine) {
       .def_property_readonly("order", &TetMesh::order);
 
   engine.def("to_quadratic", &to_quadratic, py::arg("mesh"), py::call_guard<Released>());
+  engine.def(
+      "least_jacobian_ratios",
+      [](const RealArray& points, const py::array& cells) {
+        const Points x = to_points(points, "least_jacobian_ratios", "points");
+        const Cells rows = to_rows(cells, {4, 10}, "least_jacobian_ratios", "cells");
+        check_nodes(rows, x.rows(), "least_jacobian_ratios", "cell");
+        return give(least_jacobian_ratios(x, rows));
+      },
+      py::arg("points"), py::arg("cells"));
   engine.def("check_mesh", &check, py::arg("mesh"), py::call_guard<Released>());
   engine.def(
       "boundary",
@@ -134,41 +115,120 @@ void bind_tet_mesh(py::module_& engine) {
       py::arg("points"), py::arg("cells"));
 }
 
-const auto& larynx_options() {
-  static const auto table = options<Larynx>(
-      "Larynx", option("sections", &Larynx::sections), option("major", &Larynx::major),
-      option("radius", &Larynx::radius), option("layer_thickness", &Larynx::layer_thickness),
-      option("layers_from_section", &Larynx::layers_from_section),
-      option("layers_to_section", &Larynx::layers_to_section), option("levels", &Larynx::levels),
-      option("around", &Larynx::around), option("cover_rings", &Larynx::cover_rings),
-      option("ligament_rings", &Larynx::ligament_rings), option("body_rings", &Larynx::body_rings));
-  return table;
+using SectionRows = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
+SectionRows section_rows(const std::vector<Larynx::Section>& sections) {
+  SectionRows rows(static_cast<Eigen::Index>(sections.size()), 2);
+  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
+    const auto& section = sections[static_cast<std::size_t>(k)];
+    rows.row(k) << section.z, section.minor;
+  }
+  return rows;
 }
 
-py::dict larynx_fields(const Larynx& larynx) { return larynx_options().to_dict(larynx); }
+std::vector<Larynx::Section> to_sections(const RealArray& rows) {
+  if (rows.ndim() != 2 || rows.shape(1) != 2) {
+    wrong_shape("Larynx", "sections", rows, "(k, 2): z, minor");
+  }
+  std::vector<Larynx::Section> sections;
+  for (py::ssize_t k = 0; k < rows.shape(0); ++k) {
+    sections.push_back({rows.at(k, 0), rows.at(k, 1)});
+  }
+  return sections;
+}
+
+std::string layers_along_name(Larynx::LayersAlong along) {
+  return along == Larynx::LayersAlong::level ? "level" : "normal";
+}
+
+Larynx::LayersAlong to_layers_along(const std::string& name) {
+  if (name == "level") return Larynx::LayersAlong::level;
+  if (name == "normal") return Larynx::LayersAlong::normal;
+  throw InvalidInput("Larynx: layers_along = \"" + name + "\"; must be level or normal.");
+}
+
+/// Fields of the shape, and of how it is meshed: `levels` tells levels from a triangulated section.
+py::dict larynx_fields(const Larynx& larynx) {
+  py::dict fields;
+  fields["sections"] = give(section_rows(larynx.shape.sections));
+  fields["major"] = larynx.shape.major;
+  fields["radius"] = larynx.shape.radius;
+  fields["layer_thickness"] = larynx.shape.layer_thickness;
+  fields["layers_from_section"] = larynx.shape.layers_from_section;
+  fields["layers_to_section"] = larynx.shape.layers_to_section;
+  fields["layers_along"] = layers_along_name(larynx.shape.layers_along);
+  if (const auto* how = std::get_if<Larynx::Levels>(&larynx.meshed)) {
+    fields["levels"] = how->levels;
+    fields["around"] = how->around;
+    fields["cover_rings"] = how->cover_rings;
+    fields["ligament_rings"] = how->ligament_rings;
+    fields["body_rings"] = how->body_rings;
+  } else {
+    const auto& triangulated = std::get<Larynx::Triangulated>(larynx.meshed);
+    fields["size"] = triangulated.size;
+    fields["growth"] = triangulated.growth;
+    fields["around"] = triangulated.around;
+  }
+  return fields;
+}
+
+using Preset = Larynx (*)();
+const std::map<std::string, Preset> presets = {{"coarse", Larynx::coarse},
+                                               {"demo", Larynx::demo},
+                                               {"fine", Larynx::fine},
+                                               {"finest", Larynx::finest},
+                                               {"thesis", Larynx::thesis},
+                                               {"thesis_coarse", Larynx::thesis_coarse},
+                                               {"thesis_demo", Larynx::thesis_demo},
+                                               {"thesis_medium", Larynx::thesis_medium}};
 
 void bind_larynx(py::module_& engine) {
-  larynx_options().def(engine, "larynx_mesh", [](const Larynx& larynx) {
-    const Released released;
-    return larynx_mesh(larynx);
-  });
-  engine.def("larynx_defaults", [] { return larynx_fields(Larynx{}); });
+  const Larynx::Shape shape;
+  const Larynx::Triangulated by_size;
+  const Larynx::Levels by_level;
+  engine.def(
+      "larynx_mesh",
+      [](int order, const std::optional<RealArray>& sections, double major, double radius, double layer_thickness,
+         int layers_from_section, int layers_to_section, const std::string& layers_along,
+         std::optional<int> around, double size, double growth, std::optional<std::vector<int>> levels,
+         int cover_rings, int ligament_rings, int body_rings) {
+        Larynx larynx;
+        if (sections) {
+          larynx.shape.sections = to_sections(*sections);
+        }
+        larynx.shape.major = major;
+        larynx.shape.radius = radius;
+        larynx.shape.layer_thickness = layer_thickness;
+        larynx.shape.layers_from_section = layers_from_section;
+        larynx.shape.layers_to_section = layers_to_section;
+        larynx.shape.layers_along = to_layers_along(layers_along);
+        if (levels) {
+          larynx.meshed = Larynx::Levels{std::move(*levels), around.value_or(Larynx::Levels{}.around), cover_rings,
+                                         ligament_rings, body_rings};
+        } else {
+          larynx.meshed = Larynx::Triangulated{size, growth, around.value_or(Larynx::Triangulated{}.around)};
+        }
+        const Released released;
+        return order == 2 ? quadratic_larynx_mesh(larynx) : larynx_mesh(larynx);
+      },
+      py::kw_only(), py::arg("order") = 1, py::arg("sections") = py::none(), py::arg("major") = shape.major,
+      py::arg("radius") = shape.radius, py::arg("layer_thickness") = shape.layer_thickness,
+      py::arg("layers_from_section") = shape.layers_from_section,
+      py::arg("layers_to_section") = shape.layers_to_section,
+      py::arg("layers_along") = layers_along_name(shape.layers_along), py::arg("around") = py::none(),
+      py::arg("size") = by_size.size, py::arg("growth") = by_size.growth, py::arg("levels") = py::none(),
+      py::arg("cover_rings") = by_level.cover_rings, py::arg("ligament_rings") = by_level.ligament_rings,
+      py::arg("body_rings") = by_level.body_rings);
   engine.def(
       "larynx_preset",
       [](const std::string& name) {
-        if (name == "coarse") {
-          return larynx_fields(Larynx::coarse());
+        const auto preset = presets.find(name);
+        if (preset == presets.end()) {
+          std::string known;
+          for (const auto& [other, made] : presets) known += (known.empty() ? "" : ", ") + other;
+          throw InvalidInput("larynx_preset: name = \"" + name + "\"; must be one of " + known + ".");
         }
-        if (name == "demo") {
-          return larynx_fields(Larynx::demo());
-        }
-        if (name == "medium") {
-          return larynx_fields(Larynx::medium());
-        }
-        if (name == "thesis") {
-          return larynx_fields(Larynx::thesis());
-        }
-        throw InvalidInput("larynx_preset: name = \"" + name + "\"; must be coarse, demo, medium or thesis.");
+        return larynx_fields(preset->second());
       },
       py::arg("name"));
 }

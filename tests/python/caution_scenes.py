@@ -11,7 +11,7 @@ from plica.phonation.scene.toml_text import toml_text
 
 LARYNX = """\
 [mesh]
-larynx = "coarse"
+larynx = "thesis_coarse"
 [mesh.options]
 around = 8
 levels = [1, 1, 1, 1, 1, 2, 1, 1, 1, 1]

@@ -60,7 +60,7 @@ def colliding() -> plica.Scene:
 def phonating() -> plica.Scene:
     """A very coarse larynx with airflow and contact, 40 steps."""
     return plica.Scene(
-        plica.Larynx(larynx="coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
+        plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
         {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
         time=plica.Stepping(step=5e-5, duration=2e-3),
         airflow=plica.Airflow(subglottal_pressure="0.8 kPa"),

@@ -14,7 +14,7 @@ from plica.cli import main
 
 LARYNX = """
 [mesh]
-larynx = "coarse"
+larynx = "thesis_coarse"
 options = { around = 8, levels = [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], body_rings = 1 }
 [tissue.body]
 E = "20 kPa"
@@ -96,17 +96,31 @@ SCENES: dict[str, tuple[str, str, str]] = {
     ),
     "layer without tissue": ('[tissue.body]\nE = "20 kPa"\nnu = 0.45', "", "s.toml: tissue.body is missing:"),
     "two meshes": (
-        'larynx = "coarse"',
-        'larynx = "coarse"\nblock = {}',
+        'larynx = "thesis_coarse"',
+        'larynx = "thesis_coarse"\nblock = {}',
         "must have exactly one of larynx, file, block",
     ),
-    "no mesh": ('larynx = "coarse"', "", "mesh: must have exactly one of larynx, file, block, blocks."),
-    "unknown preset": (
-        '"coarse"',
-        '"huge"',
-        "mesh.larynx = \"huge\"; must be 'coarse', 'demo', 'medium' or 'thesis'.",
+    "no mesh": (
+        'larynx = "thesis_coarse"',
+        "",
+        "mesh: must have exactly one of larynx, file, block, blocks.",
     ),
-    "order": ('larynx = "coarse"', 'larynx = "coarse"\norder = 3', "mesh.order = 3; must be 1 or 2."),
+    "unknown preset": (
+        '"thesis_coarse"',
+        '"huge"',
+        "mesh.larynx = \"huge\"; must be 'coarse', 'demo', 'fine', 'finest', 'thesis', 'thesis_coarse', "
+        "'thesis_demo' or 'thesis_medium'.",
+    ),
+    "a size in levels": (
+        "options = { around = 8,",
+        'options = { size = "1 mm", around = 8,',
+        'mesh.options.size = 0.001; must be left out: the larynx "thesis_coarse" is meshed in levels.',
+    ),
+    "order": (
+        'larynx = "thesis_coarse"',
+        'larynx = "thesis_coarse"\norder = 3',
+        "mesh.order = 3; must be 1 or 2.",
+    ),
     "folds that overlap at the start": (
         *added('[initial]\nopening_displacement = "-1 mm"'),
         "m; must be >= 0 at t = 0. Reduce the initial displacement.",
@@ -240,7 +254,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
         "loads[0].traction[2] is missing.",
     ),
     "no such mesh file": (
-        'larynx = "coarse"\noptions = ',
+        'larynx = "thesis_coarse"\noptions = ',
         'file = "no.msh"\nlayers = { body = 1 } # ',
         "there is no such file.",
     ),

@@ -25,7 +25,7 @@ def small(path: Path) -> plica.Scene:
     scene = plica.Scene.load(path)
     mesh: Any = scene.mesh
     if isinstance(mesh, plica.Larynx):
-        mesh = plica.Larynx(larynx="coarse", order=mesh.order, options=plica.LarynxOptions(**TINY))
+        mesh = plica.Larynx(larynx="thesis_coarse", order=mesh.order, options=plica.LarynxOptions(**TINY))
     duration = STEPS * scene.time.step
     output = plica.Output(every=5 * scene.time.step, probes=scene.output.probes)
     time = plica.Stepping(**{**dict(scene.time), "duration": duration})

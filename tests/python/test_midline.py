@@ -25,7 +25,7 @@ SOFT_LEFT = {"left": {"E": 0.8e3, "mu_fibre": 8e3}}  # so that the folds differ
 
 def scene(directory: Path, place: Callable[[Any], Any], sides: object = "labelled") -> plica.Scene:
     """The very coarse larynx from a file, its points put elsewhere; it is blown open from rest."""
-    mesh = plica.build_mesh(plica.Larynx(larynx="coarse", options=plica.LarynxOptions(**TINY_LARYNX)))
+    mesh = plica.build_mesh(plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)))
     cells, outer = np.asarray(mesh.cells), np.asarray(plica._engine.boundary(mesh.cells)[0])
     wall = outer[np.isin(outer, mesh.node_sets["wall"]).all(axis=1)]
     faces = [np.asarray(mesh.surfaces["airway_left"]), np.asarray(mesh.surfaces["airway_right"]), wall]

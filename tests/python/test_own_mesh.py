@@ -106,7 +106,7 @@ def _velocity(mesh: Any, **velocity: Any) -> np.ndarray:
 
 
 def test_each_fold_may_have_a_velocity_of_its_own() -> None:
-    larynx = plica.Larynx(larynx="coarse")
+    larynx = plica.Larynx(larynx="thesis_coarse")
     mesh = plica.build_mesh(larynx)
     found = _velocity(larynx, left=(1, 0, 0), right=("-2 m/s", 0, 0))
     left, right = (np.unique(np.asarray(mesh.cells)[np.asarray(mesh.cell_side) == k]) for k in (1, 2))
@@ -117,7 +117,7 @@ def test_each_fold_may_have_a_velocity_of_its_own() -> None:
 
 
 def test_a_layer_may_have_a_velocity_of_its_own() -> None:
-    larynx = plica.Larynx(larynx="coarse")
+    larynx = plica.Larynx(larynx="thesis_coarse")
     mesh = plica.build_mesh(larynx)
     found = _velocity(larynx, cover=(0, 0, 3))
     cover = np.unique(np.asarray(mesh.cells)[np.asarray(mesh.cell_layer) == mesh.layer_names.index("cover")])
@@ -130,7 +130,7 @@ def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> Non
     found = []
     for names in (given, reversed(given)):
         scene = plica.Scene(
-            plica.Larynx(larynx="coarse"),
+            plica.Larynx(larynx="thesis_coarse"),
             "normal",
             time=plica.Stepping(step="50 us", duration="1 ms"),
             initial=plica.Initial(velocity={name: given[name] for name in names}),
@@ -149,7 +149,7 @@ def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> Non
 
 def test_a_region_that_the_mesh_does_not_have_is_refused() -> None:
     with pytest.raises(plica.SceneError, match=r'no layer or fold of the mesh; .* Did you mean "left"'):
-        _velocity(plica.Larynx(larynx="coarse"), lefft=(1, 0, 0))
+        _velocity(plica.Larynx(larynx="thesis_coarse"), lefft=(1, 0, 0))
     with pytest.raises(plica.SceneError, match="must be one of body"):
         _velocity(plica.Block(size=(1, 1, 1)), left=(1, 0, 0))
 

@@ -155,17 +155,19 @@ def test_tables_lists_and_meshes_are_changed_too(bar: plica.Scene, colliding: pl
     assert bar.replace({"tissue.body.left.E": "1 kPa"}).tissue["body"].left == plica.TissueSide(E=1e3)
 
 
-@pytest.mark.parametrize("changes", [{"mesh.larynx": "medium"}, {"mesh": {"larynx": "medium", "order": 1}}])
+@pytest.mark.parametrize(
+    "changes", [{"mesh.larynx": "thesis_medium"}, {"mesh": {"larynx": "thesis_medium", "order": 1}}]
+)
 def test_a_stored_scene_of_another_larynx_has_the_mesh_of_that_larynx(
     phonating: plica.Scene, changes: dict[str, Any]
 ) -> None:
-    given = phonating.replace({"mesh": plica.Larynx(larynx="coarse", options={"around": 20})})
+    given = phonating.replace({"mesh": plica.Larynx(larynx="thesis_coarse", options={"around": 20})})
     stored = plica.Scene.from_text(given.text())  # every option is filled in
     assert stored == given
     assert stored.replace(changes) == given.replace(changes)
     assert stored.replace(changes).resolved()["mesh"]["options"]["around"] == 20
     assert stored.replace(changes) != stored.replace({"mesh.order": 1})
-    assert stored.mesh.replace({"larynx": "medium"}) == given.mesh.replace({"larynx": "medium"})
+    assert stored.mesh.replace({"larynx": "thesis_medium"}) == given.mesh.replace({"larynx": "thesis_medium"})
 
 
 def test_a_preset_takes_the_place_of_a_tissue(phonating: plica.Scene) -> None:

@@ -16,7 +16,7 @@ _LAYERS = ("body", "ligament", "cover")
 
 def _scene(tissue: Any) -> plica.Scene:
     return plica.Scene(
-        plica.Larynx(larynx="coarse"), tissue, time=plica.Stepping(step="50 us", duration="1 ms")
+        plica.Larynx(larynx="thesis_coarse"), tissue, time=plica.Stepping(step="50 us", duration="1 ms")
     )
 
 

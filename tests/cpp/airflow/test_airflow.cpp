@@ -60,7 +60,7 @@ Vector3 total(const Vector& force) { return as_points(force).colwise().sum().tra
 }  // namespace
 
 TEST_CASE("the larynx at rest lets the published volume flow through its prephonatory gap") {
-  const TetMesh mesh = larynx_mesh(Larynx{});
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const Airflow airflow(mesh, mesh.surface("airway"), thesis());
   const FlowState state = airflow.evaluate(airflow.areas(mesh.points), false);
   CHECK(state.area[state.separation] == doctest::Approx(0.0549779e-4).epsilon(2e-6));  // printed to six digits
@@ -69,18 +69,18 @@ TEST_CASE("the larynx at rest lets the published volume flow through its prephon
 }
 
 TEST_CASE("the larynx has one section at each level, one node on each side") {
-  const Larynx larynx;
+  const Larynx larynx = Larynx::thesis_coarse();
   const TetMesh mesh = larynx_mesh(larynx);
   for (const bool quadratic : {false, true}) {
     const TetMesh used = quadratic ? to_quadratic(mesh) : mesh;
     const Airflow airflow(used, used.surface("airway"), thesis());
     int levels_of_larynx = 1;
-    for (const int n : larynx.levels) levels_of_larynx += quadratic ? 2 * n : n;
+    for (const int n : std::get<Larynx::Levels>(larynx.meshed).levels) levels_of_larynx += quadratic ? 2 * n : n;
     CHECK(airflow.sections().count() == levels_of_larynx);
     for (const auto* side : {&airflow.sections().right, &airflow.sections().left})
       for (const auto& point : *side) CHECK(point.nodes.size() == 1);
-    CHECK(airflow.sections().major.minCoeff() == doctest::Approx(larynx.major).epsilon(1e-12));
-    CHECK(airflow.sections().major.maxCoeff() == doctest::Approx(larynx.major).epsilon(1e-12));
+    CHECK(airflow.sections().major.minCoeff() == doctest::Approx(larynx.shape.major).epsilon(1e-12));
+    CHECK(airflow.sections().major.maxCoeff() == doctest::Approx(larynx.shape.major).epsilon(1e-12));
   }
 }
 
@@ -119,7 +119,7 @@ TEST_CASE("a straight slit has its whole area where it is cut, and pi / 4 of it 
 }
 
 TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever the levels") {
-  const TetMesh mesh = larynx_mesh(Larynx{});
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const Triangles wall = mesh.surface("airway");
   Airflow::Options options;
   options.area = CutSections{23};
@@ -263,8 +263,8 @@ TEST_CASE("nodes take the pressure of their reference height") {
 }
 
 TEST_CASE("the load balances the open ends, is added to what is there, and takes the shape asked for") {
-  Larynx larynx;
-  larynx.sections.front().minor *= 0.5;  // ends of different areas
+  Larynx larynx = Larynx::thesis_coarse();
+  larynx.shape.sections.front().minor *= 0.5;  // ends of different areas
   const TetMesh linear = larynx_mesh(larynx);
   for (const bool quadratic : {false, true}) {
     const TetMesh mesh = quadratic ? to_quadratic(linear) : linear;
@@ -317,7 +317,7 @@ TEST_CASE("the middle of the glottis is where the glottis is") {
 }
 
 TEST_CASE("a larynx that is turned by half a turn has the folds that its cells are labelled with") {
-  const TetMesh mesh = larynx_mesh(Larynx{});
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   TetMesh turned = mesh, bare = mesh;
   turned.points.leftCols<2>() *= -1;
   bare.points = turned.points;
@@ -366,7 +366,7 @@ TEST_CASE("options out of range say what they must be") {
 }
 
 TEST_CASE("the load of linear faces between levels is that of their nodal pressures") {
-  const TetMesh mesh = larynx_mesh(Larynx{});
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   Airflow::Options options = thesis();
   const Airflow at_rest(mesh, mesh.surface("airway"), options);
   options.load_shape = Airflow::CurrentShape{};
@@ -381,7 +381,7 @@ TEST_CASE("the load of linear faces between levels is that of their nodal pressu
 
 TEST_CASE("the work of the load is pressure times the volume swept in each section's part") {
   // Curved faces: a larynx with quadratic sides, its mid-sides moved off the chords.
-  TetMesh mesh = to_quadratic(larynx_mesh(Larynx{}));
+  TetMesh mesh = to_quadratic(larynx_mesh(Larynx::thesis_coarse()));
   const Faces& wall = mesh.surface("airway");
   for (const auto& face : wall.rowwise())
     for (int c = 3; c < 6; ++c) mesh.points(face[c], 0) *= 1.02;

@@ -218,9 +218,8 @@ TEST_CASE("orientation is exact where floating point loses the sign") {
 }
 
 TEST_CASE("the airway of the larynx is filled with air, for linear and quadratic meshes") {
-  const TetMesh linear = larynx_mesh(Larynx{});
-  for (const bool quadratic : {false, true}) {
-    const TetMesh mesh = quadratic ? to_quadratic(linear) : linear;
+  for (const TetMesh& mesh : {larynx_mesh(Larynx::thesis_coarse()), quadratic_larynx_mesh(Larynx::thesis_coarse()),
+                              larynx_mesh(Larynx::coarse()), quadratic_larynx_mesh(Larynx::coarse())}) {
     const Gap gap{mesh.points, flat_triangles(mesh.surface("airway_left")),
                   flat_triangles(mesh.surface("airway_right"))};
     const Airway airway = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0});

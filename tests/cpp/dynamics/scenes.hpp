@@ -111,10 +111,8 @@ inline Scene on_mortar_faces(Scene scene, const std::string& first, const std::s
 
 /// A larynx as coarse as can be, blown at 0.8 kPa, whose folds are thrown at each other.
 inline Scene small_larynx() {
-  Larynx larynx = Larynx::coarse();
-  larynx.around = 8;
-  larynx.levels = {1, 1, 1, 1, 1, 2, 1, 1, 1, 1};
-  larynx.body_rings = 1;
+  Larynx larynx = Larynx::thesis_coarse();
+  larynx.meshed = Larynx::Levels{{1, 1, 1, 1, 1, 2, 1, 1, 1, 1}, 8, 1, 1, 1};
   Scene scene = tissue_scene(larynx_mesh(larynx), 0.45, 0.2);
   for (const auto node : scene.mesh.node_set("wall")) scene.supports.fix(node);
   scene.airflow = AirflowPart{};

@@ -77,8 +77,8 @@ Agreement compare(const Scene& scene, const Simulation::Options& o, int steps, c
 /// The coarse larynx in the thesis's tissue with 0.35 of its viscosity, its folds thrown apart or (< 0) together,
 /// the right one `stiffer` times as stiff; below z = `above` (m) they are not thrown.
 Scene larynx(double opening_velocity, double pressure, double stiffer = 1.0, double above = -1.0) {
-  const Larynx shape = Larynx::coarse();
-  TetMesh mesh = larynx_mesh(shape);
+  const Larynx::Shape shape;
+  TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   Supports supports(mesh.node_count());
   for (const auto node : mesh.node_set("wall")) supports.fix(node);
   Tissue tissue{{}, {}, mesh.cell_layer};

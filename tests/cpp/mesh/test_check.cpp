@@ -36,7 +36,7 @@ std::string refusal(TetMesh mesh, const std::function<void(TetMesh&)>& damage) {
 TEST_CASE("sound meshes of both orders are accepted, and bodies that touch") {
   CHECK_NOTHROW(check(cube()));
   CHECK_NOTHROW(check(to_quadratic(cube())));
-  CHECK_NOTHROW(check(to_quadratic(larynx_mesh(Larynx::coarse()))));
+  CHECK_NOTHROW(check(to_quadratic(larynx_mesh(Larynx::thesis_coarse()))));
   CHECK_NOTHROW(check(combine(cube(), cube(), "a.", "b.")));  // every node coincides with another
 }
 

@@ -13,11 +13,11 @@ namespace {
 const double pi = std::acos(-1.0);
 
 /// Volume of the cylinder less the elliptic airway, exact: the minor axis is linear between sections.
-double exact_volume(const Larynx& larynx) {
+double exact_volume(const Larynx::Shape& shape) {
   double volume = 0;
-  for (std::size_t k = 0; k + 1 < larynx.sections.size(); ++k) {
-    const auto &a = larynx.sections[k], &b = larynx.sections[k + 1];
-    volume += (b.z - a.z) * pi * (larynx.radius * larynx.radius - larynx.major * (a.minor + b.minor) / 2);
+  for (std::size_t k = 0; k + 1 < shape.sections.size(); ++k) {
+    const auto &a = shape.sections[k], &b = shape.sections[k + 1];
+    volume += (b.z - a.z) * pi * (shape.radius * shape.radius - shape.major * (a.minor + b.minor) / 2);
   }
   return volume;
 }
@@ -46,16 +46,18 @@ std::set<std::vector<std::int32_t>> as_set(const Rows& rows, const std::vector<s
   return all;
 }
 
+Larynx::Levels& in_levels(Larynx& larynx) { return std::get<Larynx::Levels>(larynx.meshed); }
+
 }  // namespace
 
 TEST_CASE("the presets have the stated numbers of tetrahedra and nodes, all positive") {
   struct {
-    Larynx larynx;
+    Larynx larynx = Larynx::thesis_coarse();
     Eigen::Index cells, nodes;
     double quality;  // least mean ratio, of the tall thin cells at the ends
-  } const presets[] = {{Larynx::coarse(), 4032, 900, 0.007},
-                       {Larynx::demo(), 7296, 1600, 0.007},
-                       {Larynx::medium(), 19440, 4032, 0.016},
+  } const presets[] = {{Larynx::thesis_coarse(), 4032, 900, 0.007},
+                       {Larynx::thesis_demo(), 7296, 1600, 0.007},
+                       {Larynx::thesis_medium(), 19440, 4032, 0.016},
                        {Larynx::thesis(), 55080, 11232, 0.025}};
   for (const auto& preset : presets) {
     const TetMesh mesh = larynx_mesh(preset.larynx);
@@ -67,7 +69,7 @@ TEST_CASE("the presets have the stated numbers of tetrahedra and nodes, all posi
 }
 
 TEST_CASE("the larynx is conforming and its boundary closed") {
-  const TetMesh mesh = larynx_mesh(Larynx::coarse());
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const Boundary hull = boundary(mesh.cells);
   Eigen::Index single = 0;
   bool conforming = true;
@@ -88,12 +90,12 @@ TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is th
   double error[3];
   for (const int factor : {1, 2, 4}) {
     Larynx larynx = Larynx::thesis();
-    larynx.around = 12 * factor;
+    in_levels(larynx).around = 12 * factor;
     const TetMesh mesh = larynx_mesh(larynx);
-    const double height = larynx.sections.back().z - larynx.sections.front().z;
-    const double polygon = 0.5 * larynx.around * std::pow(larynx.radius, 2) * std::sin(2 * pi / larynx.around);
+    const double height = larynx.shape.sections.back().z - larynx.shape.sections.front().z;
+    const double polygon = 6 * factor * std::pow(larynx.shape.radius, 2) * std::sin(2 * pi / (12 * factor));
     const double airway = height * polygon - signed_volumes(mesh.points, mesh.cells).sum();
-    const double exact = height * pi * std::pow(larynx.radius, 2) - exact_volume(larynx);
+    const double exact = height * pi * std::pow(larynx.shape.radius, 2) - exact_volume(larynx.shape);
     error[factor / 2] = 1 - airway / exact;
   }
   CHECK(error[0] > 0);  // chords lie inside the ellipse
@@ -106,7 +108,7 @@ TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is th
 }
 
 TEST_CASE("the mesh is its own mirror image to the last bit, in x and in y") {
-  const TetMesh mesh = larynx_mesh(Larynx::coarse());
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const auto cells = as_set(mesh.cells);
   CHECK(static_cast<Eigen::Index>(cells.size()) == mesh.cell_count());
   for (const double sign_x : {-1.0, 1.0}) {
@@ -117,7 +119,7 @@ TEST_CASE("the mesh is its own mirror image to the last bit, in x and in y") {
 }
 
 TEST_CASE("each triangle of the left airway faces its mirror image on the right") {
-  const TetMesh mesh = larynx_mesh(Larynx::coarse());
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const auto image = mirror_nodes(mesh.points, -1, 1);
   const Faces &left = mesh.surface("airway_left"), &right = mesh.surface("airway_right");
   CHECK(left.rows() == 12 * 14);
@@ -128,7 +130,7 @@ TEST_CASE("each triangle of the left airway faces its mirror image on the right"
 }
 
 TEST_CASE("the airway surfaces point into the air") {
-  const TetMesh mesh = larynx_mesh(Larynx::coarse());
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   for (const auto& [name, sign] : {std::pair<std::string, double>{"airway_left", 1}, {"airway_right", -1}}) {
     const Faces& faces = mesh.surface(name);
     double least = 1;
@@ -150,22 +152,22 @@ TEST_CASE("airway nodes lie on the ellipses, wall nodes on the cylinder, lines a
   for (const auto node : nodes) {
     const Vector3 x = mesh.points.row(node);
     std::size_t k = 1;
-    while (k + 1 < larynx.sections.size() && larynx.sections[k].z < x[2]) ++k;
-    const auto &a = larynx.sections[k - 1], &b = larynx.sections[k];
+    while (k + 1 < larynx.shape.sections.size() && larynx.shape.sections[k].z < x[2]) ++k;
+    const auto &a = larynx.shape.sections[k - 1], &b = larynx.shape.sections[k];
     const double minor = a.minor + (b.minor - a.minor) * (x[2] - a.z) / (b.z - a.z);
-    off_ellipse = std::max(off_ellipse, std::abs(std::hypot(x[0] / minor, x[1] / larynx.major) - 1));
+    off_ellipse = std::max(off_ellipse, std::abs(std::hypot(x[0] / minor, x[1] / larynx.shape.major) - 1));
     heights.insert(x[2]);
     if (x[1] == 0 && x[0] > 0) right.insert(x[2]);
-    if (x[0] == 0 && x[1] == larynx.major) tip.insert(x[2]);
+    if (x[0] == 0 && x[1] == larynx.shape.major) tip.insert(x[2]);
   }
   for (const auto node : mesh.node_set("wall"))
-    off_wall = std::max(off_wall, std::abs(mesh.points.row(node).head(2).norm() / larynx.radius - 1));
+    off_wall = std::max(off_wall, std::abs(mesh.points.row(node).head(2).norm() / larynx.shape.radius - 1));
   CHECK(off_ellipse < 1e-12);  // roundoff, magnified by the flat ellipse
   CHECK(off_wall < 1e-15);
   CHECK(heights.size() == 52);  // S0 ... S51
   CHECK((right == heights));
   CHECK((tip == heights));
-  for (const auto& section : larynx.sections) CHECK(heights.count(section.z) == 1);
+  for (const auto& section : larynx.shape.sections) CHECK(heights.count(section.z) == 1);
   CHECK(mesh.node_set("wall").size() == 52 * 36);
   CHECK(mesh.node_set("ends").size() == 2 * 6 * 36);
 }
@@ -176,7 +178,7 @@ TEST_CASE("cover and ligament fill their thickness between S17 and S27 and nothi
   const Vector volume = signed_volumes(mesh.points, mesh.cells);
   double layer[3] = {0, 0, 0}, sides[3] = {0, 0, 0}, area = 0;
   bool inside = true, sided = true;
-  const double low = larynx.sections[4].z, high = larynx.sections[7].z;
+  const double low = larynx.shape.sections[4].z, high = larynx.shape.sections[7].z;
   for (Eigen::Index e = 0; e < mesh.cell_count(); ++e) {
     layer[mesh.cell_layer[e]] += volume[e];
     sides[mesh.cell_side[e]] += volume[e];
@@ -195,8 +197,8 @@ TEST_CASE("cover and ligament fill their thickness between S17 and S27 and nothi
   CHECK(inside);
   CHECK(sided);
   // Thickness is measured along lines that lean away from the normal, and is less at the tips.
-  CHECK(layer[2] < larynx.layer_thickness * area);
-  CHECK(layer[2] > 0.85 * larynx.layer_thickness * area);
+  CHECK(layer[2] < larynx.shape.layer_thickness * area);
+  CHECK(layer[2] > 0.85 * larynx.shape.layer_thickness * area);
   CHECK(layer[1] > layer[2]);  // the lines diverge
   CHECK(layer[1] < 1.2 * layer[2]);
   CHECK(sides[1] == doctest::Approx(sides[2]).epsilon(1e-12));
@@ -204,8 +206,8 @@ TEST_CASE("cover and ligament fill their thickness between S17 and S27 and nothi
 
 TEST_CASE("the long ends are graded so that heights grow away from the glottis by at most three") {
   Larynx larynx = Larynx::thesis();
-  larynx.levels.front() = 9;
-  larynx.levels[1] = 11;  // 0.03 cm, finer than 1.22 cm / 9
+  in_levels(larynx).levels.front() = 9;
+  in_levels(larynx).levels[1] = 11;  // 0.03 cm, finer than 1.22 cm / 9
   const TetMesh mesh = larynx_mesh(larynx);
   std::set<double> distinct;
   for (Eigen::Index n = 0; n < mesh.node_count(); ++n) distinct.insert(mesh.points(n, 2));
@@ -222,10 +224,10 @@ TEST_CASE("the long ends are graded so that heights grow away from the glottis b
 }
 
 TEST_CASE("more rings in a layer change neither its volume nor the airway") {
-  Larynx larynx = Larynx::coarse();
+  Larynx larynx = Larynx::thesis_coarse();
   const TetMesh plain = larynx_mesh(larynx);
-  larynx.cover_rings = 2;
-  larynx.ligament_rings = 3;
+  in_levels(larynx).cover_rings = 2;
+  in_levels(larynx).ligament_rings = 3;
   const TetMesh fine = larynx_mesh(larynx);
   CHECK(fine.surface("airway").rows() == plain.surface("airway").rows());
   const auto layer = [](const TetMesh& mesh, int which) {
@@ -236,16 +238,16 @@ TEST_CASE("more rings in a layer change neither its volume nor the airway") {
 }
 
 TEST_CASE("lines too dense for the levels of the long ends are refused with the height and the remedy") {
-  Larynx larynx = Larynx::coarse();
-  larynx.around = 48;  // the lines lean by an angle that turns within one tall level
+  Larynx larynx = Larynx::thesis_coarse();
+  in_levels(larynx).around = 48;  // the lines lean by an angle that turns within one tall level
   CHECK_THROWS_AS(larynx_mesh(larynx), InvalidInput);
-  larynx.levels.back() = 3;
+  in_levels(larynx).levels.back() = 3;
   CHECK_NOTHROW(larynx_mesh(larynx));
 }
 
 TEST_CASE("options out of range are refused by name") {
   const auto refusal = [](void (*change)(Larynx&)) {
-    Larynx larynx;
+    Larynx larynx = Larynx::thesis_coarse();
     change(larynx);
     try {
       larynx_mesh(larynx);
@@ -255,33 +257,35 @@ TEST_CASE("options out of range are refused by name") {
     return std::string("accepted");
   };
   CHECK(refusal([](Larynx&) {}) == "accepted");
-  CHECK(refusal([](Larynx& l) { l.around = 10; }) ==
+  CHECK(refusal([](Larynx& l) { in_levels(l).around = 10; }) ==
         "Larynx: around = 10; must be a multiple of 4. Lines at y = 0 and at both tips need it.");
-  CHECK(refusal([](Larynx& l) { l.around = 4; }) == "Larynx: around = 4; must be >= 8.");
-  CHECK(refusal([](Larynx& l) { l.major = 0.9e-2; }).find("major = 0.009 m; must be < radius") !=
+  CHECK(refusal([](Larynx& l) { in_levels(l).around = 4; }) == "Larynx: around = 4; must be >= 8.");
+  CHECK(refusal([](Larynx& l) { l.shape.major = 0.9e-2; }).find("major = 0.009 m; must be < radius") !=
         std::string::npos);
-  CHECK(refusal([](Larynx& l) { l.sections[7].minor = -0.05e-2; }) ==
+  CHECK(refusal([](Larynx& l) { l.shape.sections[7].minor = -0.05e-2; }) ==
         "Larynx: sections[7].minor = -0.0005 m; must be > 0.");
-  CHECK(refusal([](Larynx& l) { l.sections[2].z = -1; }).find("sections[2].z = -1 m; must be > -0.0078 m") !=
+  CHECK(refusal([](Larynx& l) { l.shape.sections[2].z = -1; }).find("sections[2].z = -1 m; must be > -0.0078 m") !=
         std::string::npos);
-  CHECK(refusal([](Larynx& l) { l.levels.pop_back(); }).find("number of levels = 9; must be 10") !=
+  CHECK(refusal([](Larynx& l) { in_levels(l).levels.pop_back(); }).find("number of levels = 9; must be 10") !=
         std::string::npos);
-  CHECK(refusal([](Larynx& l) { l.levels[3] = 0; }) == "Larynx: levels[3] = 0; must be >= 1.");
-  CHECK(refusal([](Larynx& l) { l.layers_to_section = 4; }) == "Larynx: layers_to_section = 4; must be >= 5.");
-  CHECK(refusal([](Larynx& l) { l.layers_to_section = 11; }).find("must be <= 10") != std::string::npos);
-  CHECK(refusal([](Larynx& l) { l.layer_thickness = 0; }) == "Larynx: layer_thickness = 0 m; must be > 0.");
-  CHECK(refusal([](Larynx& l) { l.body_rings = 0; }) == "Larynx: body_rings = 0; must be >= 1.");
+  CHECK(refusal([](Larynx& l) { in_levels(l).levels[3] = 0; }) == "Larynx: levels[3] = 0; must be >= 1.");
+  CHECK(refusal([](Larynx& l) { l.shape.layers_to_section = 4; }) ==
+        "Larynx: layers_to_section = 4; must be >= 5.");
+  CHECK(refusal([](Larynx& l) { l.shape.layers_to_section = 11; }).find("must be <= 10") != std::string::npos);
+  CHECK(refusal([](Larynx& l) { l.shape.layer_thickness = 0; }) == "Larynx: layer_thickness = 0 m; must be > 0.");
+  CHECK(refusal([](Larynx& l) { in_levels(l).body_rings = 0; }) == "Larynx: body_rings = 0; must be >= 1.");
 }
 
 TEST_CASE("a larynx of more nodes than can be numbered is refused before anything overflows") {
-  Larynx larynx;
-  larynx.around = 400000000;
+  Larynx larynx = Larynx::thesis_coarse();
+  in_levels(larynx).around = 400000000;
   CHECK_THROWS_WITH_AS(larynx.validate(), doctest::Contains("must be <= 5e7"), InvalidInput);
-  larynx = Larynx{};
-  larynx.levels.front() = larynx.levels.back() = 2147483647;  // their sum is beyond 32 bits
+  larynx = Larynx::thesis_coarse();
+  in_levels(larynx).levels.front() = in_levels(larynx).levels.back() = 2147483647;  // their sum is beyond 32 bits
   CHECK_THROWS_WITH_AS(larynx.validate(), doctest::Contains("Fewer levels, lines or rings"), InvalidInput);
-  larynx = Larynx{};
-  larynx.cover_rings = larynx.ligament_rings = 2147483647;
+  larynx = Larynx::thesis_coarse();
+  in_levels(larynx).cover_rings = in_levels(larynx).ligament_rings = 2147483647;
   CHECK_THROWS_AS(larynx.validate(), InvalidInput);
-  CHECK_THROWS_WITH_AS(Larynx{}.refined(2000000000), doctest::Contains("Larynx::refined: factor"), InvalidInput);
+  CHECK_THROWS_WITH_AS(Larynx::thesis_coarse().refined(2000000000), doctest::Contains("Larynx::refined: factor"),
+                       InvalidInput);
 }

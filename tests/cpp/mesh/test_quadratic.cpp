@@ -16,7 +16,7 @@ constexpr int edge_ends[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}
 TEST_CASE("a quadratic mesh has one new node per edge, as Euler's formula counts them") {
   // V - E + F - C is 1 for a ball and 0 for a larynx (a solid torus).
   const std::pair<TetMesh, int> meshes[] = {{block_mesh({{0, 0, 0}, {1, 1, 1}, {2, 3, 2}}), 1},
-                                            {larynx_mesh(Larynx::coarse()), 0}};
+                                            {larynx_mesh(Larynx::thesis_coarse()), 0}};
   for (const auto& [mesh, characteristic] : meshes) {
     const auto faces = static_cast<Eigen::Index>(test::face_uses(mesh.cells).size());
     const Eigen::Index edges = mesh.node_count() + faces - mesh.cell_count() - characteristic;
@@ -25,7 +25,7 @@ TEST_CASE("a quadratic mesh has one new node per edge, as Euler's formula counts
 }
 
 TEST_CASE("mid-side nodes lie in the middle of their edges and the corners stay") {
-  const TetMesh linear = larynx_mesh(Larynx::coarse());
+  const TetMesh linear = larynx_mesh(Larynx::thesis_coarse());
   const TetMesh mesh = to_quadratic(linear);
   CHECK(mesh.order() == 2);
   CHECK(mesh.points.topRows(linear.node_count()) == linear.points);

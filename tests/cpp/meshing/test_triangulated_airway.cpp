@@ -100,7 +100,7 @@ TEST_CASE("surfaces inside each other by the stated depth have air that is insid
 
 TEST_CASE(
     "in the larynx, whose folds share the nodes of the tips, nothing penetrates at rest, however far it reaches") {
-  for (const Larynx& larynx : {Larynx::coarse(), Larynx::medium()}) {
+  for (const Larynx& larynx : {Larynx::thesis_coarse(), Larynx::thesis_medium()}) {
     const TetMesh mesh = larynx_mesh(larynx);
     Detector detector(triangulated_airway(mesh.points, mesh.surface("airway_left"), mesh.surface("airway_right")),
                       mesh.points);
@@ -112,7 +112,7 @@ TEST_CASE(
 }
 
 TEST_CASE("the same positions give the same tetrahedra") {
-  const TetMesh mesh = larynx_mesh(Larynx{});
+  const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   const Triangles left = mesh.surface("airway_left"), right = mesh.surface("airway_right");
   const Tets once = triangulated_airway(mesh.points, left, right).tets;
   CHECK(once == triangulated_airway(mesh.points, left, right).tets);

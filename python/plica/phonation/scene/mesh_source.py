@@ -18,7 +18,8 @@ def larynx_fields(larynx: Larynx) -> dict[str, Any]:
     fields = dict(_engine.larynx_preset(larynx.larynx))
     fields |= larynx.options.model_dump(exclude_none=True)
     fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
-    fields["levels"] = [int(count) for count in fields["levels"]]
+    if "levels" in fields:
+        fields["levels"] = [int(count) for count in fields["levels"]]
     return fields
 
 
@@ -51,7 +52,7 @@ def build_mesh(mesh: Mesh, where: str = "Scene") -> _engine.TetMesh:
 def _build(mesh: Mesh, where: str) -> _engine.TetMesh:
     match mesh:
         case Larynx():
-            return _engine.larynx_mesh(**larynx_fields(mesh))
+            return _engine.larynx_mesh(order=mesh.order, **larynx_fields(mesh))
         case Block():
             return _block(mesh)
         case Blocks():

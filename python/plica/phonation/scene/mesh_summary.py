@@ -13,7 +13,7 @@ from plica import _engine
 from plica.errors import InvalidInput
 from plica.storage.files import storage_errors
 
-__all__ = ["mesh_summary", "quality", "write_mesh"]
+__all__ = ["dihedral_angles", "mesh_summary", "quality", "write_mesh"]
 
 _EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 
@@ -25,6 +25,19 @@ def quality(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np
     return np.asarray(12 * np.cbrt(3 * np.abs(volumes)) ** 2 / squares)
 
 
+def dihedral_angles(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Angles between the faces of each cell at its six edges, degrees (m, 6); of its corners."""
+    angles = []
+    for a, b in _EDGES:
+        c, d = (k for k in range(4) if k not in (a, b))
+        along = points[cells[:, b]] - points[cells[:, a]]
+        first, second = (np.cross(along, points[cells[:, k]] - points[cells[:, a]]) for k in (c, d))
+        angles.append(
+            np.arctan2(np.linalg.norm(np.cross(first, second), axis=1), (first * second).sum(axis=1))
+        )
+    return np.asarray(np.degrees(np.stack(angles, axis=1)))
+
+
 def mesh_summary(mesh: _engine.TetMesh) -> str:
     """Counts, extent, quality, layers, surfaces and node sets as a text."""
     points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
@@ -33,10 +46,17 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
     kind = "quadratic" if mesh.order == 2 else "linear"
     extent = " x ".join(f"{1e3 * length:.4g}" for length in np.ptp(points, axis=0))
     low, middle = ratio.min(), np.median(ratio)
+    angles = dihedral_angles(points, cells)
+    flattest = int(angles.min(axis=1).argmin())
+    held = (
+        f", {3 * (len(points) - len(wall))} with the wall held" if (wall := _wall(mesh)) is not None else ""
+    )
     lines = [
         f"{len(cells)} {kind} tetrahedra, {len(points)} nodes, {3 * len(points)} displacement components "
-        f"before supports, {extent} mm",
+        f"before supports{held}, {extent} mm",
         f"quality (mean ratio, 1 is best): least {low:.3f} in cell {ratio.argmin()}, median {middle:.3f}",
+        f"dihedral angles: {angles.min():.1f} (cell {flattest}) to {angles.max():.1f} degrees",
+        *_curved(mesh, points, cells),
         "",
         f"{'layer':<20}{'tetrahedra':>12}{'left':>10}{'right':>10}{'volume':>16}",
     ]
@@ -49,6 +69,22 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
     lines += [f"surface {name:<20}{len(faces):>8} faces" for name, faces in mesh.surfaces.items()]
     lines += [f"node set {name:<19}{len(nodes):>8} nodes" for name, nodes in mesh.node_sets.items()]
     return "\n".join(lines)
+
+
+def _wall(mesh: _engine.TetMesh) -> NDArray[np.int32] | None:
+    sets = mesh.node_sets
+    return np.asarray(sets["wall"]) if "wall" in sets else None
+
+
+def _curved(mesh: _engine.TetMesh, points: NDArray[np.float64], cells: NDArray[np.int32]) -> list[str]:
+    """How much the curved sides of quadratic cells take; nothing of linear ones."""
+    if mesh.order == 1:
+        return []
+    ratio = np.asarray(_engine.least_jacobian_ratios(points, cells))
+    return [
+        f"curved sides: {(ratio < 1 - 1e-9).sum()} cells; det dx/dxi at least {ratio.min():.3f} of the "
+        f"straight cell's, in cell {ratio.argmin()}"
+    ]
 
 
 def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
