@@ -51,9 +51,9 @@ __all__: list[str] = [
     "equilibrium",
     "flat_triangles",
     "flow_residual",
-    "larynx_defaults",
     "larynx_mesh",
     "larynx_preset",
+    "least_jacobian_ratios",
     "matched_airway",
     "round_trip",
     "set_threads",
@@ -705,33 +705,29 @@ def flow_residual(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
-def larynx_defaults() -> dict[str, typing.Any]: ...
 def larynx_mesh(
     *,
+    order: typing.SupportsInt | typing.SupportsIndex = 1,
     sections: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
     major: typing.SupportsFloat | typing.SupportsIndex = 0.007,
     radius: typing.SupportsFloat | typing.SupportsIndex = 0.008,
     layer_thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0005,
     layers_from_section: typing.SupportsInt | typing.SupportsIndex = 4,
     layers_to_section: typing.SupportsInt | typing.SupportsIndex = 7,
-    levels: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] = [
-        2,
-        1,
-        1,
-        1,
-        1,
-        4,
-        1,
-        1,
-        1,
-        1,
-    ],
-    around: typing.SupportsInt | typing.SupportsIndex = 12,
+    layers_along: str = "level",
+    around: typing.SupportsInt | typing.SupportsIndex | None = None,
+    size: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+    growth: typing.SupportsFloat | typing.SupportsIndex = 0.6,
+    levels: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex] | None = None,
     cover_rings: typing.SupportsInt | typing.SupportsIndex = 1,
     ligament_rings: typing.SupportsInt | typing.SupportsIndex = 1,
     body_rings: typing.SupportsInt | typing.SupportsIndex = 2,
 ) -> TetMesh: ...
 def larynx_preset(name: str) -> dict[str, typing.Any]: ...
+def least_jacobian_ratios(
+    points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def matched_airway(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
