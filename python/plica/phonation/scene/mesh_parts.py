@@ -83,8 +83,8 @@ class Larynx(Part):
     larynx: Literal[
         "coarse", "demo", "fine", "finest", "thesis", "thesis_coarse", "thesis_demo", "thesis_medium"
     ] = "thesis"
-    """The preset. By purpose, with order 2: ``"coarse"`` 7,704 unknowns, ``"demo"`` 18,120, ``"fine"`` 26,928,
-    ``"finest"`` 56,832; their lowest three symmetric frequencies are high by at most
+    """The preset. By purpose, with order 2: ``"coarse"`` 7,704 unknowns, ``"demo"`` 18,120, ``"fine"``
+    26,928, ``"finest"`` 56,832; their lowest three symmetric frequencies are high by at most
     2.3, 0.9, 0.6 and 0.2 %.
     In levels, the way of the thesis: ``"thesis"``, and coarser ones."""
     order: Order = 1
