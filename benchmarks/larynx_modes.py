@@ -26,7 +26,7 @@ from plica.phonation.scene.mesh_summary import dihedral_angles, quality
 
 SCENE = Path(__file__).parents[1] / "examples" / "normal_phonation.toml"
 REFERENCE = np.array([185.5, 240.4, 258.9])
-"""Hz, of a mesh of about 100,000 unknowns; by second order the limit is 0.2 to 0.6 % lower."""
+"""Hz, of a mesh of about 100,000 unknowns; by second order the limit is 0.2 to 0.4 % lower."""
 PRESETS = ("thesis_coarse", "thesis_demo", "coarse", "demo", "fine", "finest")
 
 
