@@ -159,6 +159,8 @@ time.duration = "30 ms\"""",
         LARYNX,
         """\
 airflow.subglottal_pressure = "4 kPa"
+tissue.ligament.E = "60 kPa"
+tissue.cover.E = "60 kPa"
 mesh.options.sections = [[-30e-3, 6e-3], [-10e-3, 5e-3], [0, 5e-3], [10e-3, 6e-3]]
 mesh.options.levels = [2, 2, 2]
 mesh.options.layers_from_section = 1

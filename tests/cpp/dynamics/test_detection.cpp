@@ -104,6 +104,8 @@ Scene larynx(double opening_velocity, double pressure, double stiffer = 1.0, dou
   }
   AirflowPart airflow;
   airflow.flow.subglottal_pressure = pressure;
+  airflow.flow.model = Bernoulli{};  // whose stop throws the folds together hardest
+  airflow.flow.area = EllipticSections{};
   const ContactPart contact = scenes::contact_of(mesh, "airway_left", "airway_right", Penalty{1.0});
   return {std::move(mesh), std::move(tissue), std::move(supports), airflow, contact, {}, {}, {}, velocity};
 }
