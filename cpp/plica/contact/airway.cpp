@@ -185,7 +185,8 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
   if (first.rows() != second.rows())
     throw InvalidInput("matched_airway", "triangles of second", static_cast<double>(second.rows()), "",
                        "as many as in first, " + std::to_string(first.rows()));
-  return {first, second, Eigen::Map<const Tets>(tets.data(), static_cast<std::ptrdiff_t>(tets.size() / 4), 4)};
+  return {first, second, Eigen::Map<const Tets>(tets.data(), static_cast<std::ptrdiff_t>(tets.size() / 4), 4),
+          nullptr, direction.normalized()};
 }
 
 std::vector<std::int32_t> inverted(const Points& x, const Tets& tets) {

@@ -13,10 +13,11 @@ using Triangulate = Tets (*)(const Points& x, const ContactSurface& first, const
 /// Two surfaces that may touch, and the tetrahedra of air that join them without inner nodes.
 /// Air tetrahedra are positive as long as they are not turned inside out.
 struct Airway {
-  Triangles first;                // outward, e.g. the left fold
-  Triangles second;               // outward, e.g. the right fold
-  Tets tets;                      // nodes of the tissue mesh only
-  Triangulate renewed = nullptr;  // makes the tetrahedra of a new step; null where they never change
+  Triangles first;                   // outward, e.g. the left fold
+  Triangles second;                  // outward, e.g. the right fold
+  Tets tets;                         // nodes of the tissue mesh only
+  Triangulate renewed = nullptr;     // makes the tetrahedra of a new step; null where they never change
+  Vector3 facing = Vector3::Zero();  // along which nodes face each other at rest; zero where that is not known
 };
 
 /// Nodes of both surfaces, ascending.

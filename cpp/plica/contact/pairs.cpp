@@ -106,12 +106,18 @@ Detector::Detector(Airway airway, const Points& reference)
 }
 
 void Detector::join() {
+  const Vector3& facing = airway_.facing;
+  const auto beside = [&](std::int32_t a,
+                          std::int32_t b) {  // m, across the direction in which nodes face each other
+    const Vector3 apart = reference_.row(b) - reference_.row(a);
+    return (apart - facing.dot(apart) * facing).norm();
+  };
   for (std::ptrdiff_t t = 0; t < airway_.tets.rows(); ++t)
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) {
         const std::int32_t a = airway_.tets(t, i), b = airway_.tets(t, j);
-        if (first_.contains(a) != first_.contains(b) || second_.contains(a) != second_.contains(b))
-          partner_[a] = b;
+        if (first_.contains(a) == first_.contains(b) && second_.contains(a) == second_.contains(b)) continue;
+        if (partner_[a] < 0 || beside(a, b) < beside(a, partner_[a])) partner_[a] = b;
       }
 }
 
@@ -256,8 +262,8 @@ double Detector::slide(std::int32_t node, const Points& x) const {
   const std::int32_t partner = partner_[node];
   if (airway_.renewed || partner < 0) return 0.0;
   const Vector3 n = (first_.contains(node) ? first_ : second_).normal(node);
-  const Vector3 moved = x.row(node) - x.row(partner) - reference_.row(node) + reference_.row(partner);
-  return (moved - n.dot(moved) * n).norm();
+  const Vector3 apart = x.row(node) - x.row(partner);
+  return (apart - n.dot(apart) * n).norm();
 }
 
 double Detector::reach(const Points& before, const Points& x, double depth) const {

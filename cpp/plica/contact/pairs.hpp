@@ -105,8 +105,8 @@ class Detector {
   Deepest deepest(const Points& x, double reach);
   /// Sum of |V| over inverted tetrahedra with one node on one side whose slave penetrates, m^3.
   double overlap_volume(const Points& x, double reach);
-  /// How far a node has slid along the other surface since the reference, m: by that its airway knows less of what
-  /// it faces. 0 where the airway is renewed, or joins it to nothing.
+  /// How far a node that touches has slid along the other surface from the node that it faces at rest, m: by that
+  /// its airway knows less of what it faces. 0 where the airway is renewed, or joins it to nothing.
   double slide(std::int32_t node, const Points& x) const;
   /// Largest depth (m) that two surfaces can have at x if they were `depth` (m) deep at `before`: twice the
   /// largest displacement of a surface node, plus that depth.
@@ -124,7 +124,8 @@ class Detector {
   double mean_edge_ = 0.0;
   bool slave_is_first_ = true;
   std::vector<std::int32_t> inverted_, thin_;
-  std::vector<std::int32_t> partner_;  // (n) a node of the other surface that shares an airway tetrahedron
+  std::vector<std::int32_t>
+      partner_;  // (n) of the other surface's nodes that share an airway tetrahedron the one it faces
 };
 
 }  // namespace plica

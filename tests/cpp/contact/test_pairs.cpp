@@ -86,6 +86,30 @@ TEST_CASE("blocks that slid past each other meet the plane and not their old par
   CHECK(inside == 16);
 }
 
+TEST_CASE("blocks that tilt towards each other alike have not slid, one that is pushed along has") {
+  const Blocks blocks = facing_blocks(2, 0.4);
+  const double tilt = 0.3;
+  Points x = blocks.mesh.points;
+  for (std::int32_t i = 0; i < x.rows(); ++i) {  // mirror images, about axes that end on the plane between them
+    const double side = i < blocks.first_nodes ? -1 : 1, depth = side * (x(i, 0) - 0.2) - 0.2, up = x(i, 2);
+    x.row(i) << 0.2 + side * (std::cos(tilt) * depth + std::sin(tilt) * up), x(i, 1),
+        std::cos(tilt) * up - std::sin(tilt) * depth;
+  }
+  Detector detector(blocks.airway, blocks.mesh.points);
+  detector.update(x);
+  const auto low = [&](const ContactSurface& side) {
+    return *std::min_element(side.nodes().begin(), side.nodes().end(),
+                             [&](auto a, auto b) { return x(a, 2) < x(b, 2); });
+  };
+  for (const ContactSurface* side : {&detector.first(), &detector.second()})
+    CHECK(detector.slide(low(*side), x) == doctest::Approx(0).epsilon(1e-12));
+  const double along = 0.05;
+  x.topRows(blocks.first_nodes).col(1).array() += along;
+  detector.update(x);
+  for (const ContactSurface* side : {&detector.first(), &detector.second()})
+    CHECK(detector.slide(low(*side), x) == doctest::Approx(along).epsilon(1e-12));
+}
+
 TEST_CASE("surfaces of other sizes take the nodes of the finer one as slaves") {
   // One square of the first against four of the second: the tetrahedra are given by hand and only name candidates.
   Points x(13, 3);
