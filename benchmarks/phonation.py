@@ -37,12 +37,14 @@ from plica.phonation.run.build import fixed_components
 # Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
 QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
     "fundamental frequency": ("fundamental_frequency", 1.0, "Hz", 2, "219", "284-290", "280-286"),
+    "open quotient": ("open_quotient", 1.0, "", 4, "", "", ""),
     "open quotient (1 %)": ("open_quotient_1_percent", 1.0, "", 4, "0.87", "0.86-0.89", "0.75-0.77"),
     "peak flow": ("peak_flow", 1e6, "cm3/s", 1, "500-600", "507-511", "594-601"),
     "contact length fraction": ("contact_length_fraction", 1.0, "", 3, "0.40", "0.28-0.33", "0.57-0.61"),
     "impulse per collision": ("contact_impulse", 1e6, "uN s", 3, "", "", ""),
     "collision duration": ("contact_duration", 1e3, "ms", 3, "", "", ""),
     "mean contact force": ("contact_force_left_mean", 1e3, "mN", 2, "", "", ""),
+    "peak strain": ("peak_strain", 1.0, "", 3, "", "", ""),
     "peak contact pressure": ("peak_contact_pressure", 1e-3, "kPa", 3, "1.17", "0.7-1.0", "1.2-1.5"),
     "converging while opening": ("converging_while_opening", 1.0, "", 2, "yes", "", ""),
     "diverging while closing": ("diverging_while_closing", 1.0, "", 2, "yes", "", ""),
@@ -50,8 +52,9 @@ QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
 # Quantity: largest change between two levels, relative or not.
 LIMITS: dict[str, tuple[float, bool]] = {
     "fundamental frequency": (0.01, True),
-    "open quotient (1 %)": (0.02, False),
+    "open quotient": (0.01, False),
     "peak flow": (0.02, True),
+    "impulse per collision": (0.05, True),
 }
 
 
@@ -236,7 +239,7 @@ def show_differences(family: list[Case], kind: str) -> None:
         values = [case.value(quantity) for case in family]
         if any(value is None for value in values):
             continue
-        limit, relative = LIMITS.get(quantity, (None, quantity != "open quotient (1 %)"))
+        limit, relative = LIMITS.get(quantity, (None, not quantity.startswith("open quotient")))
         known = [value for value in values if value is not None]
         cells = []
         for (first, second), (a, b) in zip(pairs, pairwise(known), strict=True):

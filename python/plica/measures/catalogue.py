@@ -160,6 +160,12 @@ _QUANTITIES = (
         "between the displacements of the folds' edges, at the fundamental; positive where the right lags",
     ),
     _run_vibration(
+        "peak_strain",
+        "Peak strain",
+        "1",
+        "of a cycle: the strain that 0.1 % of the volume exceeds; linear tissue is off by nearly as much",
+    ),
+    _run_vibration(
         "vertical_phase_difference",
         "Vertical phase difference",
         "rad",

@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 
 from plica.measures.cycles import Cycles, find_cycles
-from plica.measures.glottal import area_measures, frequency_measures, quotient_measures
+from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, whole
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import glottal_canal, motion_measures, rest_width
@@ -75,6 +75,9 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += _subglottal_pressure(run.scene_text)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
+    if cycles.count and "strain_999" in waveforms:
+        strain = np.asarray(waveforms["strain_999"], dtype=float)
+        found.append(over_cycles("peak_strain", time, strain, cycles, np.max))
     if "contact_force_first" in waveforms:
         found += contact_measures(time, waveforms, cycles, fold_length(run))
     return Measures([*found, *energy_measures(waveforms), *solver_measures(time, waveforms)])
