@@ -215,7 +215,6 @@ def blocks(
     order: int = 1,
     viscosity: float = 0.5,
     squeeze: float = 0.0,
-    max_iterations: int = 5000,
     divisions: tuple[int, int, int] = (4, 3, 3),
     traction: tuple[float, float, float] | None = None,
     pulled: str = "b.x_max",
@@ -275,7 +274,6 @@ def blocks(
         scheme=engine.HilberHughesTaylor(),
         step=step,
         solver_tolerance=1e-10,
-        max_iterations=max_iterations,
         velocity=velocity,
         loads=[engine.Load(surface=pulled, traction=traction)] if traction else [],
         contact=engine.Contact(
@@ -315,7 +313,6 @@ def unlike_bars(contact: str, ratio: float) -> Scene:
         scheme=engine.HilberHughesTaylor(),
         step=step,
         solver_tolerance=1e-10,
-        max_iterations=20000,
         velocity=velocity,
         contact=engine.Contact(airway=engine.matched_airway(mesh.points, first, second, (1, 0, 0)), **parts),
     )
@@ -411,7 +408,7 @@ def larynx(
         "time": {"step": step, "duration": step * steps},
         "initial": {"opening_velocity": -closing}
         | ({"opening_displacement": displaced} if displaced else {}),
-        "solver": {"tolerance": tolerance, "max_iterations": 20000},
+        "solver": {"tolerance": tolerance},
     }
     scene = plica.Scene.model_validate(data)
     mesh = build_mesh(scene.mesh)

@@ -83,6 +83,15 @@ void bind_options(py::module_& engine) {
   options<HilberHughesTaylor>("HilberHughesTaylor", option("alpha", &HilberHughesTaylor::alpha))
       .bind(engine, {}, py::kw_only());
 
+  using Linear = LinearSolver;
+  options<Linear::Automatic>("Automatic", option("memory", &Linear::Automatic::memory))
+      .bind(engine, {}, py::kw_only());
+  options<Linear::Cholesky>("Cholesky", option("max_iterations", &Linear::Cholesky::max_iterations))
+      .bind(engine, {}, py::kw_only());
+  options<Linear::ConjugateGradients>("ConjugateGradients",
+                                      option("max_iterations", &Linear::ConjugateGradients::max_iterations))
+      .bind(engine, {}, py::kw_only());
+
   options<Lagged>("Lagged").bind(engine);
   options<Extrapolated>("Extrapolated").bind(engine);
   options<Iterated>("Iterated", option("tolerance", &Iterated::tolerance),
@@ -217,7 +226,7 @@ AtRest contact_equilibrium_of(const TetMesh& mesh, std::vector<Material> materia
 std::unique_ptr<SteppedSimulation> make_simulation(
     const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
     const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance,
-    int max_iterations, bool lumped_mass, std::optional<AirflowPart> airflow, std::optional<ContactPart> contact,
+    const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow, std::optional<ContactPart> contact,
     std::vector<Load> loads, std::optional<Vec3> gravity, std::optional<RealArray> displacement,
     std::optional<RealArray> velocity, std::optional<py::array> probes) {
   Scene scene =
@@ -229,8 +238,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   Simulation::Options options;
   options.scheme = scheme;
   options.step = step;
-  options.solver.tolerance = tolerance;
-  options.solver.max_iterations = max_iterations;
+  options.solver = {tolerance, solver};
   options.mass = lumped_mass ? Simulation::Mass::lumped : Simulation::Mass::consistent;
   Indices probe_nodes = probes ? to_indices(*probes, "Simulation", "probes") : Indices(0);
   const Released released;
@@ -267,7 +275,7 @@ void bind_dynamics(py::module_& engine) {
       .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
            py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("scheme"),
            py::arg("step") = options.step, py::arg("solver_tolerance") = options.solver.tolerance,
-           py::arg("max_iterations") = options.solver.max_iterations, py::arg("lumped_mass") = false,
+           py::arg("solver") = options.solver.method, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
            py::arg("probes") = py::none())

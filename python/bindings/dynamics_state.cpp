@@ -152,6 +152,7 @@ py::dict SteppedSimulation::info() const {
   info["fixed_unknowns"] = scene.supports.fixed_count();
   info["unknowns"] = 3 * scene.mesh.node_count() - scene.supports.fixed_count();
   info["matrix_bytes"] = simulation_.step_matrix().values().size() * sizeof(double);
+  info["linear_solver"] = simulation_.linear_solver();
   if (simulation_.airflow()) info["sections"] = simulation_.airflow()->sections().count();
   if (simulation_.collision()) {
     info["airway_tetrahedra"] = simulation_.collision()->detector().airway().tets.rows();

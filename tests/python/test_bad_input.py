@@ -212,8 +212,8 @@ SCENES: dict[str, tuple[str, str, str]] = {
         'supports.wall_from_y = 0.003; must be left out, or supports.fixed must have "wall".',
     ),
     "iterations": (
-        *added("[solver]\nmax_iterations = 99999999999"),
-        "solver.max_iterations = 99999999999; must be <= 1e+09.",
+        *added("[solver]\nmethod.cholesky.max_iterations = 99999999999"),
+        "solver.method.cholesky.max_iterations = 99999999999; must be <= 1e+09.",
     ),
     "passes": (
         "[contact.multipliers]",

@@ -11,8 +11,9 @@ namespace {
 
 class CondensedPath final : public ContactPath {
  public:
-  CondensedPath(const BlockMatrix& A, const Supports& supports, const Indices& nodes, const KrylovOptions& options)
-      : compliance_(A, supports, nodes, options), local_(static_cast<std::size_t>(A.rows() / 3), -1) {
+  CondensedPath(const LinearSolver& A, const Supports& supports, const Indices& nodes)
+      : compliance_(A, supports, nodes, std::min(1e-12, A.tolerance())),
+        local_(static_cast<std::size_t>(supports.size() / 3), -1) {
     for (std::int32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
   }
 
@@ -120,11 +121,9 @@ Eigen::MatrixXd ContactPath::compliance(const std::vector<Row>&, double) {
       "Contact: friction is solved for over the compliance of the rows; must have the condensed solver.");
 }
 
-std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                            const KrylovOptions& options) {
-  KrylovOptions of_columns = options;
-  of_columns.tolerance = std::min(1e-12, options.tolerance);
-  return std::make_unique<CondensedPath>(A, supports, nodes, of_columns);
+std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports,
+                                            const Indices& nodes) {
+  return std::make_unique<CondensedPath>(A, supports, nodes);
 }
 
 }  // namespace plica

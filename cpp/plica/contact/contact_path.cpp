@@ -20,12 +20,12 @@ const char* name_of(const ContactSolver& solver) {
 }
 
 std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
-                                          const Supports& supports, const Indices& nodes,
-                                          const KrylovOptions& options) {
+                                          const LinearSolver& linear, const Supports& supports,
+                                          const Indices& nodes, const KrylovOptions& options) {
   const ContactSolver chosen = chosen_solver(solver, nodes.size());
   if (std::holds_alternative<Gmres>(chosen)) return gmres_path(A, supports, nodes, options);
   if (std::holds_alternative<Saddle>(chosen)) return saddle_path(A, supports, nodes, options);
-  return condensed_path(A, supports, nodes, options);
+  return condensed_path(linear, supports, nodes);
 }
 
 }  // namespace plica

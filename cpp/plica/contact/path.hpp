@@ -43,16 +43,17 @@ ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_
 /// "auto", "condensed", "saddle" or "gmres", as scene files have it.
 const char* name_of(const ContactSolver& solver);
 
-/// The path of a solver, Automatic for what it stands for. A and the supports must outlive it and not change.
+/// The path of a solver, Automatic for what it stands for. A, the step's linear solver for it and the supports must
+/// outlive it and not change. `options`: of the paths that are Krylov methods themselves.
 std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
-                                          const Supports& supports, const Indices& nodes,
-                                          const KrylovOptions& options);
+                                          const LinearSolver& linear, const Supports& supports,
+                                          const Indices& nodes, const KrylovOptions& options);
 
 /// The compliance A^-1 of the surface nodes, a column when it is first needed and then for good; a dense
 /// complementarity problem over the rows. Columns are solved for to 1e-12 at least. Cost of a call: O(rows^3 / 6)
 /// plus columns * surface nodes.
-std::unique_ptr<ContactPath> condensed_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
-                                            const KrylovOptions& options);
+std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports,
+                                            const Indices& nodes);
 
 /// The saddle point of every active set by conjugate gradients with a constraint preconditioner (SaddlePoint),
 /// warm-started from the active set before; nothing is kept from step to step. Cost of an active set: about that

@@ -66,7 +66,7 @@ Motion::Motion(const Scene& scene, const Assembler& assembler, const Options& op
       stiffness_(assembler.stiffness(scene.tissue)),
       viscosity_(assemble_viscosity(assembler, scene.tissue)),
       step_matrix_(assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene.supports)),
-      solver_(step_matrix_, options_.solver) {}
+      solver_(LinearSolver::make(step_matrix_, options_.solver)) {}
 
 void Motion::begin(State& state) {
   state.elastic_force = stiffness_ * state.displacement;
@@ -77,7 +77,7 @@ void Motion::begin(State& state) {
   without_acceleration.project(forces.elastic_and_load);
   without_acceleration.project(forces.viscous);
   start_ = start_motion(scheme_, step(), {mass_, viscosity_, stiffness_, without_acceleration}, forces,
-                        options_.solver);
+                        options_.solver.krylov());
   state.acceleration = start_.acceleration;
   state.weighted_elastic_force = stiffness_ * Vector(state.displacement + start_.displacement);
   if (viscosity_) state.viscous_force = *viscosity_ * Vector(state.velocity + start_.velocity);
@@ -86,11 +86,13 @@ void Motion::begin(State& state) {
 
 int Motion::solve(Vector force, Vector& a) const {
   supports().project(force);
-  const Convergence end = solver_.solve(force, a);
+  Guess guess{std::move(a), {}};
+  const Convergence end = solver_->solve(force, guess);
+  a = std::move(guess.x);
   if (!end.converged)
-    throw SolveFailed("conjugate gradients stopped at residual " + number(end.residual) + " after " +
-                      std::to_string(end.iterations) + " iterations (tolerance " +
-                      number(solver_.options().tolerance) + "). Try a smaller step, or raise max_iterations.");
+    throw SolveFailed(solver_->name() + " stopped at residual " + number(end.residual) + " after " +
+                      std::to_string(end.iterations) + " iterations (tolerance " + number(solver_->tolerance()) +
+                      "). Try a smaller step, or raise max_iterations.");
   return end.iterations;
 }
 

@@ -4,7 +4,7 @@
 #include "plica/dynamics/scene.hpp"
 #include "plica/dynamics/scheme.hpp"
 #include "plica/dynamics/start.hpp"
-#include "plica/solve/krylov.hpp"
+#include "plica/solve/linear_solver.hpp"
 
 namespace plica {
 
@@ -16,14 +16,16 @@ class Motion {
  public:
   struct Options {
     TimeScheme scheme = HilberHughesTaylor{};
-    double step = 50e-6;   // s, > 0
-    KrylovOptions solver;  // of the step's linear systems
+    double step = 50e-6;           // s, > 0
+    LinearSolver::Options solver;  // of the step's linear systems
     CellMass mass = CellMass::consistent;
     void validate() const;
   };
 
   /// Assembles the matrices. The scene must outlive it. Throws InvalidInput.
   Motion(const Scene& scene, const Assembler& assembler, const Options& options);
+  Motion(const Motion&) = delete;
+  Motion& operator=(const Motion&) = delete;
 
   const Options& options() const { return options_; }
   const SchemeCoefficients& scheme() const { return scheme_; }
@@ -35,6 +37,8 @@ class Motion {
   const std::optional<BlockMatrix>& viscosity() const { return viscosity_; }
   /// A = M + (1+alpha) gamma h C + (1+alpha) beta h^2 K.
   const BlockMatrix& step_matrix() const { return step_matrix_; }
+  /// Of the step matrix.
+  const LinearSolver& solver() const { return *solver_; }
   /// Nodes, ascending; none unless the scene's contact asks for it.
   const std::vector<std::int32_t>& massless() const { return massless_; }
   /// Of the first step; empty before begin().
@@ -66,7 +70,7 @@ class Motion {
   BlockMatrix stiffness_;
   std::optional<BlockMatrix> viscosity_;
   BlockMatrix step_matrix_;
-  ConjugateGradient solver_;
+  std::unique_ptr<const LinearSolver> solver_;
   Start start_;
 };
 

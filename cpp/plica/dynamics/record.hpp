@@ -44,7 +44,7 @@ struct ContactRecord {
 /// One step as it was.
 struct StepRecord {
   double time = 0.0;        // s, of the new state
-  int iterations = 0;       // conjugate gradients, over all solves of the step
+  int iterations = 0;       // of the linear solver, over all solves of the step
   int inverted_tissue = 0;  // tissue cells inside out or folded over, judged at their nodes
   Strains strains;          // of the new state
   std::optional<FlowRecord> flow;
@@ -55,7 +55,7 @@ struct StepRecord {
 struct StepTimes {
   double residual = 0.0;   // K, C products of the right-hand side
   double load = 0.0;       // sections, pressure, surface traction
-  double solve = 0.0;      // conjugate gradients
+  double solve = 0.0;      // the linear solver
   double detection = 0.0;  // inverted tetrahedra, candidates, pairs
   double contact = 0.0;    // the forces of these pairs
   double ledger = 0.0;     // products and sums of the energy ledger

@@ -29,7 +29,9 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   solver_ = chosen_solver(method->solver(part.friction.has_value()), needed.size());
   collision_.emplace(
       part.airway, motion.reference(), std::move(method), part.friction, part.options,
-      contact_path(solver_, motion.step_matrix(), motion.supports(), needed, motion.options().solver), part.faces);
+      contact_path(solver_, motion.step_matrix(), motion.solver(), motion.supports(), needed,
+                   motion.options().solver.krylov()),
+      part.faces);
   overlap_.emplace(scene.mesh.cells, collision_->detector());
 }
 

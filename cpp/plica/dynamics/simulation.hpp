@@ -43,6 +43,8 @@ class Simulation {
   /// Absent where no material is viscous.
   const std::optional<BlockMatrix>& viscosity() const { return motion_.viscosity(); }
   const BlockMatrix& step_matrix() const { return motion_.step_matrix(); }
+  /// "Cholesky" or "conjugate gradients": what solves the step's linear systems.
+  std::string linear_solver() const { return motion_.solver().name(); }
   /// Null without airflow.
   const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
   /// Null without contact.

@@ -26,7 +26,9 @@ void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
 
 }  // namespace
 
-Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const {
+Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const { return solve(b, guess, tolerance_); }
+
+Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double tolerance) const {
   check_size("b.size()", b.size(), A_.rows());
   Vector& x = guess.x;
   if (x.size() == 0) {
@@ -56,15 +58,15 @@ Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const {
   };
   state.residual = r.norm() / b_norm;
   check_finite("|b - A x| / |b|", state.residual);
-  if (believed && state.residual <= options_.tolerance) renew();
+  if (believed && state.residual <= tolerance) renew();
   bool refine = true;
-  while (state.residual > options_.tolerance && state.iterations < options_.max_iterations) {
+  while (state.residual > tolerance && state.iterations < options_.max_iterations) {
     const double before = state.residual;
     if (refine) {
       factor_.solve(r, d);
       ++state.iterations;
     } else {
-      correct(r, d, 0.5 * options_.tolerance / before, state.iterations);
+      correct(r, d, 0.5 * tolerance / before, state.iterations);
     }
     x += d;
     renew();
@@ -75,7 +77,7 @@ Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const {
     if (!refine && state.residual > 0.5 * before) break;  // round-off is reached
     refine = refine && state.residual <= least_gain * before;
   }
-  state.converged = state.residual <= options_.tolerance;
+  state.converged = state.residual <= tolerance;
   return state;
 }
 
@@ -108,7 +110,8 @@ void CholeskySolver::correct(Vector& r, Vector& d, double target, int& iteration
   }
 }
 
-std::vector<Convergence> CholeskySolver::solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const {
+std::vector<Convergence> CholeskySolver::solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
+                                                    double tolerance) const {
   const std::ptrdiff_t unknowns = A_.rows(), nodes = unknowns / 3;
   check_size("B.rows()", B.rows(), unknowns);
   std::vector<Convergence> states(static_cast<std::size_t>(B.cols()));
@@ -155,18 +158,18 @@ std::vector<Convergence> CholeskySolver::solve_many(const Eigen::MatrixXd& B, Ei
         state.residual = std::sqrt(square[v]) / b_norm[v];
         check_finite("|b - A x| / |b|", state.residual);
         ++state.iterations;
-        slow[v] = state.residual > std::max(options_.tolerance, least_gain * before);
-        running[v] = state.residual > options_.tolerance && !slow[v] && state.iterations < options_.max_iterations;
+        slow[v] = state.residual > std::max(tolerance, least_gain * before);
+        running[v] = state.residual > tolerance && !slow[v] && state.iterations < options_.max_iterations;
       }
     }
     for (int v = 0; v < width; ++v) {
       Convergence& state = states[static_cast<std::size_t>(first + v)];
       for (std::ptrdiff_t i = 0; i < unknowns; ++i)
         solution(i, first + v) = x[static_cast<std::size_t>(pack * i + v)];
-      state.converged = state.residual <= options_.tolerance;
+      state.converged = state.residual <= tolerance;
       if (!slow[v]) continue;
       Guess alone;  // afresh: what helps a single right-hand side helps here
-      state = solve(B.col(first + v), alone);
+      state = solve(B.col(first + v), alone, tolerance);
       solution.col(first + v) = alone.x;
     }
   }

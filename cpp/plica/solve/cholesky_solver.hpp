@@ -7,22 +7,25 @@ namespace plica {
 /// LinearSolver::Cholesky.
 class CholeskySolver : public LinearSolver {
  public:
-  CholeskySolver(const BlockMatrix& A, FactorPlan plan, Cholesky options)
-      : A_(A), factor_(A, std::move(plan)), options_(options) {}
+  CholeskySolver(const BlockMatrix& A, FactorPlan plan, double tolerance, Cholesky options = {})
+      : A_(A), factor_(A, std::move(plan)), tolerance_(tolerance), options_(options) {}
 
   Convergence solve(const Vector& b, Guess& guess) const override;
-  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const override;
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
+                                      double tolerance) const override;
   std::string name() const override { return "Cholesky"; }
   std::ptrdiff_t bytes() const override { return factor_.plan().bytes(); }
-  double tolerance() const override { return options_.tolerance; }
+  double tolerance() const override { return tolerance_; }
   const TriangularFactor& factor() const { return factor_; }
 
  private:
   static constexpr double least_gain = 0.1;  // a refinement that leaves more of the residual is not repeated
+  Convergence solve(const Vector& b, Guess& guess, double tolerance) const;
   void correct(Vector& r, Vector& d, double target, int& iterations) const;
 
   const BlockMatrix& A_;
   TriangularFactor factor_;
+  double tolerance_;
   Cholesky options_;
 };
 

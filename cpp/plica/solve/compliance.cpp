@@ -6,12 +6,8 @@
 
 namespace plica {
 
-Compliance::Compliance(const BlockMatrix& A, const Supports& supports, Indices nodes, KrylovOptions options)
-    : supports_(supports), nodes_(std::move(nodes)), solver_(A, options), unknowns_(A.rows()) {
-  if (supports_.size() != unknowns_) {
-    throw InvalidInput("Compliance", "supports.size()", static_cast<double>(supports_.size()), "",
-                       "the number of rows, " + number(static_cast<double>(unknowns_)));
-  }
+Compliance::Compliance(const LinearSolver& A, const Supports& supports, Indices nodes, double tolerance)
+    : supports_(supports), nodes_(std::move(nodes)), solver_(A), tolerance_(tolerance), unknowns_(supports.size()) {
   for (const std::int32_t node : nodes_) {
     if (node < 0 || node >= unknowns_ / 3) {
       throw InvalidInput("Compliance", "node", node, "",
@@ -63,14 +59,14 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
     const std::int32_t column = columns[static_cast<std::size_t>(k)];
     force(3 * static_cast<std::ptrdiff_t>(nodes_[column / 3]) + column % 3, k) = 1.0;
   }
-  const std::vector<Convergence> ends = solver_.solve_many(force, displacement);
+  const std::vector<Convergence> ends = solver_.solve_many(force, displacement, tolerance_);
   for (std::ptrdiff_t k = 0; k < count; ++k) {
     const std::int32_t column = columns[static_cast<std::size_t>(k)];
     const Convergence& end = ends[static_cast<std::size_t>(k)];
     if (!end.converged) {
       throw SolveFailed("Compliance: residual = " + number(end.residual) + " after " + number(end.iterations) +
                         " iterations under a unit force on node " + number(nodes_[column / 3]) + " along " +
-                        "xyz"[column % 3] + "; must be <= " + number(solver_.options().tolerance) +
+                        "xyz"[column % 3] + "; must be <= " + number(tolerance_) +
                         ". Raise max_iterations, or use a factorisation for a step this large.");
     }
     std::vector<double>& values = columns_[static_cast<std::size_t>(column)];

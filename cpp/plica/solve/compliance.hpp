@@ -1,5 +1,5 @@
 #pragma once
-#include "plica/solve/krylov.hpp"
+#include "plica/solve/linear_solver.hpp"
 #include "plica/solve/supports.hpp"
 
 namespace plica {
@@ -10,8 +10,8 @@ namespace plica {
 class Compliance {
  public:
   /// nodes: the nodes that results are wanted at and that columns may be asked for. Fixed unknowns have
-  /// zero columns. A is constrained by the supports and must outlive this; options holds for every column.
-  Compliance(const BlockMatrix& A, const Supports& supports, Indices nodes, KrylovOptions options);
+  /// zero columns. A, the solver's matrix, is constrained by the supports; the solver must outlive this.
+  Compliance(const LinearSolver& A, const Supports& supports, Indices nodes, double tolerance);
 
   const Indices& nodes() const { return nodes_; }
   /// Makes sure that the three columns of each of these nodes (positions in nodes()) exist. Throws SolveFailed,
@@ -30,14 +30,15 @@ class Compliance {
     std::vector<Eigen::Vector3f> value;
   };
   static constexpr double farthest = 1e-9;                 // single precision limits a start to some 1e-8
-  static constexpr std::size_t batch = BlockMatrix::pack;  // columns solved together: bounds the memory
+  static constexpr std::size_t batch = LinearSolver::pack;  // columns solved together: bounds the memory
 
   void check_local(std::int32_t local_node) const;
   void solve(const std::vector<std::int32_t>& columns);  // local unknowns, at most `batch`
 
   Supports supports_;
   Indices nodes_;
-  ConjugateGradient solver_;
+  const LinearSolver& solver_;
+  double tolerance_;
   std::ptrdiff_t unknowns_;
   std::vector<std::vector<double>> columns_;  // (3 nodes) each empty or (3 nodes)
   std::vector<Response> responses_;           // (3 nodes)

@@ -37,7 +37,10 @@ class ConjugateGradient {
   /// Solves for k right-hand sides (3 n, k) together: each product reads A once for all of them; each
   /// column takes the same arithmetic whatever its company. X starts from zero. In double precision throughout;
   /// Convergence::residual is the recursion's, which differs from |b - A x| / |b| by accumulated round-off.
-  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const;
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X, double tolerance) const;
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const {
+    return solve_many(B, X, options_.tolerance);
+  }
   const KrylovOptions& options() const { return options_; }
   /// z = (3x3 diagonal blocks)^-1 r
   void precondition(const Vector& r, Vector& z) const;

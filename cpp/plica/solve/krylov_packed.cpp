@@ -81,7 +81,8 @@ Sums sum_over_rows(std::ptrdiff_t rows, std::vector<Sums>& partial, const Work& 
 
 }  // namespace
 
-std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const {
+std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
+                                                      double tolerance) const {
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   if (B.rows() != unknowns) {
     throw InvalidInput("ConjugateGradient", "B.rows()", static_cast<double>(B.rows()), "",
@@ -149,7 +150,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
         state.iterations = iteration;
         state.residual = std::sqrt(sums.second[v]) / b_norm[v];
         if (!std::isfinite(state.residual)) fail("residual = " + number(state.residual), first + v, iteration);
-        state.converged = state.residual <= options_.tolerance;
+        state.converged = state.residual <= tolerance;
         running[v] = !state.converged;
         beta[v] = sums.first[v] / rz[v];
         rz[v] = sums.first[v];

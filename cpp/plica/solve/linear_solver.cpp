@@ -18,8 +18,9 @@ class IterativeSolver : public LinearSolver {
     guess.product = Vector();
     return solver_.solve(b, guess.x);
   }
-  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const override {
-    return solver_.solve_many(B, X);
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
+                                      double tolerance) const override {
+    return solver_.solve_many(B, X, tolerance);
   }
   std::string name() const override { return "conjugate gradients"; }
   std::ptrdiff_t bytes() const override { return bytes_; }
@@ -30,18 +31,15 @@ class IterativeSolver : public LinearSolver {
   std::ptrdiff_t bytes_;
 };
 
-void check_tolerance(const char* where, double tolerance) {
-  if (!(tolerance > 0.0 && tolerance < 1.0)) throw InvalidInput(where, "tolerance", tolerance, "", "in (0, 1)");
-}
-
-std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, const LinearSolver::Automatic& options) {
-  auto iterative = std::make_unique<IterativeSolver>(A, KrylovOptions{options.tolerance});
+std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, double tolerance,
+                                           const LinearSolver::Automatic& options) {
+  auto iterative = std::make_unique<IterativeSolver>(A, KrylovOptions{tolerance});
   // Both from zero to the tolerance, under the load of a uniform displacement, which reaches every unknown.
   const Vector load = A * Vector::Ones(A.rows());
   Vector x;
-  const Convergence end = ConjugateGradient(A, {options.tolerance}).solve(load, x);
+  const Convergence end = ConjugateGradient(A, {tolerance}).solve(load, x);
   constexpr double digits = 6.0;  // that a refinement gains where the step is short
-  const double refinements = std::ceil(-std::log10(options.tolerance) / digits);
+  const double refinements = std::ceil(-std::log10(tolerance) / digits);
   const double blocks = static_cast<double>(A.pattern()->entries()), unknowns = static_cast<double>(A.rows());
   const double iteration = 40.0 * blocks + 9 * 8 * unknowns;  // bytes: A rounded, vectors read and written
   const double product = 76.0 * blocks + 3 * 8 * unknowns;
@@ -51,31 +49,38 @@ std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, const LinearSol
   const double bytes = static_cast<double>(plan.bytes());
   if (bytes > options.memory || refinements * (2.0 * bytes + product) > end.iterations * iteration)
     return iterative;
-  return std::make_unique<CholeskySolver>(A, std::move(plan), LinearSolver::Cholesky{options.tolerance});
+  return std::make_unique<CholeskySolver>(A, std::move(plan), tolerance);
 }
 
 }  // namespace
 
-void LinearSolver::validate(const Options& options) {
-  if (const auto* krylov = std::get_if<KrylovOptions>(&options)) return krylov->validate();
-  if (const auto* cholesky = std::get_if<Cholesky>(&options)) {
-    check_tolerance("Cholesky", cholesky->tolerance);
-    if (cholesky->max_iterations < 1)
-      throw InvalidInput("Cholesky", "max_iterations", cholesky->max_iterations, "", ">= 1");
+void LinearSolver::Options::validate() const {
+  if (!(tolerance > 0.0 && tolerance < 1.0))
+    throw InvalidInput("LinearSolver", "tolerance", tolerance, "", "in (0, 1)");
+  if (const auto* automatic = std::get_if<Automatic>(&method)) {
+    if (!(automatic->memory >= 0.0))
+      throw InvalidInput("Automatic", "memory", automatic->memory, "bytes", ">= 0");
     return;
   }
-  const auto& automatic = std::get<Automatic>(options);
-  check_tolerance("Automatic", automatic.tolerance);
-  if (!(automatic.memory >= 0.0)) throw InvalidInput("Automatic", "memory", automatic.memory, "bytes", ">= 0");
+  const auto* cholesky = std::get_if<Cholesky>(&method);
+  const int most = cholesky ? cholesky->max_iterations : std::get<ConjugateGradients>(method).max_iterations;
+  if (most < 1)
+    throw InvalidInput(cholesky ? "Cholesky" : "ConjugateGradients", "max_iterations", most, "", ">= 1");
+}
+
+KrylovOptions LinearSolver::Options::krylov() const {
+  KrylovOptions options{tolerance};
+  if (const auto* chosen = std::get_if<ConjugateGradients>(&method)) options.max_iterations = chosen->max_iterations;
+  return options;
 }
 
 std::unique_ptr<const LinearSolver> LinearSolver::make(const BlockMatrix& A, const Options& options) {
-  validate(options);
-  if (const auto* krylov = std::get_if<KrylovOptions>(&options))
-    return std::make_unique<IterativeSolver>(A, *krylov);
-  if (const auto* cholesky = std::get_if<Cholesky>(&options))
-    return std::make_unique<CholeskySolver>(A, FactorPlan(A), *cholesky);
-  return choose(A, std::get<Automatic>(options));
+  options.validate();
+  if (const auto* automatic = std::get_if<Automatic>(&options.method))
+    return choose(A, options.tolerance, *automatic);
+  if (const auto* cholesky = std::get_if<Cholesky>(&options.method))
+    return std::make_unique<CholeskySolver>(A, FactorPlan(A), options.tolerance, *cholesky);
+  return std::make_unique<IterativeSolver>(A, options.krylov());
 }
 
 }  // namespace plica

@@ -13,26 +13,42 @@ struct Guess {
   Vector product;  // A x, where it is known; empty where not
 };
 
+/// Ways to solve a linear system.
+namespace linear {
+
+/// By a sparse Cholesky factor in single precision with iterative refinement: each refinement takes one solve with
+/// the factor, one product with A in double precision. One refinement lowers the residual by some 1e-6 where the
+/// step is short; where it lowers it by less than ten, conjugate gradients preconditioned by the factor go on.
+struct Cholesky {
+  int max_iterations = 200;  // solves with the factor, >= 1
+};
+/// As ConjugateGradient: nothing but A rounded is kept.
+struct ConjugateGradients {
+  int max_iterations = KrylovOptions{}.max_iterations;  // >= 1
+};
+/// Cholesky where its factor takes no more than `memory` and its solves move no more bytes than conjugate
+/// gradients do, whose iterations are counted in a solve; ConjugateGradients otherwise. The factorisation takes
+/// the time of some hundred solves, which a run of thousands of steps repays.
+struct Automatic {
+  double memory = 1e9;  // bytes of the factor, >= 0
+};
+
+}  // namespace linear
+
 /// Solves A x = b for one A, symmetric positive definite and constrained by Supports, and many b.
 class LinearSolver {
  public:
-  /// By a sparse Cholesky factor in single precision with iterative refinement: each refinement takes one solve
-  /// with the factor, one product with A in double precision. One refinement lowers the residual by some 1e-6
-  /// where the step is short; where it lowers it by less than ten, conjugate gradients preconditioned by the
-  /// factor go on.
-  struct Cholesky {
-    double tolerance = 1e-8;   // on |b - A x| / |b|, in (0, 1)
-    int max_iterations = 200;  // solves with the factor, >= 1
+  using Automatic = linear::Automatic;
+  using Cholesky = linear::Cholesky;
+  using ConjugateGradients = linear::ConjugateGradients;
+  using Method = std::variant<Automatic, Cholesky, ConjugateGradients>;
+  struct Options {
+    double tolerance = KrylovOptions{}.tolerance;  // on |b - A x| / |b|, in (0, 1)
+    Method method = Automatic{};
+    void validate() const;  // throws InvalidInput
+    /// For what is solved by a Krylov method whatever is chosen here.
+    KrylovOptions krylov() const;
   };
-  /// Cholesky where its factor takes no more than `memory` and its solves move no more bytes than conjugate
-  /// gradients do, whose iterations are counted in a solve; ConjugateGradient otherwise. The factorisation takes
-  /// the time of some hundred solves, which a run of thousands of steps repays.
-  struct Automatic {
-    double tolerance = 1e-8;  // on |b - A x| / |b|, in (0, 1)
-    double memory = 1e9;      // bytes of the factor, >= 0
-  };
-  using Options = std::variant<Automatic, Cholesky, KrylovOptions>;
-  static void validate(const Options& options);
 
   /// A must outlive the solver and not change. Throws SolveFailed where A is found not to be positive definite.
   static std::unique_ptr<const LinearSolver> make(const BlockMatrix& A, const Options& options);
@@ -41,8 +57,11 @@ class LinearSolver {
   /// Starts from guess.x and leaves the solution there, with its product where that comes free. b = 0 gives x = 0.
   /// Throws SolveFailed where A shows itself not positive definite or a number is not finite.
   virtual Convergence solve(const Vector& b, Guess& guess) const = 0;
-  /// Solves for k right-hand sides (3 n, k) from zero; each column takes the same arithmetic whatever its company.
-  virtual std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X) const = 0;
+  /// Solves for k right-hand sides (3 n, k) from zero, to a tolerance of their own; each column takes the same
+  /// arithmetic whatever its company. Cheapest in blocks of `pack`.
+  virtual std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
+                                              double tolerance) const = 0;
+  static constexpr int pack = BlockMatrix::pack;
   virtual std::string name() const = 0;
   virtual std::ptrdiff_t bytes() const = 0;  // that it holds beside A
   virtual double tolerance() const = 0;

@@ -155,7 +155,6 @@ class Problem:
             scheme=scheme,
             step=self.bar.step,
             solver_tolerance=tolerance,
-            max_iterations=20000,
             contact=engine.Contact(airway=parts.pop("airway"), **contact),
             probes=nodes,
             **parts,

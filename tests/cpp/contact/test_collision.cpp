@@ -61,7 +61,8 @@ class RecordingPath final : public ContactPath {
     std::vector<Points> x;                         // after each pass
   };
   RecordingPath(const Squares& squares, std::shared_ptr<Record> record)
-      : path_(condensed_path(squares.stiffness, squares.supports, Indices::LinSpaced(8, 0, 7), {1e-13, 100})),
+      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         record_(std::move(record)) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
@@ -78,6 +79,7 @@ class RecordingPath final : public ContactPath {
   }
 
  private:
+  std::unique_ptr<const LinearSolver> solver_;
   std::unique_ptr<ContactPath> path_;
   std::shared_ptr<Record> record_;
 };

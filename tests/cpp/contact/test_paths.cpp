@@ -73,6 +73,16 @@ std::vector<Row> rows_of(int count, const std::array<double, 3>& shares, double 
   return rows;
 }
 
+/// A path with the linear solver that it takes.
+struct Path {
+  std::unique_ptr<const LinearSolver> linear;
+  std::unique_ptr<ContactPath> path;
+  Path(const Bodies& bodies, const ContactSolver& solver, int max_iterations = 5000)
+      : linear(LinearSolver::make(bodies.A, {1e-11, LinearSolver::ConjugateGradients{max_iterations}})),
+        path(contact_path(solver, bodies.A, *linear, bodies.supports, bodies.nodes, {1e-11, max_iterations})) {}
+  ContactPath* operator->() const { return path.get(); }
+};
+
 struct Answer {
   Vector force, nodal, change;  // change: A^-1 N^T p as the path gives it to a solve with A
   Points x;
@@ -80,7 +90,7 @@ struct Answer {
 
 Answer answer(const Bodies& bodies, const ContactSolver& solver, const std::vector<Row>& rows,
               std::vector<char> guess) {
-  const auto path = contact_path(solver, bodies.A, bodies.supports, bodies.nodes, {1e-11, 5000});
+  const Path path(bodies, solver);
   const Complementarity end = path->solve(rows, scale, std::move(guess), gap_tolerance, 500);
   REQUIRE(end.converged);
   const Points at_rest = Points::Zero(bodies.nodes.size(), 3);
@@ -189,7 +199,7 @@ TEST_CASE("what a path has solved before changes neither forces nor motion beyon
   const std::vector<Row> rows = rows_of(20, shared, 0.2), others = rows_of(15, matched, 0.5);
   for (const ContactSolver& solver : solvers) {
     CAPTURE(std::string(name_of(solver)));
-    const auto path = contact_path(solver, bodies.A, bodies.supports, bodies.nodes, {1e-11, 5000});
+    const Path path(bodies, solver);
     const std::vector<char> guess(rows.size(), 1);
     const Vector fresh = path->solve(rows, scale, guess, gap_tolerance, 500).force;
     path->solve(others, scale, std::vector<char>(others.size(), 1), gap_tolerance, 500);
@@ -206,12 +216,12 @@ TEST_CASE("a path that does not converge, or that nothing can move, says so and 
   const std::vector<char> guess(rows.size(), 1);
   for (const ContactSolver& solver : solvers) {
     CAPTURE(std::string(name_of(solver)));
-    const auto path = contact_path(solver, bodies.A, bodies.supports, bodies.nodes, {1e-11, 3});
+    const Path path(bodies, solver, 3);
     const auto solve = [&] { path->solve(rows, scale, guess, gap_tolerance, 500); };
     CHECK_THROWS_AS(solve(), SolveFailed);
     const char* advice = std::holds_alternative<Condensed>(solver) ? "Raise max_iterations" : "Try the condensed";
     CHECK_THROWS_WITH(solve(), doctest::Contains(advice));
-    const auto held = contact_path(solver, bodies.A, bodies.supports, bodies.nodes, {1e-11, 5000});
+    const Path held(bodies, solver);
     const std::vector<Row> immovable{row(0, matched, 0.0, -0.5)};  // both its nodes are held
     CHECK_THROWS_WITH_AS(held->solve(immovable, scale, {1}, gap_tolerance, 500),
                          doctest::Contains("A contact between two fully fixed bodies?"), SolveFailed);

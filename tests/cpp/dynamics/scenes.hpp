@@ -126,7 +126,7 @@ inline Scene small_larynx() {
 }
 
 inline Simulation::Options options(const TimeScheme& scheme, double step, double tolerance = 1e-13) {
-  return {scheme, step, {tolerance, 20000}, Simulation::Mass::consistent};
+  return {scheme, step, {tolerance}, Simulation::Mass::consistent};
 }
 
 }  // namespace scenes

@@ -76,7 +76,7 @@ BlockMatrix tissue_matrix(double step, double nu = 0.45) {
 
 Vector solved(const BlockMatrix& A, const Vector& b, double tolerance) {
   Guess guess;
-  const Convergence end = CholeskySolver(A, FactorPlan(A), {tolerance}).solve(b, guess);
+  const Convergence end = CholeskySolver(A, FactorPlan(A), tolerance).solve(b, guess);
   CHECK(end.converged);
   CHECK((b - A * guess.x).norm() <= tolerance * b.norm());
   CHECK((A * guess.x - guess.product).norm() == 0.0);
@@ -199,16 +199,16 @@ TEST_CASE("Cholesky gives the same bits on one, two, three and eight threads") {
   Guess one, other;
   set_threads(1);
   {
-    const CholeskySolver solver(A, FactorPlan(A), {});
+    const CholeskySolver solver(A, FactorPlan(A), 1e-8);
     solver.solve(b, one);
-    solver.solve_many(B, one_many);
+    solver.solve_many(B, one_many, 1e-8);
   }
   for (const int count : {2, 3, 8}) {
     set_threads(count);
-    const CholeskySolver solver(A, FactorPlan(A), {});
+    const CholeskySolver solver(A, FactorPlan(A), 1e-8);
     other = {};
     solver.solve(b, other);
-    solver.solve_many(B, many);
+    solver.solve_many(B, many, 1e-8);
     CHECK((one.x.array() == other.x.array()).all());
     CHECK((one_many.array() == many.array()).all());
   }
@@ -223,12 +223,12 @@ TEST_CASE("a right-hand side gets the bits it gets in other company") {
     Eigen::MatrixXd B(A.rows(), count), X;
     for (int c = 0; c < count; ++c) B.col(c) = random_vector(A.rows(), 20 + c) * std::pow(10.0, 8 * (c - 5));
     B.col(4).setZero();
-    const CholeskySolver solver(A, FactorPlan(A), {});
-    const auto ends = solver.solve_many(B, X);
+    const CholeskySolver solver(A, FactorPlan(A), 1e-8);
+    const auto ends = solver.solve_many(B, X, 1e-8);
     for (int c = 0; c < count; ++c) {
       CAPTURE(c);
       Eigen::MatrixXd alone;
-      const auto end = solver.solve_many(B.col(c), alone);
+      const auto end = solver.solve_many(B.col(c), alone, 1e-8);
       CHECK(end[0].iterations == ends[c].iterations);
       CHECK((alone.col(0).array() == X.col(c).array()).all());
       CHECK(ends[c].converged);
@@ -241,7 +241,7 @@ TEST_CASE("a right-hand side gets the bits it gets in other company") {
 TEST_CASE("a known product saves the first one and a wrong one is found out") {
   const BlockMatrix A = spring_lattice(6);
   const Vector b = random_vector(A.rows());
-  const CholeskySolver solver(A, FactorPlan(A), {});
+  const CholeskySolver solver(A, FactorPlan(A), 1e-8);
   Guess guess;
   guess.x = random_vector(A.rows(), 5);
   guess.product = A * guess.x;
@@ -256,7 +256,7 @@ TEST_CASE("a known product saves the first one and a wrong one is found out") {
 
 TEST_CASE("a zero load gives zero whatever the start, and a start at the solution takes no solve") {
   const BlockMatrix A = spring_lattice(4);
-  const CholeskySolver solver(A, FactorPlan(A), {});
+  const CholeskySolver solver(A, FactorPlan(A), 1e-8);
   Guess guess{random_vector(A.rows()), {}};
   CHECK(solver.solve(Vector::Zero(A.rows()), guess).converged);
   CHECK(guess.x == Vector::Zero(A.rows()));
@@ -286,7 +286,7 @@ TEST_CASE("Cholesky refuses what is indefinite, singular or not finite") {
       std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(TriangularFactor(nan, FactorPlan(nan)), SolveFailed);
   const BlockMatrix good = spring_lattice(3);
-  const CholeskySolver solver(good, FactorPlan(good), {});
+  const CholeskySolver solver(good, FactorPlan(good), 1e-8);
   Vector b = random_vector(good.rows());
   Guess guess;
   CHECK_THROWS_AS(solver.solve(Vector::Ones(5), guess), InvalidInput);
@@ -300,23 +300,31 @@ TEST_CASE("Cholesky refuses what is indefinite, singular or not finite") {
 
 TEST_CASE("solvers are chosen by name, by memory and by what they stream") {
   const BlockMatrix A = spring_lattice(8);
-  CHECK(LinearSolver::make(A, LinearSolver::Cholesky{})->name() == "Cholesky");
-  CHECK(LinearSolver::make(A, KrylovOptions{})->name() == "conjugate gradients");
-  CHECK(LinearSolver::make(A, LinearSolver::Automatic{1e-8, 0.0})->name() == "conjugate gradients");
-  const BlockMatrix stiff = tissue_matrix(1e-3);
-  CHECK(LinearSolver::make(stiff, LinearSolver::Automatic{})->name() == "Cholesky");
+  const LinearSolver::Method automatic = LinearSolver::Automatic{}, cholesky = LinearSolver::Cholesky{},
+                             iterated = LinearSolver::ConjugateGradients{};
+  const auto named = [](const BlockMatrix& matrix, const LinearSolver::Method& method) {
+    return LinearSolver::make(matrix, {1e-8, method})->name();
+  };
+  CHECK(named(A, cholesky) == "Cholesky");
+  CHECK(named(A, iterated) == "conjugate gradients");
+  CHECK(named(A, LinearSolver::Automatic{0.0}) == "conjugate gradients");
+  CHECK(named(tissue_matrix(1e-3), automatic) == "Cholesky");
   const Vector b = random_vector(A.rows());
-  for (const LinearSolver::Options& options :
-       {LinearSolver::Options{LinearSolver::Automatic{}}, LinearSolver::Options{LinearSolver::Cholesky{}},
-        LinearSolver::Options{KrylovOptions{}}}) {
-    const auto solver = LinearSolver::make(A, options);
+  for (const LinearSolver::Method& method : {automatic, cholesky, iterated}) {
+    const auto solver = LinearSolver::make(A, {1e-8, method});
     Guess guess;
     CHECK(solver->solve(b, guess).converged);
     CHECK((b - A * guess.x).norm() <= 1e-8 * b.norm());
     CHECK(solver->tolerance() == 1e-8);
+    Eigen::MatrixXd X;
+    CHECK(solver->solve_many(b, X, 1e-12)[0].converged);
+    CHECK((b - A * X.col(0)).norm() <= 2e-12 * b.norm());
   }
-  CHECK_THROWS_WITH_AS(LinearSolver::validate(LinearSolver::Cholesky{2.0}),
-                       "Cholesky: tolerance = 2; must be in (0, 1).", InvalidInput);
-  CHECK_THROWS_AS(LinearSolver::validate(LinearSolver::Automatic{1e-8, -1.0}), InvalidInput);
-  CHECK_THROWS_AS(LinearSolver::validate(LinearSolver::Cholesky{1e-8, 0}), InvalidInput);
+  using Options = LinearSolver::Options;
+  CHECK_THROWS_WITH_AS((Options{2.0, cholesky}.validate()), "LinearSolver: tolerance = 2; must be in (0, 1).",
+                       InvalidInput);
+  CHECK_THROWS_AS((Options{1e-8, LinearSolver::Automatic{-1.0}}.validate()), InvalidInput);
+  CHECK_THROWS_AS((Options{1e-8, LinearSolver::Cholesky{0}}.validate()), InvalidInput);
+  CHECK_THROWS_WITH_AS((Options{1e-8, LinearSolver::ConjugateGradients{0}}.validate()),
+                       "ConjugateGradients: max_iterations = 0; must be >= 1.", InvalidInput);
 }

@@ -66,7 +66,7 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
             scheme=_options(scene.time.scheme.choice),
             step=scene.time.step,
             solver_tolerance=scene.solver.tolerance,
-            max_iterations=scene.solver.max_iterations,
+            solver=_options(scene.solver.method.choice),
             lumped_mass=scene.time.mass == "lumped",
             **parts,
         )
