@@ -109,9 +109,8 @@ void bind_options(py::module_& engine) {
   const auto flow = &AirflowPart::flow;
   options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
                        option("subglottal_pressure", flow, &Flow::subglottal_pressure),
-                       option("air_density", flow, &Flow::air_density),
-                       option("model", flow, &Flow::model), option("area", flow, &Flow::area),
-                       option("load_shape", flow, &Flow::load_shape),
+                       option("air_density", flow, &Flow::air_density), option("model", flow, &Flow::model),
+                       option("area", flow, &Flow::area), option("load_shape", flow, &Flow::load_shape),
                        option("coupling", &AirflowPart::coupling))
       .bind(
           engine, [](const AirflowPart& part) { part.flow.validate(); }, py::kw_only());
@@ -226,9 +225,9 @@ AtRest contact_equilibrium_of(const TetMesh& mesh, std::vector<Material> materia
 std::unique_ptr<SteppedSimulation> make_simulation(
     const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
     const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance,
-    const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow, std::optional<ContactPart> contact,
-    std::vector<Load> loads, std::optional<Vec3> gravity, std::optional<RealArray> displacement,
-    std::optional<RealArray> velocity, std::optional<py::array> probes) {
+    const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
+    std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
+    std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);

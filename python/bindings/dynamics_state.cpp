@@ -16,6 +16,10 @@ void for_vectors(AnyState& state, const Visit& visit) {
   visit("weighted_elastic_force", state.weighted_elastic_force);
   visit("viscous_force", state.viscous_force);
   visit("inertial_force", state.inertial_force);
+  visit("stiffness_velocity", state.stiffness_velocity);
+  visit("stiffness_acceleration", state.stiffness_acceleration);
+  visit("viscosity_velocity", state.viscosity_velocity);
+  visit("viscosity_acceleration", state.viscosity_acceleration);
 }
 
 template <typename AnyLedger, typename Visit>
@@ -54,6 +58,22 @@ FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
           static_cast<std::int32_t>(n.at(2)), Vector3(n.at(3), n.at(4), n.at(5))};
 }
 
+/// Vectors of one length as the rows of an array, and back.
+py::array_t<double> rows_of(const std::vector<Vector>& vectors) {
+  const auto length = vectors.empty() ? 0 : static_cast<py::ssize_t>(vectors.front().size());
+  py::array_t<double> rows({static_cast<py::ssize_t>(vectors.size()), length});
+  for (std::size_t k = 0; k < vectors.size(); ++k)
+    std::copy(vectors[k].begin(), vectors[k].end(), rows.mutable_data() + static_cast<py::ssize_t>(k) * length);
+  return rows;
+}
+std::vector<Vector> vectors_of(const RealArray& rows) {
+  std::vector<Vector> vectors;
+  if (rows.ndim() != 2) wrong_shape("Simulation", "the state's past", rows, "(steps, unknowns)");
+  for (py::ssize_t k = 0; k < rows.shape(0); ++k)
+    vectors.emplace_back(Eigen::Map<const Vector>(rows.data(k, 0), rows.shape(1)));
+  return vectors;
+}
+
 /// (steps, ...) of what was recorded, without a copy of real numbers; whole ones become int32.
 py::array to_array(Recorder::Column& column) {
   std::vector<py::ssize_t> shape(column.shape.begin(), column.shape.end());
@@ -80,6 +100,8 @@ py::dict state_to_dict(const State& state) {
   py::dict dict;
   dict["step"] = state.step;
   for_vectors(state, [&](const char* name, const Vector& v) { dict[name] = give(Vector(v)); });
+  dict["past_accelerations"] = rows_of(state.past.accelerations);
+  dict["past_images"] = rows_of(state.past.images);
   dict["closed"] = py::array_t<std::int32_t>(static_cast<py::ssize_t>(state.closed.size()), state.closed.data());
   dict["closed_force"] = give(Vector(state.closed_force));
   dict["depth"] = state.depth;
@@ -102,6 +124,8 @@ State state_from_dict(const py::dict& dict) {
   };
   state.step = entry("step").cast<std::int64_t>();
   for_vectors(state, [&](const char* name, Vector& v) { v = entry(name).cast<Vector>(); });
+  state.past = {vectors_of(entry("past_accelerations").cast<RealArray>()),
+                vectors_of(entry("past_images").cast<RealArray>())};
   for (const py::handle key : entry("closed")) state.closed.push_back(key.cast<std::int32_t>());
   state.closed_force = entry("closed_force").cast<Vector>();
   state.depth = entry("depth").cast<double>();

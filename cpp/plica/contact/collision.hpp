@@ -44,10 +44,10 @@ class Collision {
   void renew(const Points& x, double depth);
   /// Forgets where earlier steps ended, so that the next one depends on the state alone.
   void forget() { path_->forget(); }
-  /// Adds to a (3 n) what is known of the accelerations that the forces last found cause: a start for their solve.
-  void add_response(const Contacts& contacts, Vector& a) const {
-    path_->add_response(contacts.rows, contacts.force, a);
-  }
+  // Of the response to nodal forces (3 n) N: see ContactPath.
+  bool superposes() const { return path_->superposes(); }
+  void displace(const Vector& force, double scale, Points& x) { path_->displace(force, scale, x); }
+  void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
 
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
   Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Points& x);

@@ -43,8 +43,37 @@ class CondensedPath final : public ContactPath {
 
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
+    find_shift(nodal_forces(rows, force), scale);
+    const Indices& nodes = compliance_.nodes();
+    for (std::ptrdiff_t i = 0; i < nodes.size(); ++i)
+      x.row(nodes[i]) = x_free.row(nodes[i]) + shift_.segment<3>(3 * i).transpose();
+  }
+
+  bool superposes() const override { return true; }
+
+  void displace(const Vector& force, double scale, Points& x) override {
+    const Nodal nodal = nodal_forces(force);
+    std::vector<std::int32_t> pushed;
+    for (const auto& [node, f] : nodal) pushed.push_back(node);
+    compliance_.require(pushed);
+    find_shift(nodal, scale);
+    const Indices& nodes = compliance_.nodes();
+    for (std::ptrdiff_t i = 0; i < nodes.size(); ++i) x.row(nodes[i]) += shift_.segment<3>(3 * i).transpose();
+  }
+
+  void add_response(const Vector& force, Vector& a) const override {
+    std::vector<Compliance::Force> nodal;
+    for (const auto& [node, f] : nodal_forces(force)) nodal.push_back({node, f});
+    compliance_.add_response(nodal, a);
+  }
+
+ private:
+  /// Forces by position in compliance_.nodes(), N; ordered, so that sums over it have one order.
+  using Nodal = std::map<std::int32_t, Vector3>;
+
+  /// scale A^-1 of these forces at the nodes.
+  void find_shift(const Nodal& nodal, double scale) {
     const std::ptrdiff_t count = 3 * compliance_.nodes().size();
-    const std::map<std::int32_t, Vector3> nodal = nodal_forces(rows, force);
     shift_.setZero(count);
     for_chunks(count, 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
       for (const auto& [node, f] : nodal)
@@ -54,19 +83,19 @@ class CondensedPath final : public ContactPath {
           for (std::ptrdiff_t r = begin; r < end; ++r) shift_[r] += amount * column[r];
         }
     });
-    const Indices& nodes = compliance_.nodes();
-    for (std::ptrdiff_t i = 0; i < nodes.size(); ++i)
-      x.row(nodes[i]) = x_free.row(nodes[i]) + shift_.segment<3>(3 * i).transpose();
   }
 
-  void add_response(const std::vector<Row>& rows, const Vector& force, Vector& a) const override {
-    for (const auto& [node, f] : nodal_forces(rows, force)) compliance_.add_response(node, f, a);
+  Nodal nodal_forces(const Vector& force) const {
+    Nodal nodal;
+    for (std::int32_t i = 0; i < compliance_.nodes().size(); ++i)
+      if (const Vector3 f = force.segment<3>(3 * static_cast<std::ptrdiff_t>(compliance_.nodes()[i]));
+          !f.isZero(0))
+        nodal.emplace(i, f);
+    return nodal;
   }
 
- private:
-  /// Forces by position in compliance_.nodes(), N; ordered, so that sums over it have one order.
-  std::map<std::int32_t, Vector3> nodal_forces(const std::vector<Row>& rows, const Vector& force) const {
-    std::map<std::int32_t, Vector3> nodal;
+  Nodal nodal_forces(const std::vector<Row>& rows, const Vector& force) const {
+    Nodal nodal;
     for (std::size_t j = 0; j < rows.size(); ++j) {
       const double p = force[static_cast<std::ptrdiff_t>(j)];
       if (p == 0.0) continue;

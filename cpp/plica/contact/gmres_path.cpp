@@ -45,7 +45,7 @@ class GmresPath final : public ContactPath {
       x.row(nodes_[i]) = x_free.row(nodes_[i]) + scale * change_.segment<3>(3 * nodes_[i]).transpose();
   }
 
-  void add_response(const std::vector<Row>&, const Vector&, Vector& a) const override { a += change_; }
+  void add_response(const Vector&, Vector& a) const override { a += change_; }
 
  private:
   /// G diag(A)^-1 N^T of a row with itself.

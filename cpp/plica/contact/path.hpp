@@ -29,9 +29,15 @@ class ContactPath {
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
-  /// Adds A^-1 N^T p to a (3 n) as far as it is known of the forces last solved for: a start for the solve of
-  /// A a = f + N^T p from a_free. What is added may be off, or nothing: only the solve's cost depends on it.
-  virtual void add_response(const std::vector<Row>&, const Vector& /*force*/, Vector& /*a*/) const {}
+  /// Whether the response to any forces on the surface nodes is known without a solve. Then forces may be in
+  /// a_free and taken out of x_free, and displace() and add_response() are of whatever forces are asked for.
+  virtual bool superposes() const { return false; }
+  /// Adds scale A^-1 f at the surface nodes to x; f (3 n) N, zero but at these.
+  virtual void displace(const Vector& /*force*/, double /*scale*/, Points& /*x*/) {}
+  /// Adds A^-1 N^T p to a (3 n) as far as it is known, of the forces last solved for where nothing superposes,
+  /// given as f = N^T p (3 n): a start for the solve of A a = f + N^T p from a_free. What is added may be off:
+  /// only the solve's cost depends on it.
+  virtual void add_response(const Vector& /*force*/, Vector& /*a*/) const {}
   /// Forgets earlier solutions, so that what follows depends on what is asked alone.
   virtual void forget() {}
 };
@@ -43,8 +49,8 @@ ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_
 /// "auto", "condensed", "saddle" or "gmres", as scene files have it.
 const char* name_of(const ContactSolver& solver);
 
-/// The path of a solver, Automatic for what it stands for. A, the step's linear solver for it and the supports must
-/// outlive it and not change. `options`: of the paths that are Krylov methods themselves.
+/// The path of a solver, Automatic for what it stands for. A, the step's linear solver for it and the supports
+/// must outlive it and not change. `options`: of the paths that are Krylov methods themselves.
 std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const BlockMatrix& A,
                                           const LinearSolver& linear, const Supports& supports,
                                           const Indices& nodes, const KrylovOptions& options);
@@ -52,8 +58,7 @@ std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const Blo
 /// The compliance A^-1 of the surface nodes, a column when it is first needed and then for good; a dense
 /// complementarity problem over the rows. Columns are solved for to 1e-12 at least. Cost of a call: O(rows^3 / 6)
 /// plus columns * surface nodes.
-std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports,
-                                            const Indices& nodes);
+std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports, const Indices& nodes);
 
 /// The saddle point of every active set by conjugate gradients with a constraint preconditioner (SaddlePoint),
 /// warm-started from the active set before; nothing is kept from step to step. Cost of an active set: about that

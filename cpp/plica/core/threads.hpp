@@ -15,4 +15,10 @@ int threads();
 void for_chunks(std::ptrdiff_t n, std::ptrdiff_t size,
                 const std::function<void(std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t chunk)>& work);
 
+/// Calls work(at, count) for slices of a vector of length n, in parallel: what is done entry by entry.
+template <typename Work>
+void for_slices(std::ptrdiff_t n, const Work& work) {
+  for_chunks(n, 4096, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) { work(begin, end - begin); });
+}
+
 }  // namespace plica

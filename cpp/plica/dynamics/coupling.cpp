@@ -35,13 +35,13 @@ void Iterated::validate() const {
 FlowRecord couple(const Lagged&, const SceneFlow& flow, Step& step) { return once(step.x_previous(), flow, step); }
 
 FlowRecord couple(const Extrapolated&, const SceneFlow& flow, Step& step) {
-  return once(step.extrapolated_positions(), flow, step);
+  return once(step.weighted_positions(), flow, step);
 }
 
 FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
   const Airflow& airflow = flow.airflow();
-  Points x = step.extrapolated_positions();
+  const Points& x = step.weighted_positions();
   Vector pressure = airflow.evaluate(flow.areas(x), step.flow_stopped()).pressure;
   Anderson mixing(depth);
   FlowRecord record;
@@ -49,7 +49,6 @@ FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step) {
   for (record.sweeps = 1;; ++record.sweeps) {
     step.move(flow, x, pressure);
     const Stopwatch watch(step.times().load);
-    x = step.weighted_positions();
     if (!record.frozen) step.set_flow_stopped(step.blocks(flow));
     const bool stopped = record.frozen ? record.state.stopped : step.flow_stopped();
     record.state = airflow.evaluate(flow.areas(x), stopped, separation);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
 #include "plica/dynamics/state.hpp"
 
 namespace plica {
@@ -81,14 +82,17 @@ void Motion::begin(State& state) {
   state.acceleration = start_.acceleration;
   state.weighted_elastic_force = stiffness_ * Vector(state.displacement + start_.displacement);
   if (viscosity_) state.viscous_force = *viscosity_ * Vector(state.velocity + start_.velocity);
-  state.inertial_force = mass_ * state.acceleration;
+  Products products = this->products(state.acceleration);
+  state.past.add(state.acceleration, image(products));
+  state.inertial_force = std::move(products.inertial);
+  state.stiffness_velocity = stiffness_ * state.velocity;
+  state.stiffness_acceleration = std::move(products.elastic);
+  if (viscosity_) state.viscosity_velocity = *viscosity_ * state.velocity;
+  state.viscosity_acceleration = std::move(products.viscous);
 }
 
-int Motion::solve(Vector force, Vector& a) const {
-  supports().project(force);
-  Guess guess{std::move(a), {}};
+int Motion::solve(const Vector& force, Guess& guess) const {
   const Convergence end = solver_->solve(force, guess);
-  a = std::move(guess.x);
   if (!end.converged)
     throw SolveFailed(solver_->name() + " stopped at residual " + number(end.residual) + " after " +
                       std::to_string(end.iterations) + " iterations (tolerance " + number(solver_->tolerance()) +
@@ -96,18 +100,20 @@ int Motion::solve(Vector force, Vector& a) const {
   return end.iterations;
 }
 
-void Motion::take_forces(const State& before, State& now) const {
-  const double alpha = scheme_.alpha;
-  const bool first = before.step == 0;
-  now.elastic_force = stiffness_ * now.displacement;
-  now.weighted_elastic_force =
-      (1 + alpha) * now.elastic_force - alpha * (first ? before.weighted_elastic_force : before.elastic_force);
-  if (viscosity_) {
-    Vector rate = (1 + alpha) * now.velocity - alpha * before.velocity;
-    if (first) rate -= alpha * start_.velocity;
-    now.viscous_force = *viscosity_ * rate;
-  }
-  now.inertial_force = mass_ * now.acceleration;
+Motion::Products Motion::products(const Vector& a) const {
+  return {mass_ * a, viscosity_ ? *viscosity_ * a : Vector(), stiffness_ * a};
+}
+
+Vector Motion::image(const Products& products) const {
+  const double c = (1 + scheme_.alpha) * scheme_.gamma * step(),
+               k = (1 + scheme_.alpha) * scheme_.beta * step() * step();
+  Vector image(products.inertial.size());
+  for_slices(image.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    image.segment(at, count) = products.inertial.segment(at, count) + k * products.elastic.segment(at, count);
+    if (viscosity_) image.segment(at, count) += c * products.viscous.segment(at, count);
+  });
+  supports().project(image);
+  return image;
 }
 
 }  // namespace plica

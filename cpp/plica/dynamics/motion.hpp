@@ -54,10 +54,16 @@ class Motion {
   /// Completes a state of t = 0, whose displacement, velocity and load are given, by what the first step needs.
   /// Throws SolveFailed.
   void begin(State& state);
-  /// A a = force, held unknowns zero, from a; returns the iterations. Throws SolveFailed.
-  int solve(Vector force, Vector& a) const;
-  /// Sets the elastic, viscous and inertial forces of `now` by its motion since `before`.
-  void take_forces(const State& before, State& now) const;
+  /// A a = force, from guess; held unknowns of a force are zero. Returns the iterations. Throws SolveFailed.
+  int solve(const Vector& force, Guess& guess) const;
+
+  /// What the matrices make of an acceleration, (3 n): M a, C a (empty where no material is viscous), K a.
+  struct Products {
+    Vector inertial, viscous, elastic;
+  };
+  Products products(const Vector& a) const;
+  /// A a of these.
+  Vector image(const Products& products) const;
 
  private:
   const Scene& scene_;

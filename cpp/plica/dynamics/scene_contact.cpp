@@ -25,13 +25,12 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   }
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  const Indices needed = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-  solver_ = chosen_solver(method->solver(part.friction.has_value()), needed.size());
-  collision_.emplace(
-      part.airway, motion.reference(), std::move(method), part.friction, part.options,
-      contact_path(solver_, motion.step_matrix(), motion.solver(), motion.supports(), needed,
-                   motion.options().solver.krylov()),
-      part.faces);
+  nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
+  solver_ = chosen_solver(method->solver(part.friction.has_value()), nodes_.size());
+  collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
+                     contact_path(solver_, motion.step_matrix(), motion.solver(), motion.supports(), nodes_,
+                                  motion.options().solver.krylov()),
+                     part.faces);
   overlap_.emplace(scene.mesh.cells, collision_->detector());
 }
 

@@ -17,6 +17,8 @@ class SceneContact {
 
   Collision& collision() { return *collision_; }
   const Collision& collision() const { return *collision_; }
+  /// Those whose positions it looks at, the airflow's among them.
+  const Indices& nodes() const { return nodes_; }
   /// How contact forces are solved for, never Automatic.
   const ContactSolver& solver() const { return solver_; }
 
@@ -38,6 +40,7 @@ class SceneContact {
   const Scene& scene_;
   const Motion& motion_;
   std::optional<NodeStress> node_stress_;  // where the method sees the tissue's stress
+  Indices nodes_;
   ContactSolver solver_;
   std::optional<Collision> collision_;    // from construction on
   std::optional<TissueOverlap> overlap_;  // likewise

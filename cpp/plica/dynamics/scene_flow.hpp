@@ -1,5 +1,8 @@
 #pragma once
+#include <optional>
+
 #include "plica/dynamics/motion.hpp"
+#include "plica/dynamics/pressure_response.hpp"
 
 namespace plica {
 
@@ -13,6 +16,15 @@ class SceneFlow {
         origin_(motion.origin()) {}
 
   const Airflow& airflow() const { return airflow_; }
+  /// Solves for the response of these nodes where a coupling that iterates can use it: the load is linear in the
+  /// pressures on the reference shape. Throws SolveFailed.
+  void find_response(const Coupling& coupling, const Motion& motion, const Indices& nodes) {
+    if (std::holds_alternative<Iterated>(coupling) &&
+        std::holds_alternative<Airflow::ReferenceShape>(airflow_.options().load_shape))
+      response_.emplace(airflow_, motion.solver(), motion.supports(), nodes);
+  }
+  /// Null where it was not found.
+  const PressureResponse* response() const { return response_ ? &*response_ : nullptr; }
   /// (s) m^2
   Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
   /// Adds the force of the section pressures (s) Pa on the tissue at x to `load` (3 n), N.
@@ -30,6 +42,7 @@ class SceneFlow {
 
   Airflow airflow_;
   Vector3 origin_;  // m
+  std::optional<PressureResponse> response_;
 };
 
 }  // namespace plica

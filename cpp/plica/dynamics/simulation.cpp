@@ -29,6 +29,11 @@ Simulation::Simulation(Scene scene, Options options)
       loads_(scene_, assembler_) {
   if (scene_.airflow) flow_.emplace(scene_, motion_);
   if (scene_.contact) contact_.emplace(scene_, motion_);
+  if (contact_)
+    seen_ = contact_->nodes();
+  else if (flow_)
+    seen_ = flow_->airflow().nodes();
+  if (flow_) flow_->find_response(scene_.airflow->coupling, motion_, seen_);
   begin();
 }
 
@@ -94,7 +99,7 @@ void Simulation::advance() {
                        seen_from + state_.first_signs.text(motion_.step(), folded(positions())));
   };
   try {
-    Step step(motion_, state_, loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step()), contact(),
+    Step step(motion_, state_, loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step()), seen_, contact(),
               times_);
     if (contact_) {
       const Stopwatch watch(times_.contact);
@@ -118,7 +123,6 @@ void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow) {
   State now = step.end();
   {
     const Stopwatch watch(times_.ledger);
-    motion_.take_forces(state_, now);
     now.ledger = continued_ledger(motion_, state_, now);
   }
   const Stopwatch watch(times_.record);
@@ -136,6 +140,8 @@ void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow) {
   }
   const bool at_origin = motion_.origin().isZero(0);
   now.first_signs.note(now.step, record, at_origin ? x : motion_.in_scene(x), scene_.mesh.cells);
+  now.past = std::move(state_.past);
+  now.past.add(now.acceleration, step.take_image());
   state_ = std::move(now);
   record_ = record;
 }

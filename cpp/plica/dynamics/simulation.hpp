@@ -76,6 +76,7 @@ class Simulation {
   SceneLoads loads_;
   std::optional<SceneFlow> flow_;
   std::optional<SceneContact> contact_;
+  Indices seen_;  // nodes whose positions flow and contact look at
   State state_;
   StepRecord record_;
   StepTimes times_;

@@ -16,10 +16,15 @@ void State::validate(const Shape& shape) const {
                                                           {"elastic_force", &elastic_force},
                                                           {"weighted_elastic_force", &weighted_elastic_force},
                                                           {"viscous_force", &viscous_force},
-                                                          {"inertial_force", &inertial_force}};
+                                                          {"inertial_force", &inertial_force},
+                                                          {"stiffness_velocity", &stiffness_velocity},
+                                                          {"stiffness_acceleration", &stiffness_acceleration},
+                                                          {"viscosity_velocity", &viscosity_velocity},
+                                                          {"viscosity_acceleration", &viscosity_acceleration}};
   for (const auto& [name, values] : fields) {
-    const bool absent =
-        (values == &contact_force && !shape.collision) || (values == &viscous_force && !shape.viscous);
+    const bool viscous =
+        values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
+    const bool absent = (values == &contact_force && !shape.collision) || (viscous && !shape.viscous);
     const std::ptrdiff_t size = absent ? 0 : shape.unknowns;
     if (values->size() != size)
       throw InvalidInput("Simulation", std::string("size of the state's ") + name,
@@ -28,6 +33,15 @@ void State::validate(const Shape& shape) const {
     if (!values->allFinite())
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
   }
+  const std::size_t past_steps = past.accelerations.size();
+  if (past_steps == 0 || past_steps > Past::depth || past.images.size() != past_steps)
+    throw InvalidInput("Simulation", "state's past accelerations", static_cast<double>(past_steps), "",
+                       "1 to " + std::to_string(Past::depth) + ", with as many images");
+  for (const auto* vectors : {&past.accelerations, &past.images})
+    for (const Vector& values : *vectors)
+      if (values.size() != shape.unknowns || !values.allFinite())
+        throw InvalidInput("Simulation: the state's past must be finite and of this scene's " +
+                           std::to_string(shape.unknowns) + " unknowns.");
   if (step < 0) throw InvalidInput("Simulation", "state's step", static_cast<double>(step), "", ">= 0");
   if (closed_force.size() != static_cast<std::ptrdiff_t>(closed.size()))
     throw InvalidInput("Simulation", "size of the state's closed_force", static_cast<double>(closed_force.size()),

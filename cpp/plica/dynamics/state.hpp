@@ -2,18 +2,22 @@
 #include "plica/contact/constraint.hpp"
 #include "plica/dynamics/first_signs.hpp"
 #include "plica/dynamics/ledger.hpp"
+#include "plica/dynamics/past.hpp"
 
 namespace plica {
 
 class Collision;
 
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n); contact_force is empty
-/// where the scene has no contact, viscous_force where no material is viscous.
+/// where the scene has no contact, those of the viscosity where no material is viscous.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
   Vector load, contact_force;                   // N, as they entered the last step's equation
   Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
+  Vector stiffness_velocity, stiffness_acceleration;                            // K v, K a
+  Vector viscosity_velocity, viscosity_acceleration;                            // C v, C a
+  Past past;                                                                    // this state's acceleration first
   std::vector<std::int32_t> closed;  // keys of the contact constraints that carried force, ascending
   Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node

@@ -4,52 +4,72 @@
 #include <tuple>
 
 #include "plica/core/stopwatch.hpp"
+#include "plica/core/threads.hpp"
 #include "plica/dynamics/scene_contact.hpp"
 #include "plica/dynamics/scene_flow.hpp"
 
 namespace plica {
 
-Step::Step(const Motion& motion, const State& last, Vector scene_load, SceneContact* contact, StepTimes& times)
+Step::Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, SceneContact* contact,
+           StepTimes& times)
     : motion_(motion),
       last_(last),
+      seen_(seen),
       contact_(contact),
       times_(times),
       scene_load_(std::move(scene_load)),
       x_previous_(motion.positions(last.displacement)),
-      load_(scene_load_),
-      free_acceleration_(last.acceleration),
+      x_free_(x_previous_),
+      x_(x_previous_),
+      weighted_(x_previous_),
       flow_stopped_(last.flow_stopped) {
   const Stopwatch watch(times_.residual);
   const SchemeCoefficients& c = motion_.scheme();
   const double h = motion_.step(), weight = 1 + c.alpha;
-  displacement_predictor_ = last.displacement + h * last.velocity + h * h * (0.5 - c.beta) * last.acceleration;
-  velocity_predictor_ = last.velocity + h * (1 - c.gamma) * last.acceleration;
-  displacement_behind_ = last.displacement;
-  velocity_behind_ = last.velocity;
-  if (last.step == 0) {
-    displacement_predictor_ += motion_.start().shift;
-    displacement_behind_ += motion_.start().displacement;
-    velocity_behind_ += motion_.start().velocity;
+  const double of_displacement = h * h * (0.5 - c.beta), of_velocity = h * (1 - c.gamma);
+  const bool viscous = motion_.viscosity().has_value(), first = last.step == 0;
+  const std::ptrdiff_t unknowns = last.displacement.size();
+  for (Vector* v : {&displacement_predictor_, &velocity_predictor_, &elastic_predictor_, &inner_force_})
+    v->resize(unknowns);
+  if (viscous) viscous_predictor_.resize(unknowns);
+  for_slices(unknowns, [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    const auto part = [&](auto& v) { return v.segment(at, count); };
+    part(displacement_predictor_) =
+        part(last.displacement) + h * part(last.velocity) + of_displacement * part(last.acceleration);
+    part(velocity_predictor_) = part(last.velocity) + of_velocity * part(last.acceleration);
+    part(elastic_predictor_) = part(last.elastic_force) + h * part(last.stiffness_velocity) +
+                               of_displacement * part(last.stiffness_acceleration);
+    if (viscous)
+      part(viscous_predictor_) = part(last.viscosity_velocity) + of_velocity * part(last.viscosity_acceleration);
+  });
+  if (first) {
+    const Start& start = motion_.start();
+    displacement_predictor_ += start.shift;
+    elastic_predictor_ += motion_.stiffness() * start.shift;
+    first_displacement_ = last.displacement + start.displacement;
+    first_velocity_ = last.velocity + start.velocity;
   }
-  inner_force_ = motion_.stiffness() * Vector(c.alpha * displacement_behind_ - weight * displacement_predictor_);
-  if (motion_.viscosity())
-    inner_force_ += *motion_.viscosity() * Vector(c.alpha * velocity_behind_ - weight * velocity_predictor_);
-}
-
-Points Step::extrapolated_positions() const {
-  const double h = motion_.step(), weight = 1 + motion_.scheme().alpha;
-  const Vector ahead = weight * (h * last_.velocity + 0.5 * h * h * last_.acceleration);
-  return x_previous_ + as_points(ahead);
-}
-
-Points Step::weighted_positions() const {
-  const double alpha = motion_.scheme().alpha;
-  return (1 + alpha) * x_ - alpha * x_previous_;
+  const Vector &elastic = elastic_behind(), &damping = viscous_behind();
+  for_slices(unknowns, [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    const auto part = [&](auto& v) { return v.segment(at, count); };
+    part(inner_force_) = c.alpha * part(elastic) - weight * part(elastic_predictor_);
+    if (viscous) part(inner_force_) += c.alpha * part(damping) - weight * part(viscous_predictor_);
+  });
+  for (const std::int32_t node : seen_) {
+    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+    weighted_.row(node) +=
+        weight * (h * last.velocity.segment<3>(at) + 0.5 * h * h * last.acceleration.segment<3>(at));
+  }
+  if (contact_ && contact_->collision().superposes() && !last.closed.empty())
+    assumed_contact_ = last.contact_force;
 }
 
 void Step::move() {
   load_ = scene_load_;
-  move_under_load();
+  if (contact_ == nullptr) return;
+  solve_free();
+  take_positions();
+  touch();
 }
 
 void Step::move(const SceneFlow& flow, const Points& loaded, const Vector& pressure) {
@@ -57,20 +77,52 @@ void Step::move(const SceneFlow& flow, const Points& loaded, const Vector& press
     const Stopwatch watch(times_.load);
     load_ = scene_load_;
     flow.add_load(loaded, pressure, load_);
+    pressure_ = pressure;
   }
-  move_under_load();
+  if (!response_) {
+    solve_free();
+    response_ = flow.response();
+    solved_at_ = pressure;
+  }
+  {
+    const Stopwatch watch(times_.load);
+    take_positions();
+  }
+  touch();
 }
 
-void Step::move_under_load() {
-  const double h = motion_.step();
-  solve(load_, free_acceleration_);
-  const Vector u = displacement_predictor_ + motion_.scheme().beta * h * h * free_acceleration_;
-  x_ = motion_.positions(u);
-  if (!contact_) return;
+void Step::solve_free() {
+  const Stopwatch watch(times_.solve);
+  const Vector force = right_hand_side(assumed_contact_);
+  if (free_.x.size() == 0) free_ = last_.past.nearest(force);
+  iterations_ += motion_.solve(force, free_);
+  for (const std::int32_t node : seen_) {
+    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+    x_free_.row(node) = motion_.reference().row(node) +
+                        (displacement_predictor_.segment<3>(at) + inertia() * free_.x.segment<3>(at)).transpose();
+  }
+  if (assumed_contact_.size() > 0) contact_->collision().displace(assumed_contact_, -inertia(), x_free_);
+}
+
+void Step::take_positions() {
+  for (const std::int32_t node : seen_) x_.row(node) = x_free_.row(node);
+  if (response_) response_->displace(pressure_ - solved_at_, inertia(), x_);
+  take_weighted();
+}
+
+void Step::take_weighted() {
+  const double alpha = motion_.scheme().alpha;
+  for (const std::int32_t node : seen_)
+    weighted_.row(node) = (1 + alpha) * x_.row(node) - alpha * x_previous_.row(node);
+}
+
+void Step::touch() {
+  if (contact_ == nullptr) return;
   const Stopwatch watch(times_.contact);
   Points touching;
   contacts_ = contact_->solve(*this, touching);
   x_ = std::move(touching);
+  take_weighted();
 }
 
 bool Step::blocks(const SceneFlow& flow) const {
@@ -86,27 +138,85 @@ bool Step::blocks(const SceneFlow& flow) const {
                      [&](const EdgeCrossing& crossing) { return flow.blocks(crossing.place); });
 }
 
-void Step::solve(const Vector& force, Vector& a) {
-  const Stopwatch watch(times_.solve);
-  iterations_ += motion_.solve(force + inner_force_, a);
+Vector Step::right_hand_side(const Vector& contact_force) const {
+  Vector force(load_.size());
+  for_slices(force.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    force.segment(at, count) = load_.segment(at, count) + inner_force_.segment(at, count);
+    if (contact_force.size() > 0) force.segment(at, count) += contact_force.segment(at, count);
+  });
+  motion_.supports().project(force);
+  return force;
 }
 
 void Step::complete() {
-  if (contact_) contact_force_ = Vector::Zero(load_.size());
-  acceleration_ = free_acceleration_;
-  if (!contacts_.any_force()) return;
-  contacts_.add_forces(contact_force_);
-  contact_->collision().add_response(contacts_, acceleration_);
-  solve(load_ + contact_force_, acceleration_);
+  if (contact_) {
+    contact_force_ = Vector::Zero(load_.size());
+    if (contacts_.any_force()) contacts_.add_forces(contact_force_);
+  }
+  const Stopwatch watch(times_.solve);
+  const Vector force = right_hand_side(contact_force_);
+  if (free_.x.size() == 0) {
+    free_ = last_.past.nearest(force);
+    iterations_ += motion_.solve(force, free_);
+  } else {
+    if (response_) response_->add(pressure_ - solved_at_, free_.x);
+    if (assumed_contact_.size() > 0)
+      contact_->collision().add_response(contact_force_ - assumed_contact_, free_.x);
+    else if (contacts_.any_force())
+      contact_->collision().add_response(contact_force_, free_.x);
+  }
+  const auto take_products = [&] {
+    products_ = motion_.products(free_.x);
+    free_.product = motion_.image(products_);
+  };
+  take_products();
+  if ((force - free_.product).norm() > motion_.solver().tolerance() * force.norm()) {
+    iterations_ += motion_.solve(force, free_);
+    take_products();
+  }
 }
 
 State Step::end() {
-  const double h = motion_.step();
+  constexpr int renewed = 64;  // steps after which round-off in the products is taken away
+  const auto [alpha, beta, gamma] = motion_.scheme();
+  const double h = motion_.step(), weight = 1 + alpha;
+  const bool viscous = motion_.viscosity().has_value();
+  const Vector& a = free_.x;
   State now;
   now.step = last_.step + 1;
-  now.displacement = displacement_predictor_ + motion_.scheme().beta * h * h * acceleration_;
-  now.velocity = velocity_predictor_ + motion_.scheme().gamma * h * acceleration_;
-  now.acceleration = std::move(acceleration_);
+  now.displacement = std::move(displacement_predictor_);
+  now.velocity = std::move(velocity_predictor_);
+  now.elastic_force = std::move(elastic_predictor_);
+  now.viscosity_velocity = std::move(viscous_predictor_);
+  now.stiffness_velocity.resize(a.size());
+  for_slices(a.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    const auto part = [&](auto& v) { return v.segment(at, count); };
+    part(now.displacement) += inertia() * part(a);
+    part(now.velocity) += gamma * h * part(a);
+    part(now.elastic_force) += inertia() * part(products_.elastic);
+    part(now.stiffness_velocity) = part(last_.stiffness_velocity) +
+                                   h * (1 - gamma) * part(last_.stiffness_acceleration) +
+                                   gamma * h * part(products_.elastic);
+    if (viscous) part(now.viscosity_velocity) += gamma * h * part(products_.viscous);
+  });
+  if (last_.step == 0 || now.step % renewed == 0) {
+    now.elastic_force = motion_.stiffness() * now.displacement;
+    now.stiffness_velocity = motion_.stiffness() * now.velocity;
+    if (viscous) now.viscosity_velocity = *motion_.viscosity() * now.velocity;
+  }
+  const Vector &elastic = elastic_behind(), &damping = viscous_behind();
+  now.weighted_elastic_force.resize(a.size());
+  if (viscous) now.viscous_force.resize(a.size());
+  for_slices(a.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    const auto part = [&](auto& v) { return v.segment(at, count); };
+    part(now.weighted_elastic_force) = weight * part(now.elastic_force) - alpha * part(elastic);
+    if (viscous) part(now.viscous_force) = weight * part(now.viscosity_velocity) - alpha * part(damping);
+  });
+  now.inertial_force = std::move(products_.inertial);
+  now.stiffness_acceleration = std::move(products_.elastic);
+  now.viscosity_acceleration = std::move(products_.viscous);
+  now.acceleration = std::move(free_.x);
+  image_ = std::move(free_.product);
   now.load = std::move(load_);
   now.contact_force = std::move(contact_force_);
   std::tie(now.closed, now.closed_force) = contacts_.closed();

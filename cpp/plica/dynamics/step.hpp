@@ -8,23 +8,29 @@ namespace plica {
 
 class SceneContact;
 class SceneFlow;
+class PressureResponse;
 
 /// One step in the making, positions from the motion's origin: M a + C V + K U = load + contact_force with U =
 /// (1+alpha) u_{n+1} - alpha u_n, V likewise, where u_n and v_n are `displacement_behind` and `velocity_behind`:
 /// in the first step U_0 and V_0. A coupling moves it as often as it needs; complete() then finds its
 /// acceleration.
+///
+/// Positions are those of the nodes that are `seen`, by the flow or by contact. They follow from one solve, under
+/// the load of the first move and the contact forces of the last step; what later moves and contact add to these
+/// is superposed, where its response is known (SceneFlow::response, Collision::superposes), and solved for
+/// otherwise.
 class Step {
  public:
   /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; contact is null where there is none. All
   /// must outlive it.
-  Step(const Motion& motion, const State& last, Vector scene_load, SceneContact* contact, StepTimes& times);
+  Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, SceneContact* contact,
+       StepTimes& times);
 
   // What a coupling needs of it.
   const Points& x_previous() const { return x_previous_; }  // (n, 3) m, at t_n
-  /// At t_{n+1+alpha}, (1 + alpha) (u + h v + h^2 a / 2) - alpha u at reference positions.
-  Points extrapolated_positions() const;
-  /// At t_{n+1+alpha} of where it has been moved, (1 + alpha) x - alpha x_previous; as accurate as x().
-  Points weighted_positions() const;
+  /// (n, 3) m at t_{n+1+alpha}: extrapolated, (1 + alpha) (u + h v + h^2 a / 2) - alpha u at reference positions,
+  /// until it is moved; then of where it has been moved, (1 + alpha) x - alpha x_previous.
+  const Points& weighted_positions() const { return weighted_; }
   /// Moves it under the scene's load alone.
   void move();
   /// Moves it under the flow's section pressures (s) Pa on the tissue at `loaded` (n, 3), too.
@@ -40,11 +46,10 @@ class Step {
   const State& last() const { return last_; }
   const Vector& displacement_predictor() const { return displacement_predictor_; }
   const Vector& velocity_predictor() const { return velocity_predictor_; }
-  const Vector& displacement_behind() const { return displacement_behind_; }
-  const Vector& velocity_behind() const { return velocity_behind_; }
+  const Vector& displacement_behind() const { return last_.step == 0 ? first_displacement_ : last_.displacement; }
+  const Vector& velocity_behind() const { return last_.step == 0 ? first_velocity_ : last_.velocity; }
 
-  /// (n, 3) m at t_{n+1} of where it has been moved; with contact forces at the nodes of the contact surfaces and
-  /// the airflow surface only.
+  /// (n, 3) m at t_{n+1} of where it has been moved.
   const Points& x() const { return x_; }
   const Contacts& contacts() const { return contacts_; }
   int iterations() const { return iterations_; }
@@ -52,37 +57,55 @@ class Step {
   /// Finds the acceleration under the loads and contact forces of the last move.
   void complete();
   /// The state that the completed step leads to, its ledger and first signs still those of the last; takes what it
-  /// needs out of the step.
+  /// needs out of the step. Its past is empty.
   State end();
+  /// A a of the completed step's acceleration.
+  Vector take_image() { return std::move(image_); }
 
  private:
-  void move_under_load();
-  /// A a = force + inner_force, warm-started from a.
-  void solve(const Vector& force, Vector& a);
+  /// Solves under load_ and the contact forces assumed, and takes the latter away from the positions.
+  void solve_free();
+  void take_positions();  // without contact forces
+  void take_weighted();
+  void touch();  // from positions without contact forces to those with them
+  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
+  const Vector& elastic_behind() const {  // K and C of what is behind
+    return last_.step == 0 ? last_.weighted_elastic_force : last_.elastic_force;
+  }
+  const Vector& viscous_behind() const { return last_.step == 0 ? last_.viscous_force : last_.viscosity_velocity; }
+  Vector right_hand_side(const Vector& contact_force) const;
 
   const Motion& motion_;
   const State& last_;
+  const Indices& seen_;
   SceneContact* contact_;
   StepTimes& times_;
 
   // Fixed within the step, (3 n).
-  Vector displacement_predictor_, velocity_predictor_;  // without the unknown acceleration
-  Vector displacement_behind_, velocity_behind_;
-  Vector inner_force_;  // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
-  Vector scene_load_;   // N, loads, gravity and external force at t_{n+1+alpha}
+  Vector displacement_predictor_, velocity_predictor_;  // u~ and v~, without the unknown acceleration
+  Vector first_displacement_, first_velocity_;          // what is behind the first step; else empty
+  Vector elastic_predictor_, viscous_predictor_;        // K u~, C v~
+  Vector inner_force_;      // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
+  Vector scene_load_;       // N, loads, gravity and external force at t_{n+1+alpha}
+  Vector assumed_contact_;  // N, of the last step where contact superposes; or empty
   Points x_previous_;
 
   // The current iterate.
-  Vector load_;               // N, scene_load plus the flow's
-  Vector free_acceleration_;  // m/s^2, under `load` without contact forces
-  Points x_;
+  Vector load_;      // N, scene_load plus the flow's
+  Guess free_;       // m/s^2, under the load of the last solve and the contact forces assumed
+  Vector pressure_;  // Pa, of the last move; empty without flow
+  const PressureResponse* response_ = nullptr;  // once solved for where it is known
+  Vector solved_at_;                            // Pa, that of free_
+  Points x_free_;                               // without contact forces, under the load of free_
+  Points x_, weighted_;
   Contacts contacts_;
   bool flow_stopped_ = false;
   int iterations_ = 0;
 
-  // The result.
+  // The result: free_, with the response to what was not assumed.
   Vector contact_force_;  // N, (3 n); empty without contact
-  Vector acceleration_;   // m/s^2
+  Motion::Products products_;
+  Vector image_;  // N, A a
 };
 
 }  // namespace plica

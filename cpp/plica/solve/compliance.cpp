@@ -3,11 +3,16 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
 
 namespace plica {
 
 Compliance::Compliance(const LinearSolver& A, const Supports& supports, Indices nodes, double tolerance)
-    : supports_(supports), nodes_(std::move(nodes)), solver_(A), tolerance_(tolerance), unknowns_(supports.size()) {
+    : supports_(supports),
+      nodes_(std::move(nodes)),
+      solver_(A),
+      tolerance_(tolerance),
+      unknowns_(supports.size()) {
   for (const std::int32_t node : nodes_) {
     if (node < 0 || node >= unknowns_ / 3) {
       throw InvalidInput("Compliance", "node", node, "",
@@ -90,15 +95,20 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
   }
 }
 
-void Compliance::add_response(std::int32_t local_node, const Vector3& force, Vector& a) const {
-  check_local(local_node);
-  for (int c = 0; c < 3; ++c) {
-    if (force[c] == 0.0) continue;
-    const Response& response = responses_[static_cast<std::size_t>(3 * local_node + c)];
-    for (std::size_t i = 0; i < response.node.size(); ++i)
-      a.segment<3>(3 * static_cast<std::ptrdiff_t>(response.node[i])) +=
-          force[c] * response.value[i].cast<double>();
-  }
+void Compliance::add_response(const std::vector<Force>& forces, Vector& a) const {
+  for (const Force& force : forces) check_local(force.local_node);
+  for_chunks(unknowns_ / 3, 1024, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    for (const Force& force : forces)
+      for (int c = 0; c < 3; ++c) {
+        if (force.force[c] == 0.0) continue;
+        const Response& response = responses_[static_cast<std::size_t>(3 * force.local_node + c)];
+        const auto first = std::lower_bound(response.node.begin(), response.node.end(), begin);
+        for (auto i = static_cast<std::size_t>(first - response.node.begin());
+             i < response.node.size() && response.node[i] < end; ++i)
+          a.segment<3>(3 * static_cast<std::ptrdiff_t>(response.node[i])) +=
+              force.force[c] * response.value[i].cast<double>();
+      }
+  });
 }
 
 const double* Compliance::column(std::int32_t local_node, int component) const {

@@ -19,9 +19,14 @@ class Compliance {
   void require(const std::vector<std::int32_t>& local_nodes);
   /// (3 nodes) displacement of all nodes under a unit force on component c of a node; must exist.
   const double* column(std::int32_t local_node, int component) const;
-  /// Adds A^-1 of a force (N) on one of these nodes to a (3 n) at all nodes of the mesh, in single precision and
-  /// without what is below `farthest` of the column's largest entry: a start for a solve. Must exist.
-  void add_response(std::int32_t local_node, const Vector3& force, Vector& a) const;
+  /// A force on one of the nodes, N.
+  struct Force {
+    std::int32_t local_node;
+    Vector3 force;
+  };
+  /// Adds A^-1 of these forces to a (3 n) at all nodes of the mesh, in single precision and without what is below
+  /// `farthest` of a column's largest entry: a start for a solve. The columns must exist.
+  void add_response(const std::vector<Force>& forces, Vector& a) const;
 
  private:
   /// A column at all nodes of the mesh where it is felt.
@@ -29,7 +34,7 @@ class Compliance {
     std::vector<std::int32_t> node;
     std::vector<Eigen::Vector3f> value;
   };
-  static constexpr double farthest = 1e-9;                 // single precision limits a start to some 1e-8
+  static constexpr double farthest = 1e-9;                  // single precision limits a start to some 1e-8
   static constexpr std::size_t batch = LinearSolver::pack;  // columns solved together: bounds the memory
 
   void check_local(std::int32_t local_node) const;

@@ -82,7 +82,7 @@ Sums sum_over_rows(std::ptrdiff_t rows, std::vector<Sums>& partial, const Work& 
 }  // namespace
 
 std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
-                                                      double tolerance) const {
+                                                       double tolerance) const {
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   if (B.rows() != unknowns) {
     throw InvalidInput("ConjugateGradient", "B.rows()", static_cast<double>(B.rows()), "",

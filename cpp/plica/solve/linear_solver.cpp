@@ -58,8 +58,7 @@ void LinearSolver::Options::validate() const {
   if (!(tolerance > 0.0 && tolerance < 1.0))
     throw InvalidInput("LinearSolver", "tolerance", tolerance, "", "in (0, 1)");
   if (const auto* automatic = std::get_if<Automatic>(&method)) {
-    if (!(automatic->memory >= 0.0))
-      throw InvalidInput("Automatic", "memory", automatic->memory, "bytes", ">= 0");
+    if (!(automatic->memory >= 0.0)) throw InvalidInput("Automatic", "memory", automatic->memory, "bytes", ">= 0");
     return;
   }
   const auto* cholesky = std::get_if<Cholesky>(&method);
@@ -70,7 +69,8 @@ void LinearSolver::Options::validate() const {
 
 KrylovOptions LinearSolver::Options::krylov() const {
   KrylovOptions options{tolerance};
-  if (const auto* chosen = std::get_if<ConjugateGradients>(&method)) options.max_iterations = chosen->max_iterations;
+  if (const auto* chosen = std::get_if<ConjugateGradients>(&method))
+    options.max_iterations = chosen->max_iterations;
   return options;
 }
 

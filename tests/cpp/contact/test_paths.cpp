@@ -96,9 +96,9 @@ Answer answer(const Bodies& bodies, const ContactSolver& solver, const std::vect
   const Points at_rest = Points::Zero(bodies.nodes.size(), 3);
   Answer given{end.force, Vector::Zero(bodies.A.rows()), Vector::Zero(bodies.A.rows()), at_rest};
   path->move(rows, end.force, scale, at_rest, given.x);
-  path->add_response(rows, end.force, given.change);
   for (std::size_t i = 0; i < rows.size(); ++i)
     rows[i].add_force(end.force[static_cast<std::ptrdiff_t>(i)], given.nodal);
+  path->add_response(given.nodal, given.change);
   bodies.supports.project(given.nodal);
   return given;
 }

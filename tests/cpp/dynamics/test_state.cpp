@@ -24,6 +24,12 @@ void check_equal(const State& a, const State& b) {
   CHECK(a.weighted_elastic_force == b.weighted_elastic_force);
   CHECK(a.viscous_force == b.viscous_force);
   CHECK(a.inertial_force == b.inertial_force);
+  CHECK(a.stiffness_velocity == b.stiffness_velocity);
+  CHECK(a.stiffness_acceleration == b.stiffness_acceleration);
+  CHECK(a.viscosity_velocity == b.viscosity_velocity);
+  CHECK(a.viscosity_acceleration == b.viscosity_acceleration);
+  CHECK(a.past.accelerations == b.past.accelerations);
+  CHECK(a.past.images == b.past.images);
   CHECK(a.closed == b.closed);
   CHECK(a.depth == b.depth);
   CHECK(a.flow_stopped == b.flow_stopped);
@@ -266,13 +272,15 @@ TEST_CASE("positions that diverge within a step fail the solve, with step and ti
   state.velocity.setConstant(1e308);  // finite; the step's positions are not
   state.displacement.setConstant(1e308);
   state.acceleration.setConstant(1e308);
+  state.elastic_force.setConstant(1e308);  // as it would be
   simulation.restore(state);
   CHECK_THROWS_WITH_AS(simulation.advance(), doctest::Contains("Step 1 (t = 0.0001 s): "), SolveFailed);
 }
 
 TEST_CASE("a step whose solve does not converge names its time and leaves the last state") {
   Simulation::Options o = options(HilberHughesTaylor{}, 1e-2, 1e-8);
-  o.solver.method = LinearSolver::ConjugateGradients{1};  // too few for any motion; at rest without load none is needed
+  o.solver.method =
+      LinearSolver::ConjugateGradients{1};  // too few for any motion; at rest without load none is needed
   Scene scene = scenes::held_block();
   Simulation simulation(scene, o);
   Vector force = Vector::Zero(simulation.step_matrix().rows());

@@ -1,0 +1,51 @@
+#include "plica/dynamics/pressure_response.hpp"
+
+#include "plica/core/error.hpp"
+#include "plica/core/threads.hpp"
+
+namespace plica {
+
+PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A, const Supports& supports,
+                                   Indices nodes)
+    : nodes_(std::move(nodes)) {
+  const auto& patterns = airflow.load_patterns().sections;  // rows: three a surface node
+  const std::ptrdiff_t sections = patterns.cols();
+  at_nodes_.resize(3 * nodes_.size(), sections);
+  everywhere_.resize(supports.size(), sections);
+  for (std::ptrdiff_t first = 0; first < sections; first += LinearSolver::pack) {
+    const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, sections - first);
+    Eigen::MatrixXd load = Eigen::MatrixXd::Zero(supports.size(), count), response;
+    for (std::ptrdiff_t row = 0; row < patterns.rows(); ++row) {
+      const std::ptrdiff_t unknown = 3 * static_cast<std::ptrdiff_t>(airflow.nodes()[row / 3]) + row % 3;
+      if (supports.fixed(unknown)) continue;
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns, row); entry; ++entry)
+        if (entry.col() >= first && entry.col() < first + count)
+          load(unknown, entry.col() - first) = entry.value();
+    }
+    for (const Convergence& end : A.solve_many(load, response, A.tolerance()))
+      if (!end.converged)
+        throw SolveFailed("Airflow: the response to a section's pressure stopped at residual " +
+                          number(end.residual) + " after " + number(end.iterations) + " iterations (tolerance " +
+                          number(A.tolerance()) + "). Raise max_iterations.");
+    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
+      at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
+    everywhere_.middleCols(first, count) = response.cast<float>();
+  }
+}
+
+void PressureResponse::displace(const Vector& pressure, double scale, Points& x) const {
+  const Vector amount = scale * pressure;
+  for_chunks(nodes_.size(), 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    const Vector shift = at_nodes_.middleRows(3 * begin, 3 * (end - begin)) * amount;
+    for (std::ptrdiff_t i = begin; i < end; ++i) x.row(nodes_[i]) += shift.segment<3>(3 * (i - begin)).transpose();
+  });
+}
+
+void PressureResponse::add(const Vector& pressure, Vector& a) const {
+  for_slices(a.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    for (std::ptrdiff_t s = 0; s < pressure.size(); ++s)
+      a.segment(at, count) += pressure[s] * everywhere_.col(s).segment(at, count).cast<double>();
+  });
+}
+
+}  // namespace plica

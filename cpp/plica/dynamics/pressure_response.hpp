@@ -1,0 +1,26 @@
+#pragma once
+#include "plica/airflow/airflow.hpp"
+#include "plica/solve/linear_solver.hpp"
+#include "plica/solve/supports.hpp"
+
+namespace plica {
+
+/// Y = A^-1 B: the accelerations (m/s^2 a Pa) that pressures at the sections of a flow cause in a step, B the load
+/// of Airflow::load_patterns, A the step matrix. One column a section, solved for once.
+class PressureResponse {
+ public:
+  /// `nodes`: where displace() is asked for. Throws SolveFailed.
+  PressureResponse(const Airflow& airflow, const LinearSolver& A, const Supports& supports, Indices nodes);
+
+  /// Adds scale Y p at the nodes to x (n, 3); p (s) Pa.
+  void displace(const Vector& pressure, double scale, Points& x) const;
+  /// Adds Y p to a (3 n), in single precision.
+  void add(const Vector& pressure, Vector& a) const;
+
+ private:
+  Indices nodes_;
+  Eigen::MatrixXd at_nodes_;    // (3 nodes, s)
+  Eigen::MatrixXf everywhere_;  // (3 n, s)
+};
+
+}  // namespace plica
