@@ -179,7 +179,7 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     assert 0 < short.sum() < short.size
     tolerance = run["contact_gap_error"][~short].max()
     assert (run["contact_gap_error"][short] > tolerance).all()
-    sentence = f"In {short.sum()} of {short.size} steps augmented multipliers ran out of augmentations"
+    sentence = f"In {short.sum()} of {short.size} steps contact did not settle within its tolerance"
     assert any(sentence in str(caution) for caution in run.cautions)
 
 

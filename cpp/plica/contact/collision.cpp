@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "plica/contact/friction.hpp"
 #include "plica/core/error.hpp"
@@ -29,6 +30,12 @@ Worst worst_of(const ContactMethod& method, const std::vector<Constraint>& const
       worst = {off, &constraint};
   return worst;
 }
+
+/// A pass: its contacts and the positions (n, 3) m that they lead to.
+struct Pass {
+  Contacts contacts;
+  Points x;
+};
 
 /// Which constraints to take for closed at first: those that press, and those that are inside.
 std::vector<char> first_guess(const std::vector<Constraint>& constraints, const Contacts& last,
@@ -86,21 +93,23 @@ Collision::Collision(Airway airway, const Points& reference, std::unique_ptr<Con
 }
 
 std::vector<Constraint> Collision::constraints_at(const Search& search, const Points& x) {
-  constexpr int settle_from = 20;  // a slave beside the rim is held in one direction from then on
+  constexpr int settle_from = 20;  // what need not settle is held in one direction from then on
   const Stopwatch watch(detection_time_);
   std::vector<Constraint> constraints;
   constraints.reserve(search.keys.size());
   for (const std::int32_t key : search.keys) {
     Constraint constraint = kind_->at(key, x, search.reach);
+    const std::ptrdiff_t known = search.last.passes >= settle_from ? search.last.place_of(key) : -1;
+    const Constraint* before = known < 0 ? nullptr : &search.last.constraints[static_cast<std::size_t>(known)];
+    // A mean over a sliver comes and goes as its force does, and never settles.
+    if (before && before->sliver() && (constraint.key < 0 || constraint.sliver())) constraint = *before;
     if (constraint.key < 0) continue;
     // What was left inside is held there: to close it at a stroke would do work which nothing pays for. Where
     // nothing was inside, as at rest, all is closed.
     if (!(search.before.depth > 0)) constraint.depth = 0;
     method_->complete(constraint, detector_);
     // Seen from behind a ridge, too, the foot jumps from face to face.
-    if (search.last.passes >= settle_from && (constraint.depth > 0 || constraint.beside(x, tolerance())))
-      if (const std::ptrdiff_t i = search.last.place_of(key); i >= 0)
-        constraint.keep_direction(search.last.constraints[static_cast<std::size_t>(i)]);
+    if (before && (constraint.depth > 0 || constraint.beside(x, tolerance()))) constraint.keep_direction(*before);
     constraints.push_back(std::move(constraint));
   }
   return constraints;
@@ -191,22 +200,51 @@ Vector Collision::without_shear(const Vector& force) const {
 }
 
 Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Points& x) {
-  constexpr int relax_from = 3;  // passes that converge as Newton's method does are done by then
+  constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
+  constexpr int patience = 40;       // passes, for the gap error to fall by half
+  constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
+  constexpr double acceptable = 10;  // tolerances
   Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth)};
   search.keys = method_->begin(before);
   Contacts& last = search.last;
+  std::optional<Pass> best;  // of those since the last new candidate
+  int halved = 0;            // the pass that last halved the gap error
+  double halved_error = std::numeric_limits<double>::infinity();
+  const auto start_anew = [&] {
+    best.reset();
+    halved = last.passes;
+    halved_error = std::numeric_limits<double>::infinity();
+  };
   x = x_free;
   for (;; ++last.passes) {
     update(x);
     search.reach = std::max(search.reach, detector_.reach(before.x, x, before.depth));  // forces move surfaces too
-    add_candidates(search, x, detector_.slave_side(), 0.0);
+    if (add_candidates(search, x, detector_.slave_side(), 0.0)) start_anew();
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
     if (last.passes > 0 || constraints.empty()) {
       const bool done = method_->settled(last, constraints, x, tolerance());
-      if (done && !(method_->exact() && add_candidates(search, x, detector_.master_side(), tolerance())))
-        return std::move(last);
-      if (done || method_->renews_constraints()) constraints = constraints_at(search, x);
+      // Means leave nodes inside as a rule, so these are looked for before the means have settled.
+      const bool late = method_->exact() && (done || (!at_nodes_ && last.gap_error <= settling * tolerance()));
+      const bool more = late && add_candidates(search, x, detector_.master_side(),
+                                               tolerance() + (done ? 0.0 : 2 * last.gap_error));
+      if (done && !more) return std::move(last);
+      if (more) start_anew();
+      if (more || method_->renews_constraints()) constraints = constraints_at(search, x);
+      if (!more && !method_->renews_constraints()) {
+        if (!best || last.gap_error < best->contacts.gap_error) best = Pass{last, x};
+        if (2 * last.gap_error <= halved_error) halved = last.passes, halved_error = last.gap_error;
+      }
+    }
+    const bool close = best && best->contacts.gap_error <= acceptable * tolerance();
+    if (close && (last.passes == options_.max_passes || last.passes - halved >= patience)) {
+      const int passes = last.passes, pivots = last.pivots;
+      x = std::move(best->x);
+      last = std::move(best->contacts);
+      last.passes = passes;
+      last.pivots = pivots;
+      last.converged = false;
+      return std::move(last);
     }
     if (last.passes == options_.max_passes) {
       const Worst worst = worst_of(*method_, constraints, last, x);

@@ -15,7 +15,8 @@ namespace plica {
 /// once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run through.
 /// Constraints found in a step stay candidates until its end.
 /// With augmented multipliers each pass is an augmentation.
-/// Throws SolveFailed, naming the worst constraint and its place, when max_passes do not suffice.
+/// Passes that come no closer, or max_passes of them, end with the one that came closest: unconverged if its gap
+/// error is within ten tolerances, else with SolveFailed, which names the worst constraint and its place.
 class Collision {
  public:
   struct Options {

@@ -24,6 +24,7 @@ struct Constraint {
   Vector3 gradient = Vector3::Zero();  // of the gap, gradient . normal = 1
   double depth = 0.0;                  // m, >= 0: how far behind the master it may be before p holds it
   double area = 0.0;                   // m^2, over which the force is spread; 0: that of its node
+  double support = 1.0;                // -, share of its node's area that faces the master, of means
   double stiffness = 0.0;              // N/m, 0: exact
   double multiplier = 0.0;             // N, >= 0: force at gap 0 where there is a stiffness
   double gamma = 0.0;                  // Pa/m, > 0 where the tissue's own stress counts (Nitsche)
@@ -34,6 +35,8 @@ struct Constraint {
   /// Whether the slave lies beside the master rather than over it: further than `least` (m) from its foot, and
   /// more than 60 degrees off the gap's gradient.
   bool beside(const Points& x, double least) const;
+  /// Whether it is a mean over so little that it comes and goes with what its nodes do within a pass.
+  bool sliver() const { return support < 0.05; }
   /// gap + (p - multiplier) / stiffness: zero where the force p > 0 is the constraint's, m.
   double residual(double p, const Points& x) const;
   /// Takes the other's weights, normal and gradient.

@@ -94,15 +94,18 @@ class MortarMeans final : public ConstraintKind {
            corners_[static_cast<std::size_t>(node)];
   }
 
+  /// m^2, the integral of a corner's hat over the flat triangles around it.
+  double hat(std::int32_t corner) const { return slave_.split() * slave_.flat.tributary_area(corner); }
+
   std::vector<PressedNode> pressed_means(const Contact& contact, const Points& x) {
-    constexpr double sliver = 0.05;  // -
+    constexpr double least = 0.05;  // -, of a hat
     std::vector<PressedNode> found;
     for (std::size_t i = 0; i < contact.closed.size(); ++i) {
       const std::int32_t corner = contact.closed[i];
       if (corner >= x.rows()) continue;
       // A sliver that faces the other side may carry a force, but says nothing of pressure.
-      const double hat = slave_.split() * slave_.flat.tributary_area(corner);
-      const double area = std::max(sliver * hat, mean_at(corner, x, std::numeric_limits<double>::infinity()).area);
+      const double area =
+          std::max(least * hat(corner), mean_at(corner, x, std::numeric_limits<double>::infinity()).area);
       auto [low, high] = slave_.flat.tributary_stretch(corner, x);
       if (slave_.split() > 1) low = 2 * low - x(corner, 1), high = 2 * high - x(corner, 1);  // to the mid-sides
       found.push_back({corner, area, contact.force[static_cast<std::ptrdiff_t>(i)] / area, {low, high}});
@@ -168,6 +171,7 @@ class MortarMeans final : public ConstraintKind {
     mean.key = mean.slave = corner;
     mean.normal.normalize();
     mean.gradient = mean.normal;
+    mean.support = mean.area / hat(corner);
     return mean;
   }
 

@@ -118,8 +118,10 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   const Contacts contacts = collision.solve(x_free, 1.0, {reference, none, {}, 0.0}, x);
   if (!contacts.converged)
     throw SolveFailed("Contact: gap error " + number(contacts.gap_error) + " m after " +
-                      std::to_string(contacts.augmentations) +
-                      " augmentations at rest. Try a larger stiffness, or more augmentations.");
+                      (contacts.augmentations > 0
+                           ? std::to_string(contacts.augmentations) +
+                                 " augmentations at rest. Try a larger stiffness, or more augmentations."
+                           : std::to_string(contacts.passes) + " passes at rest. Try a larger tolerance."));
 
   ContactEquilibrium rest;
   rest.contact_force = Vector::Zero(load.size());

@@ -159,7 +159,7 @@ std::vector<Waveform> make_waveforms() {
       wave("contact_slide", "1",
            "How far closed nodes have slid along the other surface of a matched airway, at most, in mean edges.",
            &ContactRecord::slide),
-      wave("contact_converged", "1", "0 where augmentations ran out with a gap error above the tolerance.",
+      wave("contact_converged", "1", "0 where passes or augmentations left a gap error above the tolerance.",
            &ContactRecord::converged),
       wave("contact_area", "m^2", "Of the loaded nodes, mean of both sides.", &ContactRecord::area),
       wave("contact_length", "m",

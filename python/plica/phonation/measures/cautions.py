@@ -149,7 +149,7 @@ def unconverged_coupling(run: RunData) -> Caution | None:
 
 
 def unconverged_contact(run: RunData) -> Caution | None:
-    """Augmented multipliers ran out of augmentations and left gap errors above the tolerance."""
+    """Contact passes or augmentations ended and left gap errors above the tolerance."""
     waveforms = reached(run)[1]
     converged = np.asarray(waveforms.get("contact_converged", [])) != 0
     if converged.all():
@@ -157,9 +157,10 @@ def unconverged_contact(run: RunData) -> Caution | None:
     error = float(np.asarray(waveforms["contact_gap_error"], dtype=float).max())
     return Caution(
         "unconverged_contact",
-        f"In {np.sum(~converged)} of {converged.size} steps augmented multipliers ran out of augmentations, "
-        f"with gap errors up to {1e3 * error:.2g} mm.",
-        "Take more (contact.augmented.max_augmentations), a larger stiffness, or contact.multipliers.",
+        f"In {np.sum(~converged)} of {converged.size} steps contact did not settle within its tolerance: gap "
+        f"errors of up to {1e3 * error:.2g} mm were left.",
+        "Take a smaller time.step or a larger contact.tolerance; with augmented multipliers more "
+        "augmentations (contact.augmented.max_augmentations), a larger stiffness, or contact.multipliers.",
     )
 
 
@@ -200,7 +201,7 @@ def energy_from_contact(run: RunData) -> Caution | None:
         "energy_from_contact",
         f"Contact made energy, {100 * made / largest:.3g} % of the largest energy or work of the loads "
         f"({1e6 * made:.2g} of {1e6 * largest:.2g} uJ), as surfaces with mass do at impacts.",
-        'Take contact.surface_mass = "redistributed", with mesh.order = 2.',
+        'Take mesh.order = 2, where surfaces have no mass unless contact.surface_mass = "kept".',
     )
 
 
