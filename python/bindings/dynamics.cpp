@@ -32,7 +32,9 @@ struct Names<decltype(Multipliers::position)> {
 template <>
 struct Names<SurfaceMass> {
   static Named<SurfaceMass> all() {
-    return {{"kept", SurfaceMass::kept}, {"redistributed", SurfaceMass::redistributed}};
+    return {{"auto", SurfaceMass::automatic},
+            {"kept", SurfaceMass::kept},
+            {"redistributed", SurfaceMass::redistributed}};
   }
 };
 
