@@ -25,18 +25,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 import plica
-from plica import _engine as engine
 from plica.measures.catalogue import contact_share, pressure_window
 from plica.phonation.measures.contact import collisions, moving_average
 from plica.phonation.run import checkpoint
-from plica.phonation.run.build import _airflow, _body, _contact, _options, build_simulation
+from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
 
-MESHES: dict[str, dict[str, Any]] = {
-    "coarser": {"around": 12, "levels": [1, 1, 1, 1, 1, 4, 1, 1, 1, 1], "body_rings": 1},
-    "base": {},
-    "finer": {"around": 24, "levels": [3, 1, 2, 3, 1, 8, 1, 3, 2, 3], "body_rings": 3},
-}
+MESHES = ("coarse", "demo", "fine")
 LENGTH = 3.2e-3  # s from the widest opening: past the end of the collision
 SIDES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, VTK's order
 
@@ -83,18 +78,7 @@ def run(
     scene: Any, mesh: Any, displacement: np.ndarray, velocity: np.ndarray, step: float
 ) -> Mapping[str, Any]:
     """The collision that follows; of the scene, mesh, step and initial values are replaced."""
-    body = _body(scene, mesh)
-    displacement, velocity = (np.where(body["fixed"], 0.0, field) for field in (displacement, velocity))
-    simulation = engine.Simulation(
-        **body,
-        scheme=_options(scene.time.scheme.choice),
-        step=step,
-        solver_tolerance=scene.solver.tolerance,
-        airflow=_airflow(scene, scene.airflow, mesh),
-        contact=_contact(scene, scene.contact, mesh),
-        displacement=displacement,
-        velocity=velocity,
-    )
+    simulation = build_simulation(scene.replace({"time.step": step}), mesh, displacement, velocity)
     start = time.perf_counter()
     wave = simulation.advance(round(LENGTH / step))
     seconds = time.perf_counter() - start
@@ -172,10 +156,8 @@ def main() -> None:
         table("step (us)", [f"{step:g}" for step in steps], rows)
     for step in (float(step) for step in filter(None, options.mesh_steps.split(","))):
         rows, names = [], []
-        for name, changes in MESHES.items():
-            data = scene.resolved()
-            data["mesh"]["options"] |= changes
-            other = plica.Scene.model_validate(data)
+        for name in MESHES:
+            other = scene.replace({"mesh": {"larynx": name, "order": 2}})
             built = build_mesh(other.mesh)
             u, v = taken_over(mesh, [displacement, velocity], np.asarray(built.points))
             rows.append(run(other, built, u, v, 1e-6 * step))

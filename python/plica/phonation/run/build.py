@@ -22,7 +22,12 @@ Side = Literal["none", "left", "right"]
 _SIDES: tuple[Side, ...] = ("none", "left", "right")
 
 
-def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engine.Simulation:
+def build_simulation(
+    scene: Scene,
+    mesh: _engine.TetMesh | None = None,
+    displacement: NDArray[np.float64] | None = None,
+    velocity: NDArray[np.float64] | None = None,
+) -> _engine.Simulation:
     """The simulation of a scene at t = 0, to be stepped by whoever owns the loop.
 
     Parameters
@@ -30,6 +35,8 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
     scene : Scene
     mesh : TetMesh, optional
         The scene's mesh where it is built already.
+    displacement, velocity : (n, 3) m and m/s, optional
+        Where the tissue begins, in place of what the scene says; zero where a node is held.
 
     Returns
     -------
@@ -46,9 +53,10 @@ def build_simulation(scene: Scene, mesh: _engine.TetMesh | None = None) -> _engi
     """
     mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
     body = _body(scene, mesh)
-    displacement, velocity = initial_fields(scene, mesh, body["fixed"])
-    if scene.initial is not None and scene.initial.equilibrium:
-        displacement = _at_rest(scene, body)
+    if displacement is None and velocity is None:
+        displacement, velocity = initial_fields(scene, mesh, body["fixed"])
+        if scene.initial is not None and scene.initial.equilibrium:
+            displacement = _at_rest(scene, body)
     parts: dict[str, Any] = {}
     if scene.airflow is not None:
         parts["airflow"] = _airflow(scene, scene.airflow, mesh)
