@@ -74,7 +74,7 @@ class Case:
         data.pop("contact")
         table = CONTACTS[self.contact]
         if table is not None:
-            data["contact"] = {**table, "surface_mass": "kept"}
+            data["contact"] = table
         if self.scheme == "newmark":
             data["time"]["scheme"] = "newmark"
         if self.asymmetry:

@@ -32,9 +32,7 @@ struct Names<decltype(Multipliers::position)> {
 template <>
 struct Names<SurfaceMass> {
   static Named<SurfaceMass> all() {
-    return {{"auto", SurfaceMass::automatic},
-            {"kept", SurfaceMass::kept},
-            {"redistributed", SurfaceMass::redistributed}};
+    return {{"kept", SurfaceMass::kept}, {"redistributed", SurfaceMass::redistributed}};
   }
 };
 

@@ -583,7 +583,7 @@ class Contact:
         "tolerance": 1e-05,
         "max_passes": 200,
         "friction": None,
-        "surface_mass": "auto",
+        "surface_mass": "kept",
         "faces": "nodes",
     }
     def __init__(
@@ -594,7 +594,7 @@ class Contact:
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
         max_passes: typing.SupportsInt | typing.SupportsIndex = 200,
         friction: typing.SupportsFloat | typing.SupportsIndex | None = None,
-        surface_mass: str = "auto",
+        surface_mass: str = "kept",
         faces: AtNodes | Mortar = ...,
     ) -> None: ...
     def __repr__(self) -> str: ...

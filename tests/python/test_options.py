@@ -65,7 +65,7 @@ def test_contact_shows_all_but_its_surfaces() -> None:
     contact = _engine.Contact(airway=airway, enforcement=_engine.Penalty(stiffness=3), friction=0.5)
     shown = (
         "Contact(enforcement=Penalty(stiffness=3.0), tolerance=1e-05, max_passes=200, friction=0.5, "
-        "surface_mass='auto', faces='nodes')"
+        "surface_mass='kept', faces='nodes')"
     )
     assert repr(contact) == shown
 

@@ -99,7 +99,7 @@ def test_a_penalty_is_named_like_any_other_contact(name: str) -> None:
 
 def test_the_mass_of_the_contact_nodes_can_be_with_the_nodes_behind_them(colliding: plica.Scene) -> None:
     assert colliding.contact is not None
-    assert colliding.contact.surface_mass == "auto"  # of linear cells: kept
+    assert colliding.contact.surface_mass == "kept"
     contact = plica.Contact(**{**dict(colliding.contact), "surface_mass": "redistributed"})
     moved = plica.build_simulation(plica.Scene(**{**dict(colliding), "contact": contact}))
     mesh, density = plica.build_mesh(colliding.mesh), colliding.tissue["a"].density

@@ -262,8 +262,10 @@ double Detector::slide(std::int32_t node, const Points& x) const {
   const std::int32_t partner = partner_[node];
   if (airway_.renewed || partner < 0) return 0.0;
   const Vector3 n = (first_.contains(node) ? first_ : second_).normal(node);
-  const Vector3 apart = x.row(node) - x.row(partner);
-  return (apart - n.dot(apart) * n).norm();
+  const Vector3 apart = x.row(node) - x.row(partner), &facing = airway_.facing;
+  const Vector3 at_rest = reference_.row(node) - reference_.row(partner);
+  const Vector3 moved = apart - (at_rest - facing.dot(at_rest) * facing);  // they may close along `facing`
+  return (moved - n.dot(moved) * n).norm();
 }
 
 double Detector::reach(const Points& before, const Points& x, double depth) const {

@@ -14,7 +14,7 @@ namespace {
 /// Nodes of the two sides of a contact, ascending.
 /// A node that is held does not move, so its mass does no harm: it stays.
 std::vector<std::int32_t> massless_nodes(const Scene& scene) {
-  if (scene.surface_mass() == SurfaceMass::kept) return {};
+  if (!scene.contact || scene.contact->surface_mass == SurfaceMass::kept) return {};
   std::vector<std::int32_t> nodes = surface_nodes(scene.contact->airway);
   const auto held = [&](std::int32_t node) { return scene.supports.node_fixed(node); };
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), held), nodes.end());

@@ -45,10 +45,4 @@ void Scene::validate() const {
   check_field(velocity, "velocity");
 }
 
-SurfaceMass Scene::surface_mass() const {
-  if (!contact) return SurfaceMass::kept;
-  if (contact->surface_mass != SurfaceMass::automatic) return contact->surface_mass;
-  return mesh.order() == 2 ? SurfaceMass::redistributed : SurfaceMass::kept;
-}
-
 }  // namespace plica

@@ -20,15 +20,14 @@ struct AirflowPart {
 /// The mass of the nodes of both contact surfaces. Redistributed, they have none, but for those held in all
 /// components: it lies with the nodes behind them, and mass, centre of mass and tensor of inertia of every body
 /// are as they were. An impact then has no inertia to stop at once (docs/theory.md, "Massless contact nodes").
-/// Automatic: redistributed on quadratic cells, kept on linear ones, where it would make another collision of it.
-enum class SurfaceMass { automatic, kept, redistributed };
+enum class SurfaceMass { kept, redistributed };
 
 struct ContactPart {
   Airway airway;
   Enforcement enforcement = Multipliers{};
   Collision::Options options;
   std::optional<Friction> friction{};  // absent: frictionless
-  SurfaceMass surface_mass = SurfaceMass::automatic;
+  SurfaceMass surface_mass = SurfaceMass::kept;
   FaceMethod faces = AtNodes{};
 };
 
@@ -53,8 +52,6 @@ struct Scene {
   std::optional<Points> displacement;  // (n, 3) m at t = 0
   std::optional<Points> velocity;      // (n, 3) m/s at t = 0
   void validate() const;               // throws InvalidInput: the mesh, and all that must fit it
-  /// kept or redistributed: what `automatic` stands for here, kept without contact.
-  SurfaceMass surface_mass() const;
 };
 
 }  // namespace plica

@@ -249,7 +249,6 @@ TEST_CASE("all three paths give the same motion and forces") {
     Scene tight = scenes::two_cubes(Multipliers{solver, EndOfStep{}});
     if (mortar) tight = scenes::on_mortar_faces(tight, "a.x_max", "b.x_min");
     tight.contact->options.tolerance = 1e-7;
-    tight.contact->surface_mass = SurfaceMass::kept;  // the bounds below are of surfaces with mass
     return tight;
   };
   for (const auto& [solver, mortar] :

@@ -256,9 +256,9 @@ class Contact(OneOf):
     """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it.
 
     Multipliers are exact and the default to choose; augmented multipliers find the same forces step by step,
-    Nitsche's method nearly the same; penalties are soft and leave gaps. On quadratic cells surfaces have no
-    mass, which ends the chatter of an impact (``surface_mass``). In Python:
-    ``Contact(multipliers=Multipliers(), friction=0.3)`` or ``Contact(nitsche={"factor": 20})``.
+    Nitsche's method nearly the same; penalties are soft and leave gaps. ``surface_mass="redistributed"`` ends
+    the chatter of an impact. In Python: ``Contact(multipliers=Multipliers(), friction=0.3)`` or
+    ``Contact(nitsche={"factor": 20})``.
     """
 
     kinds: ClassVar[dict[str, type[Part]]] = {
@@ -294,12 +294,11 @@ class Contact(OneOf):
     friction: Annotated[Number, Field(gt=0)] | None = None
     """[-] Coulomb's coefficient between the surfaces, for multipliers (solver "auto" or "condensed") and,
     slower, augmented multipliers; left out, there is no friction. On mortar faces steps may not converge."""
-    surface_mass: Literal["auto", "kept", "redistributed"] = Field(
+    surface_mass: Literal["kept", "redistributed"] = Field(
         default_factory=engine_default("Contact", "surface_mass")
     )
-    """Mass of the nodes that can touch: kept, or given to nodes behind them (redistributed), against chatter
-    at impact. Auto: redistributed on quadratic cells; kept on linear ones, which, where coarse, would answer
-    a collision with half the impulse."""
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact. Use
+    `order = 2` with it: coarse linear elements then answer a collision with half the impulse."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
