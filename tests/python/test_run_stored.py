@@ -131,7 +131,9 @@ def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path
 def test_steps_whose_coupling_does_not_converge_are_kept_and_counted(
     phonating: plica.Scene, tmp_path: Path
 ) -> None:
-    text = phonating.replace({"airflow.model": "bernoulli"}).text().replace("max_sweeps = 40", "max_sweeps = 2")
+    text = (
+        phonating.replace({"airflow.model": "bernoulli"}).text().replace("max_sweeps = 40", "max_sweeps = 2")
+    )
     scene = plica.Scene.from_text(text.replace("freeze_after = 8", "freeze_after = 1"))
     run = plica.run(scene, tmp_path / "run", progress=False)
     assert (run.status, run.steps) == ("finished", 40)

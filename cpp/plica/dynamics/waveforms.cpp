@@ -113,8 +113,8 @@ std::vector<Waveform> make_waveforms() {
       wave("strain_cell", "1", "The cell where it is largest.",
            [](const StepRecord& r) { return static_cast<int>(r.strains.cell); }),
       wave("strain_neglected", "1",
-           "Strain that linear tissue leaves out, half the square of the displacement gradient; 0.1 % of the volume "
-           "has more.",
+           "Strain that linear tissue leaves out, half the square of the displacement gradient; 0.1 % of the "
+           "volume has more.",
            [](const StepRecord& r) { return r.strains.neglected; }),
       per_probe(
           wave("probes", "m", "Displacement of each probe's node, (steps, probes, 3).", &probe_displacements),
