@@ -179,15 +179,53 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     assert 0 < short.sum() < short.size
     tolerance = run["contact_gap_error"][~short].max()
     assert (run["contact_gap_error"][short] > tolerance).all()
-    sentence = f"In {short.sum()} of {short.size} steps contact did not settle within its tolerance"
+    touching = short | (run["contact_rows"] > 0)
+    sentence = (
+        f"In {short.sum()} of {touching.sum()} steps with contact it did not settle within its tolerance"
+    )
     assert any(sentence in str(caution) for caution in run.cautions)
 
 
-def doubts(waveforms: dict[str, np.ndarray]) -> str:
+def doubts(waveforms: dict[str, np.ndarray], scene_text: str = "") -> str:
     """What is said of a run with these waveforms and no others."""
     steps = len(next(iter(waveforms.values())))
     mesh = AnalyticMesh(np.zeros((1, 3)), {})
-    return " ".join(map(str, cautions(AnalyticRun(np.arange(1.0, steps + 1), waveforms, mesh))))
+    run = AnalyticRun(np.arange(1.0, steps + 1), waveforms, mesh, scene_text=scene_text)
+    return " ".join(map(str, cautions(run)))
+
+
+def unsettled(first: int) -> dict[str, np.ndarray]:
+    """400 steps, the first 200 of them with contact, of these so many left at 40 nm."""
+    step = np.arange(400)
+    left = step < first
+    return {
+        "contact_rows": np.where(step < 200, 5, 0),
+        "contact_converged": np.where(left, 0, 1),
+        "contact_gap_error": np.where(left, 40e-9, 1e-9),
+    }
+
+
+@pytest.mark.parametrize("method", ["multipliers", "penalty", "nitsche", "volume_penalty"])
+def test_passes_left_unsettled_are_said_above_a_hundredth_of_the_steps_with_contact(method: str) -> None:
+    text = f"[contact.{method}]\n"
+    assert doubts(unsettled(0), text) == doubts(unsettled(2), text) == ""
+    said = doubts(unsettled(3), text)
+    assert "In 3 of 200 steps with contact" in said
+    assert "up to 4e-05 mm" in said
+    assert "augment" not in said
+
+
+def test_augmentations_that_ran_out_are_said_of_a_single_step() -> None:
+    text = "[contact.augmented]\n"
+    assert doubts(unsettled(0), text) == ""
+    assert "In 1 of 200 steps with contact" in doubts(unsettled(1), text)
+    assert "max_augmentations" in doubts(unsettled(1), text)
+
+
+def test_contact_that_was_left_by_pairs_without_force_counts_as_contact() -> None:
+    step = np.arange(100)
+    run = {"contact_rows": np.zeros(100), "contact_gap_error": np.full(100, 40e-9)}
+    assert "In 1 of 1 steps with contact" in doubts(run | {"contact_converged": np.where(step == 5, 0, 1)})
 
 
 def test_surfaces_that_slide_in_a_matched_airway_are_said() -> None:
