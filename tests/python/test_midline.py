@@ -52,6 +52,8 @@ def scene(directory: Path, place: Callable[[Any], Any], sides: object = "labelle
         supports=plica.Supports(fixed=("wall",)),
         airflow=plica.Airflow(subglottal_pressure="1.2 kPa", area="cut"),
         contact=plica.Multipliers(),
+        # At a larger one, round-off decides how often the factor refines a step, and that is seen.
+        solver=plica.Solver(tolerance=1e-12),
         output=plica.Output(every=1e-3),
     )
 
@@ -101,7 +103,7 @@ def test_a_larynx_elsewhere_has_the_same_measures(
     np.testing.assert_array_equal(run.mesh.cell_side, at_origin.mesh.cell_side)
     np.testing.assert_allclose(rest_width(run), rest_width(at_origin), rtol=1e-11)
     # Coordinates of 1 m have a round-off of 1e-16 m, 1e-12 of the glottis, that grows over 400 steps.
-    assert_alike(measure(run), measure(at_origin), 1e-8)
+    assert_alike(measure(run), measure(at_origin), 1e-10)
     write_report(run, tmp_path / "report.html")
     for before, after in zip(outlines(at_origin), outlines(run), strict=True):
         np.testing.assert_allclose(after, before, atol=1e-4)  # mm; frames are stored in single precision
@@ -119,7 +121,7 @@ def test_a_larynx_turned_by_half_a_turn_has_the_same_measures(at_origin: plica.R
     np.testing.assert_array_equal(run.mesh.cell_side, at_origin.mesh.cell_side)
     expected = measure(at_origin)
     assert expected["amplitude_left"].value != pytest.approx(expected["amplitude_right"].value, rel=0.01)
-    assert_alike(measure(run), expected, 1e-8)
+    assert_alike(measure(run), expected, 1e-10)
     for before, after in zip(outlines(at_origin), outlines(run), strict=True):
         np.testing.assert_allclose(after, before, atol=1e-4)
 
