@@ -86,8 +86,10 @@ def test_the_first_example_is_short_and_its_folds_close() -> None:
     text = (_EXAMPLES / "first.toml").read_text(encoding="utf-8")
     assert len([line for line in text.splitlines() if line.strip() and line[0] != "#"]) <= 10
     found = plica.build_simulation(plica.Scene.from_text(text)).advance(60)
-    assert np.flatnonzero(np.asarray(found["contact_rows"]) > 0).size
-    stopped = np.asarray(found["flow_stopped"]) != 0
-    assert stopped.any()
-    assert (np.asarray(found["flow"])[stopped] == 0).all()
-    assert not stopped[0]
+    touching = np.asarray(found["contact_rows"]) > 0
+    assert touching.any()
+    assert not touching[0]
+    # They touch first where they meet first; the rest of the glottis is all but closed then.
+    for name in ("minimum_area", "flow"):
+        wave = np.asarray(found[name])
+        assert wave[touching].min() < 0.2 * wave[0]
