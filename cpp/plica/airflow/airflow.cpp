@@ -64,6 +64,9 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
     section_areas_ = SectionAreas::elliptic(sections_);
   }
   length_ = 2 * sections_.major;
+  if (!(length_.minCoeff() > 0))
+    throw InvalidInput("Airflow", "least anteroposterior length of a section", length_.minCoeff(), "m", "> 0",
+                       "Take sections that are cut.");
   nodes_ = surface.reshaped<Eigen::RowMajor>();
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.conservativeResize(std::unique(nodes_.begin(), nodes_.end()) - nodes_.begin());

@@ -238,6 +238,14 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     }
     const bool close = best && best->contacts.gap_error <= acceptable * tolerance();
     if (close && (last.passes == options_.max_passes || last.passes - halved >= patience)) {
+      // The other side's nodes are looked for once the first are settled: these never were.
+      update(best->x);
+      if (last.passes < options_.max_passes && method_->exact() &&
+          add_candidates(search, best->x, detector_.master_side(), acceptable * tolerance())) {
+        x = best->x;
+        start_anew();
+        continue;
+      }
       const int passes = last.passes, pivots = last.pivots;
       x = std::move(best->x);
       last = std::move(best->contacts);

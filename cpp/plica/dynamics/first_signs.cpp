@@ -58,7 +58,7 @@ std::string FirstSigns::text(double h, std::ptrdiff_t folded_now) const {
          "Try a smaller step, or a larger max_sweeps."});
   if (contact)
     signs.push_back({contact->step, "contact was left with a gap error of " + number(contact->left) + " m",
-                     "Try a smaller step, or a larger max_augmentations."});
+                     "Try a smaller step; with augmented multipliers, a larger max_augmentations."});
   if (folded_tissue)
     signs.push_back({folded_tissue->step, folding(*folded_tissue, folded_now),
                      "Linear tissue cannot bear that: try less pressure, less speed or stiffer tissue."});

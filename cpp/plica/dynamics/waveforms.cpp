@@ -92,7 +92,9 @@ Points places(const std::vector<MaterialPoint>& points, const Points& x) {
 std::vector<Waveform> make_waveforms() {
   return {
       wave("time", "s", "End of the step, t_{n+1}.", &StepRecord::time),
-      wave("iterations", "1", "Of conjugate gradients, over all solves of the step.", &StepRecord::iterations),
+      wave("iterations", "1",
+           "Of the linear solver, over all solves of the step; with Cholesky, solves with its factor.",
+           &StepRecord::iterations),
       wave("kinetic_energy", "J", "Of the tissue.", &Ledger::kinetic),
       wave("elastic_energy", "J", "Of the tissue.", &Ledger::elastic),
       since_start(wave("load_work", "J", "Work of airflow, loads and gravity since t = 0.", &Ledger::load_work)),
@@ -134,6 +136,10 @@ std::vector<Waveform> make_waveforms() {
       wave("coupling_frozen", "1", "1 where separation and stop of the flow were held for the last sweeps.",
            &FlowRecord::frozen),
       wave("coupling_converged", "1", "0 where the sweeps ended above the tolerance.", &FlowRecord::converged),
+      wave("air_power", "W", "Subglottal pressure times flow.",
+           [](const FlowRecord& r) { return r.state.supplied_power; }),
+      wave("air_viscous_loss", "W", "What friction at the walls takes of it; the rest leaves with the jet.",
+           [](const FlowRecord& r) { return r.state.viscous_power; }),
       wave("section_area", "m^2", "Of each section of the airway, upward, (steps, sections).",
            [](const FlowRecord& r) -> const Vector& { return r.state.area; }),
       wave("section_pressure", "Pa", "In each section, (steps, sections).",

@@ -71,8 +71,8 @@ struct Larynx {
   /// By purpose. Quadratic, the wall held: unknowns, and by how much the lowest three symmetric frequencies are
   /// high (docs/theory.md, "The parametric larynx").
   static Larynx coarse();  // 7704; 2.2, 1.5, 2.3 %: tests and first tries
-  static Larynx demo();    // 18120; 0.8, 0.4, 0.9 %
-  static Larynx fine();    // 26928; 0.5, 0.2, 0.6 %
+  static Larynx demo();    // 18120; 0.8, 0.4, 0.8 %
+  static Larynx fine();    // 26928; 0.5, 0.2, 0.5 %
   static Larynx finest();  // 56832; 0.2, 0.0, 0.1 %
   /// In levels. 52 of them as in the thesis, at its 52 sections except in the first and last interval, where they
   /// are graded: 55080 tetrahedra (54984 in Paper A, Sec. 3), 11232 nodes.

@@ -93,7 +93,8 @@ class Sectioner {
       int k = 0;
       while (passed[k + 1] < wanted) ++k;
       const double f = (k + (wanted - passed[k]) / (passed[k + 1] - passed[k])) / samples;
-      points.emplace_back((1 - f) * a[0] + f * b[0], (1 - f) * a[1] + f * b[1]);
+      const auto mix = [f](double p, double q) { return p == q ? p : (1 - f) * p + f * q; };  // exact on the wall
+      points.emplace_back(mix(a[0], b[0]), mix(a[1], b[1]));
     }
     points.push_back(b);
     return points;

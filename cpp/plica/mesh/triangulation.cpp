@@ -205,6 +205,10 @@ class Builder {
         crossing.push_back(made);
       }
     }
+    std::size_t place;
+    Corners t;
+    if (!with_edge(a, b, place, t) && !with_edge(b, a, place, t))
+      throw InvalidInput("triangulate: a segment of an outline runs through a point.");
   }
 
   void remove_outside() {

@@ -89,7 +89,8 @@ struct TriangularFactor::Fronts {
     if (failed >= 0) {
       const std::int32_t node = tree_.order[tree_.first[s] + failed / 3];
       const std::lock_guard<std::mutex> lock(mutex_);
-      if (failed_node_ < 0 || node < failed_node_) {
+      if (failed_node_ < 0 || s < failed_front_) {  // a child's failure spoils its parents
+        failed_front_ = s;
         failed_node_ = node;
         failed_component_ = static_cast<int>(failed % 3);
         failed_pivot_ = front.at(failed, failed);
@@ -189,6 +190,7 @@ struct TriangularFactor::Fronts {
   std::vector<std::vector<double>> updates_;  // Schur complements that wait for their parent
   std::vector<std::int32_t> position_;        // of each node, -1 if alone
   std::mutex mutex_;                          // guards what failed
+  std::int32_t failed_front_ = -1;
   std::int32_t failed_node_ = -1;
   int failed_component_ = 0;
   double failed_pivot_ = 0.0;
