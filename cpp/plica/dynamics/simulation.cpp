@@ -76,8 +76,6 @@ void Simulation::set_external_force(Vector force) {
   if (force.size() != step_matrix().rows())
     throw InvalidInput("Simulation", "external force", static_cast<double>(force.size()), "entries",
                        "3 times the " + std::to_string(scene_.mesh.node_count()) + " nodes");
-  if (!force.allFinite())
-    throw InvalidInput("Simulation: the external force has a value that is not finite; must be finite, N.");
   loads_.set_external(std::move(force));
 }
 
