@@ -157,11 +157,20 @@ void validate(const Larynx::Shape& shape, const Larynx::Triangulated& how) {
     throw InvalidInput("Larynx", "growth", how.growth, "", ">= 0");
   require_lines(how.around);
   const double height = shape.sections[shape.layers_to_section].z - shape.sections[shape.layers_from_section].z;
-  // The triangulation is of order n^2 in the points of the section, of which this is a lower bound.
-  const double points = height * shape.layer_thickness / (how.size * how.size);
+  double area = 0;  // m^2, of the half section
+  for (std::size_t k = 0; k + 1 < shape.sections.size(); ++k) {
+    const auto &a = shape.sections[k], &b = shape.sections[k + 1];
+    area += (b.z - a.z) * (shape.radius - 0.5 * (a.minor + b.minor));
+  }
+  const double far = std::hypot(shape.sections.back().z - shape.sections.front().z, shape.radius);
+  // The triangulation is of order n^2 in the points of the section, of which these are lower bounds.
+  const double points = std::max(height * shape.layer_thickness / (how.size * how.size),
+                                 area / std::pow(how.size + how.growth * far, 2));
   if (points > most_section_points)
-    throw InvalidInput("Larynx", "size", how.size, "m",
-                       ">= " + number(std::sqrt(height * shape.layer_thickness / most_section_points)) + " m");
+    throw InvalidInput(
+        "Larynx",
+        "points of the half section by size = " + number(how.size) + " m and growth = " + number(how.growth),
+        points, "", "<= " + number(most_section_points), "Take a larger size or more growth.");
   if (how.around > most_lines) throw InvalidInput("Larynx", "around", how.around, "", "<= " + number(most_lines));
 }
 

@@ -292,7 +292,25 @@ TEST_CASE("sizes out of range are refused by name") {
   CHECK(refusal({0, 0.3, 12}) == "Larynx: size = 0 m; must be > 0.");
   CHECK(refusal({1e-3, -1, 12}) == "Larynx: growth = -1; must be >= 0.");
   CHECK(refusal({1e-3, 0.3, 10}).find("around = 10; must be a multiple of 4") != std::string::npos);
-  CHECK(refusal({1e-6, 0.3, 12}).find("size = 1e-06 m; must be >= ") != std::string::npos);
+  CHECK(refusal({1e-6, 0.3, 12}).find("points of the half section by size = 1e-06 m") != std::string::npos);
+  CHECK(refusal({0.05e-3, 0, 12}).find("growth = 0") != std::string::npos);  // its body alone has too many
   CHECK(refusal({2e-3, 0.4, 16}).find("Take a smaller size or more lines around") != std::string::npos);
   CHECK_THROWS_AS(Larynx{}.refined(0), InvalidInput);
+}
+
+TEST_CASE("whatever the radius, what is neither airway nor end is wall") {
+  for (const double radius : {8e-3, 9e-3, 9.5e-3, 1e-2, 1.1e-2}) {
+    CAPTURE(radius);
+    Larynx larynx = Larynx::coarse();
+    larynx.shape.radius = radius;
+    const TetMesh mesh = larynx_mesh(larynx);
+    std::set<std::int32_t> named;
+    for (const char* set : {"wall", "ends"})
+      for (const auto node : mesh.node_set(set)) named.insert(node);
+    for (const auto node : mesh.surface("airway").reshaped()) named.insert(node);
+    const Boundary hull = boundary(mesh.cells);
+    int missing = 0;
+    for (const auto node : hull.faces.reshaped()) missing += named.count(node) == 0;
+    CHECK(missing == 0);
+  }
 }
