@@ -84,7 +84,8 @@ class SaddlePath final : public ContactPath {
       throw SolveFailed("Contact: the saddle point of " + std::to_string(closed.size()) +
                         " closed rows stopped at residual " + number(end.residual) + " after " +
                         std::to_string(end.iterations) + " iterations (tolerance " + number(options_.tolerance) +
-                        "). Try the condensed solver, a smaller step, or a larger max_iterations.");
+                        "). Try the condensed solver, a smaller step, or a larger max_iterations of "
+                        "solver.method.conjugate_gradients.");
   }
 
   const Supports& supports_;

@@ -94,9 +94,10 @@ void Motion::begin(State& state) {
 int Motion::solve(const Vector& force, Guess& guess) const {
   const Convergence end = solver_->solve(force, guess);
   if (!end.converged)
-    throw SolveFailed(solver_->name() + " stopped at residual " + number(end.residual) + " after " +
-                      std::to_string(end.iterations) + " iterations (tolerance " + number(solver_->tolerance()) +
-                      "). Try a smaller step, or raise max_iterations.");
+    throw SolveFailed(
+        solver_->name() + " stopped at residual " + number(end.residual) + " after " +
+        std::to_string(end.iterations) + " iterations (tolerance " + number(solver_->tolerance()) +
+        "). Try a smaller step, or raise max_iterations of solver.method, cholesky or conjugate_gradients.");
   return end.iterations;
 }
 

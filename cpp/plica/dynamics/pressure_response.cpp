@@ -26,7 +26,8 @@ PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A
       if (!end.converged)
         throw SolveFailed("Airflow: the response to a section's pressure stopped at residual " +
                           number(end.residual) + " after " + number(end.iterations) + " iterations (tolerance " +
-                          number(A.tolerance()) + "). Raise max_iterations.");
+                          number(A.tolerance()) +
+                          "). Raise max_iterations of solver.method, cholesky or conjugate_gradients.");
     for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
       at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
     everywhere_.middleCols(first, count) = response.cast<float>();

@@ -53,9 +53,9 @@ struct StepRecord {
 
 /// Seconds spent since construction, by part.
 struct StepTimes {
-  double residual = 0.0;   // K, C products of the right-hand side
+  double residual = 0.0;   // predictors and inner forces
   double load = 0.0;       // sections, pressure, surface traction
-  double solve = 0.0;      // the linear solver
+  double solve = 0.0;      // the linear solver, and the products that check it
   double detection = 0.0;  // inverted tetrahedra, candidates, pairs
   double contact = 0.0;    // the forces of these pairs
   double ledger = 0.0;     // products and sums of the energy ledger

@@ -11,7 +11,8 @@ Vector solved(const ConjugateGradient& solver, const Vector& rhs) {
   const Convergence end = solver.solve(rhs, x);
   if (!end.converged)
     throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
-                      " after " + std::to_string(end.iterations) + " iterations). Raise max_iterations.");
+                      " after " + std::to_string(end.iterations) +
+                      " iterations). Raise max_iterations of solver.method.conjugate_gradients.");
   return x;
 }
 

@@ -14,9 +14,7 @@ class CholeskySolver : public LinearSolver {
   std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
                                       double tolerance) const override;
   std::string name() const override { return "Cholesky"; }
-  std::ptrdiff_t bytes() const override { return factor_.plan().bytes(); }
   double tolerance() const override { return tolerance_; }
-  const TriangularFactor& factor() const { return factor_; }
 
  private:
   static constexpr double least_gain = 0.1;  // a refinement that leaves more of the residual is not repeated

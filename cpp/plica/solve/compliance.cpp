@@ -72,7 +72,7 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
       throw SolveFailed("Compliance: residual = " + number(end.residual) + " after " + number(end.iterations) +
                         " iterations under a unit force on node " + number(nodes_[column / 3]) + " along " +
                         "xyz"[column % 3] + "; must be <= " + number(tolerance_) +
-                        ". Raise max_iterations, or use a factorisation for a step this large.");
+                        ". Raise max_iterations of solver.method, or use a factorisation for a step this large.");
     }
     std::vector<double>& values = columns_[static_cast<std::size_t>(column)];
     values.resize(columns_.size());

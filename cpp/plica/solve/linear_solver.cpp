@@ -10,10 +10,7 @@ namespace {
 
 class IterativeSolver : public LinearSolver {
  public:
-  IterativeSolver(const BlockMatrix& A, const KrylovOptions& options)
-      : solver_(A, options),
-        bytes_(static_cast<std::ptrdiff_t>(A.values().size() * sizeof(float)) +
-               2 * A.rows() * static_cast<std::ptrdiff_t>(sizeof(double))) {}
+  IterativeSolver(const BlockMatrix& A, const KrylovOptions& options) : solver_(A, options) {}
   Convergence solve(const Vector& b, Guess& guess) const override {
     guess.product = Vector();
     return solver_.solve(b, guess.x);
@@ -23,28 +20,26 @@ class IterativeSolver : public LinearSolver {
     return solver_.solve_many(B, X, tolerance);
   }
   std::string name() const override { return "conjugate gradients"; }
-  std::ptrdiff_t bytes() const override { return bytes_; }
   double tolerance() const override { return solver_.options().tolerance; }
 
  private:
   ConjugateGradient solver_;
-  std::ptrdiff_t bytes_;
 };
 
 std::unique_ptr<const LinearSolver> choose(const BlockMatrix& A, double tolerance,
                                            const LinearSolver::Automatic& options) {
   auto iterative = std::make_unique<IterativeSolver>(A, KrylovOptions{tolerance});
-  // Both from zero to the tolerance, under the load of a uniform displacement, which reaches every unknown.
-  const Vector load = A * Vector::Ones(A.rows());
-  Vector x;
-  const Convergence end = ConjugateGradient(A, {tolerance}).solve(load, x);
-  constexpr double digits = 6.0;  // that a refinement gains where the step is short
-  const double refinements = std::ceil(-std::log10(tolerance) / digits);
   const double blocks = static_cast<double>(A.pattern()->entries()), unknowns = static_cast<double>(A.rows());
-  const double iteration = 40.0 * blocks + 9 * 8 * unknowns;  // bytes: A rounded, vectors read and written
-  const double product = 76.0 * blocks + 3 * 8 * unknowns;
   // A factor is not planned where it is out of the question: it has at least the entries of A's lower triangle.
   if (options.memory < 0.5 * 36.0 * blocks) return iterative;
+  // Both from zero to the tolerance, under the load of a uniform displacement, which reaches every unknown.
+  const Vector load = A * Vector::Ones(A.rows());
+  Guess zero;
+  const Convergence end = iterative->solve(load, zero);
+  constexpr double digits = 6.0;  // that a refinement gains where the step is short
+  const double refinements = std::ceil(-std::log10(tolerance) / digits);
+  const double iteration = 40.0 * blocks + 9 * 8 * unknowns;  // bytes: A rounded, vectors read and written
+  const double product = 76.0 * blocks + 3 * 8 * unknowns;
   FactorPlan plan(A);
   const double bytes = static_cast<double>(plan.bytes());
   if (bytes > options.memory || refinements * (2.0 * bytes + product) > end.iterations * iteration)

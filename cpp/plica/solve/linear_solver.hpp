@@ -63,7 +63,6 @@ class LinearSolver {
                                               double tolerance) const = 0;
   static constexpr int pack = BlockMatrix::pack;
   virtual std::string name() const = 0;
-  virtual std::ptrdiff_t bytes() const = 0;  // that it holds beside A
   virtual double tolerance() const = 0;
 };
 

@@ -61,8 +61,7 @@ FactorPlan::FactorPlan(const BlockMatrix& A) {
   }
   tree = supernodes(graph, nested_dissection(graph));
   Supernodes other = supernodes(graph, minimum_degree(graph));
-  dissected = tree.floats() <= other.floats();
-  if (!dissected) tree = std::move(other);
+  if (other.floats() < tree.floats()) tree = std::move(other);
   for (std::int32_t& node : tree.order) node = coupled[node];
 }
 

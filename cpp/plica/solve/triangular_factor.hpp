@@ -8,7 +8,6 @@ namespace plica {
 struct FactorPlan {
   Supernodes tree;
   std::vector<std::int32_t> alone;  // nodes without neighbours: those held altogether
-  bool dissected = false;           // nested dissection filled less than minimum degree
   std::ptrdiff_t bytes() const { return tree.floats() * static_cast<std::ptrdiff_t>(sizeof(float)); }
 
   /// Blocks of A that are zero couple nothing. A must have a symmetric pattern.
