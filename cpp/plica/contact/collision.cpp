@@ -43,7 +43,7 @@ std::vector<char> first_guess(const std::vector<Constraint>& constraints, const 
   std::vector<char> guess;
   guess.reserve(constraints.size());
   for (const Constraint& constraint : constraints) {
-    const bool pressed = last.passes == 0
+    const bool pressed = last.constraints.empty()
                              ? std::binary_search(closed_before.begin(), closed_before.end(), constraint.key)
                              : last.force_of(constraint.key) > 0;
     guess.push_back(pressed || constraint.gap(x) < 0);
@@ -99,7 +99,7 @@ std::vector<Constraint> Collision::constraints_at(const Search& search, const Po
   constraints.reserve(search.keys.size());
   for (const std::int32_t key : search.keys) {
     Constraint constraint = kind_->at(key, x, search.reach);
-    const std::ptrdiff_t known = search.last.passes >= settle_from ? search.last.place_of(key) : -1;
+    const std::ptrdiff_t known = search.passes >= settle_from ? search.last.place_of(key) : -1;
     const Constraint* before = known < 0 ? nullptr : &search.last.constraints[static_cast<std::size_t>(known)];
     // A mean over a sliver comes and goes as its force does, and never settles.
     if (before && before->sliver() && (constraint.key < 0 || constraint.sliver())) constraint = *before;
@@ -170,10 +170,6 @@ Complementarity Collision::closing_forces(Search& search, const std::vector<Cons
   const int pivots = solution.pivots;
   solution = solve(100 + 20 * static_cast<int>(constraints.size()));
   solution.pivots += pivots;
-  if (!solution.converged)
-    throw SolveFailed("Contact: no consistent set of closed constraints among " +
-                      std::to_string(constraints.size()) + " after " + std::to_string(solution.pivots) +
-                      (friction_ ? " sweeps" : " active sets") + ". Try a smaller step.");
   return solution;
 }
 
@@ -199,30 +195,50 @@ Vector Collision::without_shear(const Vector& force) const {
   return pressing;
 }
 
-Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Points& x) {
+Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known,
+                          Points& x) {
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
   constexpr int patience = 40;       // passes, for the gap error to fall by half
   constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
   constexpr double acceptable = 10;  // tolerances
-  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth)};
-  search.keys = method_->begin(before);
+  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth), {}, {}};
   Contacts& last = search.last;
+  int& passes = search.passes;
+  x = x_free;
+  // What a method makes of its constraints as it goes is not carried from one x_free to another.
+  if (known.constraints.empty() || method_->renews_constraints()) {
+    search.keys = method_->begin(before);
+    last.passes = known.passes;
+    last.pivots = known.pivots;
+  } else {
+    for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
+    last = std::move(known);
+    last.converged = true;
+    path_->move(last.rows, last.force, scale, x_free, x);
+  }
   std::optional<Pass> best;  // of those since the last new candidate
   int halved = 0;            // the pass that last halved the gap error
   double halved_error = std::numeric_limits<double>::infinity();
+  const auto close = [&] { return best && best->contacts.gap_error <= acceptable * tolerance(); };
+  const auto closest = [&] {
+    best->contacts.passes = last.passes;
+    best->contacts.pivots = last.pivots;
+    best->contacts.converged = false;
+    x = std::move(best->x);
+    return std::move(best->contacts);
+  };
   const auto start_anew = [&] {
     best.reset();
-    halved = last.passes;
+    halved = passes;
     halved_error = std::numeric_limits<double>::infinity();
   };
-  x = x_free;
-  for (;; ++last.passes) {
+  for (;; ++passes, ++last.passes) {
     update(x);
     search.reach = std::max(search.reach, detector_.reach(before.x, x, before.depth));  // forces move surfaces too
     if (add_candidates(search, x, detector_.slave_side(), 0.0)) start_anew();
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
-    if (last.passes > 0 || constraints.empty()) {
+    if (passes > 0 || constraints.empty()) {
       const bool done = method_->settled(last, constraints, x, tolerance());
       // Means leave nodes inside as a rule, so these are looked for before the means have settled.
       const bool late = method_->exact() && (done || (!at_nodes_ && last.gap_error <= settling * tolerance()));
@@ -233,30 +249,23 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
       if (more || method_->renews_constraints()) constraints = constraints_at(search, x);
       if (!more && !method_->renews_constraints()) {
         if (!best || last.gap_error < best->contacts.gap_error) best = Pass{last, x};
-        if (2 * last.gap_error <= halved_error) halved = last.passes, halved_error = last.gap_error;
+        if (2 * last.gap_error <= halved_error) halved = passes, halved_error = last.gap_error;
       }
     }
-    const bool close = best && best->contacts.gap_error <= acceptable * tolerance();
-    if (close && (last.passes == options_.max_passes || last.passes - halved >= patience)) {
+    if (close() && (passes == options_.max_passes || passes - halved >= patience)) {
       // The other side's nodes are looked for once the first are settled: these never were.
       update(best->x);
-      if (last.passes < options_.max_passes && method_->exact() &&
+      if (passes < options_.max_passes && method_->exact() &&
           add_candidates(search, best->x, detector_.master_side(), acceptable * tolerance())) {
         x = best->x;
         start_anew();
         continue;
       }
-      const int passes = last.passes, pivots = last.pivots;
-      x = std::move(best->x);
-      last = std::move(best->contacts);
-      last.passes = passes;
-      last.pivots = pivots;
-      last.converged = false;
-      return std::move(last);
+      return closest();
     }
-    if (last.passes == options_.max_passes) {
+    if (passes == options_.max_passes) {
       const Worst worst = worst_of(*method_, constraints, last, x);
-      throw SolveFailed("Contact: gap error " + number(worst.off) + " m after " + std::to_string(last.passes) +
+      throw SolveFailed("Contact: gap error " + number(worst.off) + " m after " + std::to_string(passes) +
                         " passes (tolerance " + number(tolerance()) + " m), worst at node " +
                         std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +
                         ". Try a smaller step, more passes, or a larger tolerance.");
@@ -264,13 +273,19 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
 
     // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
     // that.
-    if (last.passes >= relax_from)
+    if (passes >= relax_from)
       for (Constraint& constraint : constraints)
         if (const std::ptrdiff_t i = last.place_of(constraint.key); i >= 0)
           constraint.turn_towards(last.constraints[static_cast<std::size_t>(i)].normal);
 
     Complementarity solution = closing_forces(search, constraints, x);
     last.pivots += solution.pivots;
+    if (!solution.converged) {
+      if (close()) return closest();
+      throw SolveFailed("Contact: no consistent set of closed constraints among " +
+                        std::to_string(constraints.size()) + " after " + std::to_string(solution.pivots) +
+                        (friction_ ? " sweeps" : " active sets") + ". Try a smaller step.");
+    }
     last.constraints = std::move(constraints);
     last.force = std::move(solution.force);
     path_->move(last.rows, last.force, scale, x_free, x);

@@ -15,8 +15,8 @@ namespace plica {
 /// once the first ones are out. So matched meshes give one row a node pair, and a coarse side is not run through.
 /// Constraints found in a step stay candidates until its end.
 /// With augmented multipliers each pass is an augmentation.
-/// Passes that come no closer, or max_passes of them, end with the one that came closest: unconverged if its gap
-/// error is within ten tolerances, else with SolveFailed, which names the worst constraint and its place.
+/// Passes that come no closer, max_passes of them, or constraints that cannot all be met end with the pass that
+/// came closest: unconverged if its gap error is within ten tolerances, else with SolveFailed, which says why.
 class Collision {
  public:
   struct Options {
@@ -45,13 +45,13 @@ class Collision {
   void renew(const Points& x, double depth);
   /// Forgets where earlier steps ended, so that the next one depends on the state alone.
   void forget() { path_->forget(); }
-  // Of the response to nodal forces (3 n) N: see ContactPath.
-  bool superposes() const { return path_->superposes(); }
-  void displace(const Vector& force, double scale, Points& x) { path_->displace(force, scale, x); }
+  /// Of nodal forces (3 n) N: see ContactPath.
   void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
 
   /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
-  Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Points& x);
+  /// `known`: what the last call in this step found, for another x_free: the search goes on from there, and so do
+  /// the counts of passes and pivots. Empty in a step's first call.
+  Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known, Points& x);
   /// Whether there can be a constraint of this key.
   bool knows(std::int32_t key) const { return kind_->knows(key); }
   /// Takes up positions x, for the detector and the two that follow.
@@ -71,7 +71,8 @@ class Collision {
     const BeforeContact& before;
     double reach;                      // m
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
-    Contacts last{};                   // of the last pass
+    Contacts last;                     // of the last pass
+    int passes = 0;                    // of this call
   };
 
   std::vector<Constraint> constraints_at(const Search& search, const Points& x);
@@ -79,7 +80,8 @@ class Collision {
   bool add_candidates(Search& search, const Points& x, const ContactSurface& side, double least);
   /// Forces that close the constraints as linearised at x. By the gaps' own gradients first, which converges in
   /// few passes; these and the normals make an unsymmetric problem that need not have a solution, so where none is
-  /// found, by the normals, exact in the gaps at x and symmetric. Leaves the rows in search.last.rows.
+  /// found, by the normals, exact in the gaps at x and symmetric; unconverged where these have none either. Leaves
+  /// the rows in search.last.rows.
   Complementarity closing_forces(Search& search, const std::vector<Constraint>& constraints, const Points& x);
   /// The nodal forces (3 n) without what friction adds along the surfaces.
   Vector without_shear(const Vector& force) const;

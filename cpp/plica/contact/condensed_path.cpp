@@ -12,7 +12,7 @@ namespace {
 class CondensedPath final : public ContactPath {
  public:
   CondensedPath(const LinearSolver& A, const Supports& supports, const Indices& nodes)
-      : compliance_(A, supports, nodes, std::min(1e-12, A.tolerance())),
+      : compliance_(A, supports, nodes, A.tolerance_of_positions()),
         local_(static_cast<std::size_t>(supports.size() / 3), -1) {
     for (std::int32_t i = 0; i < nodes.size(); ++i) local_[nodes[i]] = i;
   }
@@ -47,18 +47,6 @@ class CondensedPath final : public ContactPath {
     const Indices& nodes = compliance_.nodes();
     for (std::ptrdiff_t i = 0; i < nodes.size(); ++i)
       x.row(nodes[i]) = x_free.row(nodes[i]) + shift_.segment<3>(3 * i).transpose();
-  }
-
-  bool superposes() const override { return true; }
-
-  void displace(const Vector& force, double scale, Points& x) override {
-    const Nodal nodal = nodal_forces(force);
-    std::vector<std::int32_t> pushed;
-    for (const auto& [node, f] : nodal) pushed.push_back(node);
-    compliance_.require(pushed);
-    find_shift(nodal, scale);
-    const Indices& nodes = compliance_.nodes();
-    for (std::ptrdiff_t i = 0; i < nodes.size(); ++i) x.row(nodes[i]) += shift_.segment<3>(3 * i).transpose();
   }
 
   void add_response(const Vector& force, Vector& a) const override {

@@ -29,14 +29,8 @@ class ContactPath {
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
-  /// Whether the response to any forces on the surface nodes is known without a solve. Then forces may be in
-  /// a_free and taken out of x_free, and displace() and add_response() are of whatever forces are asked for.
-  virtual bool superposes() const { return false; }
-  /// Adds scale A^-1 f at the surface nodes to x; f (3 n) N, zero but at these.
-  virtual void displace(const Vector& /*force*/, double /*scale*/, Points& /*x*/) {}
-  /// Adds A^-1 N^T p to a (3 n) as far as it is known, of the forces last solved for where nothing superposes,
-  /// given as f = N^T p (3 n): a start for the solve of A a = f + N^T p from a_free. What is added may be off:
-  /// only the solve's cost depends on it.
+  /// Adds A^-1 N^T p of the forces last solved for to a (3 n), as far as it is known, f = N^T p (3 n) N: a start
+  /// for the solve of A a = f + N^T p from a_free. What is added may be off: only the solve's cost depends on it.
   virtual void add_response(const Vector& /*force*/, Vector& /*a*/) const {}
   /// Forgets earlier solutions, so that what follows depends on what is asked alone.
   virtual void forget() {}
@@ -56,8 +50,8 @@ std::unique_ptr<ContactPath> contact_path(const ContactSolver& solver, const Blo
                                           const Indices& nodes, const KrylovOptions& options);
 
 /// The compliance A^-1 of the surface nodes, a column when it is first needed and then for good; a dense
-/// complementarity problem over the rows. Columns are solved for to 1e-12 at least. Cost of a call: O(rows^3 / 6)
-/// plus columns * surface nodes.
+/// complementarity problem over the rows. Columns are solved for as positions within a step
+/// are, see LinearSolver. Cost of a call: O(rows^3 / 6) plus columns * surface nodes.
 std::unique_ptr<ContactPath> condensed_path(const LinearSolver& A, const Supports& supports, const Indices& nodes);
 
 /// The saddle point of every active set by conjugate gradients with a constraint preconditioner (SaddlePoint),

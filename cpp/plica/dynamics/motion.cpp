@@ -91,12 +91,25 @@ void Motion::begin(State& state) {
   state.viscosity_acceleration = std::move(products.viscous);
 }
 
-int Motion::solve(const Vector& force, Guess& guess) const {
-  const Convergence end = solver_->solve(force, guess);
+int Motion::solve(const Vector& force, Guess& guess, double tolerance) const {
+  return checked(solver_->solve(force, guess, tolerance), tolerance);
+}
+
+int Motion::solve(const Vector& force, Guess& guess, Products& products) const {
+  const double tolerance = solver_->tolerance();
+  return checked(solver_->solve(force, guess, tolerance,
+                                [&](const Vector& a, Vector& image) {
+                                  products = this->products(a);
+                                  image = this->image(products);
+                                }),
+                 tolerance);
+}
+
+int Motion::checked(const Convergence& end, double tolerance) const {
   if (!end.converged)
     throw SolveFailed(
         solver_->name() + " stopped at residual " + number(end.residual) + " after " +
-        std::to_string(end.iterations) + " iterations (tolerance " + number(solver_->tolerance()) +
+        std::to_string(end.iterations) + " iterations (tolerance " + number(tolerance) +
         "). Try a smaller step, or raise max_iterations of solver.method, cholesky or conjugate_gradients.");
   return end.iterations;
 }

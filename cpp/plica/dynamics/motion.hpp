@@ -54,9 +54,6 @@ class Motion {
   /// Completes a state of t = 0, whose displacement, velocity and load are given, by what the first step needs.
   /// Throws SolveFailed.
   void begin(State& state);
-  /// A a = force, from guess; held unknowns of a force are zero. Returns the iterations. Throws SolveFailed.
-  int solve(const Vector& force, Guess& guess) const;
-
   /// What the matrices make of an acceleration, (3 n): M a, C a (empty where no material is viscous), K a.
   struct Products {
     Vector inertial, viscous, elastic;
@@ -65,7 +62,16 @@ class Motion {
   /// A a of these.
   Vector image(const Products& products) const;
 
+  /// A a = force, from guess, to |force - A a| <= tolerance |force|; held unknowns of a force are zero. Returns
+  /// the iterations. Throws SolveFailed.
+  int solve(const Vector& force, Guess& guess, double tolerance) const;
+  /// The same to the solver's own tolerance, with the products of what is found.
+  int solve(const Vector& force, Guess& guess, Products& products) const;
+
  private:
+  /// The iterations of a solve. Throws SolveFailed where it has not converged.
+  int checked(const Convergence& end, double tolerance) const;
+
   const Scene& scene_;
   Options options_;
   SchemeCoefficients scheme_;

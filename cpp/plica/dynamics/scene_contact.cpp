@@ -56,7 +56,7 @@ void SceneContact::begin(const Points& x, double depth) {
   collision_->renew(x, depth);
 }
 
-Contacts SceneContact::solve(const Step& step, Points& x) {
+Contacts SceneContact::solve(const Step& step, Contacts known, Points& x) {
   const auto [alpha, beta, gamma] = motion_.scheme();
   const double h = motion_.step(), weight = 1 + alpha;
   const State& last = step.last();
@@ -67,8 +67,9 @@ Contacts SceneContact::solve(const Step& step, Points& x) {
   const BeforeContact before{step.x_previous(), last.closed, last.closed_force, last.depth,
                              stress ? &*stress : nullptr};
   if (std::holds_alternative<EndOfStep>(collision_->method().position()))
-    return collision_->solve(step.x(), beta * h * h, before, x);
-  Contacts contacts = collision_->solve(step.weighted_positions(), weight * beta * h * h, before, x);
+    return collision_->solve(step.x(), beta * h * h, before, std::move(known), x);
+  Contacts contacts =
+      collision_->solve(step.weighted_positions(), weight * beta * h * h, before, std::move(known), x);
   x = (x + alpha * step.x_previous()) / weight;
   return contacts;
 }

@@ -27,8 +27,8 @@ class SceneContact {
   void require_apart(const Points& x);
   /// A step begins at x, the surfaces being `depth` (m) deep in each other: forgets the steps before.
   void begin(const Points& x, double depth);
-  /// The contacts of a step whose x() is without them; on return x holds it with.
-  Contacts solve(const Step& step, Points& x);
+  /// The contacts of a step whose x() is without them; on return x holds it with. known: see Collision::solve.
+  Contacts solve(const Step& step, Contacts known, Points& x);
   /// What contact did in a step that ended in the state `now` at x; folded: whether tissue cells are.
   ContactRecord record(const Step& step, const State& now, const Points& x, bool folded);
   /// Takes up a state at x for pressure().

@@ -115,7 +115,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   const Points x_free = reference + as_points(displaced(load));
   Points x;
   const std::vector<std::int32_t> none;
-  const Contacts contacts = collision.solve(x_free, 1.0, {reference, none, {}, 0.0}, x);
+  const Contacts contacts = collision.solve(x_free, 1.0, {reference, none, {}, 0.0}, {}, x);
   if (!contacts.converged)
     throw SolveFailed("Contact: gap error " + number(contacts.gap_error) + " m after " +
                       (contacts.augmentations > 0

@@ -60,8 +60,6 @@ Step::Step(const Motion& motion, const State& last, Vector scene_load, const Ind
     weighted_.row(node) +=
         weight * (h * last.velocity.segment<3>(at) + 0.5 * h * h * last.acceleration.segment<3>(at));
   }
-  if (contact_ && contact_->collision().superposes() && !last.closed.empty())
-    assumed_contact_ = last.contact_force;
 }
 
 void Step::move() {
@@ -93,15 +91,17 @@ void Step::move(const SceneFlow& flow, const Points& loaded, const Vector& press
 
 void Step::solve_free() {
   const Stopwatch watch(times_.solve);
-  const Vector force = right_hand_side(assumed_contact_);
+  // Where contact will add to it complete() has to go on from the sum.
+  const LinearSolver& solver = motion_.solver();
+  const Vector force = right_hand_side(Vector());
   if (free_.x.size() == 0) free_ = last_.past.nearest(force);
-  iterations_ += motion_.solve(force, free_);
+  iterations_ +=
+      motion_.solve(force, free_, last_.closed.empty() ? solver.tolerance() : solver.tolerance_of_positions());
   for (const std::int32_t node : seen_) {
     const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
     x_free_.row(node) = motion_.reference().row(node) +
                         (displacement_predictor_.segment<3>(at) + inertia() * free_.x.segment<3>(at)).transpose();
   }
-  if (assumed_contact_.size() > 0) contact_->collision().displace(assumed_contact_, -inertia(), x_free_);
 }
 
 void Step::take_positions() {
@@ -120,7 +120,7 @@ void Step::touch() {
   if (contact_ == nullptr) return;
   const Stopwatch watch(times_.contact);
   Points touching;
-  contacts_ = contact_->solve(*this, touching);
+  contacts_ = contact_->solve(*this, std::move(contacts_), touching);
   x_ = std::move(touching);
   take_weighted();
 }
@@ -157,23 +157,14 @@ void Step::complete() {
   const Vector force = right_hand_side(contact_force_);
   if (free_.x.size() == 0) {
     free_ = last_.past.nearest(force);
-    iterations_ += motion_.solve(force, free_);
   } else {
     if (response_) response_->add(pressure_ - solved_at_, free_.x);
-    if (assumed_contact_.size() > 0)
-      contact_->collision().add_response(contact_force_ - assumed_contact_, free_.x);
-    else if (contacts_.any_force())
-      contact_->collision().add_response(contact_force_, free_.x);
-  }
-  const auto take_products = [&] {
+    if (contacts_.any_force()) contact_->collision().add_response(contact_force_, free_.x);
     products_ = motion_.products(free_.x);
     free_.product = motion_.image(products_);
-  };
-  take_products();
-  if ((force - free_.product).norm() > motion_.solver().tolerance() * force.norm()) {
-    iterations_ += motion_.solve(force, free_);
-    take_products();
+    if ((force - free_.product).norm() <= motion_.solver().tolerance() * force.norm()) return;
   }
+  iterations_ += motion_.solve(force, free_, products_);
 }
 
 State Step::end() {

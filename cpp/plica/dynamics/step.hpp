@@ -16,9 +16,8 @@ class PressureResponse;
 /// acceleration.
 ///
 /// Positions are those of the nodes that are `seen`, by the flow or by contact. They follow from one solve, under
-/// the load of the first move and the contact forces of the last step; what later moves and contact add to these
-/// is superposed, where its response is known (SceneFlow::response, Collision::superposes), and solved for
-/// otherwise.
+/// the load of the first move and without contact; what later moves and contact add to these is superposed as far
+/// as its response is known (SceneFlow::response, Collision::add_response), and solved for otherwise.
 class Step {
  public:
   /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; contact is null where there is none. All
@@ -63,7 +62,7 @@ class Step {
   Vector take_image() { return std::move(image_); }
 
  private:
-  /// Solves under load_ and the contact forces assumed, and takes the latter away from the positions.
+  /// Solves for the positions under load_, without contact.
   void solve_free();
   void take_positions();  // without contact forces
   void take_weighted();
@@ -85,15 +84,14 @@ class Step {
   Vector displacement_predictor_, velocity_predictor_;  // u~ and v~, without the unknown acceleration
   Vector first_displacement_, first_velocity_;          // what is behind the first step; else empty
   Vector elastic_predictor_, viscous_predictor_;        // K u~, C v~
-  Vector inner_force_;      // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
-  Vector scene_load_;       // N, loads, gravity and external force at t_{n+1+alpha}
-  Vector assumed_contact_;  // N, of the last step where contact superposes; or empty
+  Vector inner_force_;  // N, -C[(1+alpha) v~ - alpha v_n] - K[(1+alpha) u~ - alpha u_n]
+  Vector scene_load_;   // N, loads, gravity and external force at t_{n+1+alpha}
   Points x_previous_;
 
   // The current iterate.
-  Vector load_;      // N, scene_load plus the flow's
-  Guess free_;       // m/s^2, under the load of the last solve and the contact forces assumed
-  Vector pressure_;  // Pa, of the last move; empty without flow
+  Vector load_;                                 // N, scene_load plus the flow's
+  Guess free_;                                  // m/s^2, under the load of the last solve, without contact
+  Vector pressure_;                             // Pa, of the last move; empty without flow
   const PressureResponse* response_ = nullptr;  // once solved for where it is known
   Vector solved_at_;                            // Pa, that of free_
   Points x_free_;                               // without contact forces, under the load of free_
@@ -102,7 +100,7 @@ class Step {
   bool flow_stopped_ = false;
   int iterations_ = 0;
 
-  // The result: free_, with the response to what was not assumed.
+  // The result: free_, with the response to contact and to what the load has changed by.
   Vector contact_force_;  // N, (3 n); empty without contact
   Motion::Products products_;
   Vector image_;  // N, A a

@@ -26,9 +26,11 @@ void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
 
 }  // namespace
 
-Convergence CholeskySolver::solve(const Vector& b, Guess& guess) const { return solve(b, guess, tolerance_); }
-
 Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double tolerance) const {
+  return solve(b, guess, tolerance, [this](const Vector& x, Vector& image) { A_.multiply(x, image); });
+}
+
+Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double tolerance, const Product& product) const {
   check_size("b.size()", b.size(), A_.rows());
   Vector& x = guess.x;
   if (x.size() == 0) {
@@ -42,16 +44,16 @@ Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double toleranc
   Convergence state;
   if (b_norm == 0.0) {
     x.setZero();
-    guess.product = Vector::Zero(A_.rows());
+    product(x, guess.product);
     state.converged = true;
     return state;
   }
   // A product that was handed over is believed for the first correction alone; the last word is A's own.
   bool believed = guess.product.size() != 0 && !x.isZero(0.0);
-  if (guess.product.size() == 0) A_.multiply(x, guess.product);
+  if (guess.product.size() == 0) product(x, guess.product);
   Vector r = b - guess.product, d;
   const auto renew = [&] {
-    A_.multiply(x, guess.product);
+    product(x, guess.product);
     r = b - guess.product;
     state.residual = r.norm() / b_norm;
     check_finite("|b - A x| / |b|", state.residual);

@@ -10,7 +10,9 @@ class CholeskySolver : public LinearSolver {
   CholeskySolver(const BlockMatrix& A, FactorPlan plan, double tolerance, Cholesky options = {})
       : A_(A), factor_(A, std::move(plan)), tolerance_(tolerance), options_(options) {}
 
-  Convergence solve(const Vector& b, Guess& guess) const override;
+  using LinearSolver::solve;
+  Convergence solve(const Vector& b, Guess& guess, double tolerance) const override;
+  Convergence solve(const Vector& b, Guess& guess, double tolerance, const Product& product) const override;
   std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
                                       double tolerance) const override;
   std::string name() const override { return "Cholesky"; }
@@ -18,7 +20,6 @@ class CholeskySolver : public LinearSolver {
 
  private:
   static constexpr double least_gain = 0.1;  // a refinement that leaves more of the residual is not repeated
-  Convergence solve(const Vector& b, Guess& guess, double tolerance) const;
   void correct(Vector& r, Vector& d, double target, int& iterations) const;
 
   const BlockMatrix& A_;

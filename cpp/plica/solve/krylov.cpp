@@ -133,7 +133,7 @@ void ConjugateGradient::multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff
   row_products().blocks_single(pattern.row_start.data(), pattern.column.data(), single_.data(), p, q, begin, end);
 }
 
-Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
+Convergence ConjugateGradient::solve(const Vector& b, Vector& x, double tolerance) const {
   constexpr double finest = 1e-6;  // a correction is not asked for more than the rounded matrix can give
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   check_size("b.size()", b.size(), unknowns);
@@ -173,8 +173,8 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
     A_->multiply_rows(begin, end, p, q);
   };
   bool single = true;
-  while (state.residual > options_.tolerance && state.iterations < options_.max_iterations) {
-    const double before = state.residual, target = 0.5 * options_.tolerance / before;
+  while (state.residual > tolerance && state.iterations < options_.max_iterations) {
+    const double before = state.residual, target = 0.5 * tolerance / before;
     const double curvature =
         single ? correct(rounded, r, d, std::max(finest, target), state) : correct(exact, r, d, target, state);
     if (!single) {
@@ -195,7 +195,7 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x) const {
     if (stagnates && !single) break;  // round-off is reached
     single = single && !stagnates;
   }
-  state.converged = state.residual <= options_.tolerance;
+  state.converged = state.residual <= tolerance;
   return state;
 }
 

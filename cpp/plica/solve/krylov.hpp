@@ -33,7 +33,8 @@ class ConjugateGradient {
   ConjugateGradient(const BlockMatrix& A, KrylovOptions options);
   /// Starts from x (3 n), or from zero where x is empty. b = 0 gives x = 0. Throws SolveFailed where A shows
   /// itself not positive definite (p^T A p <= 0) or a number is not finite.
-  Convergence solve(const Vector& b, Vector& x) const;
+  Convergence solve(const Vector& b, Vector& x, double tolerance) const;
+  Convergence solve(const Vector& b, Vector& x) const { return solve(b, x, options_.tolerance); }
   /// Solves for k right-hand sides (3 n, k) together: each product reads A once for all of them; each
   /// column takes the same arithmetic whatever its company. X starts from zero. In double precision throughout;
   /// Convergence::residual is the recursion's, which differs from |b - A x| / |b| by accumulated round-off.

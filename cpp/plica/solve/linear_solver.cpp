@@ -11,9 +11,15 @@ namespace {
 class IterativeSolver : public LinearSolver {
  public:
   IterativeSolver(const BlockMatrix& A, const KrylovOptions& options) : solver_(A, options) {}
-  Convergence solve(const Vector& b, Guess& guess) const override {
+  using LinearSolver::solve;
+  Convergence solve(const Vector& b, Guess& guess, double tolerance) const override {
     guess.product = Vector();
-    return solver_.solve(b, guess.x);
+    return solver_.solve(b, guess.x, tolerance);
+  }
+  Convergence solve(const Vector& b, Guess& guess, double tolerance, const Product& product) const override {
+    const Convergence end = solve(b, guess, tolerance);
+    product(guess.x, guess.product);
+    return end;
   }
   std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
                                       double tolerance) const override {

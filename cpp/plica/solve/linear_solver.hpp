@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <memory>
 #include <string>
 #include <variant>
@@ -54,9 +55,15 @@ class LinearSolver {
   static std::unique_ptr<const LinearSolver> make(const BlockMatrix& A, const Options& options);
   virtual ~LinearSolver() = default;
 
-  /// Starts from guess.x and leaves the solution there, with its product where that comes free. b = 0 gives x = 0.
-  /// Throws SolveFailed where A shows itself not positive definite or a number is not finite.
-  virtual Convergence solve(const Vector& b, Guess& guess) const = 0;
+  /// Writes A x.
+  using Product = std::function<void(const Vector& x, Vector& image)>;
+  /// Starts from guess.x and leaves the solution there. b = 0 gives x = 0. `product`: of A in double precision,
+  /// for callers that keep more of it than A x; the last one is the solution's, and left in the guess. Throws
+  /// SolveFailed where A shows itself not positive definite or a number is not finite.
+  virtual Convergence solve(const Vector& b, Guess& guess, double tolerance, const Product& product) const = 0;
+  /// The product is left in the guess where it comes free.
+  virtual Convergence solve(const Vector& b, Guess& guess, double tolerance) const = 0;
+  Convergence solve(const Vector& b, Guess& guess) const { return solve(b, guess, tolerance()); }
   /// Solves for k right-hand sides (3 n, k) from zero, to a tolerance of their own; each column takes the same
   /// arithmetic whatever its company. Cheapest in blocks of `pack`.
   virtual std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
@@ -64,6 +71,9 @@ class LinearSolver {
   static constexpr int pack = BlockMatrix::pack;
   virtual std::string name() const = 0;
   virtual double tolerance() const = 0;
+  /// Enough for what only positions within a step follow from, of which contact and flow ask some 1e-4 of a step's
+  /// motion: the step is solved for to tolerance() once these are known.
+  double tolerance_of_positions() const { return 100 * tolerance(); }
 };
 
 }  // namespace plica

@@ -84,6 +84,36 @@ class RecordingPath final : public ContactPath {
   std::shared_ptr<Record> record_;
 };
 
+/// The condensed path, that moves the upper square by `off` (m) too far or not far enough in turn; one that gives
+/// up finds forces once only.
+class FailingPath final : public ContactPath {
+ public:
+  FailingPath(const Squares& squares, double off, bool gives_up)
+      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
+        off_(off),
+        gives_up_(gives_up) {}
+
+  Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
+                        int most_pivots) override {
+    Complementarity solution = path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+    if (gives_up_ && moves_ > 0) solution.converged = false;
+    return solution;
+  }
+  void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
+            Points& x) override {
+    path_->move(rows, force, scale, x_free, x);
+    x.col(2).tail(4).array() += ++moves_ % 2 ? off_ : -off_;
+  }
+
+ private:
+  std::unique_ptr<const LinearSolver> solver_;
+  std::unique_ptr<ContactPath> path_;
+  double off_;
+  bool gives_up_;
+  int moves_ = 0;
+};
+
 /// A collision of the squares from their reference to x_free, with what its path was asked.
 struct Solved {
   std::shared_ptr<RecordingPath::Record> record = std::make_shared<RecordingPath::Record>();
@@ -96,7 +126,7 @@ struct Solved {
                         std::make_unique<RecordingPath>(squares, record));
     tolerance = Collision::Options{}.tolerance * collision.detector().mean_edge();
     const std::vector<std::int32_t> none;
-    contacts = collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, x);
+    contacts = collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, {}, x);
   }
 };
 
@@ -178,4 +208,58 @@ TEST_CASE("from the fourth pass on normals are the mean of their own and the las
   CHECK(turned >= 4);
   CHECK(solved.contacts.passes < 15);
   check_closed(squares, solved);
+}
+
+TEST_CASE(
+    "passes that come no closer end with the closest one, unconverged within ten tolerances, else in words") {
+  const Squares squares(true);
+  const Points x_free = squares.at({0, 0, 0, 0, -0.5, -0.5, -0.5, -0.5});
+  const std::vector<std::int32_t> none;
+  const auto solve = [&](double tolerances, bool gives_up, Points& x) {
+    const double edge = Detector(squares.airway, squares.reference).mean_edge();
+    const double off = tolerances * Collision::Options{}.tolerance * edge;
+    Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
+                        std::make_unique<FailingPath>(squares, off, gives_up));
+    return collision.solve(x_free, 1.0, {squares.reference, none, {}, 0.0}, {}, x);
+  };
+  for (const bool gives_up : {false, true}) {
+    CAPTURE(gives_up);
+    Points x;
+    const Contacts contacts = solve(3, gives_up, x);
+    CHECK_FALSE(contacts.converged);
+    CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() == doctest::Approx(contacts.gap_error).epsilon(1e-6));
+    CHECK(contacts.force.sum() == doctest::Approx(2.0).epsilon(1e-4));  // springs of 1 N/m, half a metre each
+    CHECK((gives_up ? contacts.passes < 5 : contacts.passes < Collision::Options{}.max_passes / 2));
+    CHECK_THROWS_WITH_AS(solve(30, gives_up, x),
+                         doctest::Contains(gives_up ? "no consistent set of closed" : "gap error"), SolveFailed);
+    CHECK(solve(0, gives_up, x).converged);
+  }
+}
+
+TEST_CASE("a search that goes on from what another found ends where one from the start does, in fewer passes") {
+  const Squares squares(false);
+  const auto collision = [&] {
+    return Collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {1e-9},
+                     std::make_unique<RecordingPath>(squares, std::make_shared<RecordingPath::Record>()));
+  };
+  const std::vector<std::int32_t> none;
+  const BeforeContact before{squares.reference, none, {}, 0.0};
+  // Pressed together a little more, and drawn apart.
+  for (const double further : {0.01, -2.0}) {
+    CAPTURE(further);
+    const Points x_free = squares.at({0, 0, 0.1, 0, -0.3, -0.3, -0.4, -0.3}),
+                 other_free =
+                     x_free - further * squares.at({0, 0, 0, 0, 1, 1, 1, 1}).col(2) * Vector3::UnitZ().transpose();
+    Points x, resumed_x, x_anew;
+    Collision going_on = collision(), anew = collision();
+    const Contacts first = going_on.solve(x_free, 1.0, before, {}, x);
+    const Contacts resumed = going_on.solve(other_free, 1.0, before, first, resumed_x);
+    const Contacts from_start = anew.solve(other_free, 1.0, before, {}, x_anew);
+    // Gaps close to 1e-9 either way; across them forces act along the normals that the last pass began with.
+    CHECK((resumed_x - x_anew).cwiseAbs().maxCoeff() < (further > 0 ? 1e-4 : 1e-15));
+    CHECK(resumed.any_force() == (further > 0));
+    CHECK(from_start.any_force() == (further > 0));
+    CHECK(resumed.passes - first.passes <= from_start.passes + 1);
+    if (further > 0) CHECK(resumed.passes - first.passes < from_start.passes);
+  }
 }
