@@ -12,6 +12,7 @@ void for_vectors(AnyState& state, const Visit& visit) {
   visit("acceleration", state.acceleration);
   visit("load", state.load);
   visit("contact_force", state.contact_force);
+  visit("flow_load", state.flow_load);
   visit("elastic_force", state.elastic_force);
   visit("weighted_elastic_force", state.weighted_elastic_force);
   visit("viscous_force", state.viscous_force);
@@ -27,10 +28,13 @@ void for_energies(AnyLedger& ledger, const Visit& visit) {
   visit("kinetic", ledger.kinetic);
   visit("elastic", ledger.elastic);
   visit("load_work", ledger.load_work);
+  visit("flow_work", ledger.flow_work);
   visit("contact_work", ledger.contact_work);
   visit("viscous_loss", ledger.viscous_loss);
   visit("numerical_loss", ledger.numerical_loss);
   visit("initial", ledger.initial);
+  visit("air_supplied_energy", ledger.air_supplied_energy);
+  visit("air_viscous_energy", ledger.air_viscous_energy);
 }
 
 /// The first signs of trouble as numbers, none where there is none, and back.
@@ -106,6 +110,8 @@ py::dict state_to_dict(const State& state) {
   dict["closed_force"] = give(Vector(state.closed_force));
   dict["depth"] = state.depth;
   dict["flow_stopped"] = state.flow_stopped;
+  dict["supplied_power"] = state.supplied_power;
+  dict["viscous_power"] = state.viscous_power;
   for_energies(state.ledger, [&](const char* name, double value) { dict[name] = value; });
   for_signs(state.first_signs, [&](const char* name, const auto& sign) {
     const Numbers numbers = sign ? numbers_of(*sign) : Numbers{};
@@ -130,6 +136,8 @@ State state_from_dict(const py::dict& dict) {
   state.closed_force = entry("closed_force").cast<Vector>();
   state.depth = entry("depth").cast<double>();
   state.flow_stopped = entry("flow_stopped").cast<bool>();
+  state.supplied_power = entry("supplied_power").cast<double>();
+  state.viscous_power = entry("viscous_power").cast<double>();
   for_energies(state.ledger, [&](const char* name, double& value) { value = entry(name).cast<double>(); });
   for_signs(state.first_signs, [&](const char* name, auto& sign) {
     using Sign = typename std::decay_t<decltype(sign)>::value_type;

@@ -23,6 +23,16 @@ def test_a_step_that_comes_to_what_the_engine_refuses_has_failed(phonating: plic
         simulation.advance(3)
 
 
+@pytest.mark.parametrize("part", ["flow_load", "supplied_power", "flow_work", "air_supplied_energy"])
+def test_a_state_from_before_the_airflow_had_its_share_is_refused(phonating: plica.Scene, part: str) -> None:
+    simulation = plica.build_simulation(phonating)
+    simulation.advance(1)
+    state = simulation.state()
+    del state[part]
+    with pytest.raises(plica.InvalidInput, match=f'state lacks "{part}"; it must be one that state'):
+        simulation.restore(state)
+
+
 def failing(scene: plica.Scene, case: str) -> plica.Scene:
     """The larynx where it folds over itself, and contact finds no solution later."""
     fields = dict(scene)

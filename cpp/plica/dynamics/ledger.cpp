@@ -31,9 +31,19 @@ Ledger continued_ledger(const Motion& motion, const State& before, const State& 
 
   Ledger ledger = before.ledger;
   take_energies(motion, now, ledger);
-  // Loads are those of t_{n+1+alpha}: -alpha times their difference further on is the load of the step's middle.
-  const double late = (first ? alpha / (2 * (1 + alpha)) : alpha) * du.dot(now.load - before.load);
+  // Loads and flow are those of t_{n+1+alpha}: -alpha times their difference further on is the step's middle.
+  const double lag = first ? alpha / (2 * (1 + alpha)) : alpha;
+  const double late = lag * du.dot(now.load - before.load);
   ledger.load_work += 0.5 * du.dot(now.load + before.load) - late;
+  if (now.flow_load.size() > 0) {
+    ledger.flow_work +=
+        0.5 * du.dot(now.flow_load + before.flow_load) - lag * du.dot(now.flow_load - before.flow_load);
+    const auto of_step = [&](double P_now, double P_before) {
+      return h * (0.5 * (P_now + P_before) - lag * (P_now - P_before));
+    };
+    ledger.air_supplied_energy += of_step(now.supplied_power, before.supplied_power);
+    ledger.air_viscous_energy += of_step(now.viscous_power, before.viscous_power);
+  }
   if (now.contact_force.size() > 0) ledger.contact_work += 0.5 * du.dot(now.contact_force + before.contact_force);
   if (viscous) ledger.viscous_loss += 0.5 * du.dot(now.viscous_force + before.viscous_force);
   const Vector d_inertia = now.inertial_force - before.inertial_force;

@@ -9,11 +9,16 @@ struct State;
 struct Ledger {
   double kinetic = 0.0;
   double elastic = 0.0;
-  double load_work = 0.0;
+  double load_work = 0.0;  // of all loads, the airflow's included
+  double flow_work = 0.0;  // of load_work, the airflow's
   double contact_work = 0.0;
   double viscous_loss = 0.0;
   double numerical_loss = 0.0;
   double initial = 0.0;  // kinetic + elastic at t = 0
+
+  // The air's own account, no part of the tissue's balance.
+  double air_supplied_energy = 0.0;  // subglottal pressure times the volume that has flowed
+  double air_viscous_energy = 0.0;   // of it, lost to friction at the walls
 
   /// What the terms leave unexplained; round-off and the solver's tolerance.
   double error() const {

@@ -46,8 +46,14 @@ void Simulation::begin() {
   if (contact_) state_.contact_force = Vector::Zero(unknowns);
   state_.load = loads_.at(0.0);
   const Points x = positions();
-  if (const Airflow* flow = airflow())  // which knows the scene's coordinates
-    flow->add_load(x, flow->evaluate(flow->areas(x), false).pressure, state_.load);
+  if (const Airflow* flow = airflow()) {  // which knows the scene's coordinates
+    const FlowState air = flow->evaluate(flow->areas(x), false);
+    state_.flow_load = Vector::Zero(unknowns);
+    flow->add_load(x, air.pressure, state_.flow_load);
+    state_.load += state_.flow_load;
+    state_.supplied_power = air.supplied_power;
+    state_.viscous_power = air.viscous_power;
+  }
   motion_.begin(state_);
   state_.ledger = opened_ledger(motion_, state_);
   if (contact_) contact_->require_apart(motion_.positions(state_.displacement));
@@ -80,7 +86,8 @@ void Simulation::set_external_force(Vector force) {
 }
 
 void Simulation::restore(State state) {
-  state.validate({step_matrix().rows(), scene_.mesh.cell_count(), viscosity().has_value(), collision()});
+  state.validate(
+      {step_matrix().rows(), scene_.mesh.cell_count(), viscosity().has_value(), flow_.has_value(), collision()});
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
@@ -99,8 +106,8 @@ void Simulation::advance() {
                        seen_from + state_.first_signs.text(motion_.step(), folded(positions())));
   };
   try {
-    Step step(motion_, state_, loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step()), seen_, contact(),
-              times_);
+    const Vector scene_load = loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step());
+    Step step(motion_, state_, scene_load, seen_, contact(), times_);
     if (contact_) {
       const Stopwatch watch(times_.contact);
       contact_->begin(step.x_previous(), state_.depth);
@@ -111,7 +118,7 @@ void Simulation::advance() {
     else
       step.move();
     step.complete();
-    keep(step, flow);
+    keep(step, flow, scene_load);
   } catch (const SolveFailed& failure) {
     throw failed(failure);
   } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
@@ -119,10 +126,15 @@ void Simulation::advance() {
   }
 }
 
-void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow) {
+void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load) {
   State now = step.end();
   {
     const Stopwatch watch(times_.ledger);
+    if (flow) {
+      now.flow_load = now.load - scene_load;
+      now.supplied_power = flow->state.supplied_power;
+      now.viscous_power = flow->state.viscous_power;
+    }
     now.ledger = continued_ledger(motion_, state_, now);
   }
   const Stopwatch watch(times_.record);

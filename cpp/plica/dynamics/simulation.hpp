@@ -65,8 +65,8 @@ class Simulation {
  private:
   SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
   void begin();
-  /// Keeps what the completed step led to, and says what it was like.
-  void keep(Step& step, const std::optional<FlowRecord>& flow);
+  /// Keeps what the completed step under this load (3 n) N of the scene led to, and says what it was like.
+  void keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load);
   std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
 
   Scene scene_;

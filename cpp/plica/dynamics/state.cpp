@@ -13,6 +13,7 @@ void State::validate(const Shape& shape) const {
                                                           {"acceleration", &acceleration},
                                                           {"load", &load},
                                                           {"contact_force", &contact_force},
+                                                          {"flow_load", &flow_load},
                                                           {"elastic_force", &elastic_force},
                                                           {"weighted_elastic_force", &weighted_elastic_force},
                                                           {"viscous_force", &viscous_force},
@@ -24,7 +25,8 @@ void State::validate(const Shape& shape) const {
   for (const auto& [name, values] : fields) {
     const bool viscous =
         values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
-    const bool absent = (values == &contact_force && !shape.collision) || (viscous && !shape.viscous);
+    const bool absent = (values == &contact_force && !shape.collision) ||
+                        (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous);
     const std::ptrdiff_t size = absent ? 0 : shape.unknowns;
     if (values->size() != size)
       throw InvalidInput("Simulation", std::string("size of the state's ") + name,
@@ -56,6 +58,8 @@ void State::validate(const Shape& shape) const {
                            "It belongs to another scene.");
   if (!(depth >= 0) || !std::isfinite(depth))
     throw InvalidInput("Simulation", "state's depth", depth, "m", ">= 0 and finite");
+  if (!std::isfinite(supplied_power) || !std::isfinite(viscous_power))
+    throw InvalidInput("Simulation: the state's supplied_power and viscous_power must be finite.");
   first_signs.validate(step, shape.cells);
 }
 

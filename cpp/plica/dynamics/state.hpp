@@ -9,11 +9,13 @@ namespace plica {
 class Collision;
 
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n); contact_force is empty
-/// where the scene has no contact, those of the viscosity where no material is viscous.
+/// where the scene has no contact, flow_load where it has no airflow, those of the viscosity where no material is
+/// viscous.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
   Vector load, contact_force;                   // N, as they entered the last step's equation
+  Vector flow_load;                             // N, what of `load` is the airflow's
   Vector elastic_force, weighted_elastic_force, viscous_force, inertial_force;  // K u, K U, C V, M a
   Vector stiffness_velocity, stiffness_acceleration;                            // K v, K a
   Vector viscosity_velocity, viscosity_acceleration;                            // C v, C a
@@ -22,6 +24,7 @@ struct State {
   Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
   bool flow_stopped = false;
+  double supplied_power = 0.0, viscous_power = 0.0;  // W, of the airflow (FlowState) in the last step
   Ledger ledger;
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does
 
@@ -30,7 +33,7 @@ struct State {
   /// What the states of a scene have in common.
   struct Shape {
     std::ptrdiff_t unknowns, cells;
-    bool viscous;
+    bool viscous, airflow;
     const Collision* collision;  // null without contact
   };
   /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.

@@ -140,6 +140,16 @@ std::vector<Waveform> make_waveforms() {
            [](const FlowRecord& r) { return r.state.supplied_power; }),
       wave("air_viscous_loss", "W", "What friction at the walls takes of it; the rest leaves with the jet.",
            [](const FlowRecord& r) { return r.state.viscous_power; }),
+      since_start(only(Of::airflow,
+                       wave("flow_work", "J", "Work of the airflow on the tissue since t = 0, part of load_work.",
+                            &Ledger::flow_work))),
+      since_start(
+          only(Of::airflow, wave("air_supplied_energy", "J",
+                                 "Subglottal pressure times the volume of air that has flowed since t = 0.",
+                                 &Ledger::air_supplied_energy))),
+      since_start(
+          only(Of::airflow, wave("air_viscous_energy", "J", "What friction at the walls took of it since t = 0.",
+                                 &Ledger::air_viscous_energy))),
       wave("section_area", "m^2", "Of each section of the airway, upward, (steps, sections).",
            [](const FlowRecord& r) -> const Vector& { return r.state.area; }),
       wave("section_pressure", "Pa", "In each section, (steps, sections).",

@@ -291,11 +291,16 @@ _QUANTITIES = (
     ),
     _energy("kinetic_energy", "Kinetic energy", "J", "at the end of the run"),
     _energy("elastic_energy", "Elastic energy", "J", "at the end of the run"),
-    _energy("load_work", "Work of the loads", "J", "at the end of the run"),
+    _energy("load_work", "Work of the loads", "J", "at the end of the run, the airflow's included"),
+    _energy("flow_work", "Work of the airflow", "J", "on the tissue, at the end of the run"),
     _energy("viscous_loss", "Viscous loss", "J", "at the end of the run"),
     _energy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
     _energy("contact_work", "Work of the contact", "J", "at the end of the run"),
     _energy("friction_loss", "Friction loss", "J", "minus the work of friction, over the run"),
+    _energy(
+        "air_supplied_energy", "Energy supplied to the air", "J", "by the subglottal pressure, over the run"
+    ),
+    _energy("air_viscous_energy", "Air's viscous loss", "J", "of the energy supplied, over the run"),
     _energy("ledger_error", "Ledger error", "1", "largest over the largest energy of the run"),
     _solver("steps", "Steps", "1", "computed"),
     _solver("time_step", "Time step", "s", shown="us"),

@@ -20,6 +20,7 @@ void check_equal(const State& a, const State& b) {
   CHECK(a.acceleration == b.acceleration);
   CHECK(a.load == b.load);
   CHECK(a.contact_force == b.contact_force);
+  CHECK(a.flow_load == b.flow_load);
   CHECK(a.elastic_force == b.elastic_force);
   CHECK(a.weighted_elastic_force == b.weighted_elastic_force);
   CHECK(a.viscous_force == b.viscous_force);
@@ -33,9 +34,14 @@ void check_equal(const State& a, const State& b) {
   CHECK(a.closed == b.closed);
   CHECK(a.depth == b.depth);
   CHECK(a.flow_stopped == b.flow_stopped);
+  CHECK(a.supplied_power == b.supplied_power);
+  CHECK(a.viscous_power == b.viscous_power);
   CHECK(a.ledger.kinetic == b.ledger.kinetic);
   CHECK(a.ledger.elastic == b.ledger.elastic);
   CHECK(a.ledger.load_work == b.ledger.load_work);
+  CHECK(a.ledger.flow_work == b.ledger.flow_work);
+  CHECK(a.ledger.air_supplied_energy == b.ledger.air_supplied_energy);
+  CHECK(a.ledger.air_viscous_energy == b.ledger.air_viscous_energy);
   CHECK(a.ledger.contact_work == b.ledger.contact_work);
   CHECK(a.ledger.viscous_loss == b.ledger.viscous_loss);
   CHECK(a.ledger.numerical_loss == b.ledger.numerical_loss);

@@ -16,9 +16,12 @@ def energy_measures(waveforms: Mapping[str, Array]) -> list[Measure]:
         "kinetic_energy",
         "elastic_energy",
         "load_work",
+        "flow_work",
         "viscous_loss",
         "numerical_loss",
         "contact_work",
+        "air_supplied_energy",
+        "air_viscous_energy",
     )
     found = [whole(name, float(waveforms[name][-1])) for name in terms if name in waveforms]
     if "friction_loss" in waveforms:
