@@ -103,7 +103,7 @@ def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: 
 
 
 class StopsAfter:
-    """A simulation whose step number `last` + 1 fails, under a force that is not finite."""
+    """A simulation whose step number `last` + 1 fails, under a force whose square is not finite."""
 
     def __init__(self, last: int) -> None:
         self.last, self.made = last, _engine.Simulation
@@ -120,7 +120,7 @@ class StopsAfter:
                 if good >= steps:
                     return inner.advance(steps)
                 waveforms = inner.advance(good)
-                inner.set_external_force(np.full_like(inner.displacement, np.inf))
+                inner.set_external_force(np.full_like(inner.displacement, 1e300))
                 with pytest.raises(plica.StepFailed) as failure:
                     inner.advance(steps - good)
                 raise plica.StepFailed(str(failure.value), waveforms)

@@ -1,5 +1,7 @@
 #include "plica/dynamics/simulation.hpp"
 
+#include <cmath>
+
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 #include "plica/dynamics/step.hpp"
@@ -82,6 +84,11 @@ void Simulation::set_external_force(Vector force) {
   if (force.size() != step_matrix().rows())
     throw InvalidInput("Simulation", "external force", static_cast<double>(force.size()), "entries",
                        "3 times the " + std::to_string(scene_.mesh.node_count()) + " nodes");
+  for (std::ptrdiff_t i = 0; i < force.size(); ++i)
+    if (!std::isfinite(force[i]))
+      throw InvalidInput("Simulation",
+                         std::string("external force along ") + "xyz"[i % 3] + " on node " + std::to_string(i / 3),
+                         force[i], "N", "finite");
   loads_.set_external(std::move(force));
 }
 

@@ -59,7 +59,7 @@ class Simulation {
   /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
   /// the next step on. Like them it counts at t + (1 + alpha) h of the step from t = time() to t + h: with Newmark
   /// (alpha = 0) at its end, so give its value of then. Not part of State, so set it again after restore; not in
-  /// the initial acceleration.
+  /// the initial acceleration. Throws InvalidInput for another size and for an entry that is not finite.
   void set_external_force(Vector force);
 
  private:

@@ -136,6 +136,12 @@ TEST_CASE("a force of the embedder's own accelerates as a load does") {
   simulation.advance();
   CHECK((simulation.state().acceleration.array() - 3.0).abs().maxCoeff() < 1e-9);
   CHECK_THROWS_AS(simulation.set_external_force(Vector::Zero(7)), InvalidInput);
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(), -std::numeric_limits<double>::infinity()}) {
+    Vector broken = force;
+    broken[3 * 5 + 2] = value;
+    CHECK_THROWS_WITH_AS(simulation.set_external_force(broken),
+                         doctest::Contains("Simulation: external force along z on node 5 = "), InvalidInput);
+  }
 }
 
 TEST_CASE("a force of the embedder's own counts at t + (1 + alpha) h, as a load of the scene does") {
