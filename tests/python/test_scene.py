@@ -129,6 +129,15 @@ def test_a_part_speaks_for_itself() -> None:
     with pytest.raises(plica.InvalidInput) as caught:
         plica.Airflow(subglottal_pressure=-800)
     assert str(caught.value) == "Airflow: subglottal_pressure = -800; must be > 0. Is the sign right?"
+
+
+def test_a_flow_that_jumps_needs_sweeps_after_it_is_held_and_no_other_does() -> None:
+    few = plica.Coupling(iterated=plica.Iterated(max_sweeps=8, freeze_after=8))
+    assert plica.Airflow(coupling=few).coupling == few
+    relation = "coupling.iterated.max_sweeps = 8; must be > freeze_after = 8 with Bernoulli's flow."
+    with pytest.raises(plica.SceneError) as caught:
+        plica.Airflow(model="bernoulli", coupling=few)
+    assert str(caught.value) == f"Airflow: {relation}"
     assert isinstance(caught.value, ValueError)
 
 

@@ -19,8 +19,8 @@ struct Extrapolated {};
 /// counted too.
 struct Iterated {
   double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal pressures
-  int max_sweeps = 40;      // > freeze_after
-  int freeze_after = 8;     // >= 1
+  int max_sweeps = 40;      // >= 1; with Bernoulli's flow > freeze_after
+  int freeze_after = 8;     // >= 1; of Bernoulli's flow, no other jumps
   void validate() const;    // throws InvalidInput
 };
 using Coupling = std::variant<Lagged, Extrapolated, Iterated>;

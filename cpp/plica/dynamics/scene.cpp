@@ -6,6 +6,16 @@
 
 namespace plica {
 
+void AirflowPart::validate() const {
+  const auto* iterated = std::get_if<Iterated>(&coupling);
+  if (!iterated) return;
+  iterated->validate();
+  if (std::holds_alternative<Bernoulli>(flow.model) && iterated->max_sweeps <= iterated->freeze_after)
+    throw InvalidInput("Iterated", "max_sweeps", iterated->max_sweeps, "",
+                       "> freeze_after = " + std::to_string(iterated->freeze_after) + " with Bernoulli's flow",
+                       "What is held needs a sweep.");
+}
+
 void Load::validate() const {
   for (int d = 0; d < 3; ++d)
     if (!std::isfinite(traction[d]))
@@ -22,8 +32,7 @@ void Scene::validate() const {
   if (supports.size() != 3 * n)
     throw InvalidInput("Scene", "supports", static_cast<double>(supports.size()), "unknowns",
                        "3 times the " + std::to_string(n) + " nodes");
-  if (airflow)
-    if (const auto* iterated = std::get_if<Iterated>(&airflow->coupling)) iterated->validate();
+  if (airflow) airflow->validate();
   if (contact)
     for (const Triangles* side : {&contact->airway.first, &contact->airway.second})
       for (const std::int32_t node : side->reshaped())

@@ -15,6 +15,7 @@ struct AirflowPart {
   std::string surface = "airway";
   Airflow::Options flow;
   Coupling coupling = Iterated{};
+  void validate() const;  // throws InvalidInput: the coupling, and what of it must fit the flow
 };
 
 /// The mass of the nodes of both contact surfaces. Redistributed, they have none, but for those held in all

@@ -212,7 +212,7 @@ TEST_CASE("couplings, loads and gravity outside their ranges are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH_AS((Iterated{0.0, 40, 8}.validate()), doctest::Contains("tolerance = 0"), InvalidInput);
   CHECK_THROWS_WITH_AS((Iterated{1e-5, 40, 0}.validate()), doctest::Contains("freeze_after = 0"), InvalidInput);
-  CHECK_THROWS_WITH_AS((Iterated{1e-5, 8, 8}.validate()), "Iterated: max_sweeps = 8; must be > freeze_after = 8.",
+  CHECK_THROWS_WITH_AS((Iterated{1e-5, 0, 8}.validate()), doctest::Contains("max_sweeps = 0; must be >= 1"),
                        InvalidInput);
   const Simulation::Options o = options(HilberHughesTaylor{}, 1e-4);
   Scene scene = scenes::small_larynx();

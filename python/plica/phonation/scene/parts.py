@@ -98,7 +98,8 @@ class Iterated(Part):
     max_sweeps: Count = Field(default_factory=engine_default("Iterated", "max_sweeps"))
     """Sweeps a step at most."""
     freeze_after: Count = Field(default_factory=engine_default("Iterated", "freeze_after"))
-    """Sweeps after which the separation section and the stop of the flow are held within a step."""
+    """Sweeps after which the separation section and the stop of Bernoulli's flow, which jump, are held within a
+    step; less than `max_sweeps`. Other flows know neither."""
 
 
 class Coupling(OneOf):
@@ -193,6 +194,14 @@ class Airflow(Part):
     """Surface the pressure acts on: at rest, consistent with linear tissue, or deformed (Paper A, Eq. 17)."""
     coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
     """How the load follows the motion in time."""
+
+    @model_validator(mode="after")
+    def _holds_a_jump_for_a_sweep(self) -> Self:
+        iterated = self.coupling.iterated
+        if self.model.bernoulli is None or iterated is None or iterated.max_sweeps > iterated.freeze_after:
+            return self
+        relation = f"must be > freeze_after = {iterated.freeze_after} with Bernoulli's flow."
+        raise problem(relation, "coupling", "iterated", "max_sweeps", value=iterated.max_sweeps)
 
 
 class Multipliers(Part):
