@@ -1,13 +1,7 @@
 #include "plica/core/block_product.hpp"
 
 #include "plica/core/block_matrix.hpp"
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PLICA_FMA_VERSIONS 1
-#define PLICA_INLINE inline __attribute__((always_inline))
-#else
-#define PLICA_INLINE inline
-#endif
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {
@@ -76,38 +70,26 @@ PLICA_INLINE void nodal_rows(const std::int32_t* row_start, const std::int32_t* 
   }
 }
 
-// A version is the same body compiled for other instructions; __VA_ARGS__ is its target attribute.
-#define PLICA_VERSION(name, body, Real, ...)                                                           \
-  __VA_ARGS__ void name(const std::int32_t* row_start, const std::int32_t* column, const Real* values, \
-                        const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end) {        \
-    body(row_start, column, values, x, y, begin, end);                                                 \
+#define PLICA_ROW_PRODUCT(name, body, Real, target)                                               \
+  target void name(const std::int32_t* row_start, const std::int32_t* column, const Real* values, \
+                   const double* x, double* y, std::ptrdiff_t begin, std::ptrdiff_t end) {        \
+    body(row_start, column, values, x, y, begin, end);                                            \
   }
-PLICA_VERSION(blocks_any, block_rows, double, )
-PLICA_VERSION(single_any, block_rows, float, )
-PLICA_VERSION(packed_any, packed_rows, double, )
-PLICA_VERSION(nodal_any, nodal_rows, double, )
-#ifdef PLICA_FMA_VERSIONS
-PLICA_VERSION(blocks_fma, block_rows, double, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(single_fma, block_rows, float, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(packed_fma, packed_rows, double, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(nodal_fma, nodal_rows, double, __attribute__((target("avx2,fma"))))
-#endif
-#undef PLICA_VERSION
-
-RowProducts choose() {
-#ifdef PLICA_FMA_VERSIONS
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-    return {blocks_fma, packed_fma, nodal_fma, single_fma};
-  }
-#endif
-  return {blocks_any, packed_any, nodal_any, single_any};
-}
+#define PLICA_ROW_PRODUCTS(suffix, target)                        \
+  PLICA_ROW_PRODUCT(blocks_##suffix, block_rows, double, target)  \
+  PLICA_ROW_PRODUCT(packed_##suffix, packed_rows, double, target) \
+  PLICA_ROW_PRODUCT(nodal_##suffix, nodal_rows, double, target)   \
+  PLICA_ROW_PRODUCT(single_##suffix, block_rows, float, target)   \
+  constexpr RowProducts products_##suffix{blocks_##suffix, packed_##suffix, nodal_##suffix, single_##suffix};
+PLICA_ROW_PRODUCTS(any, )
+PLICA_ROW_PRODUCTS(fused, PLICA_FUSED)
+#undef PLICA_ROW_PRODUCTS
+#undef PLICA_ROW_PRODUCT
 
 }  // namespace
 
 const RowProducts& row_products() {
-  static const RowProducts chosen = choose();
+  static const RowProducts& chosen = takes_fused() ? products_fused : products_any;
   return chosen;
 }
 

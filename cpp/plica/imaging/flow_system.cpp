@@ -1,7 +1,7 @@
 #include "plica/imaging/flow_system.hpp"
 
 #include "plica/core/threads.hpp"
-#include "plica/imaging/versions.hpp"
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "plica/core/threads.hpp"
-#include "plica/imaging/versions.hpp"
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "plica/imaging/versions.hpp"
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {

@@ -1,11 +1,6 @@
 #include "plica/solve/panel_kernels.hpp"
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PLICA_FMA_VERSIONS 1
-#define PLICA_INLINE inline __attribute__((always_inline))
-#else
-#define PLICA_INLINE inline
-#endif
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {
@@ -154,46 +149,35 @@ PLICA_INLINE void subtract_body(const double* const* x, const double* a, double*
   for (std::ptrdiff_t i = 0; i < count; ++i) y[i] -= (a[0] * x0[i] + a[1] * x1[i]) + (a[2] * x2[i] + a[3] * x3[i]);
 }
 
-// A version is the same body compiled for other instructions; __VA_ARGS__ is its target attribute.
-#define PLICA_VERSIONS(suffix, ...)                                                                              \
-  __VA_ARGS__ void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {              \
-    forward_body(p, g, t, f);                                                                                    \
-  }                                                                                                              \
-  __VA_ARGS__ void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {             \
-    backward_body(p, g, t, f);                                                                                   \
-  }                                                                                                              \
-  __VA_ARGS__ void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {       \
-    forward_packed_body(p, g, t, f);                                                                             \
-  }                                                                                                              \
-  __VA_ARGS__ void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {      \
-    backward_packed_body(p, g, t, f);                                                                            \
-  }                                                                                                              \
-  __VA_ARGS__ void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {           \
-    strip_body(a, b, count, c);                                                                                  \
-  }                                                                                                              \
-  __VA_ARGS__ void subtract_##suffix(const double* const* x, const double* a, double* y, std::ptrdiff_t count) { \
-    subtract_body(x, a, y, count);                                                                               \
-  }                                                                                                              \
-  constexpr PanelKernels kernels_##suffix{forward_##suffix,         backward_##suffix, forward_packed_##suffix,  \
+#define PLICA_PANEL_KERNELS(suffix, target)                                                                     \
+  target void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {                  \
+    forward_body(p, g, t, f);                                                                                   \
+  }                                                                                                             \
+  target void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {                 \
+    backward_body(p, g, t, f);                                                                                  \
+  }                                                                                                             \
+  target void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {           \
+    forward_packed_body(p, g, t, f);                                                                            \
+  }                                                                                                             \
+  target void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {          \
+    backward_packed_body(p, g, t, f);                                                                           \
+  }                                                                                                             \
+  target void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {               \
+    strip_body(a, b, count, c);                                                                                 \
+  }                                                                                                             \
+  target void subtract_##suffix(const double* const* x, const double* a, double* y, std::ptrdiff_t count) {     \
+    subtract_body(x, a, y, count);                                                                              \
+  }                                                                                                             \
+  constexpr PanelKernels kernels_##suffix{forward_##suffix,         backward_##suffix, forward_packed_##suffix, \
                                           backward_packed_##suffix, strip_##suffix,    subtract_##suffix};
-PLICA_VERSIONS(any, )
-#ifdef PLICA_FMA_VERSIONS
-PLICA_VERSIONS(fma, __attribute__((target("avx2,fma"))))
-#endif
-#undef PLICA_VERSIONS
-
-const PanelKernels& choose() {
-#ifdef PLICA_FMA_VERSIONS
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return kernels_fma;
-#endif
-  return kernels_any;
-}
+PLICA_PANEL_KERNELS(any, )
+PLICA_PANEL_KERNELS(fused, PLICA_FUSED)
+#undef PLICA_PANEL_KERNELS
 
 }  // namespace
 
 const PanelKernels& panel_kernels() {
-  static const PanelKernels& chosen = choose();
+  static const PanelKernels& chosen = takes_fused() ? kernels_fused : kernels_any;
   return chosen;
 }
 
