@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.problems import describe
 
-__all__ = ["OneOf", "Part", "engine_default", "problem"]
+__all__ = ["MAX_COUNT", "Count", "OneOf", "Part", "engine_default", "problem"]
+
+MAX_COUNT = 10**9
+"""Of a whole number that the engine takes, which has 32 bits."""
+
+Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 
 
 def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomError:

@@ -23,9 +23,9 @@ from plica.phonation.scene.parts import (
     Solver,
     Stepping,
     Supports,
-    is_whole,
 )
 from plica.phonation.scene.problems import describe
+from plica.phonation.scene.stepping import is_whole
 from plica.phonation.scene.tissue import Tissue
 from plica.phonation.scene.tissue_presets import by_name
 from plica.phonation.scene.toml_text import toml_text

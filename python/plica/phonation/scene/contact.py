@@ -1,0 +1,159 @@
+"""The contact of a scene: between what, and how it is enforced."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from plica.phonation.scene.part import Count, OneOf, Part, engine_default, problem
+from plica.units import Number, PerLength, Stiffness
+
+__all__ = ["Augmented", "Contact", "Multipliers", "Nitsche", "Penalty", "VolumePenalty"]
+
+
+class Multipliers(Part):
+    """Lagrange multipliers: the constraint holds exactly, by a saddle-point system (Paper A, Eq. 25)."""
+
+    solver: Literal["auto", "condensed", "saddle", "gmres"] = Field(
+        default_factory=engine_default("Multipliers", "solver")
+    )
+    """Condensed to the contact rows (columns of the compliance, kept), the saddle point of each active set by
+    conjugate gradients with a constraint preconditioner, or the thesis's GMRES with that of Eq. (29). "auto"
+    takes "condensed" for up to 3000 surface nodes and "saddle" above."""
+    position: Literal["end_of_step", "weighted"] = Field(
+        default_factory=engine_default("Multipliers", "position")
+    )
+    """Where the gap vanishes: at n + 1, or at (1 + alpha) x_{n+1} - alpha x_n as printed."""
+
+
+class Penalty(Part):
+    """A spring at each node that penetrates (Paper A, Eq. 22)."""
+
+    stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
+        default_factory=engine_default("Penalty", "stiffness")
+    )
+    """[N/m] Of the spring at one node."""
+
+
+class VolumePenalty(Part):
+    """Forces proportional to the volume of inverted airway tetrahedra (Paper A, Eq. 28)."""
+
+    kappa: Annotated[PerLength, Field(gt=0)] = Field(default_factory=engine_default("VolumePenalty", "kappa"))
+    """[Pa/m] Four times the force on the penetrating node over the inverted volume."""
+
+
+class Augmented(Part):
+    """Multipliers found by Uzawa's iteration (Paper B, Eqs. 9 and 10), carried from step to step:
+    p = max(0, lambda - stiffness * gap) is the next lambda."""
+
+    stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
+        default_factory=engine_default("Augmented", "stiffness")
+    )
+    """[N/m] Of one node, at the start of each step."""
+    growth: Annotated[Number, Field(gt=1)] = Field(default_factory=engine_default("Augmented", "growth"))
+    """[-] Factor of the stiffness where an augmentation did too little."""
+    reduction: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default_factory=engine_default("Augmented", "reduction")
+    )
+    """[-] Share by which an augmentation has to lower the largest gap error for the stiffness to stay."""
+    max_augmentations: Count = Field(default_factory=engine_default("Augmented", "max_augmentations"))
+    """Of one step, which keeps the gaps that are left then; Paper B shows 4."""
+
+
+class Nitsche(Part):
+    """Nitsche's method: the tissue's own normal stress at the surface is the force, corrected by the gap."""
+
+    factor: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Nitsche", "factor"))
+    """[-] Of the gap's part: pressure a gap, in stiffnesses of a layer of tissue one mean edge thick, its
+    inertia within a step included."""
+
+
+class Contact(OneOf):
+    """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it.
+
+    Multipliers are exact and the default to choose; augmented multipliers find the same forces step by step,
+    Nitsche's method nearly the same; penalties are soft and leave gaps. ``surface_mass="redistributed"`` ends
+    the chatter of an impact. In Python: ``Contact(multipliers=Multipliers(), friction=0.3)`` or
+    ``Contact(nitsche={"factor": 20})``.
+    """
+
+    kinds: ClassVar[dict[str, type[Part]]] = {
+        "multipliers": Multipliers,
+        "penalty": Penalty,
+        "volume_penalty": VolumePenalty,
+        "augmented": Augmented,
+        "nitsche": Nitsche,
+    }
+    multipliers: Multipliers | None = None
+    penalty: Penalty | None = None
+    volume_penalty: VolumePenalty | None = None
+    augmented: Augmented | None = None
+    nitsche: Nitsche | None = None
+    first: str = "airway_left"
+    """Surface of the one body; of a larynx, the left fold."""
+    second: str = "airway_right"
+    """Surface of the other body."""
+    airway: Literal["matched", "triangulated"] = "matched"
+    """How the air between the surfaces is cut: once, between nodes that face each other, or anew each step
+    between any two meshes (needs a build with `PLICA_GPL=ON`)."""
+    direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
+    """[-] Nodes of the two surfaces face each other along this direction; of the matched airway only."""
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
+        default_factory=engine_default("Contact", "tolerance")
+    )
+    """[-] Deepest gap left, relative to the mean edge of the interface."""
+    max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
+    """Rebuildings of the contact rows a step at most."""
+    faces: Literal["nodes", "mortar"] = Field(default_factory=engine_default("Contact", "faces"))
+    """Where gaps are held: at nodes (Paper A, Eqs. 18-20), quadratic faces being four flat triangles each, or
+    in the mean around each corner, forces spread by the faces' shape functions: right on quadratic faces."""
+    friction: Annotated[Number, Field(gt=0)] | None = None
+    """[-] Coulomb's coefficient between the surfaces, for multipliers (solver "auto" or "condensed") and,
+    slower, augmented multipliers; left out, there is no friction. On mortar faces steps may not converge."""
+    surface_mass: Literal["kept", "redistributed"] = Field(
+        default_factory=engine_default("Contact", "surface_mass")
+    )
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, against chatter at impact. Use
+    `order = 2` with it: coarse linear elements then answer a collision with half the impulse."""
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> Self:
+        if not any(self.direction):
+            raise problem("must not be zero.", "direction", value=list(self.direction))
+        if self.airway == "triangulated" and self.direction != Contact.model_fields["direction"].default:
+            relation = "must be left out. A triangulated airway has no direction."
+            raise problem(relation, "direction", value=list(self.direction))
+        return self
+
+    @model_validator(mode="after")
+    def _has_two_surfaces(self) -> Self:
+        if self.first == self.second:
+            raise problem(
+                "must be another surface than first: contact is between two.", "second", value=self.second
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _faces_fit_the_enforcement(self) -> Self:
+        relation = ""
+        if self.volume_penalty is not None:
+            relation = (
+                'must be "nodes" with the volume penalty, whose faces are those of the airway tetrahedra.'
+            )
+        if self.nitsche is not None:
+            relation = "must be \"nodes\" with Nitsche's method, which takes the tissue's stress at nodes."
+        if self.faces == "mortar" and relation:
+            raise problem(relation, "faces", value=self.faces)
+        return self
+
+    @model_validator(mode="after")
+    def _friction_has_multipliers(self) -> Self:
+        condensed = self.multipliers is not None and self.multipliers.solver in ("auto", "condensed")
+        if self.friction is not None and not condensed and self.augmented is None:
+            relation = (
+                'must come with multipliers (solver "auto" or "condensed") or augmented multipliers. '
+                "Leave it out for none."
+            )
+            raise problem(relation, "friction", value=self.friction)
+        return self

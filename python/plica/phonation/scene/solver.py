@@ -1,0 +1,55 @@
+"""How the linear systems of a scene are solved."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from pydantic import Field
+
+from plica.phonation.scene.part import Count, OneOf, Part, engine_default
+from plica.units import Number
+
+__all__ = ["Automatic", "Cholesky", "ConjugateGradients", "LinearMethod", "Solver"]
+
+
+class Automatic(Part):
+    """Cholesky where its factor fits and moves no more bytes than conjugate gradients, these otherwise."""
+
+    memory: Annotated[Number, Field(ge=0)] = Field(default_factory=engine_default("Automatic", "memory"))
+    """[bytes] That the factor may take."""
+
+
+class Cholesky(Part):
+    """A sparse factor in single precision, computed once, with iterative refinement."""
+
+    max_iterations: Count = Field(default_factory=engine_default("Cholesky", "max_iterations"))
+    """Solves with the factor of one solution; beyond them the step fails."""
+
+
+class ConjugateGradients(Part):
+    """Preconditioned by the diagonal blocks; keeps nothing beside the matrix."""
+
+    max_iterations: Count = Field(default_factory=engine_default("ConjugateGradients", "max_iterations"))
+    """Of one solution; beyond them the step fails."""
+
+
+class LinearMethod(OneOf):
+    """How a step's linear systems are solved: ``"auto"``, ``"cholesky"`` or ``"conjugate_gradients"``."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {
+        "auto": Automatic,
+        "cholesky": Cholesky,
+        "conjugate_gradients": ConjugateGradients,
+    }
+    auto: Automatic | None = None
+    cholesky: Cholesky | None = None
+    conjugate_gradients: ConjugateGradients | None = None
+
+
+class Solver(Part):
+    """The linear systems of a step."""
+
+    tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
+    """[-] Relative residual."""
+    method: LinearMethod = Field(default_factory=lambda: LinearMethod(auto=Automatic()))
+    """How they are solved."""

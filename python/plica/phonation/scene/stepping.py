@@ -1,0 +1,77 @@
+"""The time steps of a scene and their scheme."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from plica.phonation.scene.part import OneOf, Part, engine_default, problem
+from plica.units import Number, Time
+
+__all__ = ["HilberHughesTaylor", "Newmark", "Scheme", "Stepping", "is_whole"]
+
+
+def is_whole(count: float) -> bool:
+    """Whether a number of steps is whole but for round-off."""
+    return count < 2**53 and abs(count - round(count)) <= 1e-6 * count
+
+
+class HilberHughesTaylor(Part):
+    """HHT-alpha, gamma = 1/2 - alpha, beta = (1 - alpha)^2 / 4."""
+
+    alpha: Annotated[Number, Field(ge=-1 / 3, le=0)] = Field(
+        default_factory=engine_default("HilberHughesTaylor", "alpha")
+    )
+    """[-] From -1/3, most damping of short waves, to 0, none."""
+
+
+class Newmark(Part):
+    """Newmark's family; beta = 1/4, gamma = 1/2 is the trapezoidal rule, which creates energy at impact."""
+
+    beta: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Newmark", "beta"))
+    """[-] Weight of the new acceleration in the displacement; at least gamma / 2."""
+    gamma: Annotated[Number, Field(ge=0.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
+    """[-] Weight of the new acceleration in the velocity; above 1/2 the scheme damps, to first order."""
+
+    @model_validator(mode="after")
+    def _is_stable(self) -> Self:
+        if 2 * self.beta < self.gamma:
+            relation = f"must be >= gamma / 2 = {self.gamma / 2:g}, or the step is limited."
+            raise problem(relation, "beta", value=self.beta)
+        return self
+
+
+class Scheme(OneOf):
+    """The time scheme: ``"hht"``, ``"newmark"``, or a table, ``{hht = {alpha = -0.1}}``."""
+
+    kinds: ClassVar[dict[str, type[Part]]] = {"hht": HilberHughesTaylor, "newmark": Newmark}
+    hht: HilberHughesTaylor | None = None
+    newmark: Newmark | None = None
+
+
+class Stepping(Part):
+    """Time stepping with a constant step."""
+
+    step: Annotated[Time, Field(gt=0)]
+    """[s] Between two instants."""
+    duration: Annotated[Time, Field(gt=0)]
+    """[s] Simulated in all, whole steps."""
+    scheme: Scheme = Field(default_factory=lambda: Scheme(hht=HilberHughesTaylor()))
+    """The time scheme."""
+    mass: Literal["consistent", "lumped"] = "consistent"
+    """The mass matrix; lumped: row sums of linear tetrahedra, diagonal scaling (HRZ) of quadratic ones."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps that covers the duration."""
+        return max(1, round(self.duration / self.step))
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Self:
+        count = self.duration / self.step
+        if count < 1 - 1e-9 or not is_whole(count):
+            raise problem(
+                f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration
+            )
+        return self
