@@ -65,7 +65,8 @@ class LinearSolver {
   virtual Convergence solve(const Vector& b, Guess& guess, double tolerance) const = 0;
   Convergence solve(const Vector& b, Guess& guess) const { return solve(b, guess, tolerance()); }
   /// Solves for k right-hand sides (3 n, k) from zero, to a tolerance of their own; each column takes the same
-  /// arithmetic whatever its company. Cheapest in blocks of `pack`.
+  /// arithmetic whatever its company. Cheapest in blocks of `pack`. The residual of conjugate gradients is that of
+  /// their recursion, not b - A x taken anew.
   virtual std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X,
                                               double tolerance) const = 0;
   static constexpr int pack = BlockMatrix::pack;
