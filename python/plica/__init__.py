@@ -8,7 +8,7 @@ A scene is composed of parts and run::
     run = plica.run(scene, "runs/normal")
     print(run.measures["fundamental_frequency"])
 
-`plica.flow` finds the motion between two frames, `plica.video` analyses recordings.
+`plica.flow` finds the motion between two frames, `plica.video` analyses recordings, `plica.film` films runs.
 
 All quantities are SI; a field of a part also takes a text with a unit, ``"0.8 kPa"``.
 """
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
+from plica.film import Camera, Film, film
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run
@@ -73,6 +74,7 @@ __all__ = [
     "Bernoulli",
     "Block",
     "Blocks",
+    "Camera",
     "Cholesky",
     "ConjugateGradients",
     "Contact",
@@ -80,6 +82,7 @@ __all__ = [
     "Cut",
     "Elliptic",
     "Extrapolated",
+    "Film",
     "FlowModel",
     "HilberHughesTaylor",
     "Initial",
@@ -117,6 +120,7 @@ __all__ = [
     "build_mesh",
     "build_simulation",
     "equilibrium",
+    "film",
     "flow",
     "run",
     "set_threads",

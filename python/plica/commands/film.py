@@ -1,0 +1,126 @@
+"""``plica film``: a run as high-speed video."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from plica.commands.arguments import add_command, numbers, whole
+
+__all__ = ["add_commands"]
+
+_HELP = """\
+Films the run in DIR from above, as a camera on an endoscope would: textured tissue in the light of a lamp,
+wet highlights, the dark glottis, noise. Beside the clip it writes what no camera knows, the true motion of
+every pixel:
+
+  clip.avi        8-bit grey, lossless; or clip.npy (frames, height, width)
+  clip.truth.h5   flow (px from each frame to the next, right and down), visible (seen in the next frame too),
+                  glottis, glottal_area, time, projection, and the fields of camera and film (HDF5)
+
+or all of it in one clip.h5, whose frames are named "frames". The run must have stored fields (output.every in
+its scene). Frames are taken at most as often as fields were stored; between stored fields, and during an
+exposure, the motion is interpolated, which is refused where the fields do not tell it to within 0.25 px.
+
+The picture shows x to the right and y upwards, z towards the camera. docs/film.md says how it is made;
+plica.film, plica.Camera and plica.Film do the same in Python, with light, texture and noise to choose.
+
+examples:
+  plica film runs/first -o clip.avi
+  plica video clip.avi --fps 2000 --mm-per-px 0.06 -o analysis     what plica film says at its end
+  plica film runs/first -o clip.avi --from 20ms --tilt 5           the camera stands 5 degrees towards +y
+  plica film runs/first -o clip.h5 --size 320,256 --mm-per-px 0.05 --exposure 100us --noise 3
+"""
+
+
+def add_commands(commands: Any) -> None:
+    """Add ``film`` to the commands of ``plica``."""
+    film = add_command(commands, "film", _film, "film a run as high-speed video, with its true motion", _HELP)
+    film.add_argument("directory", metavar="DIR", type=Path, help="of a run with fields")
+    film.add_argument(
+        "-o", "--output", metavar="FILE", type=Path, required=True, help="the clip: .avi, .npy, .h5 or .hdf5"
+    )
+    film.add_argument(
+        "--fps", metavar="N", type=float, help="frames per second (default: as fields were stored)"
+    )
+    film.add_argument(
+        "--from", dest="start", metavar="TIME", type=_time, help='of the first frame, e.g. "20ms"'
+    )
+    film.add_argument(
+        "--to", dest="end", metavar="TIME", type=_time, help="no frame is later (default: the end)"
+    )
+    film.add_argument(
+        "--exposure", metavar="TIME", type=_time, default=0.0, help='e.g. "100us" (default: an instant)'
+    )
+    film.add_argument(
+        "--mm-per-px", metavar="MM", type=float, default=0.06, help="size of a pixel (default: 0.06)"
+    )
+    film.add_argument(
+        "--size", metavar="W,H", type=numbers(int, 2), default=(256, 256), help="px (default: 256,256)"
+    )
+    film.add_argument(
+        "--centre",
+        metavar="X,Y,Z",
+        type=numbers(float, 3),
+        default=(0.0, 0.0, 0.0),
+        help="mm, the place in the middle of the picture (default: 0,0,0)",
+    )
+    film.add_argument("--tilt", metavar="DEG", type=float, default=0.0, help="camera towards +y")
+    film.add_argument("--lean", metavar="DEG", type=float, default=0.0, help="camera towards +x")
+    film.add_argument(
+        "--roll", metavar="DEG", type=float, default=0.0, help="turn the picture, anticlockwise as seen"
+    )
+    film.add_argument("--samples", metavar="N", type=whole, default=4, help="pictures a frame is the mean of")
+    film.add_argument(
+        "--noise",
+        metavar="GREY",
+        type=float,
+        help="standard deviation at any grey, instead of the camera's own",
+    )
+    film.add_argument("--seed", metavar="N", type=int, default=1, help="of texture and noise (default: 1)")
+    film.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
+
+
+def _film(options: argparse.Namespace) -> int:
+    import plica
+
+    centre = tuple(1e-3 * value for value in options.centre)
+    camera = plica.Camera(
+        mm_per_px=options.mm_per_px,
+        width=options.size[0],
+        height=options.size[1],
+        centre=(centre[0], centre[1], centre[2]),
+        tilt=options.tilt,
+        lean=options.lean,
+        roll=options.roll,
+    )
+    noise = {} if options.noise is None else {"read_noise": options.noise, "photon_noise": 0.0}
+    chosen = plica.Film(
+        fps=options.fps,
+        start=options.start,
+        end=options.end,
+        exposure=options.exposure,
+        samples=options.samples,
+        seed=options.seed,
+        **noise,
+    )
+    clip = plica.film(plica.Run.load(options.directory), camera, chosen)
+    written = clip.write(options.output, progress=not options.quiet)
+    if not options.quiet:
+        said = f"{clip.count} frames of {camera.width} x {camera.height} px, {clip.fps:.6g} a second"
+        print(f"written: {', '.join(map(str, written))}: {said}")
+        dataset = " --dataset frames" if len(written) == 1 else ""
+        print(
+            f"plica video {written[0]}{dataset} --fps {clip.fps:.6g} --mm-per-px {camera.mm_per_px:g} "
+            "-o analysis"
+        )
+    return 0
+
+
+def _time(text: str) -> float | str:
+    """A time as it is typed: a number, in s, or a number with its unit."""
+    try:
+        return float(text)
+    except ValueError:
+        return text

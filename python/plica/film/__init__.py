@@ -1,0 +1,9 @@
+"""Runs as high-speed video, with the true motion of every pixel (docs/film.md)."""
+
+from __future__ import annotations
+
+from plica.film.camera import Camera
+from plica.film.clip import Clip, film
+from plica.film.settings import Film
+
+__all__ = ["Camera", "Clip", "Film", "film"]

@@ -1,0 +1,272 @@
+"""A run filmed: pictures, and what is true of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.film.camera import Camera
+from plica.film.instants import instants, spread
+from plica.film.motion import Filmable, Motion
+from plica.film.outline import inside_hull
+from plica.film.raster import Raster, rasterise
+from plica.film.settings import Film
+from plica.film.surface import bulge, skin, surface_of
+from plica.film.tissue import Look, normals
+
+__all__ = ["Clip", "film"]
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_FLAT = 0.05  # px, by which a flat triangle may lie off a curved face
+_DIVISIONS = (2, 12)  # of a curved face's sides
+_ERROR = 0.25  # px, by which motion between stored fields may be off
+
+
+@dataclass(frozen=True)
+class _View:
+    """The skin at one time: corners (v, 3) in px, px and m, and which of it the pixels' centres show."""
+
+    corners: Floats
+    raster: Raster
+
+
+def film(run: Filmable, camera: Camera | None = None, options: Film | None = None, /, **changed: Any) -> Clip:
+    """Film a run (docs/film.md).
+
+    Parameters
+    ----------
+    run : Run or RunPart
+        With fields (``output.every``); what has ``mesh.points``, ``mesh.cells``, ``fields["time"]`` and
+        ``fields["displacement"]`` will do.
+    camera : Camera, optional
+    options : Film, optional
+    **changed
+        Fields of `Film`, in place of `options`.
+
+    Returns
+    -------
+    Clip
+        Pictures and truth are computed when they are asked for.
+
+    Raises
+    ------
+    InvalidInput
+        Without fields or with too few; where `fps`, or an exposure, asks for motion that the stored fields do
+        not tell; where the camera sees no tissue.
+    """
+    if options is not None and changed:
+        raise InvalidInput(f"Film: {', '.join(changed)} beside options; must be one of both.")
+    return Clip(run, camera or Camera(), options or Film(**changed))
+
+
+class Clip:
+    """Frames of a run as a camera sees them, each with its truth; frames depend on their number alone.
+
+    Attributes
+    ----------
+    camera : Camera
+    options : Film
+    time : (n) s
+        Middles of the frames' exposures.
+    fps : float
+        Frames a second.
+    """
+
+    def __init__(self, run: Filmable, camera: Camera, options: Film) -> None:
+        self.camera, self.options = camera, options
+        points = np.asarray(run.mesh.points, dtype=float)
+        faces = skin(points, np.asarray(run.mesh.cells))
+        off = bulge(points, faces) / camera.pixel / _FLAT
+        divisions = 1 if faces.shape[1] == 3 else int(np.clip(np.ceil(np.sqrt(off)), *_DIVISIONS))
+        self._surface = surface_of(faces, divisions)
+        self._points = points[self._surface.nodes]
+        self._rest = self._surface.corners(self._points)
+        self._motion = Motion(run, self._surface.nodes)
+        self.fps, self.time = instants(self._motion, options)
+        self._check_motion()
+        self._look = Look(options)
+        self._view = lru_cache(maxsize=4)(self._seen)
+        if not self._view(0).raster.pixels.size:
+            raise InvalidInput(
+                f"Camera: no tissue is seen in {camera.width} x {camera.height} px of "
+                f"{camera.mm_per_px:g} mm; must be. Look at centre, mm_per_px, tilt and lean."
+            )
+
+    @property
+    def count(self) -> int:
+        """Frames."""
+        return int(self.time.size)
+
+    def __len__(self) -> int:
+        return self.count
+
+    def frame(self, index: int) -> NDArray[np.uint8]:
+        """(h, w) grey as the camera stores it; negative counts from the end."""
+        index = self._index(index, self.count)
+        clean, film = self.clean(index), self.options
+        random = np.random.default_rng([film.seed, 1, index])
+        spread = np.sqrt(film.photon_noise**2 * np.clip(clean, 0, 255) / 255 + film.read_noise**2)
+        noisy = clean + spread * random.standard_normal(clean.shape)
+        return np.clip(np.round(noisy), 0, 255).astype(np.uint8)
+
+    def frames(self) -> Iterator[NDArray[np.uint8]]:
+        """All frames."""
+        return (self.frame(k) for k in range(self.count))
+
+    def clean(self, index: int) -> Floats:
+        """(h, w) grey before noise and rounding; highlights go on above 255."""
+        from scipy import ndimage
+
+        index = self._index(index, self.count)
+        film, exposure = self.options, self.options.seconds("exposure")
+        picture = np.zeros(self.camera.shape)
+        for late, right, down in spread(film.samples):
+            corners = self._corners(float(self.time[index] + late * exposure))
+            picture += self._picture(corners - [right, down, 0.0]) / film.samples
+        if film.blur:
+            picture = ndimage.gaussian_filter(picture, film.blur, mode="nearest")
+        return np.asarray(picture * self._vignette)
+
+    def glottis(self, index: int) -> Mask:
+        """(h, w) where the pixel's centre looks through between the folds, in the middle of the exposure."""
+        view = self._view(self._index(index, self.count))
+        return (view.raster.triangle < 0) & inside_hull(view.corners[:, :2], self.camera.shape)
+
+    def area(self, index: int) -> float:
+        """Glottal area across the line of sight, m^2: pixels of `glottis`."""
+        return float(self.glottis(index).sum() * self.camera.pixel**2)
+
+    def flow(self, index: int) -> tuple[NDArray[np.float32], Mask]:
+        """Motion of what the pixels' centres show from a frame to the next, and where that is seen again.
+
+        Returns
+        -------
+        flow : (h, w, 2) px
+            (u, v), to the right and down, on the pixels of frame `index`; NaN where no tissue is.
+        visible : (h, w)
+            Where that tissue is seen in frame ``index + 1`` too: inside it, facing the camera, and behind
+            nothing else by more than a pixel's size.
+        """
+        index = self._index(index, self.count - 1)
+        now, then = self._view(index), self._view(index + 1)
+        height, width = self.camera.shape
+        triangles, raster = self._surface.triangles, now.raster
+        moved = raster.of(then.corners, triangles)
+        x, y = raster.pixels % width, raster.pixels // width
+        flow = np.full((height * width, 2), np.nan, dtype=np.float32)
+        flow[raster.pixels, 0], flow[raster.pixels, 1] = moved[:, 0] - x, moved[:, 1] - y
+        visible = np.zeros(height * width, dtype=bool)
+        visible[raster.pixels] = self._seen_again(moved, raster.shown, then)
+        return flow.reshape(height, width, 2), visible.reshape(height, width)
+
+    def material(self, index: int) -> Floats:
+        """(h, w, 3) m, where what the pixels show was at rest; NaN where no tissue is."""
+        raster = self._view(self._index(index, self.count)).raster
+        place = np.full((*self.camera.shape, 3), np.nan)
+        place.reshape(-1, 3)[raster.pixels] = raster.of(self._rest, self._surface.triangles)
+        return place
+
+    def write(self, path: str | Path, *, progress: bool = False) -> list[Path]:
+        """Write frames and truth: an AVI or NPY file and ``.truth.h5`` beside it, or both in one HDF5 file.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in .avi (lossless), .npy, .h5 or .hdf5.
+        progress : bool
+            Show a bar on standard error.
+
+        Returns
+        -------
+        list of Path
+            What was written.
+
+        Raises
+        ------
+        InvalidInput
+            For another ending.
+        StorageFailed
+            Where it cannot be written.
+        """
+        from plica.film.writing import write
+
+        return write(self, Path(path), progress=progress)
+
+    @cached_property
+    def _vignette(self) -> Floats:
+        height, width = self.camera.shape
+        y, x = np.mgrid[:height, :width].astype(float)
+        r2 = (x - (width - 1) / 2) ** 2 + (y - (height - 1) / 2) ** 2
+        return np.asarray(1 - self.options.vignetting * r2 / r2.max())
+
+    def _corners(self, t: float) -> Floats:
+        """(v, 3) px, px, m at the time t."""
+        return self.camera.project(self._surface.corners(self._points + self._motion.at(t)))
+
+    def _seen(self, index: int) -> _View:
+        corners = self._corners(float(self.time[index]))
+        return _View(corners, rasterise(corners, self._surface.triangles, self.camera.shape))
+
+    def _picture(self, corners: Floats) -> Floats:
+        """(h, w) grey of the skin at these corners, without lens and noise."""
+        triangles = self._surface.triangles
+        raster = rasterise(corners, triangles, self.camera.shape)
+        pixel = self.camera.pixel
+        metric = corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
+        normal = raster.of(normals(metric, triangles), triangles)
+        picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
+        picture[raster.pixels] = self._look.grey(raster.of(self._rest, triangles), normal)
+        return picture.reshape(self.camera.shape)
+
+    def _seen_again(self, moved: Floats, shown: NDArray[Any], then: _View) -> Mask:
+        """(p) whether points (px, px, m) of these triangles are seen in a view."""
+        height, width = self.camera.shape
+        column, row = (np.round(moved[:, k]).astype(np.int64) for k in (0, 1))
+        inside = (moved[:, 0] >= 0) & (moved[:, 0] <= width - 1)
+        inside &= (moved[:, 1] >= 0) & (moved[:, 1] <= height - 1)
+        corners, triangles = then.corners, self._surface.triangles
+        met = then.raster.triangle[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
+        own = corners[triangles[shown]]
+        seen = inside & (met >= 0) & (_turn(own) < 0)
+        other = corners[triangles[met]]  # its plane, at the very place
+        slope, area = other[:, 1:] - other[:, :1], _turn(other)
+        place = moved - other[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            r = (place[:, 0] * slope[:, 1, 1] - place[:, 1] * slope[:, 1, 0]) / area
+            s = (slope[:, 0, 0] * place[:, 1] - slope[:, 0, 1] * place[:, 0]) / area
+            above = r * slope[:, 0, 2] + s * slope[:, 1, 2] - place[:, 2]
+        return np.asarray(seen & (above <= self.camera.pixel))
+
+    def _index(self, index: int, count: int) -> int:
+        found = index + count if index < 0 else index
+        if not 0 <= found < count:
+            raise InvalidInput(f"Film: frame {index}; must be in [0, {count}).")
+        return found
+
+    def _check_motion(self) -> None:
+        """Raises InvalidInput where motion between stored fields is asked for and they do not tell it."""
+        film, motion = self.options, self._motion
+        if not film.seconds("exposure") and all(motion.stored_at(t) is not None for t in self.time):
+            return
+        error = motion.error_between() / self.camera.pixel
+        if error > _ERROR:
+            raise InvalidInput(
+                f"Film: the motion between stored fields, {motion.interval:g} s apart, is uncertain by "
+                f"{error:.2g} px; must be at most {_ERROR:g} px. Store more (output.every), or take an fps "
+                "whose frames fall on stored instants, without exposure."
+            )
+
+
+def _turn(p: Floats) -> Floats:
+    """Twice the area of triangles (p, 3, 3) in px^2; below 0 where they face the camera."""
+    a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

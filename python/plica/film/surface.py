@@ -1,0 +1,132 @@
+"""The skin of a mesh of tetrahedra as flat triangles that move with its nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from scipy import sparse
+
+__all__ = ["Surface", "bulge", "skin", "surface_of"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_CORNERS = ((1, 2, 3, 0), (0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3))  # of a face, and the one opposite
+_MIDDLE = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}  # the engine's order
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Triangles whose corners are fixed combinations of nodes.
+
+    Attributes
+    ----------
+    nodes : (k) numbers of the mesh's nodes that it needs
+    weights : (v, k) sparse
+        Corners are ``weights @ positions[nodes]``.
+    triangles : (t, 3) rows of corners, anticlockwise seen from outside
+    """
+
+    nodes: Ints
+    weights: sparse.csr_array
+    triangles: Ints
+
+    def corners(self, positions: Floats) -> Floats:
+        """(v, 3) of positions (k, 3) of `nodes`."""
+        return np.asarray(self.weights @ positions)
+
+
+def skin(points: Floats, cells: NDArray[Any]) -> Ints:
+    """Faces that belong to one cell: (f, 3), or (f, 6) with the mid-side nodes of 12, 23, 31; outward.
+
+    points (n, 3) m; cells (m, 4) or (m, 10).
+    """
+    faces, opposite = [], []
+    for *corners, other in _CORNERS:
+        picked = list(corners)
+        if cells.shape[1] == 10:
+            sides = [(corners[k], corners[(k + 1) % 3]) for k in range(3)]
+            picked += [_MIDDLE[min(side), max(side)] for side in sides]
+        faces.append(cells[:, picked])
+        opposite.append(cells[:, other])
+    all_faces, others = np.concatenate(faces).astype(np.int64), np.concatenate(opposite)
+    keys = np.sort(all_faces[:, :3], axis=1)
+    _, first, count = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    chosen = np.sort(first[count == 1])
+    found, inside = all_faces[chosen], others[chosen]
+    a, b, c = (points[found[:, k]] for k in range(3))
+    volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), points[inside] - a)
+    order = [1, 0, 2] if cells.shape[1] == 4 else [1, 0, 2, 3, 5, 4]
+    found[volume > 0] = found[volume > 0][:, order]
+    return np.asarray(found)
+
+
+def bulge(points: Floats, faces: Ints) -> float:
+    """Largest distance of a mid-side node from the middle of its side, m; 0 for flat faces."""
+    if faces.shape[1] == 3:
+        return 0.0
+    middles = [
+        points[faces[:, 3 + k]] - 0.5 * (points[faces[:, k]] + points[faces[:, (k + 1) % 3]])
+        for k in range(3)
+    ]
+    return float(np.linalg.norm(np.concatenate(middles), axis=1).max(initial=0.0))
+
+
+def surface_of(faces: Ints, divisions: int) -> Surface:
+    """Each face as divisions^2 flat triangles, corners shared where faces meet.
+
+    A six-node face is followed at the corners of its triangles, which
+    lie off it by bulge / divisions^2 in between.
+    """
+    from scipy import sparse
+
+    place = _lattice(divisions)
+    shapes = _shapes(faces.shape[1], place)  # (p, 3 or 6)
+    nodes, local = np.unique(faces, return_inverse=True)
+    local = local.reshape(faces.shape)
+    count, each = len(faces), len(place)
+    rows = np.repeat(np.arange(count * each), faces.shape[1])
+    columns = np.repeat(local[:, None, :], each, axis=1).ravel()
+    values = np.tile(shapes.ravel(), count)
+    weights = sparse.csr_array((values, (rows, columns)), shape=(count * each, len(nodes)))
+    triangles = (each * np.arange(count)[:, None, None] + _triangles(divisions)).reshape(-1, 3)
+    # Corners of the same weights are one, told by their products with random numbers; surfaces that touch
+    # stay two.
+    label = np.random.default_rng(0).uniform(1.0, 2.0, (len(nodes), 2))
+    grid = np.round((weights @ label) / 1e-9)
+    _, first, merged = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+    return Surface(nodes, sparse.csr_array(weights[first]), merged.ravel()[triangles])
+
+
+def _lattice(n: int) -> Floats:
+    """(p, 2) places (r, s) in a face, row by row: s = j / n, r = i / n, i + j <= n."""
+    return np.array([(i / n, j / n) for j in range(n + 1) for i in range(n + 1 - j)])
+
+
+def _triangles(n: int) -> Ints:
+    """(n^2, 3) rows of `_lattice`."""
+    start = np.concatenate([[0], np.cumsum(np.arange(n + 1, 0, -1))])
+    found = []
+    for j in range(n):
+        for i in range(n - j):
+            a, b = start[j] + i, start[j + 1] + i
+            found.append((a, a + 1, b))
+            if i + j < n - 1:
+                found.append((a + 1, b + 1, b))
+    return np.array(found, dtype=np.int64)
+
+
+def _shapes(nodes: int, place: Floats) -> Floats:
+    """(p, nodes) shape functions of a face at (r, s): linear, or quadratic with middles of 12, 23, 31."""
+    r, s = place.T
+    t = 1 - r - s
+    if nodes == 3:
+        return np.column_stack([t, r, s])
+    return np.column_stack(
+        [t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t]
+    )

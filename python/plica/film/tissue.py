@@ -1,0 +1,91 @@
+"""How tissue looks: a texture that is fixed to the material, light, highlights."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.film.settings import Film
+
+__all__ = ["Look", "normals"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_TILE = 96  # samples of a side of the periodic tile
+_SAMPLES = 4  # a shortest wavelength
+
+
+class Look:
+    """Grey of tissue from where its material was at rest and how it stands to camera and lamp."""
+
+    def __init__(self, film: Film) -> None:
+        from scipy import ndimage
+
+        self._film = film
+        random = np.random.default_rng([film.seed, 0])
+        self._spacing = film.seconds("grain") / _SAMPLES
+        self._texture = ndimage.spline_filter(_band(random), order=3, mode="grid-wrap")
+        self._slopes = [_band(random) for _ in range(2)]
+        turned, _ = np.linalg.qr(random.standard_normal((3, 3)))
+        self._turned = turned  # so that the tile's period is along no axis of the larynx
+        half = film.lamp + np.array([0.0, 0.0, 1.0])
+        self._half = half / np.linalg.norm(half)
+
+    def grey(self, place: Floats, normal: Floats) -> Floats:
+        """(p) grey levels, not cut off above.
+
+        place (p, 3) m where the material was at rest; normal (p, 3), of any length, in the camera's axes
+        (right, up, towards it).
+        """
+        film = self._film
+        normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        at = (place @ self._turned).T / self._spacing
+        own = film.brightness + film.texture * self._sample(self._texture, at, 3)
+        facing = np.maximum(normal @ film.lamp, 0.0)
+        grey = own * (film.ambient + (1 - film.ambient) * facing)
+        if film.highlights:
+            grey += film.highlights * self._mirrored(at, normal)
+        return np.asarray(np.maximum(grey, 0.0))
+
+    def _mirrored(self, at: Floats, normal: Floats) -> Floats:
+        """Blinn's (n . h)^gloss of normals that the material's roughness has tipped."""
+        film = self._film
+        tipped = normal.copy()
+        slope = np.tan(np.radians(film.roughness))
+        if slope:
+            for axis, tile in enumerate(self._slopes):
+                tipped[:, axis] += slope * self._sample(tile, at, 1)
+            tipped /= np.linalg.norm(tipped, axis=1, keepdims=True)
+        return np.asarray(np.maximum(tipped @ self._half, 0.0) ** film.gloss)
+
+    @staticmethod
+    def _sample(tile: Floats, at: Floats, order: int) -> Floats:
+        from scipy import ndimage
+
+        return np.asarray(
+            ndimage.map_coordinates(tile, at, order=order, prefilter=False, mode="grid-wrap"), dtype=float
+        )
+
+
+def _band(random: Any) -> Floats:
+    """A periodic cube of noise, mean 0 and variance 1: wavelengths of 4 to 32 samples, each octave alike."""
+    frequency = np.fft.fftfreq(_TILE)
+    half = np.fft.rfftfreq(_TILE)
+    k = np.sqrt(frequency[:, None, None] ** 2 + frequency[None, :, None] ** 2 + half[None, None, :] ** 2)
+    highest = 1 / _SAMPLES
+    inside = (k <= highest) & (k >= highest / 8)
+    weight = np.where(inside, np.maximum(k, highest / 8) ** -1.5, 0.0)
+    noise = np.fft.irfftn(np.fft.rfftn(random.standard_normal((_TILE,) * 3)) * weight, s=(_TILE,) * 3)
+    return np.asarray((noise - noise.mean()) / noise.std())
+
+
+def normals(points: Floats, triangles: Ints) -> Floats:
+    """(v, 3) outward, of any length: the sum of the triangles' normals at each corner, by their areas."""
+    p = points[triangles]
+    own = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    corner = triangles.T.ravel()
+    sums = [np.bincount(corner, np.tile(own[:, k], 3), minlength=len(points)) for k in range(3)]
+    return np.stack(sums, axis=1)

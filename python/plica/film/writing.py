@@ -1,0 +1,149 @@
+"""A clip's frames and truth as files."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica._engine import build_info
+from plica.errors import InvalidInput
+from plica.storage.files import replaced, storage_errors
+
+if TYPE_CHECKING:
+    from plica.film.clip import Clip
+
+__all__ = ["FORMATS", "write"]
+
+FORMATS = (".avi", ".npy", ".h5", ".hdf5")
+_PLAYED = 25  # frames a second, by players; the true rate is in the truth
+
+Picture = NDArray[np.uint8]
+Add = Callable[[int, Picture], None]
+
+
+def write(clip: Clip, path: Path, *, progress: bool = False) -> list[Path]:
+    """Write a clip; see `Clip.write`. Each file appears complete or not at all."""
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise InvalidInput(f"Film: {path.name}; must end in one of {', '.join(FORMATS)}.")
+    if path.is_dir() or not path.parent.is_dir():
+        wrong = f"{path} is a directory" if path.is_dir() else f"{path.parent} is no directory"
+        raise InvalidInput(f"Film: {wrong}; must be a file in a directory that is there.")
+    if suffix in (".h5", ".hdf5"):
+        replaced(path, lambda draft: _write_both(clip, draft, None, progress))
+        return [path]
+    truth = path.with_name(path.stem + ".truth.h5")
+    opened = _video if suffix == ".avi" else _array
+
+    def both(draft: Path) -> None:
+        with storage_errors(path), opened(draft, clip) as add:
+            replaced(truth, lambda other: _write_both(clip, other, add, progress))
+
+    replaced(path, both)
+    return [path, truth]
+
+
+def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None:
+    """Frames and truth of one frame after another; frames go into the truth's file where `add` is None."""
+    with h5py.File(path, "w", locking=False) as file:
+        _describe(file, clip)
+        if add is None:
+            frames = _lay_out(file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels.")
+            add = frames.__setitem__
+        for k in _counted(clip.count, progress):
+            add(k, clip.frame(k))
+            file["glottis"][k] = clip.glottis(k)
+            file["glottal_area"][k] = clip.area(k)
+            if k + 1 < clip.count:
+                file["flow"][k], file["visible"][k] = clip.flow(k)
+
+
+def _describe(file: Any, clip: Clip) -> None:
+    """Attributes, what is known at once, and data sets to be filled."""
+    file.attrs["plica_version"] = build_info()["version"]
+    file.attrs["fps"] = clip.fps
+    file.attrs["mm_per_px"] = clip.camera.mm_per_px
+    for name, fields in (("camera", asdict(clip.camera)), ("film", asdict(clip.options))):
+        group = file.create_group(name)
+        for key, value in fields.items():
+            if value is not None:
+                group.attrs[key] = value
+    _store(file, "time", clip.time, "s", "(n) middles of the exposures.")
+    _store(
+        file,
+        "projection",
+        clip.camera.projection,
+        "px, px, m",
+        "(3, 4) P (x, 1), x in m: column, row (downwards), height towards the camera.",
+    )
+    shape, pairs = clip.camera.shape, clip.count - 1
+    _lay_out(file, "glottis", (clip.count, *shape), bool, "1", "(n, h, w) looks through between the folds.")
+    _store(
+        file, "glottal_area", np.full(clip.count, np.nan), "m^2", "(n) of glottis, across the line of sight."
+    )
+    _lay_out(
+        file,
+        "flow",
+        (pairs, *shape, 2),
+        np.float32,
+        "px",
+        "(n - 1, h, w, 2) motion (right, down) from frame k to k + 1 of what a pixel shows; NaN: no tissue.",
+    )
+    _lay_out(file, "visible", (pairs, *shape), bool, "1", "(n - 1, h, w) seen in frame k + 1 too.")
+
+
+def _store(file: Any, name: str, values: Any, unit: str, meaning: str) -> None:
+    file[name] = values
+    file[name].attrs.update({"units": unit, "meaning": meaning})
+
+
+def _lay_out(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, meaning: str) -> Any:
+    data = file.create_dataset(
+        name, shape, kind, chunks=(1, *shape[1:]), compression="gzip", compression_opts=1, shuffle=True
+    )
+    data.attrs.update({"units": unit, "meaning": meaning})
+    return data
+
+
+@contextmanager
+def _video(path: Path, clip: Clip) -> Iterator[Add]:
+    """Adds frames to an AVI file, uncompressed 8-bit grey."""
+    import av
+
+    with av.open(str(path), "w", format="avi") as container:
+        stream: Any = container.add_stream("rawvideo", rate=_PLAYED)
+        stream.height, stream.width = clip.camera.shape
+        stream.pix_fmt = "gray"
+
+        def add(_: int, picture: Picture) -> None:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="gray")))
+
+        yield add
+        container.mux(stream.encode(None))
+
+
+@contextmanager
+def _array(path: Path, clip: Clip) -> Iterator[Add]:
+    """Adds frames to an NPY file (n, h, w)."""
+    frames = np.lib.format.open_memmap(path, "w+", np.uint8, (clip.count, *clip.camera.shape))
+    yield frames.__setitem__
+    frames.flush()
+
+
+def _counted(count: int, shown: bool) -> Iterator[int]:
+    """0 to count - 1, with a bar on standard error if shown."""
+    if not shown:
+        yield from range(count)
+        return
+    from tqdm import tqdm
+
+    often = 0.5 if sys.stderr.isatty() else 10.0  # s
+    yield from tqdm(range(count), unit=" frames", mininterval=often, miniters=1, file=sys.stderr)
