@@ -16,9 +16,9 @@ from plica.film.camera import Camera
 from plica.film.instants import instants, spread
 from plica.film.motion import Filmable, Motion
 from plica.film.outline import inside_hull
-from plica.film.raster import Raster, rasterise
+from plica.film.raster import Raster, highest, rasterise
 from plica.film.settings import Film
-from plica.film.surface import bulge, skin, surface_of
+from plica.film.surface import bulge, faces_of, rim, surface_of
 from plica.film.tissue import Look, normals
 
 __all__ = ["Clip", "film"]
@@ -26,8 +26,10 @@ __all__ = ["Clip", "film"]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_FLAT = 0.05  # px, by which a flat triangle may lie off a curved face
+_FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
 _DIVISIONS = (2, 12)  # of a curved face's sides
+_ROUND = 1e-6  # px
+_HIDDEN = 1e-3  # px: what is behind something else by less is seen
 _ERROR = 0.25  # px, by which motion between stored fields may be off
 
 
@@ -84,16 +86,17 @@ class Clip:
     def __init__(self, run: Filmable, camera: Camera, options: Film) -> None:
         self.camera, self.options = camera, options
         points = np.asarray(run.mesh.points, dtype=float)
-        faces = skin(points, np.asarray(run.mesh.cells))
+        faces = faces_of(run.mesh)
         off = bulge(points, faces) / camera.pixel / _FLAT
         divisions = 1 if faces.shape[1] == 3 else int(np.clip(np.ceil(np.sqrt(off)), *_DIVISIONS))
         self._surface = surface_of(faces, divisions)
         self._points = points[self._surface.nodes]
         self._rest = self._surface.corners(self._points)
+        self._rim = rim(self._rest, self._surface.triangles)
         self._motion = Motion(run, self._surface.nodes)
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()
-        self._look = Look(options)
+        self._look = Look(options, camera.axes)
         self._view = lru_cache(maxsize=4)(self._seen)
         if not self._view(0).raster.pixels.size:
             raise InvalidInput(
@@ -139,7 +142,7 @@ class Clip:
     def glottis(self, index: int) -> Mask:
         """(h, w) where the pixel's centre looks through between the folds, in the middle of the exposure."""
         view = self._view(self._index(index, self.count))
-        return (view.raster.triangle < 0) & inside_hull(view.corners[:, :2], self.camera.shape)
+        return (view.raster.triangle < 0) & self._within(view.corners)
 
     def area(self, index: int) -> float:
         """Glottal area across the line of sight, m^2: pixels of `glottis`."""
@@ -154,7 +157,7 @@ class Clip:
             (u, v), to the right and down, on the pixels of frame `index`; NaN where no tissue is.
         visible : (h, w)
             Where that tissue is seen in frame ``index + 1`` too: inside it, facing the camera, and behind
-            nothing else by more than a pixel's size.
+            nothing else.
         """
         index = self._index(index, self.count - 1)
         now, then = self._view(index), self._view(index + 1)
@@ -222,29 +225,41 @@ class Clip:
         raster = rasterise(corners, triangles, self.camera.shape)
         pixel = self.camera.pixel
         metric = corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
-        normal = raster.of(normals(metric, triangles), triangles)
+        normal = raster.of(normals(metric @ self.camera.axes, triangles), triangles)
         picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
         picture[raster.pixels] = self._look.grey(raster.of(self._rest, triangles), normal)
+        beside = ~self._within(corners).ravel()
+        picture[beside] = self._beside[beside]
         return picture.reshape(self.camera.shape)
+
+    def _within(self, corners: Floats) -> Mask:
+        """(h, w) pixels within the upper end of the airway."""
+        return inside_hull(corners[self._rim, :2], self.camera.shape)
+
+    @cached_property
+    def _beside(self) -> Floats:
+        """(h * w) grey of what lies around the airway: still, level, dull tissue as high as its upper end."""
+        height, width = self.camera.shape
+        projection = self.camera.projection
+        y, x = np.mgrid[:height, :width].astype(float)
+        sight = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) - projection[:, 3]
+        place = sight @ np.linalg.inv(projection[:, :3]).T
+        towards = self.camera.axes[2]
+        place += ((self._rest[:, 2].max() - place[:, 2]) / towards[2])[:, None] * towards
+        return self._look.grey(place, np.tile([0.0, 0.0, 1.0], (x.size, 1)), wet=False)
 
     def _seen_again(self, moved: Floats, shown: NDArray[Any], then: _View) -> Mask:
         """(p) whether points (px, px, m) of these triangles are seen in a view."""
         height, width = self.camera.shape
-        column, row = (np.round(moved[:, k]).astype(np.int64) for k in (0, 1))
-        inside = (moved[:, 0] >= 0) & (moved[:, 0] <= width - 1)
-        inside &= (moved[:, 1] >= 0) & (moved[:, 1] <= height - 1)
+        least, most = np.array([-_ROUND, -_ROUND]), np.array([width - 1, height - 1]) + _ROUND
+        inside = ((moved[:, :2] >= least) & (moved[:, :2] <= most)).all(axis=1)
         corners, triangles = then.corners, self._surface.triangles
-        met = then.raster.triangle[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
-        own = corners[triangles[shown]]
-        seen = inside & (met >= 0) & (_turn(own) < 0)
-        other = corners[triangles[met]]  # its plane, at the very place
-        slope, area = other[:, 1:] - other[:, :1], _turn(other)
-        place = moved - other[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            r = (place[:, 0] * slope[:, 1, 1] - place[:, 1] * slope[:, 1, 0]) / area
-            s = (slope[:, 0, 0] * place[:, 1] - slope[:, 0, 1] * place[:, 0]) / area
-            above = r * slope[:, 0, 2] + s * slope[:, 1, 2] - place[:, 2]
-        return np.asarray(seen & (above <= self.camera.pixel))
+        a, b, c = (corners[triangles[shown, k], :2] for k in range(3))
+        turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
+        seen = inside & (turn < 0)  # rows count downwards
+        above = highest(moved[seen, :2], corners, triangles, self.camera.shape) - moved[seen, 2]
+        seen[seen] = above <= _HIDDEN * self.camera.pixel
+        return np.asarray(seen)
 
     def _index(self, index: int, count: int) -> int:
         found = index + count if index < 0 else index
@@ -264,9 +279,3 @@ class Clip:
                 f"{error:.2g} px; must be at most {_ERROR:g} px. Store more (output.every), or take an fps "
                 "whose frames fall on stored instants, without exposure."
             )
-
-
-def _turn(p: Floats) -> Floats:
-    """Twice the area of triangles (p, 3, 3) in px^2; below 0 where they face the camera."""
-    a, b = p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]
-    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])

@@ -19,7 +19,7 @@ _SLACK = 1e-6  # far below a step, far above the round-off of a time
 def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
     """Frames a second and the times (s) of the frames."""
     stored, interval = motion.time, motion.interval
-    fps = 1 / interval if film.fps is None else film.fps
+    fps = float(f"{1 / interval:.9g}") if film.fps is None else film.fps  # times are rounded
     half = 0.5 * film.seconds("exposure")
     if fps * interval > 1 + _SLACK:
         raise InvalidInput(

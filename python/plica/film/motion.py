@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
 
-__all__ = ["Filmable", "Motion"]
+__all__ = ["Filmable", "FilmableMesh", "Motion"]
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +29,10 @@ class FilmableMesh(Protocol):
     @property
     def cells(self) -> NDArray[Any]:
         """(m, 4) or (m, 10) node numbers."""
+
+    @property
+    def surfaces(self) -> Mapping[str, NDArray[Any]]:
+        """(f, 3) or (f, 6) node numbers of named surfaces, anticlockwise seen from the air."""
 
 
 class Filmable(Protocol):

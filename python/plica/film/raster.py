@@ -1,4 +1,4 @@
-"""Which triangle a pixel shows: rasterising with a depth buffer."""
+"""Which triangle a pixel shows, with a depth buffer; how high the triangles reach at any place."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Raster", "rasterise"]
+__all__ = ["Raster", "highest", "rasterise"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _BATCH = 2_000_000  # pairs of a triangle and a pixel at a time
+_FLAT = 1e-12  # px^2: seen from its edge
 _EDGE = 1e-9  # of barycentric coordinates: no gap between neighbours
 
 
@@ -56,14 +57,11 @@ def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raste
     O(sum of the triangles' bounding boxes + pixels): 20 thousand triangles on 256 x 256 px take 40 ms.
     """
     height, width = shape
-    p = corners[triangles]
-    low = np.ceil(p[..., :2].min(axis=1) - 1e-9).astype(np.int64)
-    high = np.floor(p[..., :2].max(axis=1) + 1e-9).astype(np.int64)
-    low, high = np.maximum(low, 0), np.minimum(high, [width - 1, height - 1])
-    size = high - low + 1
-    planes, area = _planes(p)
-    # Rows count downwards, so what is anticlockwise seen from outside has a negative area in px.
-    drawn = np.flatnonzero((size > 0).all(axis=1) & (area < -1e-12))
+    least, most, area = _boxes(corners, triangles)
+    low, size = _cells(np.ceil(least - 1e-9), np.floor(most + 1e-9), shape)
+    drawn = np.flatnonzero((size[:, 0] > 0) & (size[:, 1] > 0) & (area < -_FLAT))
+    planes = np.zeros((len(triangles), 4, 3))
+    planes[drawn] = _planes(corners[triangles[drawn]], area[drawn])
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1, dtype=np.int64)
     pairs = np.cumsum(size[drawn].prod(axis=1))
@@ -77,19 +75,68 @@ def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raste
     return Raster(owner.reshape(shape), pixels, shown, share)
 
 
-def _planes(p: Floats) -> tuple[Floats, Floats]:
-    """(t, 4, 3) barycentric coordinates and height, each as a + b x + c y; (t) twice the area."""
+def highest(places: Floats, corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Floats:
+    """(p) the greatest height of those that face the camera at places (p, 2) px in the picture; -inf: none.
+
+    Arguments as of `rasterise`. Each place is tried with the triangles that meet its unit square.
+    """
+    least, most, area = _boxes(corners, triangles)
+    low, size = _cells(np.floor(least), np.floor(most), shape)
+    chosen = np.flatnonzero((size[:, 0] > 0) & (size[:, 1] > 0) & (area < -_FLAT))
+    planes = _planes(corners[triangles[chosen]], area[chosen])
+    low, size = low[chosen], size[chosen]
+    own, local = _expanded(size.prod(axis=1))
+    square = (low[own, 1] + local // size[own, 0]) * shape[1] + low[own, 0] + local % size[own, 0]
+    order = np.argsort(square, kind="stable")
+    square, own = square[order], own[order]
+    place = np.floor(places).astype(np.int64)
+    wanted = place[:, 1] * shape[1] + place[:, 0]
+    first = np.searchsorted(square, wanted)
+    which, local = _expanded(np.searchsorted(square, wanted, side="right") - first)
+    own = own[first[which] + local]
+    x, y = places[which].T
+    inside = np.ones(which.size, dtype=bool)
+    for k in range(3):
+        inside &= _at(planes[own, k], x, y) >= -_EDGE
+    found = np.full(len(places), -np.inf)
+    np.maximum.at(found, which[inside], _at(planes[own, 3], x, y)[inside])
+    return found
+
+
+def _boxes(corners: Floats, triangles: Ints) -> tuple[Floats, Floats, Floats]:
+    """(t, 2) least and (t, 2) greatest column and row, px; (t) twice the area, px^2.
+
+    Rows count downwards, so that what is anticlockwise seen from outside has an area below 0.
+    """
+    a, b, c = (corners[triangles[:, k], :2] for k in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c), area
+
+
+def _cells(least: Floats, most: Floats, shape: tuple[int, int]) -> tuple[Ints, Ints]:
+    """(t, 2) first column and row within the picture, and how many there are of each (none: <= 0)."""
+    last = np.array([shape[1] - 1, shape[0] - 1])
+    low = np.clip(least, 0, last + 1).astype(np.int64)
+    return low, np.clip(most, -1, last).astype(np.int64) - low + 1
+
+
+def _expanded(count: Ints) -> tuple[Ints, Ints]:
+    """Each number k as often as count[k] says, and which of these it is."""
+    own = np.repeat(np.arange(count.size), count)
+    return own, np.arange(own.size) - np.repeat(np.cumsum(count) - count, count)
+
+
+def _planes(p: Floats, area: Floats) -> Floats:
+    """(t, 4, 3) barycentric coordinates and height, each as a + b x + c y, of p (t, 3, 3), twice the area."""
     x, y, z = p[..., 0], p[..., 1], p[..., 2]
     planes = np.zeros((len(p), 4, 3))
-    area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
-    safe = np.where(area == 0, 1.0, area)
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
-        planes[:, k, 0] = (x[:, i] * y[:, j] - x[:, j] * y[:, i]) / safe
-        planes[:, k, 1] = (y[:, i] - y[:, j]) / safe
-        planes[:, k, 2] = (x[:, j] - x[:, i]) / safe
+        planes[:, k, 0] = (x[:, i] * y[:, j] - x[:, j] * y[:, i]) / area
+        planes[:, k, 1] = (y[:, i] - y[:, j]) / area
+        planes[:, k, 2] = (x[:, j] - x[:, i]) / area
     planes[:, 3] = np.einsum("tk,tkc->tc", z, planes[:, :3])
-    return planes, area
+    return planes
 
 
 def _at(plane: Floats, x: Floats, y: Floats) -> Floats:
@@ -100,16 +147,15 @@ def _draw(
     part: Ints, low: Ints, size: Ints, planes: Floats, width: int, nearest: Floats, owner: NDArray[Any]
 ) -> None:
     """Enter these triangles into the buffers."""
-    count = size[part].prod(axis=1)
-    own = np.repeat(part, count)
-    local = np.arange(own.size) - np.repeat(np.cumsum(count) - count, count)
+    which, local = _expanded(size[part].prod(axis=1))
+    own = part[which]
     column = low[own, 0] + local % size[own, 0]
     row = low[own, 1] + local // size[own, 0]
     x, y = column.astype(float), row.astype(float)
-    inside = np.ones(own.size, dtype=bool)
+    pixel = row * width + column
     for k in range(3):
-        inside &= _at(planes[own, k], x, y) >= -_EDGE
-    own, x, y, pixel = own[inside], x[inside], y[inside], (row * width + column)[inside]
+        inside = _at(planes[own, k], x, y) >= -_EDGE
+        own, x, y, pixel = own[inside], x[inside], y[inside], pixel[inside]
     height = _at(planes[own, 3], x, y)
     order = np.argsort(height, kind="stable")  # of equal indices the last assignment stays: the nearest
     order = order[height[order] > nearest[pixel[order]]]

@@ -55,11 +55,11 @@ class Film:
     """Share of the light that comes from everywhere, in [0, 1]; 1: brightness does not change with motion."""
     light: tuple[float, float, float] = (0.15, 0.1, 1.0)
     """Direction towards the lamp: right and up in the picture, towards the camera (> 0)."""
-    highlights: float = 150.0
+    highlights: float = 200.0
     """Grey levels that wet tissue adds where it mirrors the lamp."""
-    gloss: float = 60.0
+    gloss: float = 200.0
     """Exponent of the highlights (Blinn 1977), in [1, 1e4]; larger ones are smaller."""
-    roughness: float = 6.0
+    roughness: float = 8.0
     """Standard deviation of the wet surface's slopes, degrees, in [0, 45]: it breaks highlights up."""
     glottis: float = 12.0
     """Grey of what is below the glottis, and beside the larynx."""

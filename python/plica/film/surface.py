@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from scipy import sparse
 
-__all__ = ["Surface", "bulge", "skin", "surface_of"]
+    from plica.film.motion import FilmableMesh
+
+__all__ = ["Surface", "bulge", "faces_of", "rim", "skin", "surface_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -39,6 +41,25 @@ class Surface:
     def corners(self, positions: Floats) -> Floats:
         """(v, 3) of positions (k, 3) of `nodes`."""
         return np.asarray(self.weights @ positions)
+
+
+def faces_of(mesh: FilmableMesh) -> Ints:
+    """What a camera can see: the mesh's surface "airway", or all its skin where it names none."""
+    if "airway" in mesh.surfaces:
+        return np.asarray(mesh.surfaces["airway"], dtype=np.int64)
+    return skin(np.asarray(mesh.points, dtype=float), np.asarray(mesh.cells))
+
+
+def rim(corners: Floats, triangles: Ints) -> Ints:
+    """Corners (v, 3) at open edges in the upper half: the upper end of an airway; all of a closed skin."""
+    edges = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+    )
+    found, count = np.unique(edges, axis=0, return_counts=True)
+    ends = np.unique(found[count == 1])
+    z = corners[:, 2]
+    upper = ends[z[ends] > 0.5 * (z.min() + z.max())]
+    return upper if upper.size else np.arange(len(corners))
 
 
 def skin(points: Floats, cells: NDArray[Any]) -> Ints:

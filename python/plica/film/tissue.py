@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,37 +17,35 @@ Ints = NDArray[np.int64]
 
 _TILE = 96  # samples of a side of the periodic tile
 _SAMPLES = 4  # a shortest wavelength
+_COARSER = 2  # than the texture: what the wet surface is rough by
 
 
 class Look:
-    """Grey of tissue from where its material was at rest and how it stands to camera and lamp."""
+    """Grey of tissue from where its material was at rest and how it stands to camera and lamp.
 
-    def __init__(self, film: Film) -> None:
-        from scipy import ndimage
+    axes (3, 3) are the camera's: to the right in the picture, up in it, towards the camera.
+    """
 
+    def __init__(self, film: Film, axes: Floats) -> None:
         self._film = film
-        random = np.random.default_rng([film.seed, 0])
         self._spacing = film.seconds("grain") / _SAMPLES
-        self._texture = ndimage.spline_filter(_band(random), order=3, mode="grid-wrap")
-        self._slopes = [_band(random) for _ in range(2)]
-        turned, _ = np.linalg.qr(random.standard_normal((3, 3)))
-        self._turned = turned  # so that the tile's period is along no axis of the larynx
-        half = film.lamp + np.array([0.0, 0.0, 1.0])
+        self._texture, self._slopes, self._turned = _material(film.seed)
+        self._lamp = film.lamp @ axes
+        half = self._lamp + axes[2]
         self._half = half / np.linalg.norm(half)
 
-    def grey(self, place: Floats, normal: Floats) -> Floats:
-        """(p) grey levels, not cut off above.
+    def grey(self, place: Floats, normal: Floats, *, wet: bool = True) -> Floats:
+        """(p) grey levels, not cut off above; highlights only where `wet`.
 
-        place (p, 3) m where the material was at rest; normal (p, 3), of any length, in the camera's axes
-        (right, up, towards it).
+        place (p, 3) m where the material was at rest; normal (p, 3), outward and of any length.
         """
         film = self._film
         normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         at = (place @ self._turned).T / self._spacing
         own = film.brightness + film.texture * self._sample(self._texture, at, 3)
-        facing = np.maximum(normal @ film.lamp, 0.0)
+        facing = np.maximum(normal @ self._lamp, 0.0)
         grey = own * (film.ambient + (1 - film.ambient) * facing)
-        if film.highlights:
+        if wet and film.highlights:
             grey += film.highlights * self._mirrored(at, normal)
         return np.asarray(np.maximum(grey, 0.0))
 
@@ -57,7 +56,7 @@ class Look:
         slope = np.tan(np.radians(film.roughness))
         if slope:
             for axis, tile in enumerate(self._slopes):
-                tipped[:, axis] += slope * self._sample(tile, at, 1)
+                tipped[:, axis] += slope * self._sample(tile, at / _COARSER, 1)
             tipped /= np.linalg.norm(tipped, axis=1, keepdims=True)
         return np.asarray(np.maximum(tipped @ self._half, 0.0) ** film.gloss)
 
@@ -70,6 +69,21 @@ class Look:
         )
 
 
+@lru_cache(maxsize=2)
+def _material(seed: int) -> tuple[Floats, tuple[Floats, Floats], Floats]:
+    """The texture as a spline, slopes in two directions, and a rotation (3, 3).
+
+    The rotation is there so that the period of the tiles is along no axis of the larynx.
+    """
+    from scipy import ndimage
+
+    random = np.random.default_rng([seed, 0])
+    texture = ndimage.spline_filter(_band(random), order=3, mode="grid-wrap")
+    slopes = _band(random), _band(random)
+    turned, _ = np.linalg.qr(random.standard_normal((3, 3)))
+    return np.asarray(texture, dtype=float), slopes, turned
+
+
 def _band(random: Any) -> Floats:
     """A periodic cube of noise, mean 0 and variance 1: wavelengths of 4 to 32 samples, each octave alike."""
     frequency = np.fft.fftfreq(_TILE)
@@ -78,7 +92,8 @@ def _band(random: Any) -> Floats:
     highest = 1 / _SAMPLES
     inside = (k <= highest) & (k >= highest / 8)
     weight = np.where(inside, np.maximum(k, highest / 8) ** -1.5, 0.0)
-    noise = np.fft.irfftn(np.fft.rfftn(random.standard_normal((_TILE,) * 3)) * weight, s=(_TILE,) * 3)
+    white = np.fft.rfftn(random.standard_normal((_TILE,) * 3))
+    noise = np.fft.irfftn(white * weight, s=(_TILE,) * 3, axes=(0, 1, 2))
     return np.asarray((noise - noise.mean()) / noise.std())
 
 
