@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.film import Camera, Film, film
+from plica.film import Camera, Film, film  # the function, over the room of its name
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run

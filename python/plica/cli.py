@@ -32,6 +32,7 @@ A first session:
   plica run scenes/first.toml -o runs/first             compute; ends with a report
   xdg-open runs/first/report.html                       look at it
   paraview runs/first/fields.xdmf                       look at it in 3D
+  plica film runs/first -o clip.avi                     film it, with the true motion of every pixel
   plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
 
 A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +14,14 @@ import plica
 from filmed_folds import PIXEL, FilmedFolds, folds, moved, shifted, voiced
 from picture_files import refused
 from plica.cli import main
+from plica.film import Clip
 from plica.video import Recording
 
 SMALL = plica.Camera(width=48, height=64)
 TIMES = np.arange(5) * 0.5e-3
 
 
-def small(**changed: Any) -> plica.film.Clip:  # type: ignore[name-defined]
+def small(**changed: Any) -> Clip:
     return plica.film(moved(voiced(), TIMES), SMALL, **changed)
 
 
@@ -37,7 +39,8 @@ def test_plica_video_reads_every_frame_as_it_was_taken(tmp_path: Path, name: str
 
 @pytest.mark.parametrize("name", ["clip.npy", "clip.h5"])
 def test_the_truth_is_stored_with_its_units(tmp_path: Path, name: str) -> None:
-    clip = small(exposure="0.2 ms", fps=1000)
+    run = moved(voiced(), np.arange(9) * 0.25e-3)
+    clip = plica.film(run, SMALL, exposure="0.2 ms", fps=1000)
     clip.write(tmp_path / name)
     with h5py.File(tmp_path / (name if name == "clip.h5" else "clip.truth.h5")) as file:
         assert file.attrs["fps"] == 1000
@@ -209,6 +212,25 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     assert main([*arguments, "--quiet", "--to", "0.0005"]) == 0
     assert capsys.readouterr().out == ""
     assert Recording.open(clip).count == 6
+
+
+@pytest.mark.slow
+def test_the_lines_of_the_documentation_run(
+    stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "film.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert code.count("\n") <= 10
+    for one, other in {"runs/first": str(stored), "20 ms": "100 us", "(10)": "(3)"}.items():
+        assert one in code
+        code = code.replace(one, other)
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, Any] = {}
+    exec(code, found)
+    assert found["picture"].shape == found["glottis"].shape == (256, 256)
+    assert found["flow"].shape == (256, 256, 2)
+    assert (tmp_path / "clip.avi").is_file()
+    assert (tmp_path / "clip.truth.h5").is_file()
 
 
 def test_the_command_refuses_in_one_line(

@@ -25,6 +25,7 @@ _MAY_IMPORT = {
     "plica.phonation.report": _BASE | _SHARED | _MEASURED,
     "plica.report": _BASE | _SHARED,
     "plica.video": _BASE | _SHARED,
+    "plica.film": _BASE | {"plica.storage"},
 }
 
 

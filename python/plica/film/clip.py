@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,10 +14,8 @@ from plica.errors import InvalidInput
 from plica.film.camera import Camera
 from plica.film.instants import instants, spread
 from plica.film.motion import Filmable, Motion
-from plica.film.outline import inside_hull
-from plica.film.raster import Raster, highest, rasterise
 from plica.film.settings import Film
-from plica.film.surface import bulge, faces_of, rim, surface_of
+from plica.film.sight import Sight, View
 from plica.film.tissue import Look, normals
 
 __all__ = ["Clip", "film"]
@@ -26,19 +23,7 @@ __all__ = ["Clip", "film"]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
-_DIVISIONS = (2, 12)  # of a curved face's sides
-_ROUND = 1e-6  # px
-_HIDDEN = 1e-3  # px: what is behind something else by less is seen
 _ERROR = 0.25  # px, by which motion between stored fields may be off
-
-
-@dataclass(frozen=True)
-class _View:
-    """The skin at one time: corners (v, 3) in px, px and m, and which of it the pixels' centres show."""
-
-    corners: Floats
-    raster: Raster
 
 
 def film(run: Filmable, camera: Camera | None = None, options: Film | None = None, /, **changed: Any) -> Clip:
@@ -85,15 +70,8 @@ class Clip:
 
     def __init__(self, run: Filmable, camera: Camera, options: Film) -> None:
         self.camera, self.options = camera, options
-        points = np.asarray(run.mesh.points, dtype=float)
-        faces = faces_of(run.mesh)
-        off = bulge(points, faces) / camera.pixel / _FLAT
-        divisions = 1 if faces.shape[1] == 3 else int(np.clip(np.ceil(np.sqrt(off)), *_DIVISIONS))
-        self._surface = surface_of(faces, divisions)
-        self._points = points[self._surface.nodes]
-        self._rest = self._surface.corners(self._points)
-        self._rim = rim(self._rest, self._surface.triangles)
-        self._motion = Motion(run, self._surface.nodes)
+        self._sight = Sight(run.mesh, camera)
+        self._motion = Motion(run, self._sight.surface.nodes)
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()
         self._look = Look(options, camera.axes)
@@ -142,7 +120,7 @@ class Clip:
     def glottis(self, index: int) -> Mask:
         """(h, w) where the pixel's centre looks through between the folds, in the middle of the exposure."""
         view = self._view(self._index(index, self.count))
-        return (view.raster.triangle < 0) & self._within(view.corners)
+        return (view.raster.triangle < 0) & view.opening.pixels(self.camera.shape)
 
     def area(self, index: int) -> float:
         """Glottal area across the line of sight, m^2: pixels of `glottis`."""
@@ -162,20 +140,20 @@ class Clip:
         index = self._index(index, self.count - 1)
         now, then = self._view(index), self._view(index + 1)
         height, width = self.camera.shape
-        triangles, raster = self._surface.triangles, now.raster
+        triangles, raster = self._sight.surface.triangles, now.raster
         moved = raster.of(then.corners, triangles)
         x, y = raster.pixels % width, raster.pixels // width
         flow = np.full((height * width, 2), np.nan, dtype=np.float32)
         flow[raster.pixels, 0], flow[raster.pixels, 1] = moved[:, 0] - x, moved[:, 1] - y
         visible = np.zeros(height * width, dtype=bool)
-        visible[raster.pixels] = self._seen_again(moved, raster.shown, then)
+        visible[raster.pixels] = self._sight.again(moved, raster.shown, then)
         return flow.reshape(height, width, 2), visible.reshape(height, width)
 
     def material(self, index: int) -> Floats:
         """(h, w, 3) m, where what the pixels show was at rest; NaN where no tissue is."""
         raster = self._view(self._index(index, self.count)).raster
         place = np.full((*self.camera.shape, 3), np.nan)
-        place.reshape(-1, 3)[raster.pixels] = raster.of(self._rest, self._surface.triangles)
+        place.reshape(-1, 3)[raster.pixels] = raster.of(self._sight.rest, self._sight.surface.triangles)
         return place
 
     def write(self, path: str | Path, *, progress: bool = False) -> list[Path]:
@@ -213,53 +191,28 @@ class Clip:
 
     def _corners(self, t: float) -> Floats:
         """(v, 3) px, px, m at the time t."""
-        return self.camera.project(self._surface.corners(self._points + self._motion.at(t)))
+        return self._sight.corners(self._motion.at(t))
 
-    def _seen(self, index: int) -> _View:
-        corners = self._corners(float(self.time[index]))
-        return _View(corners, rasterise(corners, self._surface.triangles, self.camera.shape))
+    def _seen(self, index: int) -> View:
+        return self._sight.view(self._corners(float(self.time[index])))
 
     def _picture(self, corners: Floats) -> Floats:
         """(h, w) grey of the skin at these corners, without lens and noise."""
-        triangles = self._surface.triangles
-        raster = rasterise(corners, triangles, self.camera.shape)
-        pixel = self.camera.pixel
+        triangles, view = self._sight.surface.triangles, self._sight.view(corners)
+        raster, pixel = view.raster, self.camera.pixel
         metric = corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
         normal = raster.of(normals(metric @ self.camera.axes, triangles), triangles)
         picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
-        picture[raster.pixels] = self._look.grey(raster.of(self._rest, triangles), normal)
-        beside = ~self._within(corners).ravel()
+        picture[raster.pixels] = self._look.grey(raster.of(self._sight.rest, triangles), normal)
+        beside = ~view.opening.pixels(self.camera.shape).ravel()
         picture[beside] = self._beside[beside]
         return picture.reshape(self.camera.shape)
-
-    def _within(self, corners: Floats) -> Mask:
-        """(h, w) pixels within the upper end of the airway."""
-        return inside_hull(corners[self._rim, :2], self.camera.shape)
 
     @cached_property
     def _beside(self) -> Floats:
         """(h * w) grey of what lies around the airway: still, level, dull tissue as high as its upper end."""
-        height, width = self.camera.shape
-        projection = self.camera.projection
-        y, x = np.mgrid[:height, :width].astype(float)
-        sight = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1) - projection[:, 3]
-        place = sight @ np.linalg.inv(projection[:, :3]).T
-        towards = self.camera.axes[2]
-        place += ((self._rest[:, 2].max() - place[:, 2]) / towards[2])[:, None] * towards
-        return self._look.grey(place, np.tile([0.0, 0.0, 1.0], (x.size, 1)), wet=False)
-
-    def _seen_again(self, moved: Floats, shown: NDArray[Any], then: _View) -> Mask:
-        """(p) whether points (px, px, m) of these triangles are seen in a view."""
-        height, width = self.camera.shape
-        least, most = np.array([-_ROUND, -_ROUND]), np.array([width - 1, height - 1]) + _ROUND
-        inside = ((moved[:, :2] >= least) & (moved[:, :2] <= most)).all(axis=1)
-        corners, triangles = then.corners, self._surface.triangles
-        a, b, c = (corners[triangles[shown, k], :2] for k in range(3))
-        turn = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (c[:, 0] - a[:, 0]) * (b[:, 1] - a[:, 1])
-        seen = inside & (turn < 0)  # rows count downwards
-        above = highest(moved[seen, :2], corners, triangles, self.camera.shape) - moved[seen, 2]
-        seen[seen] = above <= _HIDDEN * self.camera.pixel
-        return np.asarray(seen)
+        place = self._sight.around()
+        return self._look.grey(place, np.tile([0.0, 0.0, 1.0], (len(place), 1)), wet=False)
 
     def _index(self, index: int, count: int) -> int:
         found = index + count if index < 0 else index

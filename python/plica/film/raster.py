@@ -41,7 +41,7 @@ class Raster:
         return np.asarray(np.einsum("pk,pk...->p...", self.share, corners))
 
 
-def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raster:
+def rasterise(corners: Floats, triangles: Ints, within: NDArray[np.bool_]) -> Raster:
     """The nearest triangle at each pixel's centre among those that face the camera.
 
     Parameters
@@ -50,12 +50,14 @@ def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raste
         Column px, row px (down), height towards the camera.
     triangles : (t, 3)
         Anticlockwise seen from outside; others show their back and are not drawn.
-    shape : (height, width) px
+    within : (h, w)
+        Pixels that may show one.
 
     Notes
     -----
     O(sum of the triangles' bounding boxes + pixels): 20 thousand triangles on 256 x 256 px take 40 ms.
     """
+    shape = (within.shape[0], within.shape[1])
     height, width = shape
     least, most, area = _boxes(corners, triangles)
     low, size = _cells(np.ceil(least - 1e-9), np.floor(most + 1e-9), shape)
@@ -68,6 +70,7 @@ def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raste
     batch = np.searchsorted(pairs, np.arange(1, (pairs[-1] if pairs.size else 0) // _BATCH + 2) * _BATCH)
     for part in np.split(drawn, np.unique(batch[batch < drawn.size])):
         _draw(part, low, size, planes, width, nearest, owner)
+    owner[~within.ravel()] = -1
     pixels = np.flatnonzero(owner >= 0)
     shown = owner[pixels]
     x, y = (pixels % width).astype(float), (pixels // width).astype(float)
@@ -78,7 +81,7 @@ def rasterise(corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Raste
 def highest(places: Floats, corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Floats:
     """(p) the greatest height of those that face the camera at places (p, 2) px in the picture; -inf: none.
 
-    Arguments as of `rasterise`. Each place is tried with the triangles that meet its unit square.
+    Others as of `rasterise`. Each place is tried with the triangles that meet its unit square.
     """
     least, most, area = _boxes(corners, triangles)
     low, size = _cells(np.floor(least), np.floor(most), shape)
