@@ -199,7 +199,10 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         "--tilt",
         "-5",
     ]
-    assert main([*arguments, "--from", "200us", "--centre", "-0.5,0,0", "--samples", "1"]) == 0
+    assert (
+        main([*arguments, "--from", "200us", "--centre", "-0.5,0,0", "--samples", "1", "--ambient", "0.8"])
+        == 0
+    )
     said = capsys.readouterr().out.splitlines()
     assert (
         said[0] == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
@@ -207,6 +210,7 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     assert said[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
     with h5py.File(tmp_path / "clip.truth.h5") as file:
         assert file["camera"].attrs["tilt"] == -5
+        assert file["film"].attrs["ambient"] == 0.8
         np.testing.assert_allclose(file["camera"].attrs["centre"], [-0.5e-3, 0, 0])
         assert file["time"][0] == pytest.approx(2e-4)
     assert main([*arguments, "--quiet", "--to", "0.0005"]) == 0

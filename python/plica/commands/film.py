@@ -78,6 +78,13 @@ def add_commands(commands: Any) -> None:
         type=float,
         help="standard deviation at any grey, instead of the camera's own",
     )
+    film.add_argument(
+        "--ambient",
+        metavar="SHARE",
+        type=float,
+        default=0.35,
+        help="of the light that comes from everywhere, 0 to 1 (default: 0.35)",
+    )
     film.add_argument("--seed", metavar="N", type=int, default=1, help="of texture and noise (default: 1)")
     film.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
 
@@ -102,6 +109,7 @@ def _film(options: argparse.Namespace) -> int:
         end=options.end,
         exposure=options.exposure,
         samples=options.samples,
+        ambient=options.ambient,
         seed=options.seed,
         **noise,
     )
