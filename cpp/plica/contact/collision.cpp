@@ -197,25 +197,38 @@ Vector Collision::without_shear(const Vector& force) const {
 
 Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known,
                           Points& x) {
+  constexpr int few = 10;  // passes: a search that goes on needs one or two, or begins in the wrong place
+  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth), {}, {}};
+  // What a method makes of its constraints as it goes is not carried from one x_free to another.
+  if (!known.constraints.empty() && !method_->renews_constraints()) {
+    for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
+    search.last = known;
+    x = x_free;
+    path_->move(known.rows, known.force, scale, x_free, x);
+    std::optional<Contacts> found = search_on(search, few, x).contacts;
+    if (found && found->converged) return std::move(*found);
+    known.passes = search.last.passes;
+    known.pivots = search.last.pivots;
+  }
+  search.keys = method_->begin(before);
+  search.last = {};
+  search.last.passes = known.passes;
+  search.last.pivots = known.pivots;
+  x = x_free;
+  Outcome outcome = search_on(search, options_.max_passes, x);
+  if (!outcome.contacts) throw SolveFailed(outcome.failure);
+  return std::move(*outcome.contacts);
+}
+
+Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& x) {
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
   constexpr int patience = 40;       // passes, for the gap error to fall by half
   constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
   constexpr double acceptable = 10;  // tolerances
-  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth), {}, {}};
+  const BeforeContact& before = search.before;
   Contacts& last = search.last;
-  int& passes = search.passes;
-  x = x_free;
-  // What a method makes of its constraints as it goes is not carried from one x_free to another.
-  if (known.constraints.empty() || method_->renews_constraints()) {
-    search.keys = method_->begin(before);
-    last.passes = known.passes;
-    last.pivots = known.pivots;
-  } else {
-    for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
-    last = std::move(known);
-    last.converged = true;
-    path_->move(last.rows, last.force, scale, x_free, x);
-  }
+  last.converged = true;
+  int& passes = search.passes = 0;
   std::optional<Pass> best;  // of those since the last new candidate
   int halved = 0;            // the pass that last halved the gap error
   double halved_error = std::numeric_limits<double>::infinity();
@@ -225,7 +238,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     best->contacts.pivots = last.pivots;
     best->contacts.converged = false;
     x = std::move(best->x);
-    return std::move(best->contacts);
+    return Outcome{std::move(best->contacts), ""};
   };
   const auto start_anew = [&] {
     best.reset();
@@ -244,7 +257,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
       const bool late = method_->exact() && (done || (!at_nodes_ && last.gap_error <= settling * tolerance()));
       const bool more = late && add_candidates(search, x, detector_.master_side(),
                                                tolerance() + (done ? 0.0 : 2 * last.gap_error));
-      if (done && !more) return std::move(last);
+      if (done && !more) return {std::move(last), ""};
       if (more) start_anew();
       if (more || method_->renews_constraints()) constraints = constraints_at(search, x);
       if (!more && !method_->renews_constraints()) {
@@ -252,10 +265,10 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
         if (2 * last.gap_error <= halved_error) halved = passes, halved_error = last.gap_error;
       }
     }
-    if (close() && (passes == options_.max_passes || passes - halved >= patience)) {
+    if (close() && (passes == max_passes || passes - halved >= patience)) {
       // The other side's nodes are looked for once the first are settled: these never were.
       update(best->x);
-      if (passes < options_.max_passes && method_->exact() &&
+      if (passes < max_passes && method_->exact() &&
           add_candidates(search, best->x, detector_.master_side(), acceptable * tolerance())) {
         x = best->x;
         start_anew();
@@ -263,12 +276,13 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
       }
       return closest();
     }
-    if (passes == options_.max_passes) {
+    if (passes == max_passes) {
       const Worst worst = worst_of(*method_, constraints, last, x);
-      throw SolveFailed("Contact: gap error " + number(worst.off) + " m after " + std::to_string(passes) +
-                        " passes (tolerance " + number(tolerance()) + " m), worst at node " +
-                        std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +
-                        ". Try a smaller step, more passes, or a larger tolerance.");
+      return {{},
+              "Contact: gap error " + number(worst.off) + " m after " + std::to_string(passes) +
+                  " passes (tolerance " + number(tolerance()) + " m), worst at node " +
+                  std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +
+                  ". Try a smaller step, more passes, or a larger tolerance."};
     }
 
     // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
@@ -282,13 +296,14 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     last.pivots += solution.pivots;
     if (!solution.converged) {
       if (close()) return closest();
-      throw SolveFailed("Contact: no consistent set of closed constraints among " +
-                        std::to_string(constraints.size()) + " after " + std::to_string(solution.pivots) +
-                        (friction_ ? " sweeps" : " active sets") + ". Try a smaller step.");
+      return {{},
+              "Contact: no consistent set of closed constraints among " + std::to_string(constraints.size()) +
+                  " after " + std::to_string(solution.pivots) + (friction_ ? " sweeps" : " active sets") +
+                  ". Try a smaller step."};
     }
     last.constraints = std::move(constraints);
     last.force = std::move(solution.force);
-    path_->move(last.rows, last.force, scale, x_free, x);
+    path_->move(last.rows, last.force, search.scale, search.x_free, x);
   }
 }
 

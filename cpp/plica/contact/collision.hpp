@@ -48,9 +48,9 @@ class Collision {
   /// Of nodal forces (3 n) N: see ContactPath.
   void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
 
-  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
-  /// `known`: what the last call in this step found, for another x_free: the search goes on from there, and so do
-  /// the counts of passes and pivots. Empty in a step's first call.
+  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath. `known`:
+  /// what the last call in this step found, for another x_free: the search goes on from there, and begins anew where
+  /// that does not settle. Counts of passes and pivots go on. Empty in a step's first call.
   Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known, Points& x);
   /// Whether there can be a constraint of this key.
   bool knows(std::int32_t key) const { return kind_->knows(key); }
@@ -72,9 +72,16 @@ class Collision {
     double reach;                      // m
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
     Contacts last;                     // of the last pass
-    int passes = 0;                    // of this call
+    int passes = 0;                    // since it began
   };
 
+  /// How a search ended: with contacts, or with why there are none.
+  struct Outcome {
+    std::optional<Contacts> contacts;
+    std::string failure;
+  };
+  /// Passes from where the search stands and x is, at most so many.
+  Outcome search_on(Search& search, int max_passes, Points& x);
   std::vector<Constraint> constraints_at(const Search& search, const Points& x);
   /// Adds what is violated by more than `least` (m) to the candidates, see ConstraintKind; whether any was new.
   bool add_candidates(Search& search, const Points& x, const ContactSurface& side, double least);

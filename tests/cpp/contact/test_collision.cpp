@@ -88,11 +88,13 @@ class RecordingPath final : public ContactPath {
 /// up finds forces once only.
 class FailingPath final : public ContactPath {
  public:
-  FailingPath(const Squares& squares, double off, bool gives_up)
+  FailingPath(const Squares& squares, double off, bool gives_up, int first = 1, int last = 1000)
       : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
         path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         off_(off),
-        gives_up_(gives_up) {}
+        gives_up_(gives_up),
+        first_(first),
+        last_(last) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
@@ -103,7 +105,8 @@ class FailingPath final : public ContactPath {
   void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
             Points& x) override {
     path_->move(rows, force, scale, x_free, x);
-    x.col(2).tail(4).array() += ++moves_ % 2 ? off_ : -off_;
+    ++moves_;
+    if (moves_ >= first_ && moves_ <= last_) x.col(2).tail(4).array() += moves_ % 2 ? off_ : -off_;
   }
 
  private:
@@ -111,6 +114,7 @@ class FailingPath final : public ContactPath {
   std::unique_ptr<ContactPath> path_;
   double off_;
   bool gives_up_;
+  int first_, last_;
   int moves_ = 0;
 };
 
@@ -262,4 +266,21 @@ TEST_CASE("a search that goes on from what another found ends where one from the
     CHECK(resumed.passes - first.passes <= from_start.passes + 1);
     if (further > 0) CHECK(resumed.passes - first.passes < from_start.passes);
   }
+}
+
+TEST_CASE("a search that does not settle where it goes on begins anew without contact forces") {
+  const Squares squares(true);
+  const std::vector<std::int32_t> none;
+  const BeforeContact before{squares.reference, none, {}, 0.0};
+  const double off = 1e-3;  // m, a hundred tolerances; the second search's first eleven moves
+  Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
+                      std::make_unique<FailingPath>(squares, off, false, 2, 12));
+  Points x;
+  const Contacts first = collision.solve(squares.at({0, 0, 0, 0, -0.5, -0.5, -0.5, -0.5}), 1.0, before, {}, x);
+  REQUIRE(first.passes == 1);
+  const Contacts second = collision.solve(squares.at({0, 0, 0, 0, -0.4, -0.4, -0.4, -0.4}), 1.0, before, first, x);
+  CHECK(second.passes == 1 + 10 + 1);
+  CHECK(second.converged);
+  CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() < 1e-5);
+  CHECK(second.force.sum() == doctest::Approx(1.6));
 }
