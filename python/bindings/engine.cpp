@@ -23,7 +23,7 @@ std::string compiler() {
 /// What this build contains; parts that are not in it are listed as absent.
 py::dict build_info() {
   py::list present, absent;
-  for (const char* name : {"core", "mesh", "solve", "tissue", "airflow", "imaging"}) {
+  for (const char* name : {"core", "mesh", "solve", "tissue", "airflow", "imaging", "estimation"}) {
     present.append(name);
   }
 #ifdef PLICA_WITH_CONTACT
@@ -41,7 +41,6 @@ py::dict build_info() {
 #else
   absent.append("meshing");
 #endif
-  absent.append("estimation");
   py::dict info;
   info["version"] = PLICA_VERSION;
   info["compiler"] = compiler();
@@ -70,6 +69,7 @@ PYBIND11_MODULE(_engine, engine) {
   bind_mesh(engine);
   bind_tissue(engine);
   bind_imaging(engine);
+  bind_estimation(engine);
 #ifdef PLICA_WITH_CONTACT
   bind_contact(engine);
 #endif

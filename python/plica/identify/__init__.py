@@ -1,0 +1,1 @@
+"""Identification: state-space models of tissue, their Kalman filter, smoother and EM."""
