@@ -15,7 +15,7 @@ constexpr py::ssize_t real = sizeof(double);
 
 void check_matrix(const Array& array, const std::string& where, const std::string& name) {
   if (array.ndim() != 2) wrong_shape(where, name, array, "(rows, columns)");
-  if (array.strides(0) % real != 0 || array.strides(1) % real != 0) {
+  if (array.size() > 0 && (array.strides(0) % real != 0 || array.strides(1) % real != 0)) {
     throw InvalidInput(where + ": " + name +
                        " does not lie on a grid of 8 bytes; must, as every copy of it does.");
   }
@@ -35,11 +35,19 @@ MatrixView view_of(const Array& array) {
 
 /// What is written in place: rows that lie contiguous.
 MatrixSpan span_of(Array& array, const std::string& where, const std::string& name) {
-  if (array.shape(1) > 1 && array.strides(1) != real) {
+  if (array.size() > 0 && array.shape(1) > 1 && array.strides(1) != real) {
     throw InvalidInput(where + ": " + name +
                        " is not contiguous along its rows; must be, since it is written in place.");
   }
   return {array.mutable_data(), array.shape(0), array.shape(1), array.strides(0) / real, 1};
+}
+
+void copy_upper(const MatrixView& from, const MatrixSpan& to) {
+  for (std::ptrdiff_t i = 0; i < from.rows; ++i) {
+    for (std::ptrdiff_t j = i; j < from.rows; ++j) {
+      to.data[i * to.row_stride + j] = from.data[i * from.row_stride + j * from.column_stride];
+    }
+  }
 }
 
 Array product(const Array& a, const Array& b) {
@@ -74,19 +82,21 @@ void bind_estimation(py::module_& engine) {
       py::arg("a"), py::arg("b"));
   engine.def(
       "congruence",
-      [](const Array& g, const Array& p) {
+      [](const Array& g, const Array& p, const Array& plus) {
         const char* where = "congruence";
         check_matrix(g, where, "g");
         check_shape(p, g.shape(1), g.shape(1), where, "p");
+        check_shape(plus, g.shape(0), g.shape(0), where, "plus");
         Array c({g.shape(0), g.shape(0)});
         const MatrixSpan out = span_of(c, where, "out");
         {
           const Released released;
-          congruence(view_of(g), view_of(p), out, Into::overwrite);
+          copy_upper(view_of(plus), out);
+          congruence(view_of(g), view_of(p), out, Into::add);
         }
         return c;
       },
-      py::arg("g"), py::arg("p"));
+      py::arg("g"), py::arg("p"), py::arg("plus"));
   engine.def(
       "gram_update",
       [](Array p, const Array& w, double scale) {
@@ -110,11 +120,7 @@ void bind_estimation(py::module_& engine) {
         std::ptrdiff_t done = 0;
         {
           const Released released;
-          for (std::ptrdiff_t i = 0; i < from.rows; ++i) {
-            for (std::ptrdiff_t j = i; j < from.rows; ++j) {
-              out.data[i * out.row_stride + j] = from.data[i * from.row_stride + j * from.column_stride];
-            }
-          }
+          copy_upper(from, out);
           done = cholesky(out);
         }
         if (done < from.rows) {
@@ -132,7 +138,7 @@ void bind_estimation(py::module_& engine) {
           check_shape(r, r.shape(0), r.shape(0), name, "r");
           check_matrix(x, name, "x");
           check_shape(x, r.shape(0), x.shape(1), name, "x");
-          if (r.shape(0) > 1 && r.strides(1) != real) {
+          if (r.size() > 0 && r.shape(0) > 1 && r.strides(1) != real) {
             throw InvalidInput(std::string(name) + ": r is not contiguous along its rows; must be.");
           }
           const MatrixSpan out = span_of(x, name, "x");
