@@ -725,6 +725,7 @@ def combine(
 def congruence(
     g: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     p: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    plus: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def contact_equilibrium(
     mesh: TetMesh,

@@ -26,7 +26,7 @@ STEADY_TOLERANCE = 1e-11
 class Update:
     """What a frame does to the covariance: P_{k|k} = P - W'W with W = R^-T H P and R'R = H P H' + I.
 
-    H is the frame's whitened matrix, of the states in `columns`. Where the filter has settled, frames share it.
+    H is the frame's whitened matrix, of the states in `columns`. Frames of a settled filter share it.
 
     Attributes
     ----------
@@ -68,8 +68,8 @@ class Filtered:
     predicted_mean, filtered_mean : (N, n)
         m_{k|k-1} and m_{k|k}.
     innovations : list of (r,)
-        R^-T (y - H m): whitened and collapsed, independent N(0, 1) if the model is right; none where a frame is
-        missing.
+        R^-T (y - H m): whitened and collapsed, independent N(0, 1) if the model is right; empty where a
+        frame is missing.
     updates : list of Update
         Covariances; frames of a settled filter share one.
     log_likelihoods : (N,)
@@ -122,14 +122,14 @@ def kalman_filter(
     f : (N, n), optional
         Row k is the input f_k from frame k to frame k + 1.
     steady_tolerance : float
-        The covariance is taken as settled, as long as the same rows are seen, where its entries P_ij are within
-        this of their limit, in units of sqrt(P_ii P_jj); 0: never. >= 0.
+        The covariance is taken as settled, as long as the same rows are seen, where its entries P_ij are
+        within this of their limit, in units of sqrt(P_ii P_jj); 0: never. >= 0.
 
     Notes
     -----
-    Frames of the same seen rows are whitened, and collapsed where they have more rows than states that H looks
-    at. The update is P - W'W (symmetric to the bit). One step costs 3 n^3 + n^2 (2 c + r) operations with
-    r = min(p, c) rows and c states that H looks at, O(n^2) where the covariance has settled.
+    Frames of the same seen rows are whitened, and collapsed where they have more rows than states that H
+    looks at. The update is P - W'W (symmetric to the bit). One step costs 3 n^3 + n r (2 c + n + r)
+    operations with c states that H looks at and r = min(p, c) rows, O(n^2) where the covariance has settled.
 
     Raises
     ------
@@ -162,7 +162,7 @@ def log_likelihood(
     where = "log_likelihood"
     y = checked_observations(model, y, where)
     f = checked_input(model, f, len(y), where)
-    return float(sum(step[4] for step in _steps(model, y, f, steady_tolerance)))
+    return float(np.array([step[4] for step in _steps(model, y, f, steady_tolerance)]).sum())
 
 
 Step = tuple[Array, Array, Array, Update, float]
@@ -213,8 +213,8 @@ def _update(P: Array, group: WhitenedFrames, k: int) -> Update:
         R = _engine.cholesky(S)
     except SolveFailed as error:
         raise SolveFailed(
-            f"kalman_filter: frame {k + 1}: the covariance of the innovations is not positive definite ({error}) "
-            "Is the evolution unstable, or P0 out of all scale?"
+            f"kalman_filter: frame {k + 1}: the covariance of the innovations is not positive definite "
+            f"({error}) Is the evolution unstable, or P0 out of all scale?"
         ) from None
     V = group.matrix.copy()
     _engine.solve_lower(R, W)

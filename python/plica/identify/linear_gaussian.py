@@ -145,7 +145,7 @@ class LinearGaussian:
         return len(self.H)
 
     @cached_property
-    def Gamma_w(self) -> Array:
+    def Gamma_w(self) -> Array:  # noqa: N802 (a field letter)
         """The whole covariance of the process noise, (n, n)."""
         noise = self.process_noise
         return noise.full() if isinstance(noise, PatternNoise) else noise
@@ -153,8 +153,8 @@ class LinearGaussian:
     def scaled(self, scale: ArrayLike) -> LinearGaussian:
         """The same model in the state z / scale; inputs and means become f / scale and m / scale.
 
-        Filter and smoother factor no covariance of the state, so that scaling by powers of two changes none of
-        their bits; scale where an inverse or an eigenvalue of such a covariance is taken.
+        Filter and smoother factor no covariance of the state, so that scaling by powers of two changes none
+        of their bits; scale where an inverse or an eigenvalue of such a covariance is taken.
 
         Parameters
         ----------

@@ -104,9 +104,7 @@ def smoothed_frames(model: LinearGaussian, filtered: Filtered) -> Iterator[Smoot
             adjoint[update.columns] += (filtered.innovations[k] - update.W @ adjoint) @ update.V
         yield SmoothedFrame(smoothed, covariance, adjoint, information, lag_one)
         adjoint = adjoint @ G
-    yield SmoothedFrame(
-        model.m0 + model.P0 @ adjoint, back.prior(), np.zeros(n), np.zeros((n, n)), None
-    )
+    yield SmoothedFrame(model.m0 + model.P0 @ adjoint, back.prior(), np.zeros(n), np.zeros((n, n)), None)
 
 
 def filtered_product(update: Update, x: Array) -> Array:
@@ -134,7 +132,9 @@ class _Backward:
     def step(self, update: Update, before: Update | None) -> tuple[Array, Array, Array]:
         """P_{k|N}, P_{k,k-1|N} and Lambda_k."""
         made_from = (update, before)
-        same = self._made_from is not None and all(a is b for a, b in zip(made_from, self._made_from, strict=True))
+        same = self._made_from is not None and all(
+            a is b for a, b in zip(made_from, self._made_from, strict=True)
+        )
         if same and self._settled and self._last is not None:
             return self._last
         if not same:
@@ -147,11 +147,7 @@ class _Backward:
         lag_one = GF - _engine.product(update.covariance, LGF)
         self._covariance = F - _engine.symmetric_product(GF.T, LGF)
         self._carried = _engine.congruence(self._model.G.T, information, np.zeros_like(F))
-        self._settled = (
-            same
-            and self._last is not None
-            and self._settling.settled(information, self._last[2])
-        )
+        self._settled = same and self._last is not None and self._settling.settled(information, self._last[2])
         self._made_from = made_from
         self._last = covariance, lag_one, information
         return self._last
@@ -177,6 +173,4 @@ class _Backward:
         Y = _engine.symmetric_product(X, update.W.T)
         Y[np.diag_indices_from(Y)] += 1.0
         Z = 0.5 * _engine.product(Y, V) - X
-        return self._carried + _engine.symmetric_product(
-            np.concatenate([V, Z]).T, np.concatenate([Z, V])
-        )
+        return self._carried + _engine.symmetric_product(np.concatenate([V, Z]).T, np.concatenate([Z, V]))

@@ -1,4 +1,4 @@
-"""Observations with unit noise, frames of the same seen rows together, each reduced to what the state explains."""
+"""Observations with unit noise, frames of the same seen rows together, reduced to what the state explains."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def checked_observations(model: LinearGaussian, y: ArrayLike, where: str) -> Arr
         )
     if np.isinf(array).any():
         frame, row = np.argwhere(np.isinf(array))[0]
-        raise InvalidInput(f"{where}: y[{frame}, {row}] is infinite; must be finite, or NaN where it is missing.")
+        raise InvalidInput(
+            f"{where}: y[{frame}, {row}] is infinite; must be finite, or NaN where it is missing."
+        )
     if np.isnan(array).all():
         raise InvalidInput(f"{where}: all of y is missing; must have at least one value.")
     return array

@@ -1,0 +1,171 @@
+"""Expectation-maximisation of a linear Gaussian model (Paper D, Eqs. (19)-(27), corrected)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput, SolveFailed, one_of
+from plica.identify.kalman import kalman_filter
+from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
+from plica.identify.moments import Moments, expected_moments
+
+__all__ = ["EMResult", "Estimated", "check_limits", "em", "extended"]
+
+Array = NDArray[np.float64]
+Estimated = Literal["G", "Gamma_w", "Gamma_v"]
+_ESTIMATED = ("G", "Gamma_w", "Gamma_v")
+_ROUND_OFF = 1e-9  # of a log-likelihood, relative: what a fall may be without being one
+
+
+@dataclass(frozen=True, eq=False)
+class EMResult:
+    """What `em` returns.
+
+    Attributes
+    ----------
+    model : LinearGaussian
+        Of the last entry of `log_likelihoods`.
+    log_likelihoods : (i,)
+        log p(y) of the model that was given and after each iteration; it never falls.
+    converged : bool
+        Whether its rise came to within the tolerance.
+    """
+
+    model: LinearGaussian
+    log_likelihoods: Array
+    converged: bool
+
+
+def em(
+    model: LinearGaussian,
+    y: ArrayLike,
+    f: ArrayLike | None = None,
+    *,
+    estimate: Collection[Estimated] = ("Gamma_w", "Gamma_v"),
+    iterations: int = 100,
+    tolerance: float = 1e-8,
+) -> EMResult:
+    """Noise covariances, and with "G" the whole evolution, that raise the likelihood of y.
+
+    Parameters
+    ----------
+    model : LinearGaussian
+        Where it begins. H, m0 and P0 are kept: H is known, and from one record P0 would collapse.
+    y : (N, p)
+        NaN where a row or a frame is missing. Gamma_v is estimated from frames that show something.
+    f : (N, n), optional
+    estimate : collection of "G", "Gamma_w", "Gamma_v"
+        G free is what the thesis proposes: G = (S10 - sum f m') S00^-1. It is known up to a change of basis
+        that H does not see, so that no tissue follows from it; see docs/identification.md.
+        Gamma_w of a `PatternNoise` stays one of the same patterns; of variances Gamma_v stays variances.
+    iterations : int
+        At most so many, >= 1.
+    tolerance : float
+        Ends where the log-likelihood rises by less than this times its size, >= 0.
+
+    Raises
+    ------
+    InvalidInput
+        Where y or f do not fit, or "G" is asked for beside `PatternNoise` (states would have to stay on the
+        patterns, which fixes G but for them).
+    SolveFailed
+        Where the log-likelihood falls: the model is out of numerical reach.
+    """
+    _check_em(model, estimate, iterations, tolerance)
+    history: list[float] = []
+    converged = False
+    for _ in range(iterations + 1):
+        filtered = kalman_filter(model, y, f)
+        converged = extended(history, filtered.log_likelihood, tolerance)
+        if converged or len(history) > iterations:
+            break
+        model = _maximised(model, expected_moments(model, filtered), filtered.input, estimate)
+    return EMResult(model, np.array(history), converged)
+
+
+def _check_em(model: LinearGaussian, estimate: Collection[str], iterations: int, tolerance: float) -> None:
+    unknown = [name for name in estimate if name not in _ESTIMATED]
+    if unknown or not estimate:
+        raise InvalidInput(f"em: estimate = {list(estimate)}; must be some of {one_of(_ESTIMATED)}.")
+    if "G" in estimate and isinstance(model.process_noise, PatternNoise):
+        raise InvalidInput(
+            'em: "G" is to be estimated beside noise of patterns; must be beside a full Gamma_w. '
+            "With noise of patterns alone each G but the present one has likelihood zero."
+        )
+    check_limits("em", iterations, tolerance)
+
+
+def check_limits(where: str, iterations: int, tolerance: float) -> None:
+    """Raises InvalidInput for limits of an iteration that are none."""
+    if iterations < 1:
+        raise InvalidInput(f"{where}: iterations = {iterations}; must be >= 1.")
+    if not tolerance >= 0:
+        raise InvalidInput(f"{where}: tolerance = {tolerance:g}; must be >= 0.")
+
+
+def extended(history: list[float], value: float, tolerance: float) -> bool:
+    """Adds a log-likelihood to those of the iterations before; whether it has converged.
+
+    Raises SolveFailed where it falls, which EM cannot do.
+    """
+    if history and not value >= history[-1] - _ROUND_OFF * max(1.0, abs(value)):
+        raise SolveFailed(
+            f"em: iteration {len(history)}: the log-likelihood falls from {history[-1]:.9g} to {value:.9g}; "
+            "EM cannot lower it. Covariances have lost their digits: is Gamma_w near zero?"
+        )
+    history.append(value)
+    return len(history) > 1 and abs(value - history[-2]) <= tolerance * max(1.0, abs(value))
+
+
+def _maximised(
+    model: LinearGaussian, moments: Moments, f: Array | None, estimate: Collection[str]
+) -> LinearGaussian:
+    """The M step."""
+    frames = len(moments.later)
+    if "Gamma_v" in estimate:
+        model = replace(model, Gamma_v=_observation_noise(model, moments))
+    if "G" in estimate:
+        target = moments.later if f is None else moments.later - f
+        S10 = moments.C10 + target.T @ moments.earlier
+        S00 = moments.C00 + moments.earlier.T @ moments.earlier
+        model = replace(model, G=_right_divided(S10, S00))
+        if "Gamma_w" in estimate:
+            model = replace(model, process_noise=moments.transition_residual(model.G, f) / frames)
+    elif "Gamma_w" in estimate:
+        noise = model.process_noise
+        covariance = moments.noise / frames
+        model = replace(
+            model,
+            process_noise=(
+                PatternNoise(noise.patterns, covariance) if isinstance(noise, PatternNoise) else covariance
+            ),
+        )
+    return model
+
+
+def _observation_noise(model: LinearGaussian, moments: Moments) -> Array:
+    if model.Gamma_v.ndim == 1:  # a row that is never seen keeps its variance
+        seen = np.maximum(moments.seen, 1)
+        return np.where(moments.seen > 0, moments.residual / seen, model.Gamma_v)
+    out: Array = moments.residual / moments.seen[0]
+    return out
+
+
+def _right_divided(S10: Array, S00: Array) -> Array:
+    """S10 S00^-1."""
+    try:
+        R = _engine.cholesky(S00)
+    except SolveFailed as error:
+        raise SolveFailed(
+            f"em: S00 is singular ({error}) A state never moves: G of it cannot be known."
+        ) from None
+    X = S10.T.copy()
+    _engine.solve_lower(R, X)
+    _engine.solve_upper(R, X)
+    return np.ascontiguousarray(X.T)

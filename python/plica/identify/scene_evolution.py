@@ -1,0 +1,83 @@
+"""From a scene without contact to the matrices and the evolution of its free unknowns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.identify.evolution import Evolution, hht_evolution
+from plica.phonation.run.build import fixed_components, materials_of
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.parts import HilberHughesTaylor, Newmark
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["SceneMatrices", "scene_evolution", "scene_matrices"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SceneMatrices:
+    """M, C, K of the free unknowns of a scene, and where these are.
+
+    Attributes
+    ----------
+    mesh : TetMesh
+    free : (m,) int
+        Their numbers among the 3 n displacement components, node by node.
+    M, C, K : (m, m) sparse
+    """
+
+    mesh: _engine.TetMesh
+    free: NDArray[np.intp]
+    M: sparse.csr_array
+    C: sparse.csr_array
+    K: sparse.csr_array
+
+
+def scene_matrices(scene: Scene) -> SceneMatrices:
+    """Matrices of a scene without contact. Its airflow and its loads are forces, which the caller hands in.
+
+    Raises
+    ------
+    InvalidInput
+        Where the scene has a contact.
+    SceneError
+        Where it names what its mesh does not have.
+    """
+    if scene.contact is not None:
+        raise InvalidInput(
+            "scene_matrices: the scene has contact; must have none. Contact is not linear in the state, so "
+            "that no evolution G holds; let forces of the frames in which folds touch be unknown inputs."
+        )
+    mesh = build_mesh(scene.mesh, scene.source)
+    assembly = _engine.Assembly(mesh, *materials_of(scene, mesh))
+    free = np.flatnonzero(~fixed_components(scene, mesh).reshape(-1))
+    size = 3 * len(mesh.points)
+
+    def of_free(csr: tuple[Array, NDArray[np.int32], NDArray[np.int32]]) -> sparse.csr_array:
+        return sparse.csr_array(csr, shape=(size, size))[free][:, free]
+
+    if scene.time.mass == "lumped":
+        mass = sparse.csr_array(sparse.diags_array(np.repeat(assembly.lumped_mass(), 3)[free]))
+    else:
+        mass = of_free(assembly.mass())
+    return SceneMatrices(mesh, free, mass, of_free(assembly.viscosity()), of_free(assembly.stiffness()))
+
+
+def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
+    """The evolution of a scene without contact over one of its time steps, by its own scheme."""
+    matrices = scene_matrices(scene)
+    scheme = scene.time.scheme.choice
+    options: dict[str, Any] = {"step": float(scene.time.step)}
+    if isinstance(scheme, HilberHughesTaylor):
+        options["alpha"] = scheme.alpha
+    elif isinstance(scheme, Newmark):
+        options["newmark"] = scheme.beta, scheme.gamma
+    return hht_evolution(matrices.M, matrices.C, matrices.K, **options), matrices

@@ -1,0 +1,131 @@
+"""Small linear Gaussian models, and the joint Gaussian of all their states as a second algorithm."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.identify import Evolution, LinearGaussian, PatternNoise, hht_evolution
+
+Array = NDArray[np.float64]
+
+
+def random_model(seed: int, states: int, rows: int, *, variances: bool = False) -> LinearGaussian:
+    """A stable model with full matrices, spectral radius 0.95."""
+    rng = np.random.default_rng(seed)
+    G = rng.standard_normal((states, states))
+    G *= 0.95 / np.abs(np.linalg.eigvals(G)).max()
+    w = rng.standard_normal((states, states))
+    v = rng.standard_normal((rows, rows))
+    P0 = rng.standard_normal((states, states))
+    Gamma_v = v @ v.T + np.eye(rows)
+    return LinearGaussian(
+        G=G,
+        H=rng.standard_normal((rows, states)),
+        process_noise=w @ w.T / states,
+        Gamma_v=np.diag(Gamma_v).copy() if variances else Gamma_v,
+        m0=rng.standard_normal(states),
+        P0=P0 @ P0.T,
+    )
+
+
+def draw(model: LinearGaussian, frames: int, seed: int, f: Array | None = None) -> Array:
+    """Observations of one realisation, (frames, p)."""
+    rng = np.random.default_rng(seed)
+    Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
+    z = rng.multivariate_normal(model.m0, model.P0, method="eigh")
+    w = rng.multivariate_normal(np.zeros(model.states), model.Gamma_w, size=frames, method="eigh")
+    v = rng.multivariate_normal(np.zeros(model.rows), Gamma_v, size=frames)
+    y = np.empty((frames, model.rows))
+    for k in range(frames):
+        z = model.G @ z + w[k] + (0 if f is None else f[k])
+        y[k] = model.H @ z + v[k]
+    return y
+
+
+def with_gaps(y: Array, seed: int) -> Array:
+    """Two whole frames and a fifth of the entries of the second half missing."""
+    rng = np.random.default_rng(seed)
+    y = y.copy()
+    half = len(y) // 2
+    y[half:][rng.random(y[half:].shape) < 0.2] = np.nan
+    y[2] = np.nan
+    y[half] = np.nan
+    return y
+
+
+def chain(
+    masses: int = 4, *, stiffness: float = 1e4, damping: float = 2e-6, step: float = 5e-5, alpha: float = -0.3
+) -> tuple[Evolution, Array, Array, Array]:
+    """A chain of masses of 0.1 g held at one end by springs (N/m), C = damping K; and its M, C, K."""
+    K = stiffness * (2 * np.eye(masses) - np.eye(masses, k=1) - np.eye(masses, k=-1))
+    K[-1, -1] = stiffness
+    M = 1e-4 * (np.eye(masses) + 0.2 * (np.eye(masses, k=1) + np.eye(masses, k=-1)))
+    C = damping * K
+    return hht_evolution(M, C, K, step, alpha=alpha), M, C, K
+
+
+def chain_model(masses: int = 4, *, rows: int = 2, force: float = 0.1, noise: float = 1e-7) -> LinearGaussian:
+    """Displacements (m) of the last masses seen, force noise (N) on the first: u : v : a near 1e-6 : 1e-2 : 1e2."""
+    evolution, *_ = chain(masses)
+    n = 3 * masses
+    H = np.zeros((rows, n))
+    H[np.arange(rows), np.arange(masses - rows, masses)] = 1.0
+    spread = np.repeat([1e-6, 1e-2, 1e2], masses)
+    return LinearGaussian(
+        G=evolution.G,
+        H=H,
+        process_noise=evolution.force_noise(np.eye(masses)[:, :1], [[force**2]]),
+        Gamma_v=np.full(rows, noise**2),
+        m0=np.zeros(n),
+        P0=np.diag(spread**2),
+    )
+
+
+def joint_moments(model: LinearGaussian, y: Array, f: Array) -> tuple[Array, Array]:
+    """Mean (N + 1, n) and covariance of z_0 ... z_N given y, by the precision of the joint Gaussian."""
+    frames, n = len(y), model.states
+    G, H = model.G, model.H
+    Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
+    inverse = np.linalg.inv(model.Gamma_w)
+    J = np.zeros(((frames + 1) * n,) * 2)
+    h = np.zeros((frames + 1) * n)
+    J[:n, :n] += np.linalg.inv(model.P0)
+    h[:n] += np.linalg.solve(model.P0, model.m0)
+    for k in range(frames):
+        now, then = slice((k + 1) * n, (k + 2) * n), slice(k * n, (k + 1) * n)
+        J[now, now] += inverse
+        J[then, then] += G.T @ inverse @ G
+        J[now, then] -= inverse @ G
+        J[then, now] -= G.T @ inverse
+        h[now] += inverse @ f[k]
+        h[then] -= G.T @ inverse @ f[k]
+        seen = ~np.isnan(y[k])
+        weighted = np.linalg.solve(Gamma_v[np.ix_(seen, seen)], H[seen]).T
+        J[now, now] += weighted @ H[seen]
+        h[now] += weighted @ y[k, seen]
+    covariance = np.linalg.inv(J)
+    return (covariance @ h).reshape(frames + 1, n), covariance
+
+
+def joint_log_likelihood(model: LinearGaussian, y: Array, f: Array) -> float:
+    """log p(y) from the dense covariance of all observations."""
+    frames, n = len(y), model.states
+    mean, covariance = model.m0, model.P0
+    S = np.empty((frames, n, frames, n))
+    means = np.empty((frames, n))
+    for i in range(frames):
+        mean = model.G @ mean + f[i]
+        covariance = model.G @ covariance @ model.G.T + model.Gamma_w
+        means[i], block = mean, covariance
+        for j in range(i, frames):
+            S[j, :, i], S[i, :, j] = block, block.T
+            block = model.G @ block
+    H = np.kron(np.eye(frames), model.H)
+    Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
+    seen = ~np.isnan(y.ravel())
+    of_y = (H @ S.reshape(frames * n, -1) @ H.T + np.kron(np.eye(frames), Gamma_v))[np.ix_(seen, seen)]
+    residual = (y - means @ model.H.T).ravel()[seen]
+    log_determinant = np.linalg.slogdet(of_y)[1]
+    square = residual @ np.linalg.solve(of_y, residual)
+    return float(-0.5 * (seen.sum() * np.log(2 * np.pi) + log_determinant + square))
