@@ -29,13 +29,25 @@ def random_model(seed: int, states: int, rows: int, *, variances: bool = False) 
     )
 
 
+def factor(covariance: Array) -> Array:
+    """F with F F' = covariance, of a semidefinite one of any scales."""
+    unit = np.sqrt(np.diag(covariance))
+    unit = np.where(unit > 0, unit, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    return unit[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+
+
 def draw(model: LinearGaussian, frames: int, seed: int, f: Array | None = None) -> Array:
     """Observations of one realisation, (frames, p)."""
     rng = np.random.default_rng(seed)
+    z = model.m0 + factor(model.P0) @ rng.standard_normal(model.states)
+    if isinstance(model.process_noise, PatternNoise):
+        L = model.process_noise.patterns @ factor(model.process_noise.covariance)
+    else:
+        L = factor(model.Gamma_w)
+    w = rng.standard_normal((frames, L.shape[1])) @ L.T
     Gamma_v = np.diag(model.Gamma_v) if model.Gamma_v.ndim == 1 else model.Gamma_v
-    z = rng.multivariate_normal(model.m0, model.P0, method="eigh")
-    w = rng.multivariate_normal(np.zeros(model.states), model.Gamma_w, size=frames, method="eigh")
-    v = rng.multivariate_normal(np.zeros(model.rows), Gamma_v, size=frames)
+    v = rng.standard_normal((frames, model.rows)) @ np.linalg.cholesky(Gamma_v).T
     y = np.empty((frames, model.rows))
     for k in range(frames):
         z = model.G @ z + w[k] + (0 if f is None else f[k])
@@ -66,7 +78,7 @@ def chain(
 
 
 def chain_model(masses: int = 4, *, rows: int = 2, force: float = 0.1, noise: float = 1e-7) -> LinearGaussian:
-    """Displacements (m) of the last masses seen, force noise (N) on the first: u : v : a near 1e-6 : 1e-2 : 1e2."""
+    """Displacements (m) of the last masses, force noise (N) on one: u : v : a = 1e-6 : 1e-2 : 1e2."""
     evolution, *_ = chain(masses)
     n = 3 * masses
     H = np.zeros((rows, n))

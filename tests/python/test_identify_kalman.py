@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
+
+import plica
 from gaussian_models import (
     chain_model,
     draw,
@@ -15,19 +17,14 @@ from gaussian_models import (
     random_model,
     with_gaps,
 )
-
-import plica
 from plica.identify import LinearGaussian, PatternNoise, compose, kalman_filter, log_likelihood
 
 SHAPES = [(4, 2), (3, 7), (5, 5), (6, 1)]
 
 
 def statsmodels_log_likelihood(model: LinearGaussian, y: np.ndarray, f: np.ndarray) -> float:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of an import that is not ours
-        kalman = pytest.importorskip("statsmodels.tsa.statespace.kalman_filter")
     n, p = model.states, model.rows
-    peer = kalman.KalmanFilter(k_endog=p, k_states=n, tolerance=0)
+    peer = KalmanFilter(k_endog=p, k_states=n, tolerance=0)
     peer.bind(np.asfortranarray(y.T))
     peer["design"], peer["transition"], peer["selection"] = model.H, model.G, np.eye(n)
     peer["state_cov"] = model.Gamma_w
@@ -141,7 +138,7 @@ def test_covariances_of_a_stiff_chain_stay_covariances_over_ten_thousand_steps()
             np.testing.assert_array_equal(P, P.T)
             unit = np.sqrt(np.diag(P))
             assert np.all(unit > 0)
-            # Round-off of a correlation matrix of 12 states, n times the unit round-off times a few operations.
+            # Round-off of a correlation matrix of 12 states: n times 1e-16 times some operations.
             assert np.linalg.eigvalsh(P / np.outer(unit, unit))[0] > -1e-13
     assert np.isfinite(filtered.log_likelihood)
 
@@ -176,7 +173,7 @@ def test_innovations_of_the_right_model_are_white() -> None:
     model = random_model(31, 5, 3)
     filtered = kalman_filter(model, draw(model, 4000, 8))
     innovations = np.array(filtered.innovations)
-    # 4000 draws: standard errors of 1 / sqrt(4000) = 0.016 for means and lag-one products, 0.022 for variances.
+    # 4000 draws: standard errors of 1 / sqrt(4000) = 0.016 for means and products, 0.022 for variances.
     np.testing.assert_allclose(innovations.mean(axis=0), 0, atol=0.07)
     np.testing.assert_allclose(np.cov(innovations.T), np.eye(3), atol=0.1)
     np.testing.assert_allclose(innovations[1:].T @ innovations[:-1] / 3999, 0, atol=0.07)
@@ -192,7 +189,10 @@ BAD_MODELS: list[tuple[dict[str, Any], str]] = [
     ({"process_noise": -np.eye(3)}, "process_noise[0, 0] = -1; must be >= 0"),
     ({"process_noise": np.eye(3) + np.eye(3, k=1)}, "process_noise is not symmetric"),
     ({"process_noise": np.eye(3) + 0.9 * (np.eye(3, k=1) + np.eye(3, k=-1))}, "has the eigenvalue"),
-    ({"process_noise": PatternNoise(np.ones((2, 1)), np.eye(1))}, "process_noise.patterns has 2 rows; must have 3"),
+    (
+        {"process_noise": PatternNoise(np.ones((2, 1)), np.eye(1))},
+        "process_noise.patterns has 2 rows; must have 3",
+    ),
     ({"Gamma_v": np.array([1.0, 0.0])}, "Gamma_v[1] = 0; must be > 0. A state that is known exactly"),
     ({"Gamma_v": np.ones((2, 2))}, "Gamma_v is singular; must be positive definite"),
     ({"Gamma_v": np.ones(3)}, "Gamma_v has shape (3,); must be (2)"),
@@ -238,5 +238,7 @@ def test_a_tolerance_or_a_scale_that_is_none_is_refused() -> None:
 
 def test_an_evolution_that_explodes_fails_by_name() -> None:
     model = replace(MODEL, G=1e60 * np.eye(3))
-    with pytest.raises(plica.SolveFailed, match="frame .*covariance of the innovations is not positive definite"):
+    with pytest.raises(
+        plica.SolveFailed, match=r"frame .*covariance of the innovations is not positive definite"
+    ):
         kalman_filter(model, np.zeros((20, 2)))

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gaussian_models import chain_model, draw, joint_moments, random_model, with_gaps
 
+from gaussian_models import chain_model, draw, joint_moments, random_model, with_gaps
 from plica.identify import PatternNoise, kalman_filter, smooth
 
 
@@ -20,7 +20,7 @@ def test_moments_are_those_of_the_joint_gaussian(states: int, rows: int, varianc
     mean, covariance = joint_moments(model, y, f)
     smoothed = smooth(model, kalman_filter(model, y, f))
     blocks = covariance.reshape(25, states, 25, states)
-    # Absolute, of means and variances of the size of 1 to 10; the precision's inverse has a condition near 1e4.
+    # Of means and variances of the size of 1 to 10; the inverse of a precision with a condition near 1e4.
     np.testing.assert_allclose(smoothed.mean, mean, atol=1e-9)
     for k in range(25):
         np.testing.assert_allclose(smoothed.covariance[k], blocks[k, :, k], atol=1e-10)
@@ -87,7 +87,9 @@ def test_a_settled_smoother_is_the_one_that_never_settles() -> None:
     never = smooth(model, kalman_filter(model, y, steady_tolerance=0.0))
     assert len({id(P) for P in settled.covariance}) < 250
     np.testing.assert_allclose(settled.mean, never.mean, atol=1e-9)
-    for one, other in zip(settled.covariance + settled.lag_one, never.covariance + never.lag_one, strict=True):
+    for one, other in zip(
+        settled.covariance + settled.lag_one, never.covariance + never.lag_one, strict=True
+    ):
         np.testing.assert_allclose(one, other, atol=1e-10)
 
 
