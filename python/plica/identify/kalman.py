@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,20 +32,32 @@ class Update:
     Attributes
     ----------
     covariance : (n, n)
-        P = P_{k|k-1}.
+        P = P_{k|k-1} = G F G' + Gamma_w.
+    moved : (n, n)
+        G F, F the filtered covariance of the frame before.
     R : (r, r)
         Upper triangular.
     W : (r, n)
-    V : (r, c)
-        R^-T H.
-    columns : slice
+    group : WhitenedFrames
     """
 
     covariance: Array
+    moved: Array
     R: Array
     W: Array
-    V: Array
-    columns: slice
+    group: WhitenedFrames
+
+    @property
+    def columns(self) -> slice:
+        """The states that H looks at."""
+        return self.group.columns
+
+    @cached_property
+    def V(self) -> Array:  # noqa: N802 (a field letter)
+        """R^-T H, (r, c)."""
+        V = self.group.matrix.copy()
+        _engine.solve_lower(self.R, V)
+        return V
 
     def filtered_covariance(self) -> Array:
         """P_{k|k}, (n, n)."""
@@ -182,11 +195,13 @@ def _steps(model: LinearGaussian, y: Array, f: Array | None, steady_tolerance: f
     for k, (group, row) in enumerate(frames):
         mean = G @ mean if f is None else G @ mean + f[k]
         if update is None or not (steady and group is before):
-            P = _engine.congruence(G, P, noise)
+            moved = _engine.product(G, P)
+            P = _engine.symmetric_product(moved, G.T)
+            P += noise
             if group is not before:
                 settling.restart()
             steady = update is not None and settling.settled(P, update.covariance)
-            update = _update(P, group, k)
+            update = _update(P, moved, group, k)
             P = update.filtered_covariance()
             before = group
         predicted = mean
@@ -202,10 +217,9 @@ def _by_frame(groups: list[WhitenedFrames], frames: int) -> list[tuple[WhitenedF
     return [order[k] for k in range(frames)]
 
 
-def _update(P: Array, group: WhitenedFrames, k: int) -> Update:
+def _update(P: Array, moved: Array, group: WhitenedFrames, k: int) -> Update:
     if group.size == 0:
-        empty = np.empty((0, 0))
-        return Update(P, empty, np.empty((0, len(P))), np.empty((0, group.matrix.shape[1])), group.columns)
+        return Update(P, moved, np.empty((0, 0)), np.empty((0, len(P))), group)
     W = _engine.product(group.matrix, P[group.columns])
     S = _engine.symmetric_product(W[:, group.columns], group.matrix.T)
     S[np.diag_indices_from(S)] += 1.0
@@ -216,7 +230,5 @@ def _update(P: Array, group: WhitenedFrames, k: int) -> Update:
             f"kalman_filter: frame {k + 1}: the covariance of the innovations is not positive definite "
             f"({error}) Is the evolution unstable, or P0 out of all scale?"
         ) from None
-    V = group.matrix.copy()
     _engine.solve_lower(R, W)
-    _engine.solve_lower(R, V)
-    return Update(P, R, W, V, group.columns)
+    return Update(P, moved, R, W, group)

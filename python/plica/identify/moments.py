@@ -62,25 +62,27 @@ def expected_moments(model: LinearGaussian, filtered: Filtered) -> Moments:
     n, frames = model.states, len(filtered.updates)
     means = np.empty((frames + 1, n))
     adjoints = np.empty((frames, n))
-    C11, C00, C10, information = (_Sum(n) for _ in range(4))
+    C11, C00, informed, information = (_Sum(n) for _ in range(4))
     observed = _ObservedSum(model)
     for back, frame in enumerate(smoothed_frames(model, filtered)):
         k = frames - back
         means[k] = frame.mean
-        if frame.lag_one is not None:
+        if k > 0:
             C11.add(frame.covariance)
-            C10.add(frame.lag_one)
+            informed.add(frame.informed)
             information.add(frame.information)
             adjoints[k - 1] = frame.adjoint
             observed.add(filtered.observations[k - 1], frame)
         if k < frames:
             C00.add(frame.covariance)
+    # Cov(z_k, z_{k-1} | y) = G P_{k-1|N} + Cov(w_{k-1}, z_{k-1} | y)
+    C10 = model.G @ C00.total() - model.Gamma_w @ informed.total()
     return Moments(
         later=means[1:],
         earlier=means[:-1],
         C11=C11.total(),
         C00=C00.total(),
-        C10=C10.total(),
+        C10=C10,
         noise=_noise(model, adjoints, information.total()),
         residual=observed.residual,
         seen=observed.seen,

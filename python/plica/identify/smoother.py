@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 class SmoothedFrame:
     """A state given all frames. Where the recursions have settled, frames share their covariances.
 
+    With P = P_{k|k-1} and F = P_{k-1|k-1}; at k = 0 there is no frame before, and the last four are empty.
+
     Attributes
     ----------
     mean : (n,)
@@ -29,19 +32,26 @@ class SmoothedFrame:
     covariance : (n, n)
         P_{k|N}.
     adjoint : (n,)
-        lambda, with m_{k|N} = m_{k|k-1} + P_{k|k-1} lambda: Gamma_w lambda is the mean of the noise w_{k-1}.
-        Zero at k = 0.
+        lambda, with m_{k|N} = m_{k|k-1} + P lambda: Gamma_w lambda is the mean of the noise w_{k-1}.
     information : (n, n)
-        Lambda, with P_{k|N} = P - P Lambda P, P = P_{k|k-1}; zero at k = 0.
-    lag_one : (n, n) or None
-        P_{k,k-1|N} = Cov(z_k, z_{k-1} | y); None at k = 0.
+        Lambda, with P_{k|N} = P - P Lambda P.
+    informed : (n, n)
+        Lambda G F: Cov(w_{k-1}, z_{k-1} | y) = -Gamma_w Lambda G F.
+    update : Update or None
+        Of the frame, by the filter.
     """
 
     mean: Array
     covariance: Array
     adjoint: Array
     information: Array
-    lag_one: Array | None
+    informed: Array
+    update: Update | None
+
+    def lag_one(self) -> Array:
+        """P_{k,k-1|N} = Cov(z_k, z_{k-1} | y) = (I - P Lambda) G F; not of k = 0."""
+        assert self.update is not None
+        return self.update.moved - _engine.product(self.update.covariance, self.informed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,30 +91,31 @@ def smooth(model: LinearGaussian, filtered: Filtered) -> Smoothed:
         Of the same model, by `kalman_filter`.
     """
     frames = list(smoothed_frames(model, filtered))[::-1]
+    lag_one: list[Array] = []
+    for before, frame in pairwise(frames):
+        shared = frame.informed is before.informed and frame.update is before.update
+        lag_one.append(lag_one[-1] if shared else frame.lag_one())
     return Smoothed(
-        np.array([frame.mean for frame in frames]),
-        [frame.covariance for frame in frames],
-        [frame.lag_one for frame in frames if frame.lag_one is not None],
+        np.array([frame.mean for frame in frames]), [frame.covariance for frame in frames], lag_one
     )
 
 
 def smoothed_frames(model: LinearGaussian, filtered: Filtered) -> Iterator[SmoothedFrame]:
-    """The same frame by frame, k = N ... 0, for who needs only sums over the frames."""
-    G, n = model.G, model.states
-    frames = len(filtered.updates)
-    adjoint = np.zeros(n)  # lambda of frame k + 1 seen from frame k: G' lambda
-    back = _Backward(model)
-    for k in range(frames - 1, -1, -1):
-        update, mean = filtered.updates[k], filtered.filtered_mean[k]
+    """The same frame by frame, k = N ... 0, for who needs sums over the frames alone. 6 n^3 operations each."""
+    back = _Backward(model, filtered.updates[-1])
+    adjoint = np.zeros(model.states)  # G' lambda of the frame that came last
+    for k in range(len(filtered.updates) - 1, -1, -1):
+        update = filtered.updates[k]
         before = filtered.updates[k - 1] if k > 0 else None
-        covariance, lag_one, information = back.step(update, before)
-        smoothed = mean + filtered_product(update, adjoint)
+        covariance, information, informed = back.step(update, before)
+        mean = filtered.filtered_mean[k] + filtered_product(update, adjoint)
         if len(update.W):
             adjoint = adjoint.copy()
             adjoint[update.columns] += (filtered.innovations[k] - update.W @ adjoint) @ update.V
-        yield SmoothedFrame(smoothed, covariance, adjoint, information, lag_one)
-        adjoint = adjoint @ G
-    yield SmoothedFrame(model.m0 + model.P0 @ adjoint, back.prior(), np.zeros(n), np.zeros((n, n)), None)
+        yield SmoothedFrame(mean, covariance, adjoint, information, informed, update)
+        adjoint = adjoint @ model.G
+    none = np.empty((0, 0))
+    yield SmoothedFrame(model.m0 + model.P0 @ adjoint, back.covariance, np.empty(0), none, none, None)
 
 
 def filtered_product(update: Update, x: Array) -> Array:
@@ -116,48 +127,45 @@ def filtered_product(update: Update, x: Array) -> Array:
 class _Backward:
     """The recursion of the covariances, from the last frame back.
 
-    With P = P_{k|k-1}, Lambda of frame k, and F = P_{k-1|k-1} of the frame before:
-    P_{k,k-1|N} = (I - P Lambda) G F and P_{k-1|N} = F - (G F)' Lambda (G F).
+    With Lambda of frame k, G F = `moved` and F = P_{k-1|k-1}: P_{k-1|N} = F - (G F)' Lambda (G F).
+
+    Attributes
+    ----------
+    covariance : (n, n)
+        P_{k|N} of the frame whose step is next.
     """
 
-    def __init__(self, model: LinearGaussian) -> None:
+    def __init__(self, model: LinearGaussian, last: Update) -> None:
+        self.covariance = last.filtered_covariance()
         self._model = model
-        self._covariance: Array | None = None  # P_{k|N} of the frame that comes next
-        self._carried: Array | None = None  # G' Lambda G of the frame before the one that comes next
+        self._carried: Array | None = None  # G' Lambda G of the frame whose step came last
         self._made_from: tuple[Update, Update | None] | None = None
-        self._last: tuple[Array, Array, Array] | None = None
+        self._information: Array | None = None
+        self._informed: Array | None = None
         self._settling = Settling(STEADY_TOLERANCE)
         self._settled = False
 
     def step(self, update: Update, before: Update | None) -> tuple[Array, Array, Array]:
-        """P_{k|N}, P_{k,k-1|N} and Lambda_k."""
-        made_from = (update, before)
-        same = self._made_from is not None and all(
-            a is b for a, b in zip(made_from, self._made_from, strict=True)
-        )
-        if same and self._settled and self._last is not None:
-            return self._last
-        if not same:
-            self._settling.restart()
-        covariance = update.filtered_covariance() if self._covariance is None else self._covariance
-        information = self._information(update)
-        F = self._model.P0 if before is None else before.filtered_covariance()
-        GF = _engine.product(self._model.G, F)
-        LGF = _engine.product(information, GF)
-        lag_one = GF - _engine.product(update.covariance, LGF)
-        self._covariance = F - _engine.symmetric_product(GF.T, LGF)
-        self._carried = _engine.congruence(self._model.G.T, information, np.zeros_like(F))
-        self._settled = same and self._last is not None and self._settling.settled(information, self._last[2])
-        self._made_from = made_from
-        self._last = covariance, lag_one, information
-        return self._last
+        """P_{k|N}, Lambda and Lambda G F of frame k."""
+        covariance = self.covariance
+        same = self._made_from is not None and self._made_from[0] is update and self._made_from[1] is before
+        if not (same and self._settled):
+            if not same:
+                self._settling.restart()
+            information = self._backward(update)
+            previous, self._information = self._information, information
+            self._settled = previous is not None and self._settling.settled(information, previous)
+            self._informed = _engine.product(information, update.moved)
+            F = self._model.P0 if before is None else before.filtered_covariance()
+            self.covariance = F - _engine.symmetric_product(update.moved.T, self._informed)
+            G = self._model.G
+            self._carried = _engine.symmetric_product(G.T, _engine.product(information, G))
+            self._made_from = update, before
+        assert self._information is not None
+        assert self._informed is not None
+        return covariance, self._information, self._informed
 
-    def prior(self) -> Array:
-        """P_{0|N}, after the first frame."""
-        assert self._covariance is not None
-        return self._covariance
-
-    def _information(self, update: Update) -> Array:
+    def _backward(self, update: Update) -> Array:
         """Lambda_k = (I - W'V)' G' Lambda_{k+1} G (I - W'V) + V'V."""
         n = self._model.states
         if self._carried is None:
