@@ -4,10 +4,10 @@ A random stable model of n states (spectral radius 0.98) with 0.4 n rows of inde
 --gaps some, one frame in ten and one entry in twenty are missing (then without dynamax, which takes no gaps).
 All sides have the same model, in double precision and with as many threads as asked for (dynamax takes what
 XLA takes), and take turns within a round; a ratio is the median of the ratios within the rounds. A first call
-of each stands apart, since dynamax compiles in it. "never settling" is plica without its steady-gain switch;
-statsmodels has its own and keeps its default. An EM step is a filter, a smoother with lag-one covariances, and
-the sums of the M step. Memory is how far the peak of a process of its own rises above what model and library
-take. Log-likelihoods are relative differences to plica's without the switch.
+of each stands apart, since dynamax compiles in it. "never settling" is plica without its switch to a steady
+gain; statsmodels has its own and keeps its default. An EM step is a filter, a smoother with lag-one
+covariances, and the sums of the M step. Memory is how far the peak of a process of its own rises above what
+model and library take. Log-likelihoods are relative differences to plica's without the switch.
 
 Peers that Python does not find are left out: pip install statsmodels pykalman dynamax.
 """

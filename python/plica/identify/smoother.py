@@ -101,7 +101,7 @@ def smooth(model: LinearGaussian, filtered: Filtered) -> Smoothed:
 
 
 def smoothed_frames(model: LinearGaussian, filtered: Filtered) -> Iterator[SmoothedFrame]:
-    """The same frame by frame, k = N ... 0, for who needs sums over the frames alone. 6 n^3 operations each."""
+    """The same frame by frame, k = N ... 0, for who needs sums over them alone. 6 n^3 operations each."""
     back = _Backward(model, filtered.updates[-1])
     adjoint = np.zeros(model.states)  # G' lambda of the frame that came last
     for k in range(len(filtered.updates) - 1, -1, -1):
