@@ -29,13 +29,20 @@ void pack(const MatrixView& m, std::ptrdiff_t width, double* out) {
     }
     return;
   }
-  constexpr std::ptrdiff_t run = 8;  // columns whose lines stay in cache while the rows are walked
-  for (std::ptrdiff_t begin = 0; begin < m.columns; begin += run) {
-    const std::ptrdiff_t end = std::min(begin + run, m.columns);
-    for (std::ptrdiff_t i = 0; i < m.rows; ++i) {
-      const double* from = m.data + i * m.row_stride;
-      for (std::ptrdiff_t k = begin; k < end; ++k) out[width * k + i] = from[k * m.column_stride];
+  // Eight columns at a time: the lines that are written stay in cache while the rows are walked.
+  std::ptrdiff_t k = 0;
+  if (m.column_stride == 1) {
+    for (; k + 8 <= m.columns; k += 8) {
+      double* const to = out + width * k;
+      for (std::ptrdiff_t i = 0; i < m.rows; ++i) {
+        const double* from = m.data + i * m.row_stride + k;
+        for (std::ptrdiff_t q = 0; q < 8; ++q) to[width * q + i] = from[q];
+      }
     }
+  }
+  for (; k < m.columns; ++k) {
+    const double* from = m.data + k * m.column_stride;
+    for (std::ptrdiff_t i = 0; i < m.rows; ++i) out[width * k + i] = from[i * m.row_stride];
   }
 }
 
@@ -97,14 +104,19 @@ void multiply(double scale, const MatrixView& a, const MatrixView& b, const Matr
 }
 
 void mirror_upper(const MatrixSpan& a) {
-  constexpr std::ptrdiff_t tile = 16;
-  for (std::ptrdiff_t i = 0; i < a.rows; i += tile) {
-    for (std::ptrdiff_t j = i; j < a.columns; j += tile) {
-      const std::ptrdiff_t row_end = std::min(i + tile, a.rows), column_end = std::min(j + tile, a.columns);
-      for (std::ptrdiff_t q = j; q < column_end; ++q) {
-        double* const out = a.data + q * a.row_stride;
-        for (std::ptrdiff_t p = i; p < std::min(row_end, q); ++p) out[p] = a.data[p * a.row_stride + q];
-      }
+  // Blocks of eight rows by eight columns, both of whose lines stay in cache.
+  constexpr std::ptrdiff_t tile = 8;
+  const std::ptrdiff_t n = a.rows, stride = a.row_stride;
+  for (std::ptrdiff_t i = 0; i < n; i += tile) {
+    const std::ptrdiff_t height = std::min(tile, n - i);
+    for (std::ptrdiff_t p = i; p < i + height; ++p) {
+      for (std::ptrdiff_t q = p + 1; q < i + height; ++q) a.data[q * stride + p] = a.data[p * stride + q];
+    }
+    if (height < tile) break;
+    for (std::ptrdiff_t q = i + tile; q < n; ++q) {
+      const double* const from = a.data + i * stride + q;
+      double* const to = a.data + q * stride + i;
+      for (std::ptrdiff_t p = 0; p < tile; ++p) to[p] = from[p * stride];
     }
   }
 }
