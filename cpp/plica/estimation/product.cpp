@@ -57,11 +57,13 @@ void row_block(const ProductKernels& kernels, double scale, const double* a, con
       if (part == Part::upper && first_row + i >= j + width) break;
       double* out = c.data + i * c.row_stride + j;
       const std::ptrdiff_t rows = std::min(height, c.rows - i), columns = std::min(width, c.columns - j);
-      if (rows == height && columns == width) {
-        kernels.tile(a + i * depth, strip, depth, scale, out, c.row_stride, add);
+      const std::ptrdiff_t low = 2 * rows <= height ? 1 : 0, narrow = 2 * columns <= width ? 1 : 0;
+      const ProductKernels::Tile tile = kernels.tile[low][narrow];
+      if (rows == height >> low && columns == width >> narrow) {
+        tile(a + i * depth, strip, depth, scale, out, c.row_stride, add);
         continue;
       }
-      kernels.tile(a + i * depth, strip, depth, scale, edge, width, false);
+      tile(a + i * depth, strip, depth, scale, edge, width, false);
       for (std::ptrdiff_t p = 0; p < rows; ++p) {
         double* row = out + p * c.row_stride;
         for (std::ptrdiff_t q = 0; q < columns; ++q) {

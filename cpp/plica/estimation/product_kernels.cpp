@@ -26,29 +26,30 @@ struct Eight {
   typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
 };
 
-/// R rows of C registers are the running sums: as many as the processor has, less those of b and of a.
-template <typename Width, int R, int C>
+/// R rows of C registers are the running sums: as many as the processor has, less those of b and of a. An edge
+/// takes the first `rows` and `registers` of them.
+template <typename Width, int R, int C, int rows, int registers>
 PLICA_INLINE void tile_body(const double* a, const double* b, std::ptrdiff_t depth, double scale, double* c,
                             std::ptrdiff_t stride, bool add) {
   typedef typename Width::Register Register;
   constexpr int w = sizeof(Register) / sizeof(double);
-  Register sum[R][C] = {};
+  Register sum[rows][registers] = {};
   for (std::ptrdiff_t k = 0; k < depth; ++k) {
-    Register row[C];
+    Register row[registers];
 #pragma GCC unroll 4
-    for (int j = 0; j < C; ++j) row[j] = *reinterpret_cast<const Register*>(b + w * j);
+    for (int j = 0; j < registers; ++j) row[j] = *reinterpret_cast<const Register*>(b + w * j);
 #pragma GCC unroll 16
-    for (int i = 0; i < R; ++i) {
+    for (int i = 0; i < rows; ++i) {
 #pragma GCC unroll 4
-      for (int j = 0; j < C; ++j) sum[i][j] += row[j] * a[i];
+      for (int j = 0; j < registers; ++j) sum[i][j] += row[j] * a[i];
     }
     a += R;
     b += w * C;
   }
 #pragma GCC unroll 16
-  for (int i = 0; i < R; ++i) {
+  for (int i = 0; i < rows; ++i) {
 #pragma GCC unroll 4
-    for (int j = 0; j < C; ++j) {
+    for (int j = 0; j < registers; ++j) {
       Register* out = reinterpret_cast<Register*>(c + i * stride + w * j);
       *out = add ? *out + sum[i][j] * scale : sum[i][j] * scale;
     }
@@ -113,11 +114,16 @@ PLICA_INLINE std::ptrdiff_t cholesky_body(double* a, std::ptrdiff_t stride, std:
 }
 
 // A version is the same bodies compiled for other instructions; __VA_ARGS__ is its target attribute.
+#define PLICA_TILE(name, Width, R, C, rows, registers, ...)                                              \
+  __VA_ARGS__ void name(const double* a, const double* b, std::ptrdiff_t depth, double scale, double* c, \
+                        std::ptrdiff_t stride, bool add) {                                               \
+    tile_body<Width, R, C, rows, registers>(a, b, depth, scale, c, stride, add);                         \
+  }
 #define PLICA_VERSION(suffix, Width, R, C, ...)                                                                   \
-  __VA_ARGS__ void tile_##suffix(const double* a, const double* b, std::ptrdiff_t depth, double scale, double* c, \
-                                 std::ptrdiff_t stride, bool add) {                                               \
-    tile_body<Width, R, C>(a, b, depth, scale, c, stride, add);                                                   \
-  }                                                                                                               \
+  PLICA_TILE(tile_##suffix, Width, R, C, R, C, __VA_ARGS__)                                                       \
+  PLICA_TILE(low_##suffix, Width, R, C, R / 2, C, __VA_ARGS__)                                                    \
+  PLICA_TILE(narrow_##suffix, Width, R, C, R, C / 2, __VA_ARGS__)                                                 \
+  PLICA_TILE(small_##suffix, Width, R, C, R / 2, C / 2, __VA_ARGS__)                                              \
   __VA_ARGS__ void forward_##suffix(const double* r, std::ptrdiff_t stride, std::ptrdiff_t n, double* x) {        \
     forward_body<Width>(r, stride, n, x);                                                                         \
   }                                                                                                               \
@@ -130,7 +136,7 @@ PLICA_INLINE std::ptrdiff_t cholesky_body(double* a, std::ptrdiff_t stride, std:
   constexpr ProductKernels kernels_##suffix{R,                                                                    \
                                             C * static_cast<int>(sizeof(Width::Register) / sizeof(double)),       \
                                             at_once * static_cast<int>(sizeof(Width::Register) / sizeof(double)), \
-                                            tile_##suffix,                                                        \
+                                            {{tile_##suffix, narrow_##suffix}, {low_##suffix, small_##suffix}},   \
                                             forward_##suffix,                                                     \
                                             backward_##suffix,                                                    \
                                             cholesky_##suffix};
@@ -140,6 +146,7 @@ PLICA_VERSION(fma, Four, 6, 2, __attribute__((target("avx2,fma"))))
 PLICA_VERSION(wide, Eight, 12, 2, __attribute__((target("avx512f,avx512vl,avx512dq,avx2,fma"))))
 #endif
 #undef PLICA_VERSION
+#undef PLICA_TILE
 
 const ProductKernels& choose() {
 #ifdef PLICA_VECTOR_VERSIONS

@@ -9,8 +9,9 @@ struct ProductKernels {
   int strip;          // columns that one triangular solve takes at once
 
   /// c[i * stride + j] = (or +=, if `add`) scale * sum_k a[rows * k + i] b[columns * k + j]; a and b are packed.
-  void (*tile)(const double* a, const double* b, std::ptrdiff_t depth, double scale, double* c,
-               std::ptrdiff_t stride, bool add);
+  using Tile = void (*)(const double* a, const double* b, std::ptrdiff_t depth, double scale, double* c,
+                        std::ptrdiff_t stride, bool add);
+  Tile tile[2][2];  // [of all rows, of the first half][of all columns, of the first half]
   /// R^T X = X in place: R (n, n) upper, row-major with `stride`; x (n, strip), packed.
   void (*forward)(const double* r, std::ptrdiff_t stride, std::ptrdiff_t n, double* x);
   /// R X = X in place.
