@@ -175,8 +175,12 @@ MAKERS: dict[str, Callable[[Any, Any], dict[str, Call]]] = {
 }
 
 
-def present(gaps: str) -> list[str]:
-    found = [side for side in SIDES if importlib.util.find_spec(side.split(",")[0])]
+def present(gaps: str, wanted: list[str]) -> list[str]:
+    found = [
+        side
+        for side in SIDES
+        if side.split(",")[0] in wanted and importlib.util.find_spec(side.split(",")[0])
+    ]
     return [side for side in found if not (gaps == "some" and side == "dynamax")]
 
 
@@ -204,7 +208,7 @@ def child(side: str, task: str, n: int, frames: int, gaps: str) -> None:
 
 def measure(n: int, given: argparse.Namespace) -> None:
     model, y = problem(n, given.frames, given.gaps)
-    sides = {side: MAKERS[side](model, y) for side in present(given.gaps)}
+    sides = {side: MAKERS[side](model, y) for side in present(given.gaps, ["plica", *given.peers])}
     expected = sides["plica, never settling"]["likelihood"]()
     assert expected is not None
     for task in TASKS:
@@ -246,6 +250,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--gaps", choices=("none", "some"), default="none")
     parser.add_argument("--memory", choices=("yes", "no"), default="yes")
+    parser.add_argument("--peers", nargs="*", default=["statsmodels", "pykalman", "dynamax"])
     parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)
     given = parser.parse_args()
     os.environ["OPENBLAS_NUM_THREADS"] = str(given.threads)  # read when NumPy loads it
