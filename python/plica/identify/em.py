@@ -62,7 +62,7 @@ def em(
     f : (N, n), optional
     estimate : collection of "G", "Gamma_w", "Gamma_v"
         G free is what the thesis proposes: G = (S10 - sum f m') S00^-1. It is known up to a change of basis
-        that H does not see, so that no tissue follows from it; see docs/identification.md.
+        that H does not see, so that no tissue follows from it; see docs/identification_filter.md.
         Gamma_w of a `PatternNoise` stays one of the same patterns; of variances Gamma_v stays variances.
     iterations : int
         At most so many, >= 1.
