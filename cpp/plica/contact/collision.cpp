@@ -222,6 +222,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
 
 Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& x) {
   constexpr int relax_from = 3;      // passes that converge as Newton's method does are done by then
+  constexpr int swings_from = 6;     // passes without the gap error falling by half
   constexpr int patience = 40;       // passes, for the gap error to fall by half
   constexpr double settling = 1000;  // tolerances: below this gap error means say what they leave inside
   constexpr double acceptable = 10;  // tolerances
@@ -229,6 +230,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
   Contacts& last = search.last;
   last.converged = true;
   int& passes = search.passes = 0;
+  Points linearised;         // positions that the last pass's constraints are of
   std::optional<Pass> best;  // of those since the last new candidate
   int halved = 0;            // the pass that last halved the gap error
   double halved_error = std::numeric_limits<double>::infinity();
@@ -285,6 +287,15 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
                   ". Try a smaller step, more passes, or a larger tolerance."};
     }
 
+    // Passes that lead from one of two shapes to the other and back are linearised between the two.
+    if (passes - halved >= swings_from && linearised.size() > 0) {
+      linearised = 0.5 * (linearised + x);
+      update(linearised);
+      constraints = constraints_at(search, linearised);
+    } else {
+      linearised = x;
+    }
+
     // Over a sharp edge the mean normal turns with the slave, and its force may swing from pass to pass: halve
     // that.
     if (passes >= relax_from)
@@ -292,7 +303,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
         if (const std::ptrdiff_t i = last.place_of(constraint.key); i >= 0)
           constraint.turn_towards(last.constraints[static_cast<std::size_t>(i)].normal);
 
-    Complementarity solution = closing_forces(search, constraints, x);
+    Complementarity solution = closing_forces(search, constraints, linearised);
     last.pivots += solution.pivots;
     if (!solution.converged) {
       if (close()) return closest();

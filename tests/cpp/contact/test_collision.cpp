@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 
 #include "plica/contact/collision.hpp"
@@ -116,6 +117,38 @@ class FailingPath final : public ContactPath {
   bool gives_up_;
   int first_, last_;
   int moves_ = 0;
+};
+
+/// A method with one constraint, on the height t of node 4: the gap sign(t) sqrt|t|, of which Newton's method
+/// leads from t to -t and back.
+class SwingingMethod final : public ContactMethod {
+ public:
+  std::unique_ptr<ConstraintKind> kind(Detector&, const FaceMethod&) const override {
+    return std::make_unique<Root>();
+  }
+
+ private:
+  struct Root final : ConstraintKind {
+    static double gap(double t) { return std::copysign(std::sqrt(std::abs(t)), t); }
+    void update(const Points&) override {}
+    std::vector<std::int32_t> violated(const Points& x, double, const ContactSurface&, double least) override {
+      if (gap(x(4, 2)) < -least) return {4};
+      return {};
+    }
+    bool knows(std::int32_t key) const override { return key == 4; }
+    Constraint at(std::int32_t key, const Points& x, double) override {
+      const double t = x(4, 2), slope = 0.5 / std::sqrt(std::max(std::abs(t), 1e-20));
+      Constraint constraint;
+      constraint.key = constraint.slave = key;
+      constraint.weights = {{key, 1.0}};
+      constraint.normal = Vector3::UnitZ();
+      constraint.gradient = slope * Vector3::UnitZ();
+      constraint.depth = gap(t) - slope * t;
+      return constraint;
+    }
+    std::vector<PressedNode> pressed(const ContactSurface&, const Contact&, const Points&) override { return {}; }
+    Vector pressure(const Contact&, const Points&) override { return {}; }
+  };
 };
 
 /// A collision of the squares from their reference to x_free, with what its path was asked.
@@ -283,4 +316,20 @@ TEST_CASE("a search that does not settle where it goes on begins anew without co
   CHECK(second.converged);
   CHECK(x.col(2).tail(4).cwiseAbs().maxCoeff() < 1e-5);
   CHECK(second.force.sum() == doctest::Approx(1.6));
+}
+
+TEST_CASE("passes that swing between two shapes are linearised between them") {
+  const Squares squares(false);
+  const Points x_free = squares.at({-1, -1, -1, -1, -0.3, 1, 1, 1});
+  Collision collision(squares.airway, squares.reference, std::make_unique<SwingingMethod>(), {}, {},
+                      std::make_unique<RecordingPath>(squares, std::make_shared<RecordingPath::Record>()));
+  Points x;
+  const std::vector<std::int32_t> none;
+  const double depth = 1;  // m, for the constraint's own depth to count
+  const Contacts contacts = collision.solve(x_free, 1.0, {squares.reference, none, {}, depth}, {}, x);
+  CHECK(contacts.converged);
+  CHECK(contacts.passes > 6);
+  CHECK(contacts.passes < 12);
+  CHECK(std::abs(x(4, 2)) < 1e-9);
+  CHECK(contacts.force.sum() == doctest::Approx(0.3));
 }
