@@ -70,6 +70,7 @@ PYBIND11_MODULE(_engine, engine) {
   bind_tissue(engine);
   bind_imaging(engine);
   bind_estimation(engine);
+  bind_estimation_sweep(engine);
 #ifdef PLICA_WITH_CONTACT
   bind_contact(engine);
 #endif
