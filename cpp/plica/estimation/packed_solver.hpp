@@ -1,4 +1,6 @@
 #pragma once
+#include <array>
+
 #include "plica/solve/triangular_factor.hpp"
 
 namespace plica {
@@ -8,13 +10,19 @@ namespace plica {
 /// within 1e-10 no longer falls.
 class PackedSolver {
  public:
+  using Lanes = std::array<double, TriangularFactor::pack>;
+
   /// A must outlive it. Throws SolveFailed where A is not positive definite.
   PackedSolver(const BlockMatrix& A, double tolerance) : A_(A), factor_(A, FactorPlan(A)), tolerance_(tolerance) {}
 
-  /// b, x [pack * unknown + lane]; `step` names the step in the message of SolveFailed.
+  /// b, x [pack * unknown + lane]; starts from x, which a lane gives up where it is worse than zero. `step` names
+  /// the step in the message of SolveFailed.
   void solve(const std::vector<double>& b, std::vector<double>& x, std::ptrdiff_t step) const;
 
  private:
+  /// r = b - A x; returns |r|^2 of each lane.
+  Lanes residual(const std::vector<double>& b, const std::vector<double>& x, std::vector<double>& r) const;
+
   const BlockMatrix& A_;
   TriangularFactor factor_;
   double tolerance_;

@@ -17,10 +17,13 @@ using Packed = std::vector<double>;  // [pack * unknown + lane]
 /// Motion of `pack` columns.
 struct Columns {
   explicit Columns(std::size_t length)
-      : u(length, 0.0), v(length, 0.0), a(length, 0.0), U(length, 0.0), V(length, 0.0), source(length, 0.0) {}
+      : u(length, 0.0), v(length, 0.0), a(length, 0.0), a1(length, 0.0), a2(length, 0.0),
+        U(length, 0.0), V(length, 0.0), source(length, 0.0), force(length), product(length) {}
   Packed u, v, a;
+  Packed a1, a2;  // of the two steps before: the next solve starts from 3 a - 3 a1 + a2
   Packed U, V;    // (1+al) u1 - al u0 and likewise v1
   Packed source;  // force of the step, N
+  Packed force, product;
 };
 
 struct Marching {
@@ -38,11 +41,17 @@ struct Marching {
       c.U[i] = (1 + al) * c.u[i] - al * u0;
       c.V[i] = (1 + al) * c.v[i] - al * v0;
     }
-    Packed force = c.source;
-    subtract(m.K, c.U, force);
-    if (m.C) subtract(*m.C, c.V, force);
-    project(force);
-    solver.solve(force, c.a, step);
+    c.force = c.source;
+    subtract(m.K, c.U, c.product, c.force);
+    if (m.C) subtract(*m.C, c.V, c.product, c.force);
+    project(c.force);
+    for (std::size_t i = 0; i < c.a.size(); ++i) {
+      const double guess = 3 * (c.a[i] - c.a1[i]) + c.a2[i];
+      c.a2[i] = c.a1[i];
+      c.a1[i] = c.a[i];
+      c.a[i] = guess;
+    }
+    solver.solve(c.force, c.a, step);
     const double du = m.beta * h * h, dv = m.gamma * h;
     for (std::size_t i = 0; i < c.u.size(); ++i) {
       c.u[i] += du * c.a[i];
@@ -53,8 +62,7 @@ struct Marching {
   }
 
   /// force -= A x
-  static void subtract(const BlockMatrix& A, const Packed& x, Packed& force) {
-    Packed product(force.size());
+  static void subtract(const BlockMatrix& A, const Packed& x, Packed& product, Packed& force) {
     for_chunks(A.rows() / 3, BlockMatrix::chunk_rows,
                [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
                  A.multiply_rows_packed(begin, end, x.data(), product.data());
@@ -112,9 +120,9 @@ void take_sources(const std::vector<Direction>& directions, const Group& base, G
              [&](std::ptrdiff_t j, std::ptrdiff_t, std::ptrdiff_t) {
                const Direction& direction = directions[static_cast<std::size_t>(j)];
                for (std::size_t p = 0; p < base.packs.size(); ++p) {
-                 Packed force(base.packs[p].u.size(), 0.0);
-                 if (direction.stiffness) Marching::subtract(*direction.stiffness, base.packs[p].U, force);
-                 if (direction.viscosity) Marching::subtract(*direction.viscosity, base.packs[p].V, force);
+                 Packed force(base.packs[p].u.size(), 0.0), product(force.size());
+                 if (direction.stiffness) Marching::subtract(*direction.stiffness, base.packs[p].U, product, force);
+                 if (direction.viscosity) Marching::subtract(*direction.viscosity, base.packs[p].V, product, force);
                  const auto from = static_cast<std::ptrdiff_t>(p) * pack;
                  for (std::ptrdiff_t i = from; i < std::min(q, from + pack); ++i) {
                    const std::ptrdiff_t column = j * q + i;

@@ -1,0 +1,332 @@
+"""The marginal likelihood of a recording, in input-space form, with its gradient and Fisher information.
+
+y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, collision_sd^2) in the forces of closed
+frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is missing, and
+Q = diag(sigma_p^2, collision_sd^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
+(docs/identification.md).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, optimize
+
+from plica import _engine
+from plica.errors import InvalidInput, SolveFailed
+from plica.identify.model import MotionModel, Responses
+
+__all__ = ["Evaluation", "MarginalLikelihood", "Noise"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Noise:
+    """The levels of the two noises."""
+
+    pressure: float
+    """[Pa] sigma_p"""
+    flow: float
+    """[-] sigma_v, a factor on the observation's sd"""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The log-likelihood at one point, the noise levels profiled out; priors are not in it."""
+
+    point: Array
+    """(p) log theta, and the log of the gain where it has a prior"""
+    value: float
+    """log p(y | theta, sigma_p, sigma_v), the constant included"""
+    gradient: Array
+    """(p)"""
+    information: Array
+    """(p, p) Fisher information of the coordinates, that of the noise levels eliminated"""
+    noise: Noise
+    inputs: Array
+    """(i) Pa, the expected unknown pressures"""
+    residual: Array
+    """(N, m) px/frame, y - mu - T w at those; zero where y is missing"""
+    responses: Responses
+
+
+class MarginalLikelihood:
+    """log p(y | theta) of a model's observation as a function of log theta.
+
+    Parameters
+    ----------
+    model : MotionModel
+    noise : Noise, optional
+        Levels to hold; left out: those that maximise the likelihood, anew at each point.
+
+    Notes
+    -----
+    The coordinates x (p) are the logarithms of the model's parameters and, where the forcing has a `gain_sd`, that of
+    the gain. `value_and_gradient` is what an optimiser or a sampler calls::
+
+        result = scipy.optimize.minimize(
+            lambda x: [-part for part in likelihood.value_and_gradient(x)], start, jac=True)
+
+    One call costs one sweep of (1 + p) (q + c) columns; the last point is kept.
+    """
+
+    def __init__(self, model: MotionModel, noise: Noise | None = None) -> None:
+        if noise is not None and not (noise.pressure >= 0 and noise.flow > 0):
+            raise InvalidInput(
+                f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}; must be >= 0 and > 0."
+            )
+        self.model, self.fixed_noise = model, noise
+        observation, forcing = model.observation, model.forcing
+        self._y, self._weights = observation.rows, observation.weights
+        self._count = int(np.count_nonzero(self._weights))
+        frames, q = observation.frames, forcing.patterns.shape[1]
+        c = 0 if forcing.collision is None else np.shape(forcing.collision)[1]
+        scale = np.zeros((frames, q + c))
+        scale[:, :q] = forcing.noise
+        collides = np.zeros((frames, q + c), dtype=bool)
+        collides[:, q:] = np.asarray(observation.closed)[:, None]
+        seen = np.flatnonzero(self._weights.any(axis=1))[-1]  # later inputs move nothing that is seen
+        scale[seen + 1 :], collides[seen + 1 :] = 0, False
+        self._pressures, self._collisions = np.flatnonzero(scale.ravel()), np.flatnonzero(collides.ravel())
+        self._chosen = np.concatenate([self._pressures, self._collisions])
+        self._scale = np.concatenate([scale.ravel()[self._pressures], np.ones(len(self._collisions))])
+        self._last: Evaluation | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """(p) of the coordinates."""
+        return self.model.tissue.names + (("gain",) if self._has_gain else ())
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """(p)"""
+        return self.model.tissue.units + (("",) if self._has_gain else ())
+
+    @property
+    def prior_mean(self) -> Array:
+        """(p)"""
+        return np.append(self.model.tissue.prior_mean, [0.0] * self._has_gain)
+
+    @property
+    def prior_sd(self) -> Array:
+        """(p)"""
+        return np.append(self.model.tissue.prior_sd, [self.model.forcing.gain_sd] * self._has_gain)
+
+    @property
+    def _has_gain(self) -> bool:
+        return self.model.forcing.gain_sd > 0
+
+    def log_prior(self, x: Array) -> float:
+        """The Gaussian prior of the coordinates, without its constant."""
+        return float(-0.5 * np.sum(((x - self.prior_mean) / self.prior_sd) ** 2))
+
+    def value_and_gradient(self, x: ArrayLike) -> tuple[float, Array]:
+        """log p(y | x) + log prior(x), up to a constant, and its gradient (p).
+
+        x (p) log theta. -inf with a gradient of nan where a material would store no energy.
+        """
+        at = np.array(x, dtype=float)
+        try:
+            evaluation = self.evaluate(at)
+        except (InvalidInput, SolveFailed):
+            if at.shape != self.prior_mean.shape or not np.isfinite(at).all():
+                raise
+            return -math.inf, np.full(at.shape, np.nan)
+        gradient = evaluation.gradient - (at - self.prior_mean) / self.prior_sd**2
+        return evaluation.value + self.log_prior(at), gradient
+
+    def value(self, x: ArrayLike) -> float:
+        """log p(y | x) without the prior and without derivatives: a sweep shorter by the factor 1 + p."""
+        at = self._point(x)
+        responses = self.model.responses(at[: len(self.model.tissue.names)], derivatives=False)
+        return self._solved(at, responses).value
+
+    def evaluate(self, x: ArrayLike) -> Evaluation:
+        """The log-likelihood at x (p), its gradient and Fisher information, without the prior."""
+        at = self._point(x)
+        if self._last is not None and np.array_equal(self._last.point, at):
+            return self._last
+        responses = self.model.responses(at[: len(self.model.tissue.names)])
+        self._last = self._differentiated(at, responses)
+        return self._last
+
+    def _point(self, x: ArrayLike) -> Array:
+        at = np.array(x, dtype=float)
+        if at.shape != self.prior_mean.shape or not np.isfinite(at).all():
+            raise InvalidInput(f"MarginalLikelihood: x must be {len(self.names)} finite numbers.")
+        return at
+
+    # ---- What T' W T tells -------------------------------------------------------------------
+
+    def _gram(self, first: Array, second: Array) -> Array:
+        """first' W second of the inputs there are, (i, i)."""
+        whole = _engine.toeplitz_gram(first, second, self._weights)
+        chosen: Array = np.asarray(whole)[np.ix_(self._chosen, self._chosen)]
+        chosen *= self._scale[:, None]
+        chosen *= self._scale
+        return chosen
+
+    def _gathered(self, lags: Array, rows: Array) -> Array:
+        """lags' rows of the inputs there are, (i, k); rows (N, m, k) or (N, m)."""
+        flat = np.ascontiguousarray(rows.reshape(self._y.size, -1))
+        whole = np.asarray(_engine.toeplitz_transposed_product(lags, flat))
+        gathered: Array = whole[self._chosen] * self._scale[:, None]
+        return gathered
+
+    def _spread(self, lags: Array, inputs: Array) -> Array:
+        """lags times inputs (i), (N, m)."""
+        whole = np.zeros((self._y.shape[0] * lags.shape[2], 1))
+        whole[self._chosen, 0] = self._scale * inputs
+        return np.asarray(_engine.toeplitz_product(lags, whole)).reshape(self._y.shape)
+
+    def _solved(self, at: Array, responses: Responses) -> _Solved:
+        gain = math.exp(at[-1]) if self._has_gain else 1.0
+        mean, lags = gain * responses.mean[0], responses.lags[0]
+        error = np.where(self._weights > 0, self._y - mean, 0.0)
+        weighted = self._weights * error
+        gram = self._gram(lags, lags)
+        projected = self._gathered(lags, weighted)[:, 0]
+        noise = self.fixed_noise or self._profiled(gram, projected, float(np.sum(weighted * error)))
+        return _Solved(self, mean, lags, error, gram, projected, noise)
+
+    def _profiled(self, gram: Array, projected: Array, square: float) -> Noise:
+        """The noise levels of the highest likelihood: of both, the ratio is searched, the other closed."""
+        n, p = self._count, len(self._pressures)
+        sd2 = self.model.forcing.collision_sd**2
+        inner, right, base = gram[:p, :p], projected[:p], 0.0
+        if len(self._collisions):  # the wide ones go first: their ratio to sigma_v is held
+            S = gram[p:, p:] + np.eye(len(gram) - p) / sd2
+            factor = linalg.cho_factor(S, lower=True)
+            cross = linalg.cho_solve(factor, gram[p:, :p])
+            inner = inner - gram[:p, p:] @ cross
+            right = right - cross.T @ projected[p:]
+            square = square - projected[p:] @ linalg.cho_solve(factor, projected[p:])
+            base = 2 * float(np.log(np.diag(factor[0])).sum()) + (len(gram) - p) * math.log(sd2)
+        if not p or not inner.any():
+            return Noise(0.0, math.sqrt(square / n))
+        values, vectors = linalg.eigh(inner)
+        values, squares = np.maximum(values, 0), (vectors.T @ right) ** 2
+
+        def level(log_ratio: float) -> float:
+            ratio = math.exp(log_ratio)
+            return (square - float(np.sum(squares * ratio / (1 + ratio * values)))) / n
+
+        def cost(log_ratio: float) -> float:
+            variance = level(log_ratio)
+            if variance <= 0:
+                return math.inf
+            return n * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum()) + base
+
+        middle = -math.log(values[-1])
+        grid = middle + np.linspace(-10, 35, 46)
+        best = int(np.argmin([cost(g) for g in grid]))
+        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+        found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
+        flow = math.sqrt(level(found.x))
+        return Noise(flow * math.exp(0.5 * found.x), flow)
+
+    # ---- Gradient and information ------------------------------------------------------------
+
+    def _differentiated(self, at: Array, responses: Responses) -> Evaluation:
+        s = self._solved(at, responses)
+        gain = math.exp(at[-1]) if self._has_gain else 1.0
+        tissue = responses.lags.shape[0] - 1
+        means = [gain * d for d in responses.mean[1:]] + ([s.mean] if self._has_gain else [])
+        moved = np.stack([np.where(self._weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
+        weighted = self._weights[..., None] * moved
+        count = len(means)
+        variance = s.noise.flow**2
+        residual_weighted = self._weights * s.residual
+        T_moved = self._gathered(s.lags, weighted)  # (i, p)
+        S_T_moved = s.solve(T_moved)
+        gradient = np.einsum("nmp,nm->p", moved, residual_weighted) / variance
+        information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ S_T_moved) / variance
+        # the covariance moves as well
+        D = responses.lags[1:]
+        X = [self._gram(s.lags, D[j]) for j in range(tissue)]
+        SX = [s.solve(x) for x in X]
+        wide = s.prior_variance  # Q
+        excess = np.diag(wide) - s.inverse
+        traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (count - tissue))
+        for j in range(tissue):
+            gathered = self._gathered(D[j], residual_weighted)[:, 0]
+            gradient[j] += s.inputs @ gathered / variance - traces[j]
+            X_excess = X[j] @ excess
+            for i in range(j + 1):
+                Z = np.sum(self._gram(D[j], D[i]) * excess) - np.sum(X_excess * SX[i])
+                second = np.sum(SX[i] * SX[j].T) + Z
+                information[i, j] += second
+                if i != j:
+                    information[j, i] += second
+        if self.fixed_noise is None:
+            information = self._without_noise(information, s, SX, traces)
+        return Evaluation(
+            at, s.value, gradient, information, s.noise, s.inputs * self._scale, s.residual, responses
+        )
+
+    def _without_noise(self, information: Array, s: _Solved, SX: list[Array], traces: Array) -> Array:
+        """The Schur complement of log (sigma_p / sigma_v)^2 and log sigma_v^2 in the information."""
+        count, p = len(information), len(self._pressures)
+        cross = np.zeros((count, 2))
+        cross[:, 1] = traces
+        own = np.zeros((2, 2))
+        own[1, 1] = 0.5 * self._count
+        if p and s.noise.pressure > 0:
+            shrunk = np.eye(len(s.inverse)) - s.inverse / s.prior_variance  # S^-1 T' W T
+            own[0, 0] = 0.5 * np.sum(shrunk[:p, :p] * shrunk[:p, :p].T)
+            own[0, 1] = own[1, 0] = 0.5 * np.trace(shrunk[:p, :p])
+            for j, sx in enumerate(SX):
+                cross[j, 0] = np.sum(sx[:p, :] * shrunk[:, :p].T)
+        else:
+            own[0, 0] = 1.0
+        reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
+        return reduced
+
+
+class _Solved:
+    """S = Q^-1 + T' W T at one point, and what follows from its factor."""
+
+    def __init__(
+        self,
+        whole: MarginalLikelihood,
+        mean: Array,
+        lags: Array,
+        error: Array,
+        gram: Array,
+        projected: Array,
+        noise: Noise,
+    ) -> None:
+        self.mean, self.lags, self.noise = mean, lags, noise
+        weights, n = whole._weights, whole._count
+        p, c = len(whole._pressures), len(whole._collisions)
+        least = 1e-30 * (whole.model.forcing.collision_sd**2)
+        ratio = max((noise.pressure / noise.flow) ** 2, least)
+        sd2 = whole.model.forcing.collision_sd**2
+        self.prior_variance = np.concatenate([np.full(p, ratio), np.full(c, sd2)])
+        S = gram + np.diag(1 / self.prior_variance)
+        self._factor = linalg.cho_factor(S, lower=True)
+        self.inputs: Array = linalg.cho_solve(self._factor, projected)
+        spread = whole._spread(lags, self.inputs)
+        self.residual = np.where(weights > 0, error - spread, 0.0)
+        square = float(np.sum(weights * error * self.residual))
+        log_det = 2 * float(np.log(np.diag(self._factor[0])).sum()) + float(np.log(self.prior_variance).sum())
+        log_weights = float(np.log(weights[weights > 0]).sum())
+        self.value = -0.5 * (
+            n * math.log(2 * math.pi * noise.flow**2) - log_weights + log_det + square / noise.flow**2
+        )
+
+    @property
+    def inverse(self) -> Array:
+        """S^-1, (i, i)."""
+        if not hasattr(self, "_inverse"):
+            self._inverse = self.solve(np.eye(len(self.prior_variance)))
+        return self._inverse
+
+    def solve(self, right: Array) -> Array:
+        """S^-1 right."""
+        solved: Array = linalg.cho_solve(self._factor, right)
+        return solved

@@ -1,0 +1,250 @@
+"""The linear map from pressures to what the camera sees, and its derivatives: y = mu(theta) + T(theta) w."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.identify.observation import Observation
+from plica.identify.parameters import TissueParameter, TissueParameters
+from plica.phonation.run.build import fixed_components, materials_of
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.parts import HilberHughesTaylor
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["Forcing", "MotionModel", "Responses"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Forcing:
+    """The pressures that move the tissue: their patterns, what is known of them and what is not."""
+
+    patterns: Array
+    """(3 n, q) N/Pa, e.g. of `Forcing.on_surface`."""
+    drive: Array | None = None
+    """(steps, q) Pa, the known mean, at t + (1 + alpha) h of each step; left out: zero."""
+    noise: Array | None = None
+    """(q) The unknown pressure of a pattern, constant within a frame and independent from frame to frame, has
+    the standard deviation sigma_p times this, >= 0; left out: 1."""
+    collision: Array | None = None
+    """(3 n, c) N/Pa, patterns of the medial surface that push only in closed frames."""
+    collision_sd: float = 1e3
+    """[Pa] Prior standard deviation of those pressures, > 0: wide."""
+    gain_sd: float = 0.0
+    """[-] Prior standard deviation of the logarithm of a factor on the drive, the only trace of the pixel scale
+    too; 0: the factor is 1."""
+
+    def __post_init__(self) -> None:
+        patterns = np.ascontiguousarray(self.patterns, dtype=float)
+        if patterns.ndim != 2 or patterns.shape[1] < 1 or not np.isfinite(patterns).all():
+            raise InvalidInput("Forcing: patterns must be a finite (3 n, q) array with q >= 1.")
+        q = patterns.shape[1]
+        noise = np.ones(q) if self.noise is None else np.asarray(self.noise, dtype=float)
+        if noise.shape != (q,) or not (np.isfinite(noise).all() and (noise >= 0).all()):
+            raise InvalidInput(f"Forcing: noise must be {q} numbers >= 0, one a pattern.")
+        if not noise.any() and self.collision is None:
+            raise InvalidInput("Forcing: noise is zero in every pattern; must be > 0 in one.")
+        if self.drive is not None and (
+            np.ndim(self.drive) != 2 or np.shape(self.drive)[1] != q or not np.isfinite(self.drive).all()
+        ):
+            raise InvalidInput(f"Forcing: drive has shape {np.shape(self.drive)}; must be (steps, {q}), finite.")
+        if self.collision is not None and (
+            np.ndim(self.collision) != 2 or np.shape(self.collision)[0] != len(patterns)
+        ):
+            raise InvalidInput(
+                f"Forcing: collision has shape {np.shape(self.collision)}; must be ({len(patterns)}, c)."
+            )
+        for name, value in (("collision_sd", self.collision_sd),):
+            if not (np.isfinite(value) and value > 0):
+                raise InvalidInput(f"Forcing: {name} = {value:g} Pa; must be > 0.")
+        if not (np.isfinite(self.gain_sd) and self.gain_sd >= 0):
+            raise InvalidInput(f"Forcing: gain_sd = {self.gain_sd:g}; must be >= 0.")
+        if self.gain_sd and self.drive is None:
+            raise InvalidInput("Forcing: gain_sd is given without a drive that it scales.")
+        object.__setattr__(self, "patterns", patterns)
+        object.__setattr__(self, "noise", noise)
+
+    @staticmethod
+    def on_surface(mesh: _engine.TetMesh, surface: str, heights: Sequence[float]) -> Array:
+        """(3 n, s) N/Pa: the load of 1 Pa at one of the heights z (m), linear to zero at the next ones.
+
+        The airflow's own load patterns: pressure of sections of the glottis on the reference surface.
+        """
+        return np.asarray(_engine.pressure_patterns(mesh, mesh.surfaces[surface], np.asarray(heights, dtype=float)))
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What the camera sees, and its derivatives with respect to the coordinates (entry 0: the value itself)."""
+
+    mean: Array
+    """(1 + p, N, m) px/frame"""
+    lags: Array
+    """(1 + p, N, m, q) px/frame per Pa: block k - i of T, of a pressure held through frame i"""
+    simulated: int = field(default=0)
+    """Columns of the sweep."""
+
+
+class MotionModel:
+    """A scene without contact, seen by a camera.
+
+    Parameters
+    ----------
+    scene : Scene
+        Mesh, tissue, supports and the time step; the pressures are those of `forcing`.
+    parameters : sequence of TissueParameter or str
+    observation : Observation
+        Its frame interval must be a whole number of the scene's steps.
+    forcing : Forcing
+    mesh : TetMesh, optional
+        The scene's mesh where it is built already.
+    tolerance : float
+        Of the linear solves, relative.
+
+    Raises
+    ------
+    InvalidInput
+        For a scene with contact, loads, gravity or initial values, a scheme other than HHT, or what does not fit.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        parameters: Sequence[TissueParameter | str],
+        observation: Observation,
+        forcing: Forcing,
+        mesh: _engine.TetMesh | None = None,
+        tolerance: float = 1e-10,
+    ) -> None:
+        _require_linear(scene)
+        mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+        materials, names, cell_material = materials_of(scene, mesh)
+        self.tissue = TissueParameters(materials, names, parameters)
+        self.observation, self.forcing = observation, forcing
+        scheme = scene.time.scheme.choice
+        assert isinstance(scheme, HilberHughesTaylor)
+        self.alpha, self.step = scheme.alpha, scene.time.step
+        self.steps_per_frame = _steps_per_frame(self.step, observation.frame_rate)
+        unknowns = 3 * len(np.asarray(mesh.points))
+        if len(forcing.patterns) != unknowns:
+            raise InvalidInput(
+                f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three a node."
+            )
+        if int(observation.points.nodes.max()) >= unknowns // 3:
+            raise InvalidInput("MotionModel: the observation names a node beyond the mesh's.")
+        if forcing.drive is not None and len(forcing.drive) != self.steps:
+            raise InvalidInput(
+                f"MotionModel: drive has {len(forcing.drive)} steps; must have {self.steps}: "
+                f"{observation.frames} frames of {self.steps_per_frame}."
+            )
+        if observation.closed.any() and forcing.collision is None:  # type: ignore[union-attr]
+            raise InvalidInput(
+                "MotionModel: frames are closed, but forcing.collision is missing; must have patterns of the "
+                "medial surface, or the forces of the collision would be taken for the tissue's."
+            )
+        self._engine = _engine.AffineTissue(mesh, materials, names, cell_material, fixed_components(scene, mesh))
+        self._observed, self._seen = observation.displacements()
+        self._tolerance = tolerance
+
+    @property
+    def steps(self) -> int:
+        """Of the time scheme, over all frames."""
+        return self.observation.frames * self.steps_per_frame
+
+    @property
+    def patterns(self) -> Array:
+        """(3 n, q + c): those of the pressure, then those of the collision."""
+        extra = [] if self.forcing.collision is None else [np.asarray(self.forcing.collision, dtype=float)]
+        return np.ascontiguousarray(np.hstack([self.forcing.patterns, *extra]))
+
+    def load_times(self) -> Array:
+        """(steps) s: t + (1 + alpha) h, when each step takes its load."""
+        return self.step * (np.arange(self.steps) + 1 + self.alpha)
+
+    def responses(self, log_theta: Array, derivatives: bool = True) -> Responses:
+        """Mean and lags at log theta (p), with their derivatives: one factorisation, one sweep.
+
+        Without derivatives the sweep is shorter by a factor 1 + p. Raises InvalidInput where a material would
+        store no energy, SolveFailed.
+        """
+        stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(np.asarray(log_theta, dtype=float))
+        if not derivatives:
+            d_stiffness, d_viscosity = d_stiffness[:0], d_viscosity[:0]
+        patterns = self.patterns
+        impulse = self._engine.impulse_responses(
+            coefficients=stiffness,
+            viscosity=viscosity,
+            coefficient_derivatives=d_stiffness,
+            viscosity_derivatives=d_viscosity,
+            patterns=patterns,
+            observed=self._observed,
+            steps=self.steps,
+            alpha=self.alpha,
+            step=self.step,
+            tolerance=self._tolerance,
+        )
+        steps, observed, columns = impulse.shape
+        rows = self._seen @ np.moveaxis(impulse, 1, 0).reshape(observed, steps * columns)
+        kinds = 1 + len(d_stiffness)
+        # (steps, kinds, m, q + c)
+        seen = rows.reshape(-1, steps, kinds, patterns.shape[1]).transpose(1, 2, 0, 3)
+        return Responses(self._mean(seen), self._lags(seen), columns)
+
+    def _frames(self, position: Array) -> Array:
+        """From positions after each step to motions from frame to frame."""
+        at_frames = position[self.steps_per_frame - 1 :: self.steps_per_frame]
+        return np.diff(at_frames, axis=0, prepend=0.0)
+
+    def _lags(self, seen: Array) -> Array:
+        held = np.cumsum(seen, axis=0)
+        held[self.steps_per_frame :] -= held[: -self.steps_per_frame].copy()
+        return np.ascontiguousarray(self._frames(held).transpose(1, 0, 2, 3))
+
+    def _mean(self, seen: Array) -> Array:
+        """The response to the drive: its convolution with the impulse responses."""
+        steps, kinds, m, _ = seen.shape
+        if self.forcing.drive is None:
+            return np.zeros((kinds, self.observation.frames, m))
+        length = fft.next_fast_len(2 * steps, real=True)
+        total: Array = np.zeros((length // 2 + 1, kinds, m), dtype=complex)
+        for i in np.flatnonzero(np.any(self.forcing.drive, axis=0)):
+            wave = fft.rfft(self.forcing.drive[:, i], length)
+            total += fft.rfft(seen[..., i], length, axis=0) * wave[:, None, None]
+        position = fft.irfft(total, length, axis=0)[:steps]
+        return np.ascontiguousarray(self._frames(position).transpose(1, 0, 2))
+
+
+def _require_linear(scene: Scene) -> None:
+    if scene.contact is not None:
+        raise InvalidInput(
+            f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in the "
+            "pressures: give the frames in which the folds touch as closed, and forces on the medial surface take "
+            "the place of the contact."
+        )
+    for name, given in (("loads", scene.loads), ("gravity", scene.gravity), ("initial", scene.initial)):
+        if given:
+            raise InvalidInput(
+                f"{scene.source}: {name} is given; must be left out. The model starts from rest under the "
+                "pressures of Forcing."
+            )
+    if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
+        raise InvalidInput(f"{scene.source}: time.scheme must be hht.")
+
+
+def _steps_per_frame(step: float, frame_rate: float) -> int:
+    ratio = 1.0 / (step * frame_rate)
+    whole = round(ratio)
+    if whole < 1 or abs(ratio - whole) > 1e-6 * whole:
+        raise InvalidInput(
+            f"MotionModel: frame interval / step = {ratio:g}; must be a whole number. At {frame_rate:g} Hz try a "
+            f"step of {1 / (frame_rate * max(1, whole)):.6g} s."
+        )
+    return whole
