@@ -1,31 +1,64 @@
-"""Identification: state-space models of tissue, their Kalman filter, smoother and EM."""
+"""Tissue from video: the stiffness and viscosity of the folds with intervals that can be believed.
+
+>>> from plica.identify import Camera, Forcing, MarginalLikelihood, MotionModel, Observation, estimate
+
+An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins them with a
+scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
+(docs/identification.md).
+"""
 
 from plica.identify.em import EMResult, em
+from plica.identify.estimate import Iteration, Scoring, estimate
 from plica.identify.evolution import Evolution, hht_evolution
 from plica.identify.frames import compose, frame_difference
 from plica.identify.kalman import Filtered, kalman_filter, log_likelihood
+from plica.identify.likelihood import Evaluation, MarginalLikelihood, Noise
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
+from plica.identify.model import Forcing, MotionModel, Responses
+from plica.identify.observation import Camera, Observation, SurfacePoints
+from plica.identify.parameters import Prior, TissueParameter, TissueParameters
+from plica.identify.posterior import Posterior
+from plica.identify.residuals import ResidualTest, residual_test, whitened
 from plica.identify.scene_evolution import SceneMatrices, scene_evolution, scene_matrices
 from plica.identify.smoother import Smoothed, smooth
 from plica.identify.structured_em import StructuredResult, structured_em
 
 __all__ = [
+    "Camera",
     "EMResult",
+    "Evaluation",
     "Evolution",
     "Filtered",
+    "Forcing",
+    "Iteration",
     "LinearGaussian",
+    "MarginalLikelihood",
+    "MotionModel",
+    "Noise",
+    "Observation",
     "PatternNoise",
+    "Posterior",
+    "Prior",
+    "ResidualTest",
+    "Responses",
     "SceneMatrices",
+    "Scoring",
     "Smoothed",
     "StructuredResult",
+    "SurfacePoints",
+    "TissueParameter",
+    "TissueParameters",
     "compose",
     "em",
+    "estimate",
     "frame_difference",
     "hht_evolution",
     "kalman_filter",
     "log_likelihood",
+    "residual_test",
     "scene_evolution",
     "scene_matrices",
     "smooth",
     "structured_em",
+    "whitened",
 ]

@@ -133,7 +133,9 @@ class MotionModel:
         assert isinstance(scheme, HilberHughesTaylor)
         self.alpha, self.step = scheme.alpha, scene.time.step
         self.steps_per_frame = _steps_per_frame(self.step, observation.frame_rate)
-        unknowns = 3 * len(np.asarray(mesh.points))
+        self.points = np.asarray(mesh.points)
+        """(n, 3) m"""
+        unknowns = 3 * len(self.points)
         if len(forcing.patterns) != unknowns:
             raise InvalidInput(
                 f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three a node."
@@ -237,6 +239,8 @@ def _require_linear(scene: Scene) -> None:
             )
     if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
         raise InvalidInput(f"{scene.source}: time.scheme must be hht.")
+    if scene.time.mass != "consistent":
+        raise InvalidInput(f'{scene.source}: time.mass = "{scene.time.mass}"; must be "consistent".')
 
 
 def _steps_per_frame(step: float, frame_rate: float) -> int:

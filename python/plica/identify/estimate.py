@@ -1,0 +1,147 @@
+"""Fisher scoring: the tissue that makes a recording most probable, and how well it is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plica.errors import InvalidInput, SolveFailed
+from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.posterior import Posterior
+from plica.identify.residuals import residual_test
+
+__all__ = ["Iteration", "Scoring", "estimate"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """Options of the iteration."""
+
+    max_iterations: int = 20
+    """>= 1"""
+    tolerance: float = 0.02
+    """[posterior sd] > 0; the last step is shorter than this in every direction."""
+    longest_step: float = 1.0
+    """[-] > 0; of a log parameter in one iteration."""
+    max_halvings: int = 12
+    """Of a step that does not raise the posterior density, >= 1."""
+
+    def __post_init__(self) -> None:
+        for name in ("max_iterations", "tolerance", "longest_step", "max_halvings"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InvalidInput(f"Scoring: {name} = {value:g}; must be > 0.")
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One accepted point, for whoever watches."""
+
+    number: int
+    value: float
+    """log posterior density, up to a constant"""
+    point: Array
+    step: float
+    """[posterior sd] of the step proposed from here"""
+
+
+def estimate(
+    likelihood: MarginalLikelihood,
+    start: ArrayLike | None = None,
+    options: Scoring | None = None,
+    progress: Callable[[Iteration], None] | None = None,
+) -> Posterior:
+    """The maximum of the posterior density of log theta, with the Gaussian that fits it there.
+
+    Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of the log
+    posterior; it is halved until the density rises.
+
+    Parameters
+    ----------
+    likelihood : MarginalLikelihood
+    start : (p), optional
+        log theta; left out: the prior's mean.
+    options : Scoring, optional
+    progress : callable, optional
+        Called with each `Iteration`.
+
+    Raises
+    ------
+    InvalidInput
+        Where nothing in the data depends on a parameter, which is named.
+    SolveFailed
+        Where the iteration has not converged.
+    """
+    options = options or Scoring()
+    precision = np.diag(1 / likelihood.prior_sd**2)
+    x = likelihood.prior_mean if start is None else np.array(start, dtype=float)
+    now = likelihood.evaluate(x)
+    _require_dependence(likelihood, now)
+    value = now.value + likelihood.log_prior(x)
+    for number in range(options.max_iterations):
+        gradient = now.gradient - precision @ (x - likelihood.prior_mean)
+        information = now.information + precision
+        step = np.linalg.solve(information, gradient)
+        length = math.sqrt(max(float(step @ information @ step), 0.0))
+        if progress is not None:
+            progress(Iteration(number, value, x, length))
+        if length < options.tolerance:
+            return Posterior(
+                names=likelihood.names,
+                units=likelihood.units,
+                mean=x,
+                information=now.information,
+                prior_mean=likelihood.prior_mean,
+                prior_sd=likelihood.prior_sd,
+                noise=now.noise,
+                log_likelihood=now.value,
+                iterations=number,
+                residuals=residual_test(likelihood, now),
+            )
+        step *= min(1.0, options.longest_step / np.abs(step).max())
+        found = _line_search(likelihood, x, step, value, float(step @ gradient), options)
+        if found is None:
+            raise SolveFailed(
+                f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. Is the "
+                "start far from the data, or the tolerance of the model too wide?"
+            )
+        x, now, value = found
+    raise SolveFailed(
+        f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; must be "
+        f"< {options.tolerance:g}. Start nearer, or raise max_iterations."
+    )
+
+
+def _line_search(
+    likelihood: MarginalLikelihood, x: Array, step: Array, value: float, slope: float, options: Scoring
+) -> tuple[Array, Evaluation, float] | None:
+    """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises."""
+    share = 1.0
+    for _ in range(options.max_halvings):
+        candidate = x + share * step
+        try:
+            there = likelihood.evaluate(candidate)
+        except InvalidInput:  # a material that would store no energy
+            share /= 2
+            continue
+        reached = there.value + likelihood.log_prior(candidate)
+        if reached >= value + 1e-4 * share * slope:
+            return candidate, there, reached
+        share /= 2
+    return None
+
+
+def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
+    told = np.diag(at.information) * likelihood.prior_sd**2
+    for name, share in zip(likelihood.names, told, strict=True):
+        if not share > 1e-10:
+            raise InvalidInput(
+                f'estimate: nothing in the data depends on "{name}": its information is {max(share, 0.0):.2g} of the '
+                "prior's. Leave it out, or observe what it moves."
+            )

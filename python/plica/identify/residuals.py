@@ -1,0 +1,154 @@
+"""Whether the residuals are what the model says: independent and of one variance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from plica.identify.likelihood import Evaluation, MarginalLikelihood
+
+__all__ = ["ResidualTest", "residual_test", "whitened"]
+
+Array = NDArray[np.float64]
+LIMIT = 3.3
+"""Standard scores beyond which a test fails: once in a thousand where the model holds."""
+
+
+@dataclass(frozen=True)
+class ResidualTest:
+    """Scores of the whitened residuals, each standard normal where the model holds."""
+
+    count: int
+    """Residuals."""
+    in_time: float
+    """Of the product of residuals of one row in consecutive frames."""
+    in_space: float
+    """Of neighbouring points in one frame."""
+    tails: float
+    """Of the fourth moment."""
+    level: float
+    """Of the second moment in the later half against the earlier."""
+    correlation_in_time: float
+    """[-] The mean product behind the first score."""
+    correlation_in_space: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether no score is beyond 3.3."""
+        return max(abs(s) for s in (self.in_time, self.in_space, self.tails, self.level)) <= LIMIT
+
+    def sentences(self) -> list[str]:
+        """What failed, in plain words."""
+        told = []
+        if abs(self.in_time) > LIMIT:
+            told.append(
+                f"The residuals of consecutive frames are correlated ({self.correlation_in_time:+.2f}, score "
+                f"{self.in_time:+.1f}): the motion has a part that the model does not follow."
+            )
+        if abs(self.in_space) > LIMIT:
+            told.append(
+                f"The residuals of neighbouring points are correlated ({self.correlation_in_space:+.2f}, score "
+                f"{self.in_space:+.1f}): the flow's error is smooth, so there are fewer independent measurements "
+                "than points. Thin the points until this passes."
+            )
+        if abs(self.tails) > LIMIT:
+            told.append(
+                f"The residuals have {'long' if self.tails > 0 else 'short'} tails (score {self.tails:+.1f}): some of "
+                "the flow is wrong by more than its stated error, or the stated errors differ too little."
+            )
+        if abs(self.level) > LIMIT:
+            told.append(
+                f"The residuals grow or shrink over the recording (score {self.level:+.1f}): the flow's error, or "
+                "the pressure's, is not of one level."
+            )
+        return told
+
+
+def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
+    """The innovations of one frame after the other over the Cholesky factor of their covariance, (N, m); nan
+    where y is missing.
+
+    The recursion runs over the posterior of the inputs, of which a frame sees those before it alone.
+    O(N m (N q)^2).
+    """
+    solved, weights = likelihood._solved(at.point, at.responses), likelihood._weights
+    frames, m = weights.shape
+    q = solved.lags.shape[2]
+    chosen, scale = likelihood._chosen, likelihood._scale
+    order = np.argsort(chosen, kind="stable")
+    frame_of = chosen[order] // q
+    mean = np.zeros(len(order))
+    covariance = np.diag(solved.prior_variance[order])
+    error = solved.residual + likelihood._spread(solved.lags, solved.inputs)
+    out = np.full((frames, m), np.nan)
+    for k in range(frames):
+        seen = np.flatnonzero(weights[k] > 0)
+        if not len(seen):
+            continue
+        i = int(np.searchsorted(frame_of, k, side="right"))
+        used = chosen[order[:i]]
+        T = solved.lags[k - used // q, :, used % q].T[seen] * scale[order[:i]]
+        P = covariance[:i, :i]
+        PT = P @ T.T
+        C = T @ PT + np.diag(1 / weights[k, seen])
+        factor = linalg.cholesky(C, lower=True)
+        z = linalg.solve_triangular(factor, error[k, seen] - T @ mean[:i], lower=True)
+        gain = linalg.solve_triangular(factor, PT.T, lower=True)
+        mean[:i] += gain.T @ z
+        P -= gain.T @ gain
+        out[k, seen] = z / at.noise.flow
+    return out
+
+
+def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTest:
+    """The scores of the whitened residuals at one point."""
+    z = whitened(likelihood, at)
+    frames = len(z)
+    points = likelihood.model.observation.points
+    image = _image_positions(likelihood, points.nodes, points.weights)
+    neighbour = _nearest(image)
+    by_point = z.reshape(frames, -1, 2)
+    time = (z[1:] * z[:-1]).ravel()
+    space = (by_point * by_point[:, neighbour]).ravel()
+    finite = z[np.isfinite(z)]
+    squares = np.nanmean(np.where(np.isfinite(z), z**2, np.nan)[np.isfinite(z).any(axis=1)], axis=1)
+    counts = np.isfinite(z).sum(axis=1)[np.isfinite(z).any(axis=1)]
+    half = len(squares) // 2
+    n1, n2 = counts[:half].sum(), counts[half:].sum()
+    late = float(np.average(squares[half:], weights=counts[half:]))
+    early = float(np.average(squares[:half], weights=counts[:half])) if half else late
+    level = (late - early) / math.sqrt(2 / n1 + 2 / n2) if half else 0.0
+    mutual = 1 + np.mean(neighbour[neighbour] == np.arange(len(neighbour)))  # such pairs count twice
+    return ResidualTest(
+        count=len(finite),
+        in_time=_score(time),
+        in_space=_score(space) / math.sqrt(mutual),
+        tails=float((np.mean(finite**4) - 3) / math.sqrt(96 / len(finite))),
+        level=level,
+        correlation_in_time=float(np.nanmean(time)) if np.isfinite(time).any() else 0.0,
+        correlation_in_space=float(np.nanmean(space)) if np.isfinite(space).any() else 0.0,
+    )
+
+
+def _score(products: Array) -> float:
+    there = products[np.isfinite(products)]
+    return float(there.sum() / math.sqrt(len(there))) if len(there) else 0.0
+
+
+def _image_positions(likelihood: MarginalLikelihood, nodes: NDArray[np.int32], weights: Array) -> Array:
+    x = likelihood.model.points[nodes]
+    at: Array = np.einsum("rk,rkc->rc", weights, x) @ likelihood.model.observation.camera.axes.T
+    return at
+
+
+def _nearest(image: Array) -> NDArray[np.intp]:
+    """The nearest other point of each; of one point itself."""
+    if len(image) == 1:
+        return np.zeros(1, dtype=np.intp)
+    square = np.sum((image[:, None] - image) ** 2, axis=2)
+    np.fill_diagonal(square, np.inf)
+    return np.argmin(square, axis=1)

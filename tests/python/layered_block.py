@@ -1,0 +1,90 @@
+"""A small block in three layers that a camera sees from above: what the tests of identification share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from conftest import THESIS_TISSUE
+from numpy.typing import NDArray
+
+import plica
+from plica import _engine
+from plica.identify import Camera, Forcing, MotionModel, Observation, SurfacePoints
+
+SIZE = (4e-3, 6e-3, 3e-3)
+STEP = 50e-6
+CAMERA = Camera(pixels_per_metre=20e3)
+
+
+def layered_mesh(divisions: tuple[int, int, int] = (1, 2, 3), order: int = 2) -> _engine.TetMesh:
+    """Body, ligament and cover, each a third of the height."""
+    block = _engine.block_mesh(size=SIZE, divisions=divisions)
+    points, cells = np.asarray(block.points), np.asarray(block.cells)
+    mesh = _engine.TetMesh(
+        points=points,
+        cells=cells,
+        cell_layer=np.floor(3 * points[cells].mean(axis=1)[:, 2] / SIZE[2]).astype(np.int32),
+        layer_names=["body", "ligament", "cover"],
+        surfaces=block.surfaces,
+        node_sets=block.node_sets,
+    )
+    return _engine.to_quadratic(mesh) if order == 2 else mesh
+
+
+def layered_scene(**changes: Any) -> plica.Scene:
+    """Held below and at both ends; its own mesh part is not used."""
+    parts: dict[str, Any] = {
+        "time": plica.Stepping(step=STEP, duration=STEP),
+        "supports": plica.Supports(fixed=("z_min", "y_min", "y_max")),
+    }
+    tissue = {name: plica.Tissue(**fields) for name, fields in THESIS_TISSUE.items()}
+    return plica.Scene(plica.Block(size=SIZE), tissue, **parts | changes)
+
+
+def patterns(mesh: _engine.TetMesh) -> NDArray[np.float64]:
+    """(3 n, 2): pressure on the lower and the upper part of the face x_max."""
+    return np.ascontiguousarray(Forcing.on_surface(mesh, "x_max", [0, SIZE[2] / 2, SIZE[2]])[:, 1:])
+
+
+def points(mesh: _engine.TetMesh, columns: int = 3, rows: int = 4) -> SurfacePoints:
+    """A grid of points of the upper face."""
+    x, y = np.meshgrid(np.linspace(0.3e-3, 3.7e-3, columns), np.linspace(1e-3, 5e-3, rows))
+    return SurfacePoints.seen(mesh, "z_max", CAMERA, np.column_stack([x.ravel(), y.ravel()]))
+
+
+def drive(frames: int) -> NDArray[np.float64]:
+    """(5 frames, 2) Pa."""
+    t = STEP * (np.arange(5 * frames) + 0.7)
+    return 200 * np.column_stack([np.sin(2 * np.pi * 150 * t), np.sin(2 * np.pi * 390 * t)])
+
+
+def layered_model(
+    parameters: list[Any],
+    flow: NDArray[np.float64],
+    mesh: _engine.TetMesh | None = None,
+    sd: Any = 0.1,
+    closed: NDArray[np.bool_] | None = None,
+    seen: SurfacePoints | None = None,
+    **forcing: Any,
+) -> MotionModel:
+    """A model of the block that sees flow (N, r, 2)."""
+    mesh = layered_mesh() if mesh is None else mesh
+    observation = Observation(points(mesh) if seen is None else seen, CAMERA, flow, sd=sd, closed=closed)
+    given = {"drive": drive(len(flow))} | forcing
+    return MotionModel(layered_scene(), parameters, observation, Forcing(patterns(mesh), **given), mesh=mesh)
+
+
+def simulated(
+    model: MotionModel, rng: np.random.Generator, pressure: float = 20.0, flow: float = 0.1
+) -> NDArray[np.float64]:
+    """Flow (N, r, 2) at the model's prior medians, with pressures and noise of these standard deviations."""
+    truth = model.responses(model.tissue.prior_mean, derivatives=False)
+    lags = truth.lags[0]
+    inputs = np.zeros((len(lags), lags.shape[2]))
+    inputs[:, : len(model.forcing.noise)] = pressure * model.forcing.noise * rng.normal(
+        size=(len(lags), len(model.forcing.noise))
+    )
+    moved = np.asarray(_engine.toeplitz_product(lags, inputs.reshape(-1, 1))).reshape(truth.mean[0].shape)
+    rows = truth.mean[0] + moved + flow * rng.normal(size=moved.shape)
+    return np.asarray(rows.reshape(len(lags), -1, 2))
