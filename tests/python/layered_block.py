@@ -76,7 +76,11 @@ def layered_model(
 
 
 def simulated(
-    model: MotionModel, rng: np.random.Generator, pressure: float = 20.0, flow: float = 0.1
+    model: MotionModel,
+    rng: np.random.Generator,
+    pressure: float = 100.0,
+    flow: float = 0.1,
+    collision: float = 0.0,
 ) -> NDArray[np.float64]:
     """Flow (N, r, 2) at the model's prior medians, with pressures and noise of these standard deviations."""
     truth = model.responses(model.tissue.prior_mean, derivatives=False)
@@ -84,6 +88,10 @@ def simulated(
     inputs = np.zeros((len(lags), lags.shape[2]))
     inputs[:, : len(model.forcing.noise)] = pressure * model.forcing.noise * rng.normal(
         size=(len(lags), len(model.forcing.noise))
+    )
+    closed = np.asarray(model.observation.closed)
+    inputs[closed, len(model.forcing.noise) :] = collision * rng.normal(
+        size=(closed.sum(), lags.shape[2] - len(model.forcing.noise))
     )
     moved = np.asarray(_engine.toeplitz_product(lags, inputs.reshape(-1, 1))).reshape(truth.mean[0].shape)
     rows = truth.mean[0] + moved + flow * rng.normal(size=moved.shape)

@@ -1,8 +1,7 @@
 """The marginal likelihood of a recording, in input-space form, with its gradient and Fisher information.
 
-y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, collision_sd^2) in the forces of closed
-frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is missing, and
-Q = diag(sigma_p^2, collision_sd^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
+y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, sigma_c^2) in the forces of closed frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is missing, and
+Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
 (docs/identification.md).
 """
 
@@ -32,6 +31,8 @@ class Noise:
     """[Pa] sigma_p"""
     flow: float
     """[-] sigma_v, a factor on the observation's sd"""
+    collision: float = 0.0
+    """[Pa] sigma_c"""
 
 
 @dataclass(frozen=True)
@@ -75,9 +76,10 @@ class MarginalLikelihood:
     """
 
     def __init__(self, model: MotionModel, noise: Noise | None = None) -> None:
-        if noise is not None and not (noise.pressure >= 0 and noise.flow > 0):
+        if noise is not None and not (noise.pressure >= 0 and noise.flow > 0 and noise.collision >= 0):
             raise InvalidInput(
-                f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}; must be >= 0 and > 0."
+                f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}, {noise.collision:g} Pa; must "
+                "be >= 0, > 0 and >= 0."
             )
         self.model, self.fixed_noise = model, noise
         observation, forcing = model.observation, model.forcing
@@ -193,41 +195,79 @@ class MarginalLikelihood:
         noise = self.fixed_noise or self._profiled(gram, projected, float(np.sum(weighted * error)))
         return _Solved(self, mean, lags, error, gram, projected, noise)
 
+    @property
+    def _collision_sd(self) -> float | None:
+        """Held, over sigma_v; None where it is estimated or there are no collisions."""
+        return self.model.forcing.collision_sd if len(self._collisions) else None
+
     def _profiled(self, gram: Array, projected: Array, square: float) -> Noise:
-        """The noise levels of the highest likelihood: of both, the ratio is searched, the other closed."""
-        n, p = self._count, len(self._pressures)
-        sd2 = self.model.forcing.collision_sd**2
-        inner, right, base = gram[:p, :p], projected[:p], 0.0
-        if len(self._collisions):  # the wide ones go first: their ratio to sigma_v is held
-            S = gram[p:, p:] + np.eye(len(gram) - p) / sd2
-            factor = linalg.cho_factor(S, lower=True)
-            cross = linalg.cho_solve(factor, gram[p:, :p])
-            inner = inner - gram[:p, p:] @ cross
-            right = right - cross.T @ projected[p:]
+        """The noise levels of the highest likelihood: their ratios are searched, sigma_v is closed."""
+        p, held = len(self._pressures), self._collision_sd
+        if len(self._collisions) and held is None:
+            return self._profiled_with_collisions(gram, projected, square)
+        inner, right = gram[:p, :p], projected[:p]
+        if held is not None:  # these go first: their ratio to sigma_v does not change
+            factor = linalg.cho_factor(gram[p:, p:] + np.eye(len(gram) - p) / held**2, lower=True)
+            inner = inner - gram[:p, p:] @ linalg.cho_solve(factor, gram[p:, :p])
+            right = right - gram[:p, p:] @ linalg.cho_solve(factor, projected[p:])
             square = square - projected[p:] @ linalg.cho_solve(factor, projected[p:])
-            base = 2 * float(np.log(np.diag(factor[0])).sum()) + (len(gram) - p) * math.log(sd2)
         if not p or not inner.any():
-            return Noise(0.0, math.sqrt(square / n))
+            flow = math.sqrt(square / self._count)
+            return Noise(0.0, flow, (held or 0.0) * flow)
         values, vectors = linalg.eigh(inner)
         values, squares = np.maximum(values, 0), (vectors.T @ right) ** 2
 
         def level(log_ratio: float) -> float:
             ratio = math.exp(log_ratio)
-            return (square - float(np.sum(squares * ratio / (1 + ratio * values)))) / n
+            return (square - float(np.sum(squares * ratio / (1 + ratio * values)))) / self._count
 
         def cost(log_ratio: float) -> float:
             variance = level(log_ratio)
             if variance <= 0:
                 return math.inf
-            return n * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum()) + base
+            return self._count * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum())
 
-        middle = -math.log(values[-1])
-        grid = middle + np.linspace(-10, 35, 46)
+        grid = -math.log(values[-1]) + np.linspace(-10, 30, 41)
         best = int(np.argmin([cost(g) for g in grid]))
         low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
         found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
         flow = math.sqrt(level(found.x))
-        return Noise(flow * math.exp(0.5 * found.x), flow)
+        return Noise(flow * math.exp(0.5 * found.x), flow, (held or 0.0) * flow)
+
+    def _profiled_with_collisions(self, gram: Array, projected: Array, square: float) -> Noise:
+        """Both ratios at once, by the likelihood's gradient: w' Q^-1 w / sigma_v^2 - (i - tr S^-1 Q^-1) a class."""
+        p, i = len(self._pressures), len(gram)
+        classes = [k for k in (slice(0, p), slice(p, i)) if k.stop > k.start]
+        middle = -math.log(float(np.diag(gram).mean()))
+
+        def cost(logs: Array) -> tuple[float, Array]:
+            inverse_Q = np.empty(i)
+            for k, log_ratio in zip(classes, logs, strict=True):
+                inverse_Q[k] = math.exp(-log_ratio)
+            factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
+            w = linalg.cho_solve(factor, projected)
+            variance = (square - float(projected @ w)) / self._count
+            shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(i)))
+            log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
+            value = self._count * math.log(variance) + log_det
+            gradient = [
+                float(np.sum(1 - shares[k]) - np.sum(w[k] ** 2 * inverse_Q[k]) / variance) for k in classes
+            ]
+            return value, np.array(gradient)
+
+        bounds = [(middle - 12, middle + 25)] * len(classes)
+        starts = [np.full(len(classes), middle + shift) for shift in (2.0, 10.0)]
+        ends = [
+            optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-15, "gtol": 1e-7})
+            for start in starts
+        ]
+        logs = min(ends, key=lambda end: float(end.fun)).x
+        ratios = dict(zip([k.start for k in classes], np.exp(0.5 * logs), strict=True))
+        pressure, collision = (float(ratios.get(0, 0.0)) if p else 0.0), float(ratios[p])
+        inverse_Q = np.concatenate([np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)])
+        w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
+        flow = math.sqrt((square - float(projected @ w)) / self._count)
+        return Noise(pressure * flow, flow, collision * flow)
 
     # ---- Gradient and information ------------------------------------------------------------
 
@@ -269,20 +309,23 @@ class MarginalLikelihood:
         )
 
     def _without_noise(self, information: Array, s: _Solved, SX: list[Array], traces: Array) -> Array:
-        """The Schur complement of log (sigma_p / sigma_v)^2 and log sigma_v^2 in the information."""
-        count, p = len(information), len(self._pressures)
-        cross = np.zeros((count, 2))
-        cross[:, 1] = traces
-        own = np.zeros((2, 2))
-        own[1, 1] = 0.5 * self._count
+        """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the information."""
+        p, i = len(self._pressures), len(s.inverse)
+        classes = []
         if p and s.noise.pressure > 0:
-            shrunk = np.eye(len(s.inverse)) - s.inverse / s.prior_variance  # S^-1 T' W T
-            own[0, 0] = 0.5 * np.sum(shrunk[:p, :p] * shrunk[:p, :p].T)
-            own[0, 1] = own[1, 0] = 0.5 * np.trace(shrunk[:p, :p])
+            classes.append(slice(0, p))
+        if i > p and self._collision_sd is None and s.noise.collision > 0:
+            classes.append(slice(p, i))
+        shrunk = np.eye(i) - s.inverse / s.prior_variance  # S^-1 T' W T
+        levels = len(classes) + 1
+        own, cross = np.zeros((levels, levels)), np.zeros((len(information), levels))
+        own[-1, -1], cross[:, -1] = 0.5 * self._count, traces
+        for a, k in enumerate(classes):
+            own[a, -1] = own[-1, a] = 0.5 * np.trace(shrunk[k, k])
+            for b, l in enumerate(classes):
+                own[a, b] = 0.5 * np.sum(shrunk[k, l] * shrunk[l, k].T)
             for j, sx in enumerate(SX):
-                cross[j, 0] = np.sum(sx[:p, :] * shrunk[:, :p].T)
-        else:
-            own[0, 0] = 1.0
+                cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
         reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
         return reduced
 
@@ -303,10 +346,10 @@ class _Solved:
         self.mean, self.lags, self.noise = mean, lags, noise
         weights, n = whole._weights, whole._count
         p, c = len(whole._pressures), len(whole._collisions)
-        least = 1e-30 * (whole.model.forcing.collision_sd**2)
-        ratio = max((noise.pressure / noise.flow) ** 2, least)
-        sd2 = whole.model.forcing.collision_sd**2
-        self.prior_variance = np.concatenate([np.full(p, ratio), np.full(c, sd2)])
+        held = whole._collision_sd
+        ratios = [noise.pressure / noise.flow, noise.collision / noise.flow if held is None else held]
+        least = 1e-20 / max(float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300)  # a level of zero: no input
+        self.prior_variance = np.maximum(np.repeat(np.square(ratios), [p, c]), least)
         S = gram + np.diag(1 / self.prior_variance)
         self._factor = linalg.cho_factor(S, lower=True)
         self.inputs: Array = linalg.cho_solve(self._factor, projected)

@@ -36,8 +36,10 @@ class Forcing:
     the standard deviation sigma_p times this, >= 0; left out: 1."""
     collision: Array | None = None
     """(3 n, c) N/Pa, patterns of the medial surface that push only in closed frames."""
-    collision_sd: float = 1e3
-    """[Pa] Prior standard deviation of those pressures, > 0: wide."""
+    collision_sd: float | None = None
+    """[Pa] Standard deviation of those pressures over the flow's noise level, > 0, held; left out: estimated with
+    the other noise levels, which is what keeps intervals honest. A much too wide one claims that large forces were
+    seen, and biases."""
     gain_sd: float = 0.0
     """[-] Prior standard deviation of the logarithm of a factor on the drive, the only trace of the pixel scale
     too; 0: the factor is 1."""
@@ -62,9 +64,8 @@ class Forcing:
             raise InvalidInput(
                 f"Forcing: collision has shape {np.shape(self.collision)}; must be ({len(patterns)}, c)."
             )
-        for name, value in (("collision_sd", self.collision_sd),):
-            if not (np.isfinite(value) and value > 0):
-                raise InvalidInput(f"Forcing: {name} = {value:g} Pa; must be > 0.")
+        if self.collision_sd is not None and not (np.isfinite(self.collision_sd) and self.collision_sd > 0):
+            raise InvalidInput(f"Forcing: collision_sd = {self.collision_sd:g} Pa; must be > 0.")
         if not (np.isfinite(self.gain_sd) and self.gain_sd >= 0):
             raise InvalidInput(f"Forcing: gain_sd = {self.gain_sd:g}; must be >= 0.")
         if self.gain_sd and self.drive is None:
