@@ -4,9 +4,9 @@
     python benchmarks/identify.py refined --draws 30    # no inverse crime: a finer mesh, half the step
     python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
 
-A layered block is seen from above by 66 points at 4000 frames/s, 20 px/mm, with 0.1 px noise in the flow. Known
-pressures on its medial face, and unknown ones of 30 Pa, drive it. In each draw the noise is new and the prior's median
-is drawn about the truth, with the prior's own spread. Every estimate starts at its prior's median.
+A layered block is seen from above by 66 points at 4000 frames/s, 20 px/mm, with 0.1 px noise in the flow.
+Known pressures on its medial face, and unknown ones of 30 Pa, drive it. In each draw the noise is new and
+the prior's median is drawn about the truth, with the prior's own spread.
 """
 
 from __future__ import annotations
@@ -28,9 +28,8 @@ from plica.identify import (
     MarginalLikelihood,
     MotionModel,
     Observation,
-    Posterior,
     Prior,
-    Scoring,
+    Responses,
     SurfacePoints,
     TissueParameter,
     TissueParameters,
@@ -38,16 +37,30 @@ from plica.identify import (
 )
 from plica.phonation.run.build import materials_of
 
-THICKNESS = (1.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
-SIZE = (4e-3, 8e-3, 3e-3)
+THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
+SIZE = (4e-3, 8e-3, 4e-3)
 CAMERA = Camera(pixels_per_metre=20e3)
 FRAME_RATE, STEP = 4000.0, 125e-6
 FLOW_SD, PRESSURE_SD, PRIOR_SD, GAIN_SD = 0.1, 30.0, 0.7, 0.3
 VISCOSITY = tuple(f"{layer}.viscosity" for layer in ("cover", "ligament", "body"))
-SEVEN = ("cover.mu_fibre", "ligament.mu_fibre", "body.mu_fibre", "cover.E_fibre", "ligament.E_fibre", "body.E_fibre")
+SEVEN = (
+    "cover.mu_fibre",
+    "ligament.mu_fibre",
+    "body.mu_fibre",
+    "cover.E_fibre",
+    "ligament.E_fibre",
+    "body.E_fibre",
+)
 TISSUE = {
     "body": {"E": 20e3, "nu": 0.45, "E_fibre": 40e3, "nu_fibre": 0.45, "mu_fibre": 30e3, "viscosity": 0.35},
-    "ligament": {"E": 3e3, "nu": 0.58, "E_fibre": 20e3, "nu_fibre": 0.58, "mu_fibre": 40e3, "viscosity": 0.35},
+    "ligament": {
+        "E": 3e3,
+        "nu": 0.58,
+        "E_fibre": 20e3,
+        "nu_fibre": 0.58,
+        "mu_fibre": 40e3,
+        "viscosity": 0.35,
+    },
     "cover": {"E": 1e3, "nu": 0.66, "E_fibre": 10e3, "nu_fibre": 0.66, "mu_fibre": 10e3, "viscosity": 0.14},
 }
 
@@ -78,21 +91,21 @@ def layered_block(divisions: Divisions) -> _engine.TetMesh:
 
 
 def scene(step: float) -> plica.Scene:
-    """The block, held below, laterally and at both ends; its mesh is made apart."""
+    """The block, held laterally and at both ends; its mesh is made apart."""
     return plica.Scene(
         plica.Block(size=SIZE, order=2),
         {name: plica.Tissue(**fields) for name, fields in TISSUE.items()},
         time=plica.Stepping(step=step, duration=step),
-        supports=plica.Supports(fixed=("x_min", "y_min", "y_max", "z_min")),
+        supports=plica.Supports(fixed=("x_min", "y_min", "y_max")),
     )
 
 
-def drive(times: np.ndarray) -> np.ndarray:
+def drive(times: np.ndarray, amplitude: float) -> np.ndarray:
     """(steps, 2) Pa: 110 and 250 Hz, the upper part of the face a quarter period later."""
     ramp = np.minimum(times / 4e-3, 1) ** 2
     phase = 2 * np.pi * 110 * times
     wave = [np.sin(phase - lag) + 0.5 * np.sin(250 / 110 * (phase - lag)) for lag in (0, 1.6)]
-    return 120 * ramp[:, None] * np.column_stack(wave)
+    return amplitude * ramp[:, None] * np.column_stack(wave)
 
 
 def parameters(names: tuple[str, ...], offset: np.ndarray) -> list[TissueParameter]:
@@ -105,9 +118,9 @@ def parameters(names: tuple[str, ...], offset: np.ndarray) -> list[TissueParamet
     return made
 
 
-COARSE: Divisions = (4, 5, (1, 1, 2))
-FINE: Divisions = (6, 8, (2, 2, 3))
-TRUTH: Divisions = (9, 12, (3, 3, 4))
+COARSE: Divisions = (4, 5, (2, 1, 1))
+FINE: Divisions = (8, 10, (4, 2, 2))
+TRUTH: Divisions = (12, 15, (6, 3, 3))
 
 
 class Bench:
@@ -126,20 +139,14 @@ class Bench:
         """Displacement components, the held ones included."""
         return 3 * len(np.asarray(self.mesh.points))
 
-    def model(self, named: list[TissueParameter], flow: np.ndarray, gain_sd: float = GAIN_SD) -> MotionModel:
+    def model(self, named: list[TissueParameter], flow: np.ndarray, amplitude: float) -> MotionModel:
         """Of the flow (N, r, 2)."""
         seen = Observation(self.points, CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
         step = self.scene.time.step
         steps = self.frames * round(1 / (FRAME_RATE * step))
         times = step * (np.arange(steps) + 1 + self.scene.time.scheme.choice.alpha)
-        forcing = Forcing(self.patterns, drive(times), gain_sd=gain_sd)
+        forcing = Forcing(self.patterns, drive(times, amplitude), gain_sd=GAIN_SD)
         return MotionModel(self.scene, named, seen, forcing, mesh=self.mesh)
-
-    def truth(self) -> Any:
-        """Mean and lags at the true tissue."""
-        named = parameters(SEVEN, np.zeros(7))
-        model = self.model(named, np.ones((self.frames, len(self.points.nodes), 2)), 0.0)
-        return model.responses(model.tissue.prior_mean, derivatives=False)
 
     def recording(self, truth: Any, rng: np.random.Generator) -> np.ndarray:
         """Flow (N, r, 2) with new pressures and noise."""
@@ -156,19 +163,6 @@ def true_log(names: tuple[str, ...]) -> np.ndarray:
     return np.append(np.log([TISSUE[f.split(".")[0]][f.split(".")[1]] for f in fields]), 0.0)
 
 
-def drawn(names: tuple[str, ...], bench: Bench, rng: np.random.Generator) -> list[TissueParameter]:
-    """Parameters whose prior medians are off the truth; again where such a tissue would store no energy."""
-    materials, layers, _ = materials_of(bench.scene, bench.mesh)
-    while True:
-        named = parameters(names, rng.normal(0, PRIOR_SD, 1 + len(names)))
-        tissue = TissueParameters(materials, layers, named)
-        try:
-            tissue.materials(tissue.prior_mean)
-        except plica.InvalidInput:
-            continue
-        return named
-
-
 def report(title: str, names: tuple[str, ...], error: np.ndarray, sd: np.ndarray) -> dict[str, Any]:
     """Print errors and coverage over the draws, (draws, p) of log theta."""
     covered = np.abs(error) <= 1.959964 * sd
@@ -183,64 +177,136 @@ def report(title: str, names: tuple[str, ...], error: np.ndarray, sd: np.ndarray
     return {"draws": len(error), "coverage": float(covered.mean()), "rows": rows}
 
 
+class Study:
+    """Many recordings of one tissue on one mesh: the sweep at the truth serves all of them.
+
+    The estimate of a recording is one scoring step from the truth, with the recording's own gradient,
+    information and prior: what the iteration would end at but for terms of second order, as `whole` shows
+    draw by draw.
+    """
+
+    def __init__(self, bench: Bench, names: tuple[str, ...], amplitude: float) -> None:
+        self.bench, self.names = bench, names
+        blank = np.ones((bench.frames, len(bench.points.nodes), 2))
+        self.model = bench.model(parameters(names, np.zeros(1 + len(names))), blank, amplitude)
+        self.truth = true_log(names)
+        began = time.perf_counter()
+        self.responses = self.model.responses(self.truth[:-1])
+        self.seconds = time.perf_counter() - began
+
+    def one_step(
+        self, flow: np.ndarray, offset: np.ndarray, known: Responses | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Error (p) of log theta and its covariance (p, p), where the prior's median is off by `offset`
+        (p)."""
+        likelihood = MarginalLikelihood(self.model.seeing(flow))
+        at = likelihood.evaluate_known(self.truth, known or self.responses)
+        precision = np.append(np.full(len(offset) - 1, PRIOR_SD), GAIN_SD) ** -2.0
+        covariance = np.linalg.inv(at.information + np.diag(precision))
+        return covariance @ (at.gradient + precision * offset), covariance
+
+
+def offsets(names: tuple[str, ...], bench: Bench, rng: np.random.Generator) -> np.ndarray:
+    """Of the prior's medians (p), the gain's at the end; again where such a tissue would store no energy."""
+    materials, layers, _ = materials_of(bench.scene, bench.mesh)
+    while True:
+        offset = rng.normal(0, PRIOR_SD, 1 + len(names))
+        tissue = TissueParameters(materials, layers, parameters(names, offset))
+        try:
+            tissue.materials(tissue.prior_mean)
+        except plica.InvalidInput:
+            continue
+        return np.append(offset, 0.0)
+
+
 def same(arguments: argparse.Namespace) -> dict[str, Any]:
     """The truth on the mesh of the estimate."""
     names = ("cover.E", *SEVEN)
-    bench = Bench((3, 4, (1, 1, 1)), STEP, arguments.frames)
-    truth, found = bench.truth(), []
-    print(f"{bench.unknowns} unknowns, {arguments.frames} frames")
+    study = Study(Bench(COARSE, STEP, arguments.frames), names, arguments.drive)
+    titles = ("viscosity", *names, "gain")
+    print(
+        f"{study.bench.unknowns} unknowns, {arguments.frames} frames, sweep {study.seconds:.1f} s", flush=True
+    )
+    found = []
     for draw in range(arguments.draws):
         rng = np.random.default_rng(1000 + draw)
-        named = drawn(names, bench, rng)
-        found.append(estimate(MarginalLikelihood(bench.model(named, bench.recording(truth, rng)))))
-        if draw % 10 == 9:
-            show_same(names, found)
-    return show_same(names, found)
-
-
-def show_same(names: tuple[str, ...], found: list[Posterior]) -> dict[str, Any]:
-    """The table of the draws so far."""
-    error = np.array([p.mean for p in found]) - true_log(names)
-    print("iterations", np.bincount([p.iterations for p in found]), end="")
-    return report("same mesh", found[0].names, error, np.array([p.sd for p in found]))
-
-
-def refined(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The truth on a finer mesh with half the step; two meshes estimate."""
-    truth_bench = Bench(TRUTH, STEP / 2, arguments.frames)
-    coarse, fine = Bench(COARSE, STEP, arguments.frames), Bench(FINE, STEP, arguments.frames)
-    print(f"truth {truth_bench.unknowns}, estimates {coarse.unknowns} and {fine.unknowns} unknowns", flush=True)
-    truth = truth_bench.truth()
-    found: list[tuple[Posterior, Posterior]] = []
-    out: dict[str, Any] = {}
-    for draw in range(arguments.draws):
-        rng = np.random.default_rng(2000 + draw)
-        named = drawn(SEVEN, coarse, rng)
-        flow = truth_bench.recording(truth, rng)
-        first = estimate(MarginalLikelihood(coarse.model(named, flow)))
-        second = estimate(MarginalLikelihood(fine.model(named, flow)), first.mean, Scoring(tolerance=0.3))
-        found.append((first, first.refined_by(second)))
-        if draw % 3 == 2 or draw == arguments.draws - 1:
-            out = show_refined(found)
-        if arguments.output:
-            parts = [(a.mean.tolist(), a.sd.tolist(), b.mean.tolist(), b.statistical_covariance.tolist()) for a, b in found]
-            arguments.output.with_suffix(".draws.json").write_text(json.dumps(parts))
+        flow = study.bench.recording(study.responses, rng)
+        found.append(study.one_step(flow, offsets(names, study.bench, rng)))
+    out = {"one step": report("same mesh, one step from the truth", titles, *errors(found))}
+    steps, whole = [], []
+    for draw in range(arguments.whole):
+        rng = np.random.default_rng(1000 + draw)
+        flow = study.bench.recording(study.responses, rng)
+        offset = offsets(names, study.bench, rng)
+        model = study.bench.model(parameters(names, offset[:-1]), flow, arguments.drive)
+        estimated = estimate(MarginalLikelihood(model))
+        steps.append(estimated.iterations)
+        whole.append((estimated.mean - study.truth, estimated.covariance))
+        apart = (whole[-1][0] - found[draw][0]) / np.sqrt(np.diag(whole[-1][1]))
+        print(
+            f"draw {draw}: {estimated.iterations} iterations; from the one step in sd:",
+            np.round(apart, 2),
+            flush=True,
+        )
+    if whole:
+        out["whole"] = report("same mesh, whole estimates", titles, *errors(whole))
     return out
 
 
-def show_refined(found: list[tuple[Posterior, Posterior]]) -> dict[str, Any]:
-    """The tables of the draws so far."""
-    exact, names = true_log(SEVEN), found[0][0].names
-    coarse = np.array([a.mean for a, _ in found]) - exact
-    fine = np.array([b.mean for _, b in found]) - exact
-    alone = np.array([np.sqrt(np.diag(b.statistical_covariance)) for _, b in found])
-    shift = np.median([np.abs(b.shift_in_sd) for _, b in found], axis=0)
-    print("\nmedian shift in sd:", dict(zip(names, np.round(shift, 2).tolist(), strict=True)))
-    return {
-        "coarse": report("coarse mesh", names, coarse, np.array([a.sd for a, _ in found])),
-        "fine": report("finer mesh", names, fine, alone),
-        "with shift": report("finer mesh, with the shift", names, fine, np.array([b.sd for _, b in found])),
-    }
+def errors(found: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (draws, p) and their sd."""
+    return np.array([e for e, _ in found]), np.array([np.sqrt(np.diag(c)) for _, c in found])
+
+
+def refined(arguments: argparse.Namespace) -> dict[str, Any]:
+    """No inverse crime: the truth on a finer mesh with half the step; two coarser meshes estimate."""
+    bench = Bench(TRUTH, STEP / 2, arguments.frames)
+    blank = np.ones((bench.frames, len(bench.points.nodes), 2))
+    seen = bench.model(parameters(SEVEN, np.zeros(7)), blank, arguments.drive)
+    truth = seen.responses(true_log(SEVEN)[:-1], derivatives=False)
+    studies = [
+        Study(Bench(divisions, STEP, arguments.frames), SEVEN, arguments.drive)
+        for divisions in (COARSE, FINE)
+    ]
+    moved = np.cumsum(truth.mean[0], axis=0)
+    print(
+        f"truth {bench.unknowns}, estimates {', '.join(str(s.bench.unknowns) for s in studies)} unknowns; "
+        "sweeps "
+        f"{', '.join(f'{s.seconds:.1f} s' for s in studies)}; up to {np.abs(truth.mean[0]).max():.2f} px a "
+        "frame, "
+        f"{np.abs(moved).max() / 20:.3f} mm",
+        flush=True,
+    )
+    out = {}
+    for share in (1.0, 0.25):  # the mean motion is linear in the drive
+        print(f"\n==== known pressure {share * arguments.drive:g} Pa")
+        out[f"{share * arguments.drive:g} Pa"] = both_meshes(bench, truth, studies, share, arguments.draws)
+    return out
+
+
+def both_meshes(
+    bench: Bench, truth: Responses, studies: list[Study], share: float, draws: int
+) -> dict[str, Any]:
+    """Errors and coverage of two meshes and of their combination."""
+    truth = Responses(share * truth.mean, truth.lags)
+    responses = [Responses(share * s.responses.mean, s.responses.lags) for s in studies]
+    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[], [], []]
+    shifts = []
+    for draw in range(draws):
+        rng = np.random.default_rng(2000 + draw)
+        flow = bench.recording(truth, rng)
+        offset = offsets(SEVEN, studies[0].bench, rng)
+        for kept, study, known in zip(found, studies, responses, strict=False):
+            kept.append(study.one_step(flow, offset, known))
+        (coarse, _), (fine, covariance) = found[0][-1], found[1][-1]
+        shift = fine - coarse
+        found[2].append((fine, covariance + np.outer(shift, shift)))
+        shifts.append(shift / np.sqrt(np.diag(covariance)))
+    titles = ("viscosity", *SEVEN, "gain")
+    shares = [f"{title} {share:+.1f}" for title, share in zip(titles, np.median(shifts, axis=0), strict=True)]
+    print("median shift in sd:", ", ".join(shares))
+    kinds = ("coarse mesh", "finer mesh", "finer mesh, with the mesh shift")
+    return {kind: report(kind, titles, *errors(part)) for kind, part in zip(kinds, found, strict=True)}
 
 
 def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -258,7 +324,7 @@ def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
     points = SurfacePoints.at_nodes(np.unique(faces[near])[:: max(1, len(np.unique(faces[near])) // 80)])
     patterns = Forcing.on_surface(mesh, "airway", [-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3])[:, 1:3]
     steps = arguments.frames * round(1 / (FRAME_RATE * STEP))
-    waves = 1.0 * drive(STEP * (np.arange(steps) + 0.7))
+    waves = drive(STEP * (np.arange(steps) + 0.7), arguments.drive)
     named = parameters(SEVEN, np.zeros(7))
 
     def model(flow: np.ndarray) -> MotionModel:
@@ -269,25 +335,36 @@ def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
     rng = np.random.default_rng(7)
     truth = first.responses(first.tissue.prior_mean, derivatives=False)
     pressures = rng.normal(0, PRESSURE_SD, (arguments.frames * 2, 1))
-    rows = truth.mean[0] + np.asarray(_engine.toeplitz_product(truth.lags[0], pressures)).reshape(truth.mean[0].shape)
+    rows = truth.mean[0] + np.asarray(_engine.toeplitz_product(truth.lags[0], pressures)).reshape(
+        truth.mean[0].shape
+    )
     flow = (rows + rng.normal(0, FLOW_SD, rows.shape)).reshape(arguments.frames, -1, 2)
     likelihood = MarginalLikelihood(model(flow))
     start = likelihood.prior_mean + rng.normal(0, 0.3, 8)
     began = time.perf_counter()
-    found = estimate(likelihood, start, progress=lambda i: print(i.number, f"{i.value:.3f} {i.step:.3g} sd", flush=True))
+    found = estimate(
+        likelihood, start, progress=lambda i: print(i.number, f"{i.value:.3f} {i.step:.3g} sd", flush=True)
+    )
     seconds = time.perf_counter() - began
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{3 * len(x)} unknowns, {len(points.nodes)} points, {arguments.frames} frames: {seconds:.1f} s, "
-          f"{found.iterations} iterations, peak {memory:.0f} MB of the process, {plica._engine.threads()} threads")
+    print(
+        f"{3 * len(x)} unknowns, {len(points.nodes)} points, {arguments.frames} frames: {seconds:.1f} s, "
+        f"{found.iterations} iterations, peak {memory:.0f} MB of the process, {plica._engine.threads()} "
+        "threads"
+    )
     print(found.table(), "\n".join(found.warnings()), sep="\n")
     return {"unknowns": 3 * len(x), "seconds": seconds, "iterations": found.iterations, "peak_MB": memory}
 
 
 def main() -> None:
     """Run one of the benchmarks."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("what", choices=("same", "refined", "larynx"))
     parser.add_argument("--draws", type=int, default=3)
+    parser.add_argument("--whole", type=int, default=0, help="of them, how many are iterated to the end")
+    parser.add_argument("--drive", type=float, default=800.0, help="Pa, of the known pressure")
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--preset", default="coarse")
     parser.add_argument("--threads", type=int, default=2)

@@ -45,8 +45,7 @@ std::unique_ptr<AffineTissue> make_affine(const std::shared_ptr<TetMesh>& mesh, 
   NodalMatrix mass = assembler.mass(tissue);
   AffineStiffness affine(assembler, tissue);
   return std::unique_ptr<AffineTissue>(new AffineTissue{mesh, std::move(tissue), std::move(supports),
-                                                        std::move(assembler), std::move(mass),
-                                                        std::move(affine)});
+                                                        std::move(assembler), std::move(mass), std::move(affine)});
 }
 
 void require_shape(const RealArray& array, const std::vector<py::ssize_t>& shape, const std::string& name) {
@@ -79,16 +78,14 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
   require_shape(coefficient_derivatives, {p, g, 6}, "coefficient_derivatives");
   require_shape(viscosity_derivatives, {p, g}, "viscosity_derivatives");
   if (patterns.ndim() != 2) wrong_shape("AffineTissue", "patterns", patterns, "(3 n, q)");
-  if (!(alpha >= -1.0 / 3 && alpha <= 0))
-    throw InvalidInput("AffineTissue", "alpha", alpha, "", "in [-1/3, 0]");
+  if (!(alpha >= -1.0 / 3 && alpha <= 0)) throw InvalidInput("AffineTissue", "alpha", alpha, "", "in [-1/3, 0]");
   const Indices unknowns = to_indices(observed, "AffineTissue", "observed");
   const RowMatrix forces = Eigen::Map<const RowMatrix>(patterns.data(), patterns.shape(0), patterns.shape(1));
   RowMatrix out;
   {
     const Released released;
     const BlockMatrix K = self.affine.stiffness(coefficients_at(coefficients.data(), g));
-    const std::optional<BlockMatrix> C =
-        viscosity_of(self, Eigen::Map<const Vector>(viscosity.data(), g));
+    const std::optional<BlockMatrix> C = viscosity_of(self, Eigen::Map<const Vector>(viscosity.data(), g));
     std::vector<Direction> directions(static_cast<std::size_t>(p));
     for (std::ptrdiff_t j = 0; j < p; ++j) {
       Direction& direction = directions[static_cast<std::size_t>(j)];
@@ -97,12 +94,12 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
       if (auto d_C = viscosity_of(self, Eigen::Map<const Vector>(viscosity_derivatives.data() + j * g, g)))
         direction.viscosity = without_zero_blocks(*d_C);
     }
-    const LinearMotion motion{self.mass, C, K, self.supports, alpha, 0.25 * (1 - alpha) * (1 - alpha),
+    const LinearMotion motion{self.mass,   C,   K, self.supports, alpha, 0.25 * (1 - alpha) * (1 - alpha),
                               0.5 - alpha, step};
     out = impulse_responses(motion, forces, directions, unknowns, steps, tolerance);
   }
-  return give(std::move(out)).reshape(
-      std::vector<py::ssize_t>{steps, unknowns.size(), (1 + p) * patterns.shape(1)});
+  return give(std::move(out))
+      .reshape(std::vector<py::ssize_t>{steps, unknowns.size(), (1 + p) * patterns.shape(1)});
 }
 
 BlockToeplitz to_toeplitz(const RealArray& lags, const std::string& name) {
@@ -161,7 +158,8 @@ void bind_toeplitz(py::module_& engine) {
 }
 
 py::array_t<double> patterns_of(const TetMesh& mesh, const py::array& faces, const RealArray& heights) {
-  if (heights.ndim() != 1 || heights.size() < 2) wrong_shape("pressure_patterns", "heights", heights, "(s,), s >= 2");
+  if (heights.ndim() != 1 || heights.size() < 2)
+    wrong_shape("pressure_patterns", "heights", heights, "(s,), s >= 2");
   const Vector height = Eigen::Map<const Vector>(heights.data(), heights.size());
   for (std::ptrdiff_t i = 1; i < height.size(); ++i)
     if (!(height[i] > height[i - 1]))
@@ -180,12 +178,15 @@ py::array_t<double> patterns_of(const TetMesh& mesh, const py::array& faces, con
 }  // namespace
 
 void bind_estimation_sweep(py::module_& engine) {
-  engine.def("stiffness_coefficients", [](const Material& m) { return give(Vector(stiffness_coefficients(m))); },
-             py::arg("material"));
+  engine.def(
+      "stiffness_coefficients", [](const Material& m) { return give(Vector(stiffness_coefficients(m))); },
+      py::arg("material"));
   engine.def("stiffness_parameters", &stiffness_parameters, py::arg("material"));
   engine.def(
       "stiffness_derivative",
-      [](const Material& m, const std::string& parameter) { return give(Vector(stiffness_derivative(m, parameter))); },
+      [](const Material& m, const std::string& parameter) {
+        return give(Vector(stiffness_derivative(m, parameter)));
+      },
       py::arg("material"), py::arg("parameter"));
   engine.def("pressure_patterns", &patterns_of, py::arg("mesh"), py::arg("faces"), py::arg("heights"));
   py::class_<AffineTissue>(engine, "AffineTissue")
@@ -197,7 +198,8 @@ void bind_estimation_sweep(py::module_& engine) {
           "stiffness",
           [](const AffineTissue& self, const RealArray& coefficients) {
             require_shape(coefficients, {self.groups(), 6}, "coefficients");
-            return give_csr(self.affine.stiffness(coefficients_at(coefficients.data(), self.groups())).to_sparse());
+            return give_csr(
+                self.affine.stiffness(coefficients_at(coefficients.data(), self.groups())).to_sparse());
           },
           py::arg("coefficients"))
       .def(

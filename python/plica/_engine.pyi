@@ -9,6 +9,7 @@ import numpy.typing
 import typing
 
 __all__: list[str] = [
+    "AffineTissue",
     "Airflow",
     "Airway",
     "Assembly",
@@ -47,29 +48,29 @@ __all__: list[str] = [
     "boundary",
     "build_info",
     "check_mesh",
-    "cholesky",
     "combine",
-    "congruence",
     "contact_equilibrium",
     "dense_flow",
     "elasticity_matrix",
     "equilibrium",
     "flat_triangles",
     "flow_residual",
-    "gram_update",
     "larynx_mesh",
     "larynx_preset",
     "least_jacobian_ratios",
     "matched_airway",
-    "product",
+    "pressure_patterns",
     "round_trip",
     "set_threads",
     "signed_volumes",
-    "solve_lower",
-    "solve_upper",
-    "symmetric_product",
+    "stiffness_coefficients",
+    "stiffness_derivative",
+    "stiffness_parameters",
     "threads",
     "to_quadratic",
+    "toeplitz_gram",
+    "toeplitz_product",
+    "toeplitz_transposed_product",
     "triangulated_airway",
     "waveforms",
 ]
@@ -283,6 +284,53 @@ class FlowOptions:
     def sweeps(self) -> int: ...
     @property
     def warps(self) -> int: ...
+
+class AffineTissue:
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: collections.abc.Sequence[Material],
+        material_names: collections.abc.Sequence[str],
+        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+    ) -> None: ...
+    def impulse_responses(
+        self,
+        *,
+        coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        viscosity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        coefficient_derivatives: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        viscosity_derivatives: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        patterns: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+        observed: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        steps: typing.SupportsInt | typing.SupportsIndex,
+        alpha: typing.SupportsFloat | typing.SupportsIndex,
+        step: typing.SupportsFloat | typing.SupportsIndex,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+    ) -> numpy.typing.NDArray[numpy.float64]: ...
+    def mass(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def stiffness(
+        self, coefficients: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    def viscosity(
+        self, viscosity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    @property
+    def groups(self) -> int: ...
 
 class Airway:
     def __init__(
@@ -716,17 +764,9 @@ def boundary(
 ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]: ...
 def build_info() -> dict[str, typing.Any]: ...
 def check_mesh(mesh: TetMesh) -> None: ...
-def cholesky(
-    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-) -> numpy.typing.NDArray[numpy.float64]: ...
 def combine(
     first: TetMesh, second: TetMesh, first_prefix: str = "a.", second_prefix: str = "b."
 ) -> TetMesh: ...
-def congruence(
-    g: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-    p: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-    plus: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-) -> numpy.typing.NDArray[numpy.float64]: ...
 def contact_equilibrium(
     mesh: TetMesh,
     materials: collections.abc.Sequence[Material],
@@ -770,11 +810,6 @@ def flow_residual(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
-def gram_update(
-    p: numpy.typing.NDArray[numpy.float64],
-    w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-    scale: typing.SupportsFloat | typing.SupportsIndex,
-) -> None: ...
 def larynx_mesh(
     *,
     order: typing.SupportsInt | typing.SupportsIndex = 1,
@@ -806,9 +841,10 @@ def matched_airway(
         collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
     ],
 ) -> Airway: ...
-def product(
-    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+def pressure_patterns(
+    mesh: TetMesh,
+    faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    heights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def round_trip(
     forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
@@ -819,18 +855,24 @@ def signed_volumes(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
-def solve_lower(
-    r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], x: numpy.typing.NDArray[numpy.float64]
-) -> None: ...
-def solve_upper(
-    r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], x: numpy.typing.NDArray[numpy.float64]
-) -> None: ...
-def symmetric_product(
-    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
-) -> numpy.typing.NDArray[numpy.float64]: ...
+def stiffness_coefficients(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
+def stiffness_derivative(material: Material, parameter: str) -> numpy.typing.NDArray[numpy.float64]: ...
+def stiffness_parameters(material: Material) -> list[str]: ...
 def threads() -> int: ...
 def to_quadratic(mesh: TetMesh) -> TetMesh: ...
+def toeplitz_gram(
+    first: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    second: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def toeplitz_product(
+    lags: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    x: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def toeplitz_transposed_product(
+    lags: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    x: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def triangulated_airway(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],

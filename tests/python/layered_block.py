@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from conftest import THESIS_TISSUE
 from numpy.typing import NDArray
 
 import plica
+from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.identify import Camera, Forcing, MotionModel, Observation, SurfacePoints
 
@@ -86,8 +86,8 @@ def simulated(
     truth = model.responses(model.tissue.prior_mean, derivatives=False)
     lags = truth.lags[0]
     inputs = np.zeros((len(lags), lags.shape[2]))
-    inputs[:, : len(model.forcing.noise)] = pressure * model.forcing.noise * rng.normal(
-        size=(len(lags), len(model.forcing.noise))
+    inputs[:, : len(model.forcing.noise)] = (
+        pressure * model.forcing.noise * rng.normal(size=(len(lags), len(model.forcing.noise)))
     )
     closed = np.asarray(model.observation.closed)
     inputs[closed, len(model.forcing.noise) :] = collision * rng.normal(

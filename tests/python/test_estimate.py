@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from layered_block import CAMERA, SIZE, drive, layered_mesh, layered_model, layered_scene, patterns, simulated
 from numpy.typing import NDArray
 
 import plica
+from layered_block import CAMERA, SIZE, drive, layered_mesh, layered_model, layered_scene, patterns, simulated
 from plica import _engine
 from plica.identify import (
     Camera,
@@ -58,8 +58,8 @@ def draws() -> tuple[NDArray[np.float64], list[Posterior]]:
 def test_the_tissue_comes_back(draws: tuple[NDArray[np.float64], list[Posterior]]) -> None:
     """Errors over their sd are standard normal: 60 numbers, of which 95 % intervals hold all but a few.
 
-    The mean square of twelve times five lies in [0.5, 1.7] with 99.9 % probability were they independent; the bound
-    on coverage is that of 60 draws of 0.95 at 0.1 %.
+    The mean square of twelve times five lies in [0.5, 1.7] with 99.9 % probability were they independent;
+    the bound on coverage is that of 60 draws of 0.95 at 0.1 %.
     """
     truth, found = draws
     scores = np.array([(p.mean - truth) / p.sd for p in found])
@@ -75,9 +75,7 @@ def test_the_tissue_comes_back(draws: tuple[NDArray[np.float64], list[Posterior]
 def test_the_residuals_are_white_where_the_model_holds(
     draws: tuple[NDArray[np.float64], list[Posterior]],
 ) -> None:
-    scores = np.array(
-        [(r.in_time, r.in_space, r.tails, r.level) for r in (p.residuals for p in draws[1])]
-    )
+    scores = np.array([(r.in_time, r.in_space, r.tails, r.level) for r in (p.residuals for p in draws[1])])
     assert all(p.residuals.passed for p in draws[1])
     assert 0.5 < np.mean(scores**2) < 1.7
     assert all(not p.residuals.sentences() for p in draws[1])
@@ -163,7 +161,11 @@ def test_a_parameter_that_nothing_depends_on_is_named() -> None:
     seen = SurfacePoints.seen(mesh, "a.z_max", CAMERA, np.array([[2e-3, 3e-3], [3e-3, 3e-3]]))
     flow = np.random.default_rng(0).normal(size=(4, 2, 2))
     model = MotionModel(
-        scene, ["cover.E", "body.E"], Observation(seen, CAMERA, flow), Forcing(force, np.ones((20, 2))), mesh=mesh
+        scene,
+        ["cover.E", "body.E"],
+        Observation(seen, CAMERA, flow),
+        Forcing(force, np.ones((20, 2))),
+        mesh=mesh,
     )
     with pytest.raises(plica.InvalidInput, match=r'nothing in the data depends on "body\.E"'):
         estimate(MarginalLikelihood(model))
@@ -211,7 +213,8 @@ def test_ignored_collisions_bias_and_unknown_forces_mend_it() -> None:
 
 
 def test_a_run_up_of_missing_frames_stands_for_an_unknown_beginning() -> None:
-    """Seen from frame 15 on, the drive unknown: pressures of the frames before bring the model into motion."""
+    """Seen from frame 15 on, the drive unknown: pressures of the frames before bring the model into
+    motion."""
     rng = np.random.default_rng(12)
     names: list[Any] = [VISCOSITY, "cover.mu_fibre"]
     truth = layered_model(names, np.ones((FRAMES, 12, 2)), drive=None)
@@ -225,7 +228,9 @@ def test_a_run_up_of_missing_frames_stands_for_an_unknown_beginning() -> None:
 
 def test_a_scene_with_contact_is_refused(colliding: plica.Scene) -> None:
     observation = Observation(SurfacePoints.at_nodes([0]), CAMERA, np.ones((4, 1, 2)))
-    with pytest.raises(plica.InvalidInput, match="contact is given; must be left out. With contact the motion is not"):
+    with pytest.raises(
+        plica.InvalidInput, match=r"contact is given; must be left out\. With contact the motion is not"
+    ):
         MotionModel(colliding, ["a.E"], observation, Forcing(np.ones((3, 1))))
 
 
@@ -260,9 +265,15 @@ def model_with(**changes: Any) -> MotionModel:
         ({"flow": np.full((4, 12, 2), np.inf)}, "must be finite, or nan"),
         ({"observation": {"sd": 0.0}}, "sd must be > 0"),
         ({"observation": {"sd": np.ones(5)}}, "must broadcast to"),
-        ({"observation": {"frame_rate": 3000.0}}, r"frame interval / step = 6\.66667; must be a whole number"),
+        (
+            {"observation": {"frame_rate": 3000.0}},
+            r"frame interval / step = 6\.66667; must be a whole number",
+        ),
         ({"observation": {"frame_rate": -1.0}}, "frame_rate = -1 Hz; must be > 0"),
-        ({"observation": {"closed": np.ones(4, dtype=bool)}}, "frames are closed, but forcing.collision is missing"),
+        (
+            {"observation": {"closed": np.ones(4, dtype=bool)}},
+            "frames are closed, but forcing.collision is missing",
+        ),
         ({"observation": {"closed": np.ones(3, dtype=bool)}}, "closed must be 4 truth values"),
         ({"forcing": {"drive": drive(5)}}, "drive has 25 steps; must have 20"),
         ({"forcing": {"noise": np.array([1.0, -1.0])}}, "noise must be 2 numbers >= 0"),
@@ -275,7 +286,9 @@ def model_with(**changes: Any) -> MotionModel:
         (
             {
                 "scene": layered_scene(
-                    time=plica.Stepping(step=5e-5, duration=5e-5, scheme=plica.Scheme(newmark=plica.Newmark()))
+                    time=plica.Stepping(
+                        step=5e-5, duration=5e-5, scheme=plica.Scheme(newmark=plica.Newmark())
+                    )
                 )
             },
             "time.scheme must be hht",
@@ -344,4 +357,6 @@ def test_rows_are_pixels_along_the_camera_s_axes() -> None:
     expected = 20e3 * u[seen.nodes[:, 0]] @ camera.axes.T
     assert np.allclose(rows @ u.ravel()[unknowns], expected.ravel())
     assert np.allclose(camera.axes @ camera.axes.T, np.eye(2))
-    assert np.allclose(camera.towards, [np.sin(0.1) * np.cos(0.2), -np.sin(0.2), np.cos(0.1) * np.cos(0.2)], atol=0.03)
+    assert np.allclose(
+        camera.towards, [np.sin(0.1) * np.cos(0.2), -np.sin(0.2), np.cos(0.1) * np.cos(0.2)], atol=0.03
+    )

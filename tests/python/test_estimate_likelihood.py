@@ -7,15 +7,15 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
-from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns, points, simulated
 from numpy.typing import NDArray
 from scipy import optimize, sparse
-from test_estimate_sweep import whole
 
 import plica
+from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns, points, simulated
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, SurfacePoints, TissueParameter, estimate
 from plica.phonation.run.build import fixed_components, materials_of
+from test_estimate_sweep import whole
 
 NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
 FRAMES = 10
@@ -34,7 +34,11 @@ def with_collision(collides: Literal["none", "held", "estimated"]) -> dict[str, 
         return {}
     closed = np.zeros(FRAMES, dtype=bool)
     closed[3:5] = closed[8] = True
-    return {"closed": closed, "collision": patterns(layered_mesh())[:, 1:], "collision_sd": 300.0 if collides == "held" else None}
+    return {
+        "closed": closed,
+        "collision": patterns(layered_mesh())[:, 1:],
+        "collision_sd": 300.0 if collides == "held" else None,
+    }
 
 
 @pytest.mark.parametrize("collides", ["none", "held", "estimated"])
@@ -42,7 +46,9 @@ def with_collision(collides: Literal["none", "held", "estimated"]) -> dict[str, 
 def test_the_likelihood_is_that_of_the_joint_gaussian(noise: Noise | None, collides: Any) -> None:
     rng = np.random.default_rng(1)
     flow, sd = recorded(rng, **with_collision(collides))
-    model = layered_model(NAMES, flow, sd=sd, noise=np.array([1.0, 2.0]), gain_sd=0.5, **with_collision(collides))
+    model = layered_model(
+        NAMES, flow, sd=sd, noise=np.array([1.0, 2.0]), gain_sd=0.5, **with_collision(collides)
+    )
     likelihood = MarginalLikelihood(model, noise)
     x = likelihood.prior_mean + 0.1 * rng.normal(size=4)
     at = likelihood.evaluate(x)
@@ -98,7 +104,11 @@ def kalman(model: Any, mesh: _engine.TetMesh, noise: Noise) -> float:
     one = np.eye(n)
     G = np.block(
         [
-            [one + beta * h**2 * Bu, h * one + beta * h**2 * Bv, h**2 * (0.5 - beta) * one + beta * h**2 * Ba],
+            [
+                one + beta * h**2 * Bu,
+                h * one + beta * h**2 * Bv,
+                h**2 * (0.5 - beta) * one + beta * h**2 * Ba,
+            ],
             [gamma * h * Bu, one + gamma * h * Bv, (1 - gamma) * h * one + gamma * h * Ba],
             [Bu, Bv, Ba],
         ]
@@ -128,12 +138,14 @@ def kalman(model: Any, mesh: _engine.TetMesh, noise: Noise) -> float:
         P = transition @ P @ transition.T + noise.pressure**2 * inputs @ inputs.T
         there = weights > 0
         if there.any():
-            O = observe[there]
-            S = O @ P @ O.T + np.diag(noise.flow**2 / weights[there])
-            e = rows[there] - O @ z
-            gain = np.linalg.solve(S, O @ P).T
-            z, P = z + gain @ e, P - gain @ (O @ P)
-            value -= 0.5 * (len(e) * math.log(2 * math.pi) + np.linalg.slogdet(S)[1] + e @ np.linalg.solve(S, e))
+            seen = observe[there]
+            S = seen @ P @ seen.T + np.diag(noise.flow**2 / weights[there])
+            e = rows[there] - seen @ z
+            gain = np.linalg.solve(S, seen @ P).T
+            z, P = z + gain @ e, P - gain @ (seen @ P)
+            value -= 0.5 * (
+                len(e) * math.log(2 * math.pi) + np.linalg.slogdet(S)[1] + e @ np.linalg.solve(S, e)
+            )
         z, P = z[: 3 * n], 0.5 * (P + P.T)[: 3 * n, : 3 * n]
     return value
 
@@ -187,7 +199,10 @@ def test_the_information_is_that_of_the_joint_gaussian(collides: Any) -> None:
     means = [d.ravel()[there] for d in at.responses.mean[1:]] + [np.zeros(there.sum())] * (1 + len(levels))
     whole_information = np.array(
         [
-            [m @ inverse @ k + 0.5 * np.trace(inverse @ A @ inverse @ B) for k, B in zip(means, moves, strict=True)]
+            [
+                m @ inverse @ k + 0.5 * np.trace(inverse @ A @ inverse @ B)
+                for k, B in zip(means, moves, strict=True)
+            ]
             for m, A in zip(means, moves, strict=True)
         ]
     )
@@ -204,10 +219,19 @@ def test_the_profiled_noise_is_the_best(collides: Any) -> None:
     likelihood = MarginalLikelihood(model)
     best = likelihood.evaluate(likelihood.prior_mean)
     assert best.noise.pressure > 1
-    for pressure, flow, collision in ((1.01, 1, 1), (0.99, 1, 1), (1, 1.01, 1), (1, 0.99, 1), (1, 1, 1.01), (1, 1, 0.99)):
+    for pressure, flow, collision in (
+        (1.01, 1, 1),
+        (0.99, 1, 1),
+        (1, 1.01, 1),
+        (1, 0.99, 1),
+        (1, 1, 1.01),
+        (1, 1, 0.99),
+    ):
         if collision != 1 and collides == "none":
             continue
-        there = Noise(best.noise.pressure * pressure, best.noise.flow * flow, best.noise.collision * collision)
+        there = Noise(
+            best.noise.pressure * pressure, best.noise.flow * flow, best.noise.collision * collision
+        )
         assert MarginalLikelihood(model, there).value(best.point) < best.value
 
 

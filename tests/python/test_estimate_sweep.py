@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns
 from numpy.typing import NDArray
 from scipy import sparse
 
 import plica
+from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns
 from plica import _engine
 from plica.phonation.run.build import fixed_components, materials_of
 
@@ -50,7 +50,9 @@ def test_derivatives_of_isotropic_coefficients_are_those_of_a_complex_step() -> 
 
     material = _engine.Material(_engine.Isotropic(E=E, nu=nu))
     assert np.allclose(_engine.stiffness_derivative(material, "E"), lame(E + 1j * h, nu).imag / h, rtol=1e-12)
-    assert np.allclose(_engine.stiffness_derivative(material, "nu"), lame(E, nu + 1j * h).imag / h, rtol=1e-12)
+    assert np.allclose(
+        _engine.stiffness_derivative(material, "nu"), lame(E, nu + 1j * h).imag / h, rtol=1e-12
+    )
     with pytest.raises(plica.InvalidInput, match='"E_fibre"; must be one of E, nu'):
         _engine.stiffness_derivative(material, "E_fibre")
 
@@ -62,7 +64,11 @@ def test_sums_over_coefficients_are_the_assembled_matrices() -> None:
     assembly = _engine.Assembly(mesh, *body)
     K = affine.stiffness(np.array([_engine.stiffness_coefficients(m) for m in body[0]]))
     C = affine.viscosity(np.array([m.viscosity for m in body[0]]))
-    for made, given in ((K, assembly.stiffness()), (C, assembly.viscosity()), (affine.mass(), assembly.mass())):
+    for made, given in (
+        (K, assembly.stiffness()),
+        (C, assembly.viscosity()),
+        (affine.mass(), assembly.mass()),
+    ):
         expected = sparse.csr_array(given)
         assert abs(sparse.csr_array(made) - expected).max() < 1e-13 * abs(expected).max()
 
@@ -101,7 +107,14 @@ def test_pressures_held_through_a_frame_superpose_from_the_lags() -> None:
 
 def test_sensitivities_are_central_differences() -> None:
     """Four points at h = 2e-3 in log theta: the difference's own error is of h^4."""
-    names = ["cover.E", "ligament.mu_fibre", "body.E_fibre", "cover.nu", "cover.viscosity", "ligament.nu_fibre"]
+    names = [
+        "cover.E",
+        "ligament.mu_fibre",
+        "body.E_fibre",
+        "cover.nu",
+        "cover.viscosity",
+        "ligament.nu_fibre",
+    ]
     model = layered_model(names, np.ones((8, 12, 2)))
     x, h = model.tissue.prior_mean + 0.05, 2e-3
     x[3] -= 0.2

@@ -68,8 +68,8 @@ void PackedSolver::solve(const std::vector<double>& b, std::vector<double>& x, s
   }
   if (worst > std::max(tolerance_, enough))
     throw SolveFailed("impulse_responses: step " + number(static_cast<double>(step)) +
-                      ": the refined solve stopped at residual " + number(worst) + "; must be <= " +
-                      number(std::max(tolerance_, enough)) + ". Try a smaller step.");
+                      ": the refined solve stopped at residual " + number(worst) +
+                      "; must be <= " + number(std::max(tolerance_, enough)) + ". Try a smaller step.");
 }
 
 }  // namespace plica

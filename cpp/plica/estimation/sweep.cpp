@@ -17,8 +17,16 @@ using Packed = std::vector<double>;  // [pack * unknown + lane]
 /// Motion of `pack` columns.
 struct Columns {
   explicit Columns(std::size_t length)
-      : u(length, 0.0), v(length, 0.0), a(length, 0.0), a1(length, 0.0), a2(length, 0.0),
-        U(length, 0.0), V(length, 0.0), source(length, 0.0), force(length), product(length) {}
+      : u(length, 0.0),
+        v(length, 0.0),
+        a(length, 0.0),
+        a1(length, 0.0),
+        a2(length, 0.0),
+        U(length, 0.0),
+        V(length, 0.0),
+        source(length, 0.0),
+        force(length),
+        product(length) {}
   Packed u, v, a;
   Packed a1, a2;  // of the two steps before: the next solve starts from 3 a - 3 a1 + a2
   Packed U, V;    // (1+al) u1 - al u0 and likewise v1
@@ -121,8 +129,10 @@ void take_sources(const std::vector<Direction>& directions, const Group& base, G
                const Direction& direction = directions[static_cast<std::size_t>(j)];
                for (std::size_t p = 0; p < base.packs.size(); ++p) {
                  Packed force(base.packs[p].u.size(), 0.0), product(force.size());
-                 if (direction.stiffness) Marching::subtract(*direction.stiffness, base.packs[p].U, product, force);
-                 if (direction.viscosity) Marching::subtract(*direction.viscosity, base.packs[p].V, product, force);
+                 if (direction.stiffness)
+                   Marching::subtract(*direction.stiffness, base.packs[p].U, product, force);
+                 if (direction.viscosity)
+                   Marching::subtract(*direction.viscosity, base.packs[p].V, product, force);
                  const auto from = static_cast<std::ptrdiff_t>(p) * pack;
                  for (std::ptrdiff_t i = from; i < std::min(q, from + pack); ++i) {
                    const std::ptrdiff_t column = j * q + i;

@@ -7,7 +7,8 @@
 namespace plica {
 
 /// M a1 + C [(1+al) v1 - al v0] + K [(1+al) u1 - al u0] = f in steps of h, u1 = u0 + h v0 + h^2 (1/2 - beta) a0 +
-/// beta h^2 a1, v1 = v0 + (1-gamma) h a0 + gamma h a1, held unknowns eliminated. What it refers to must outlive it.
+/// beta h^2 a1, v1 = v0 + (1-gamma) h a0 + gamma h a1, held unknowns eliminated. What it refers to must outlive
+/// it.
 struct LinearMotion {
   const NodalMatrix& M;
   const std::optional<BlockMatrix>& C;  // absent where nothing is viscous

@@ -17,10 +17,11 @@ struct BlockToeplitz {
 
 /// A' W B, (N a, N b), with W = diag(weights), weights (N, rows) >= 0.
 ///
-/// Where the weights are the same in every frame, block (i, j) is block (i + 1, j + 1) plus one product of two lags:
-/// O(N^2 rows a b) instead of O(N^3 rows a b). Entries of W that differ from their row's most common weight are
-/// added one by one, O((k a) (k b)) for one in frame k.
-BlockToeplitz::Lags toeplitz_gram(const BlockToeplitz& A, const BlockToeplitz& B, const BlockToeplitz::Lags& weights);
+/// Where the weights are the same in every frame, block (i, j) is block (i + 1, j + 1) plus one product of two
+/// lags: O(N^2 rows a b) instead of O(N^3 rows a b). Entries of W that differ from their row's most common weight
+/// are added one by one, O((k a) (k b)) for one in frame k.
+BlockToeplitz::Lags toeplitz_gram(const BlockToeplitz& A, const BlockToeplitz& B,
+                                  const BlockToeplitz::Lags& weights);
 
 /// T x: x (N columns, c) -> (N rows, c). O(N^2 rows columns c).
 BlockToeplitz::Lags toeplitz_product(const BlockToeplitz& T, const BlockToeplitz::Lags& x);

@@ -2,8 +2,8 @@
 
 >>> from plica.identify import Camera, Forcing, MarginalLikelihood, MotionModel, Observation, estimate
 
-An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins them with a
-scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
+An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins
+them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
 (docs/identification.md).
 """
 

@@ -18,9 +18,9 @@ __all__ = ["Iteration", "Scoring", "estimate"]
 
 Array = NDArray[np.float64]
 NEAR = 5.0
-"""[posterior sd] From a step shorter than this on, the curvature is the information at that point, corrected by what
-the gradients since have shown (BFGS): where the residuals are not the model's it differs from the information, and
-plain scoring would swing about the maximum."""
+"""[posterior sd] From a step shorter than this on, the curvature is the information at that point,
+corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
+from the information, and plain scoring would swing about the maximum."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,9 @@ def estimate(
 ) -> Posterior:
     """The maximum of the posterior density of log theta, with the Gaussian that fits it there.
 
-    Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of the log
-    posterior; near the end I is corrected by the changes of the gradient. A step is halved until the density rises. The last one, which is short, is taken unseen.
+    Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
+    the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until
+    the density rises. The last one, which is short, is taken unseen.
 
     Parameters
     ----------
@@ -92,7 +93,7 @@ def estimate(
     for number in range(options.max_iterations):
         gradient = now.gradient - precision @ (x - likelihood.prior_mean)
         information = now.information + precision
-        step = np.linalg.solve(information, gradient)
+        step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
         length = math.sqrt(max(float(step @ information @ step), 0.0))
         if progress is not None:
             progress(Iteration(number, value, x, length))
@@ -112,12 +113,13 @@ def estimate(
         if curvature is None and length < NEAR:
             curvature = information
         if curvature is not None:
-            step = np.linalg.solve(curvature, gradient)
+            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
         step *= min(1.0, options.longest_step / np.abs(step).max())
         found = _line_search(likelihood, x, step, value, float(step @ gradient), options)
         if found is None:
             raise SolveFailed(
-                f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. Is the "
+                f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
+                "Is the "
                 "start far from the data, or the tolerance of the model too wide?"
             )
         moved = found[0] - x
@@ -126,7 +128,8 @@ def estimate(
             change = gradient - (now.gradient - precision @ (x - likelihood.prior_mean))
             curvature = _updated(curvature, moved, change)
     raise SolveFailed(
-        f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; must be "
+        f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
+        "must be "
         f"< {options.tolerance:g}. Start nearer, or raise max_iterations."
     )
 
@@ -166,6 +169,7 @@ def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
     for name, share in zip(likelihood.names, told, strict=True):
         if not share > 1e-10:
             raise InvalidInput(
-                f'estimate: nothing in the data depends on "{name}": its information is {max(share, 0.0):.2g} of the '
+                f'estimate: nothing in the data depends on "{name}": its information is '
+                f"{max(share, 0.0):.2g} of the "
                 "prior's. Leave it out, or observe what it moves."
             )

@@ -1,7 +1,8 @@
 """The marginal likelihood of a recording, in input-space form, with its gradient and Fisher information.
 
-y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, sigma_c^2) in the forces of closed frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is missing, and
-Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
+y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, sigma_c^2) in the forces of
+closed frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is
+missing, and Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
 (docs/identification.md).
 """
 
@@ -66,8 +67,8 @@ class MarginalLikelihood:
 
     Notes
     -----
-    The coordinates x (p) are the logarithms of the model's parameters and, where the forcing has a `gain_sd`, that of
-    the gain. `value_and_gradient` is what an optimiser or a sampler calls::
+    The coordinates x (p) are the logarithms of the model's parameters and, where the forcing has a
+    `gain_sd`, that of the gain. `value_and_gradient` is what an optimiser or a sampler calls::
 
         result = scipy.optimize.minimize(
             lambda x: [-part for part in likelihood.value_and_gradient(x)], start, jac=True)
@@ -78,7 +79,8 @@ class MarginalLikelihood:
     def __init__(self, model: MotionModel, noise: Noise | None = None) -> None:
         if noise is not None and not (noise.pressure >= 0 and noise.flow > 0 and noise.collision >= 0):
             raise InvalidInput(
-                f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}, {noise.collision:g} Pa; must "
+                f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}, {noise.collision:g} "
+                "Pa; must "
                 "be >= 0, > 0 and >= 0."
             )
         self.model, self.fixed_noise = model, noise
@@ -154,6 +156,12 @@ class MarginalLikelihood:
             return self._last
         responses = self.model.responses(at[: len(self.model.tissue.names)])
         self._last = self._differentiated(at, responses)
+        return self._last
+
+    def evaluate_known(self, x: ArrayLike, responses: Responses) -> Evaluation:
+        """`evaluate` where the model's responses at x are known, as in a study of many recordings of one
+        tissue."""
+        self._last = self._differentiated(self._point(x), responses)
         return self._last
 
     def _point(self, x: ArrayLike) -> Array:
@@ -235,7 +243,8 @@ class MarginalLikelihood:
         return Noise(flow * math.exp(0.5 * found.x), flow, (held or 0.0) * flow)
 
     def _profiled_with_collisions(self, gram: Array, projected: Array, square: float) -> Noise:
-        """Both ratios at once, by the likelihood's gradient: w' Q^-1 w / sigma_v^2 - (i - tr S^-1 Q^-1) a class."""
+        """Both ratios at once, by the likelihood's gradient: w' Q^-1 w / sigma_v^2 - (i - tr S^-1 Q^-1) a
+        class."""
         p, i = len(self._pressures), len(gram)
         classes = [k for k in (slice(0, p), slice(p, i)) if k.stop > k.start]
         middle = -math.log(float(np.diag(gram).mean()))
@@ -258,13 +267,17 @@ class MarginalLikelihood:
         bounds = [(middle - 12, middle + 25)] * len(classes)
         starts = [np.full(len(classes), middle + shift) for shift in (2.0, 10.0)]
         ends = [
-            optimize.minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-15, "gtol": 1e-7})
+            optimize.minimize(
+                cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-15, "gtol": 1e-7}
+            )
             for start in starts
         ]
         logs = min(ends, key=lambda end: float(end.fun)).x
         ratios = dict(zip([k.start for k in classes], np.exp(0.5 * logs), strict=True))
         pressure, collision = (float(ratios.get(0, 0.0)) if p else 0.0), float(ratios[p])
-        inverse_Q = np.concatenate([np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)])
+        inverse_Q = np.concatenate(
+            [np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)]
+        )
         w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
         flow = math.sqrt((square - float(projected @ w)) / self._count)
         return Noise(pressure * flow, flow, collision * flow)
@@ -309,7 +322,8 @@ class MarginalLikelihood:
         )
 
     def _without_noise(self, information: Array, s: _Solved, SX: list[Array], traces: Array) -> Array:
-        """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the information."""
+        """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
+        information."""
         p, i = len(self._pressures), len(s.inverse)
         classes = []
         if p and s.noise.pressure > 0:
@@ -322,8 +336,8 @@ class MarginalLikelihood:
         own[-1, -1], cross[:, -1] = 0.5 * self._count, traces
         for a, k in enumerate(classes):
             own[a, -1] = own[-1, a] = 0.5 * np.trace(shrunk[k, k])
-            for b, l in enumerate(classes):
-                own[a, b] = 0.5 * np.sum(shrunk[k, l] * shrunk[l, k].T)
+            for b, other in enumerate(classes):
+                own[a, b] = 0.5 * np.sum(shrunk[k, other] * shrunk[other, k].T)
             for j, sx in enumerate(SX):
                 cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
         reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
@@ -348,7 +362,9 @@ class _Solved:
         p, c = len(whole._pressures), len(whole._collisions)
         held = whole._collision_sd
         ratios = [noise.pressure / noise.flow, noise.collision / noise.flow if held is None else held]
-        least = 1e-20 / max(float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300)  # a level of zero: no input
+        least = 1e-20 / max(
+            float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
+        )  # a level of zero: no input
         self.prior_variance = np.maximum(np.repeat(np.square(ratios), [p, c]), least)
         S = gram + np.diag(1 / self.prior_variance)
         self._factor = linalg.cho_factor(S, lower=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +38,12 @@ class Forcing:
     collision: Array | None = None
     """(3 n, c) N/Pa, patterns of the medial surface that push only in closed frames."""
     collision_sd: float | None = None
-    """[Pa] Standard deviation of those pressures over the flow's noise level, > 0, held; left out: estimated with
-    the other noise levels, which is what keeps intervals honest. A much too wide one claims that large forces were
-    seen, and biases."""
+    """[Pa] Standard deviation of those pressures over the flow's noise level, > 0, held; left out:
+    estimated with the other noise levels, which is what keeps intervals honest. A much too wide one claims
+    that large forces were seen, and biases."""
     gain_sd: float = 0.0
-    """[-] Prior standard deviation of the logarithm of a factor on the drive, the only trace of the pixel scale
-    too; 0: the factor is 1."""
+    """[-] Prior standard deviation of the logarithm of a factor on the drive, the only trace of the pixel
+    scale too; 0: the factor is 1."""
 
     def __post_init__(self) -> None:
         patterns = np.ascontiguousarray(self.patterns, dtype=float)
@@ -57,7 +58,9 @@ class Forcing:
         if self.drive is not None and (
             np.ndim(self.drive) != 2 or np.shape(self.drive)[1] != q or not np.isfinite(self.drive).all()
         ):
-            raise InvalidInput(f"Forcing: drive has shape {np.shape(self.drive)}; must be (steps, {q}), finite.")
+            raise InvalidInput(
+                f"Forcing: drive has shape {np.shape(self.drive)}; must be (steps, {q}), finite."
+            )
         if self.collision is not None and (
             np.ndim(self.collision) != 2 or np.shape(self.collision)[0] != len(patterns)
         ):
@@ -71,6 +74,8 @@ class Forcing:
         if self.gain_sd and self.drive is None:
             raise InvalidInput("Forcing: gain_sd is given without a drive that it scales.")
         object.__setattr__(self, "patterns", patterns)
+        if self.collision is not None:
+            object.__setattr__(self, "collision", np.asarray(self.collision, dtype=float))
         object.__setattr__(self, "noise", noise)
 
     @staticmethod
@@ -79,12 +84,15 @@ class Forcing:
 
         The airflow's own load patterns: pressure of sections of the glottis on the reference surface.
         """
-        return np.asarray(_engine.pressure_patterns(mesh, mesh.surfaces[surface], np.asarray(heights, dtype=float)))
+        return np.asarray(
+            _engine.pressure_patterns(mesh, mesh.surfaces[surface], np.asarray(heights, dtype=float))
+        )
 
 
 @dataclass(frozen=True)
 class Responses:
-    """What the camera sees, and its derivatives with respect to the coordinates (entry 0: the value itself)."""
+    """What the camera sees, and its derivatives with respect to the coordinates (entry 0: the value
+    itself)."""
 
     mean: Array
     """(1 + p, N, m) px/frame"""
@@ -113,7 +121,8 @@ class MotionModel:
     Raises
     ------
     InvalidInput
-        For a scene with contact, loads, gravity or initial values, a scheme other than HHT, or what does not fit.
+        For a scene with contact, loads, gravity or initial values, a scheme other than HHT, or what does
+        not fit.
     """
 
     def __init__(
@@ -139,7 +148,8 @@ class MotionModel:
         unknowns = 3 * len(self.points)
         if len(forcing.patterns) != unknowns:
             raise InvalidInput(
-                f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three a node."
+                f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three a "
+                "node."
             )
         if int(observation.points.nodes.max()) >= unknowns // 3:
             raise InvalidInput("MotionModel: the observation names a node beyond the mesh's.")
@@ -153,9 +163,22 @@ class MotionModel:
                 "MotionModel: frames are closed, but forcing.collision is missing; must have patterns of the "
                 "medial surface, or the forces of the collision would be taken for the tissue's."
             )
-        self._engine = _engine.AffineTissue(mesh, materials, names, cell_material, fixed_components(scene, mesh))
+        self._engine = _engine.AffineTissue(
+            mesh, materials, names, cell_material, fixed_components(scene, mesh)
+        )
         self._observed, self._seen = observation.displacements()
         self._tolerance = tolerance
+
+    def seeing(self, flow: Array) -> MotionModel:
+        """The same model of another recording (N, r, 2) by the same camera; its matrices are shared."""
+        other = copy.copy(self)
+        other.observation = replace(self.observation, flow=flow)
+        if other.observation.frames != self.observation.frames:
+            raise InvalidInput(
+                f"MotionModel: flow has {other.observation.frames} frames; must have "
+                f"{self.observation.frames}."
+            )
+        return other
 
     @property
     def steps(self) -> int:
@@ -165,8 +188,9 @@ class MotionModel:
     @property
     def patterns(self) -> Array:
         """(3 n, q + c): those of the pressure, then those of the collision."""
-        extra = [] if self.forcing.collision is None else [np.asarray(self.forcing.collision, dtype=float)]
-        return np.ascontiguousarray(np.hstack([self.forcing.patterns, *extra]))
+        if self.forcing.collision is None:
+            return self.forcing.patterns
+        return np.ascontiguousarray(np.hstack([self.forcing.patterns, self.forcing.collision]), dtype=float)
 
     def load_times(self) -> Array:
         """(steps) s: t + (1 + alpha) h, when each step takes its load."""
@@ -178,7 +202,9 @@ class MotionModel:
         Without derivatives the sweep is shorter by a factor 1 + p. Raises InvalidInput where a material would
         store no energy, SolveFailed.
         """
-        stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(np.asarray(log_theta, dtype=float))
+        stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(
+            np.asarray(log_theta, dtype=float)
+        )
         if not derivatives:
             d_stiffness, d_viscosity = d_stiffness[:0], d_viscosity[:0]
         patterns = self.patterns
@@ -228,8 +254,10 @@ class MotionModel:
 def _require_linear(scene: Scene) -> None:
     if scene.contact is not None:
         raise InvalidInput(
-            f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in the "
-            "pressures: give the frames in which the folds touch as closed, and forces on the medial surface take "
+            f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in "
+            "the "
+            "pressures: give the frames in which the folds touch as closed, and forces on the medial "
+            "surface take "
             "the place of the contact."
         )
     for name, given in (("loads", scene.loads), ("gravity", scene.gravity), ("initial", scene.initial)):
@@ -249,7 +277,8 @@ def _steps_per_frame(step: float, frame_rate: float) -> int:
     whole = round(ratio)
     if whole < 1 or abs(ratio - whole) > 1e-6 * whole:
         raise InvalidInput(
-            f"MotionModel: frame interval / step = {ratio:g}; must be a whole number. At {frame_rate:g} Hz try a "
+            f"MotionModel: frame interval / step = {ratio:g}; must be a whole number. At {frame_rate:g} Hz "
+            "try a "
             f"step of {1 / (frame_rate * max(1, whole)):.6g} s."
         )
     return whole

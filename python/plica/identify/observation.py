@@ -23,14 +23,16 @@ class Camera:
     pixels_per_metre: float
     """[1/m] > 0; 20 px/mm is 20e3."""
     axes: Array = field(default_factory=lambda: np.eye(2, 3))
-    """(2, 3) The image's x and y axis in the coordinates of the mesh, orthonormal; left out: seen from above."""
+    """(2, 3) The image's x and y axis in the coordinates of the mesh, orthonormal; left out: seen from
+    above."""
 
     def __post_init__(self) -> None:
         axes = np.asarray(self.axes, dtype=float)
         object.__setattr__(self, "axes", axes)
         if not (np.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
             raise InvalidInput(
-                f"Camera: pixels_per_metre = {self.pixels_per_metre:g} 1/m; must be > 0. Is it per millimetre?"
+                f"Camera: pixels_per_metre = {self.pixels_per_metre:g} 1/m; must be > 0. Is it per "
+                "millimetre?"
             )
         if axes.shape != (2, 3) or not np.allclose(axes @ axes.T, np.eye(2), atol=1e-9):
             raise InvalidInput("Camera: axes must be two orthonormal rows of three.")
@@ -101,9 +103,7 @@ def _shape_functions(bary: Array, count: int) -> Array:
     if count == 3:
         return bary
     a, b, c = bary
-    return np.array(
-        [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
-    )
+    return np.array([a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a])
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ class Observation:
     """The motion of surface points between frames, y_k = c P S (u_k - u_{k-1}).
 
     Frame 0 is the state of rest from which the model starts; entry k of `flow` is the motion from frame k to
-    frame k + 1. A recording that begins in the middle of a vibration has missing frames before it, in which the
-    unknown pressures bring the model into motion.
+    frame k + 1. A recording that begins in the middle of a vibration has missing frames before it, in which
+    the unknown pressures bring the model into motion.
     """
 
     points: SurfacePoints
@@ -121,8 +121,8 @@ class Observation:
     flow: Array
     """(N, r, 2) pixels per frame; nan where it is missing."""
     sd: ArrayLike = 0.1
-    """[px] Of the flow's error: a number or what broadcasts to (N, r, 2), > 0. Only their ratios count, as the
-    level is estimated with the tissue."""
+    """[px] Of the flow's error: a number or what broadcasts to (N, r, 2), > 0. Only their ratios count, as
+    the level is estimated with the tissue."""
     frame_rate: float = 4000.0
     """[Hz] > 0"""
     closed: NDArray[np.bool_] | None = None

@@ -1,4 +1,5 @@
-"""What is estimated of the tissue: positive parameters, their priors, and how the stiffness depends on them."""
+"""What is estimated of the tissue: positive parameters, their priors, and how the stiffness depends on
+them."""
 
 from __future__ import annotations
 
@@ -47,8 +48,8 @@ class TissueParameter:
     """One positive number, and the fields of the tissue that it sets."""
 
     targets: tuple[str, ...]
-    """``"layer.field"`` or ``"layer.side.field"``. The parameter is the value of the first; the others keep their
-    ratio to it in the scene. A layer without a side means both."""
+    """``"layer.field"`` or ``"layer.side.field"``. The parameter is the value of the first; the others keep
+    their ratio to it in the scene. A layer without a side means both."""
     prior: Prior | None = None
     """Left out: the scene's value as median, and a `log_sd` of 1."""
     name: str = ""
@@ -61,7 +62,8 @@ class TissueParameter:
             layer, _, field = target.rpartition(".")
             if not layer or field not in FIELDS:
                 raise InvalidInput(
-                    f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a field '
+                    f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a '
+                    "field "
                     f"of {', '.join(FIELDS)}.{nearest(field, list(FIELDS))}"
                 )
         if not self.name:
@@ -167,7 +169,9 @@ class TissueParameters:
             if s.field == "viscosity":
                 d_viscosity[s.parameter, s.material] += value
             else:
-                d_stiffness[s.parameter, s.material] += value * _engine.stiffness_derivative(material, s.field)
+                d_stiffness[s.parameter, s.material] += value * _engine.stiffness_derivative(
+                    material, s.field
+                )
         return stiffness, viscosity, d_stiffness, d_viscosity
 
 
@@ -175,7 +179,8 @@ def _materials_of_layer(layer: str, names: Sequence[str]) -> list[int]:
     found = [i for i, name in enumerate(names) if name == layer or name.startswith(layer + ".")]
     if not found:
         raise InvalidInput(
-            f'TissueParameters: layer = "{layer}"; must be {one_of(list(names))}.{nearest(layer, list(names))}'
+            f'TissueParameters: layer = "{layer}"; must be '
+            f"{one_of(list(names))}.{nearest(layer, list(names))}"
         )
     return found
 
@@ -188,7 +193,9 @@ def _field(material: _engine.Material, field: str, where: str) -> float:
             f'TissueParameters: "{where}" is not set in the scene; must be a field that its tissue has.'
         )
     if not value > 0:
-        raise InvalidInput(f"TissueParameters: {where} = {value:g}; must be > 0, as its logarithm is estimated.")
+        raise InvalidInput(
+            f"TissueParameters: {where} = {value:g}; must be > 0, as its logarithm is estimated."
+        )
     return float(value)
 
 

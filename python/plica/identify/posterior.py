@@ -93,7 +93,8 @@ class Posterior:
 
     @property
     def information_eigenvalues(self) -> Array:
-        """(p) ascending, of the information in units of the prior: below 1 the prior tells more than the data."""
+        """(p) ascending, of the information in units of the prior: below 1 the prior tells more than the
+        data."""
         return np.asarray(self._scaled()[0])
 
     @property
@@ -110,8 +111,8 @@ class Posterior:
     def refined_by(self, finer: Posterior) -> Posterior:
         """The finer mesh's posterior, with the shift from this one as a covariance of its own.
 
-        A discretisation that moves the estimate by d when it is refined may well be off by as much again; d d' is
-        added to the covariance. Of quadratic tetrahedra at half the size the remainder is smaller.
+        A discretisation that moves the estimate by d when it is refined may well be off by as much again; d
+        d' is added to the covariance. Of quadratic tetrahedra at half the size the remainder is smaller.
         """
         if finer.names != self.names:
             raise InvalidInput("Posterior: the finer mesh's parameters must be the same.")
@@ -120,7 +121,8 @@ class Posterior:
     # ---- Words -------------------------------------------------------------------------------
 
     def table(self) -> str:
-        """One line a parameter: median, sd, 95 % interval, prior; an sd that the mesh belies is not printed."""
+        """One line a parameter: median, sd, 95 % interval, prior; an sd that the mesh belies is not
+        printed."""
         lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
         low_high = self.interval()
         for j, name in enumerate(self.names):
@@ -140,12 +142,14 @@ class Posterior:
         for j, name in enumerate(self.names):
             if self.belied[j] and self.shift_in_sd is not None:
                 told.append(
-                    f'"{name}" moves by {self.shift_in_sd[j]:+.1f} of its sd when the mesh is refined: the sd of one '
+                    f'"{name}" moves by {self.shift_in_sd[j]:+.1f} of its sd when the mesh is refined: the '
+                    "sd of one "
                     "mesh is not honest. The interval includes the shift."
                 )
             if shares[j] > LEARNED:
                 told.append(
-                    f'"{name}" is hardly learned from this recording: its sd is {100 * shares[j]:.0f} % of the '
+                    f'"{name}" is hardly learned from this recording: its sd is {100 * shares[j]:.0f} % of '
+                    "the "
                     "prior's. What stands in the table is the prior."
                 )
         if self.information_eigenvalues[0] < 1:
