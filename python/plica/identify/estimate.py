@@ -17,17 +17,21 @@ from plica.identify.residuals import residual_test
 __all__ = ["Iteration", "Scoring", "estimate"]
 
 Array = NDArray[np.float64]
-NEAR = 5.0
+NEAR = 2.0
 """[posterior sd] From a step shorter than this on, the curvature is the information at that point,
 corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
 from the information, and plain scoring would swing about the maximum."""
+
+LARGEST_BOOST = 8.0
+"""Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
+pressures, for more than there is: steps that gain more than they promise are lengthened."""
 
 
 @dataclass(frozen=True)
 class Scoring:
     """Options of the iteration."""
 
-    max_iterations: int = 20
+    max_iterations: int = 40
     """>= 1"""
     tolerance: float = 0.05
     """[posterior sd] > 0; the last step is shorter than this."""
@@ -90,6 +94,7 @@ def estimate(
     _require_dependence(likelihood, now)
     value = now.value + likelihood.log_prior(x)
     curvature: Array | None = None
+    boost = 1.0
     for number in range(options.max_iterations):
         gradient = now.gradient - precision @ (x - likelihood.prior_mean)
         information = now.information + precision
@@ -114,14 +119,19 @@ def estimate(
             curvature = information
         if curvature is not None:
             step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
+        else:
+            step *= boost
         step *= min(1.0, options.longest_step / np.abs(step).max())
-        found = _line_search(likelihood, x, step, value, float(step @ gradient), options)
+        promised = float(step @ gradient)
+        found = _line_search(likelihood, x, step, value, promised, options)
         if found is None:
             raise SolveFailed(
                 f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
                 "Is the "
                 "start far from the data, or the tolerance of the model too wide?"
             )
+        gain = (found[2] - value) / promised  # 1/2 where the information is the curvature
+        boost = min(2 * boost, LARGEST_BOOST) if gain > 0.6 else max(1.0, boost / 2)
         moved = found[0] - x
         x, now, value = found
         if curvature is not None:

@@ -190,7 +190,8 @@ class MotionModel:
         """(3 n, q + c): those of the pressure, then those of the collision."""
         if self.forcing.collision is None:
             return self.forcing.patterns
-        return np.ascontiguousarray(np.hstack([self.forcing.patterns, self.forcing.collision]), dtype=float)
+        both = np.concatenate([self.forcing.patterns, self.forcing.collision], axis=1)
+        return np.ascontiguousarray(both).astype(np.float64, copy=False)
 
     def load_times(self) -> Array:
         """(steps) s: t + (1 + alpha) h, when each step takes its load."""
