@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,17 @@ import pytest
 from numpy.typing import NDArray
 
 import plica
-from layered_block import CAMERA, SIZE, drive, layered_mesh, layered_model, layered_scene, patterns, simulated
+from layered_block import (
+    CAMERA,
+    SIZE,
+    drive,
+    layered_mesh,
+    layered_model,
+    layered_scene,
+    patterns,
+    points,
+    simulated,
+)
 from plica import _engine
 from plica.identify import (
     Camera,
@@ -27,6 +38,7 @@ from plica.identify import (
     residual_test,
     whitened,
 )
+from test_estimate_sweep import whole
 
 VISCOSITY = TissueParameter(("cover.viscosity", "ligament.viscosity", "body.viscosity"), name="viscosity")
 NAMES: list[Any] = [VISCOSITY, "cover.E", "cover.mu_fibre", "ligament.mu_fibre"]
@@ -55,6 +67,7 @@ def draws() -> tuple[NDArray[np.float64], list[Posterior]]:
     return np.append(truth.tissue.prior_mean, 0.0), found
 
 
+@pytest.mark.slow
 def test_the_tissue_comes_back(draws: tuple[NDArray[np.float64], list[Posterior]]) -> None:
     """Errors over their sd are standard normal: 60 numbers, of which 95 % intervals hold all but a few.
 
@@ -72,6 +85,7 @@ def test_the_tissue_comes_back(draws: tuple[NDArray[np.float64], list[Posterior]
     assert max(p.iterations for p in found) <= 8
 
 
+@pytest.mark.slow
 def test_the_residuals_are_white_where_the_model_holds(
     draws: tuple[NDArray[np.float64], list[Posterior]],
 ) -> None:
@@ -81,6 +95,7 @@ def test_the_residuals_are_white_where_the_model_holds(
     assert all(not p.residuals.sentences() for p in draws[1])
 
 
+@pytest.mark.slow
 def test_intervals_correlation_and_identifiability_fit_together(
     draws: tuple[NDArray[np.float64], list[Posterior]],
 ) -> None:
@@ -99,9 +114,7 @@ def test_intervals_correlation_and_identifiability_fit_together(
         p.interval(1.0)
 
 
-def test_whitened_residuals_are_the_cholesky_factor_s(
-    draws: tuple[NDArray[np.float64], list[Posterior]],
-) -> None:
+def test_whitened_residuals_are_the_cholesky_factor_s() -> None:
     """Frame by frame is the whole vector over the whole factor."""
     rng = np.random.default_rng(3)
     flow = simulated(layered_model(["cover.E"], np.ones((6, 12, 2))), rng)
@@ -110,8 +123,6 @@ def test_whitened_residuals_are_the_cholesky_factor_s(
     model = layered_model(["cover.E"], flow, sd=rng.uniform(0.05, 0.2, (1, 12, 2)))
     likelihood = MarginalLikelihood(model, Noise(80.0, 1.2))
     at = likelihood.evaluate(likelihood.prior_mean)
-    from test_estimate_sweep import whole
-
     T = whole(at.responses.lags[0])
     weights = model.observation.weights.ravel()
     there = weights > 0
@@ -171,11 +182,10 @@ def test_a_parameter_that_nothing_depends_on_is_named() -> None:
         estimate(MarginalLikelihood(model))
 
 
+@pytest.mark.slow
 def test_the_shift_of_a_finer_mesh_widens_the_posterior_and_belies_the_sd(
     draws: tuple[NDArray[np.float64], list[Posterior]],
 ) -> None:
-    from dataclasses import replace
-
     coarse = draws[1][0]
     sd = np.sqrt(np.diag(coarse.statistical_covariance))
     shift = np.array([3.0, 0.1, 0.0, -0.2, 0.0]) * sd
@@ -190,7 +200,8 @@ def test_the_shift_of_a_finer_mesh_widens_the_posterior_and_belies_the_sd(
     assert not any("Only one mesh" in text for text in both.warnings())
 
 
-def test_ignored_collisions_bias_and_unknown_forces_mend_it() -> None:
+@pytest.mark.slow
+def test_unknown_forces_in_closed_frames_stand_for_collisions() -> None:
     """Forces of 800 Pa on the medial face in six frames that are called closed."""
     mesh, rng = layered_mesh(), np.random.default_rng(11)
     medial = patterns(mesh)[:, 1:]
@@ -207,7 +218,7 @@ def test_ignored_collisions_bias_and_unknown_forces_mend_it() -> None:
     mended = estimate(MarginalLikelihood(layered_model(NAMES, flow, mesh, **given)))
     score = (mended.mean - truth.tissue.prior_mean) / mended.sd
     assert np.abs(score).max() < 3
-    assert np.abs((ignored.mean - truth.tissue.prior_mean) / ignored.sd).max() > np.abs(score).max()
+    assert (mended.sd[:3] < ignored.sd[:3]).all()  # unknown pressures take the blame, and say so
     assert mended.log_likelihood > ignored.log_likelihood + 50
     assert mended.noise.pressure < 0.5 * ignored.noise.pressure
 
@@ -243,8 +254,6 @@ def model_with(**changes: Any) -> MotionModel:
         "forcing": {},
         "observation": {},
     } | changes
-    from layered_block import points
-
     observation = Observation(points(mesh), CAMERA, given["flow"], **given["observation"])
     forcing = Forcing(**{"patterns": patterns(mesh), "drive": drive(4)} | given["forcing"])
     return MotionModel(given["scene"], given["parameters"], observation, forcing, mesh=mesh)

@@ -10,11 +10,13 @@ them with a scene; `MarginalLikelihood` is a function of log theta, and `estimat
 from plica.identify.em import EMResult, em
 from plica.identify.estimate import Iteration, Scoring, estimate
 from plica.identify.evolution import Evolution, hht_evolution
+from plica.identify.forcing import Forcing
 from plica.identify.frames import compose, frame_difference
 from plica.identify.kalman import Filtered, kalman_filter, log_likelihood
-from plica.identify.likelihood import Evaluation, MarginalLikelihood, Noise
+from plica.identify.likelihood import Evaluation, MarginalLikelihood
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
-from plica.identify.model import Forcing, MotionModel, Responses
+from plica.identify.model import MotionModel, Responses
+from plica.identify.noise_levels import Noise
 from plica.identify.observation import Camera, Observation, SurfacePoints
 from plica.identify.parameters import Prior, TissueParameter, TissueParameters
 from plica.identify.posterior import Posterior

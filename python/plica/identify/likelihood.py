@@ -13,27 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg, optimize
+from scipy import linalg
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.identify.model import MotionModel, Responses
+from plica.identify.noise_levels import Noise, profiled
 
-__all__ = ["Evaluation", "MarginalLikelihood", "Noise"]
+__all__ = ["Evaluation", "MarginalLikelihood"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Noise:
-    """The levels of the two noises."""
-
-    pressure: float
-    """[Pa] sigma_p"""
-    flow: float
-    """[-] sigma_v, a factor on the observation's sd"""
-    collision: float = 0.0
-    """[Pa] sigma_c"""
 
 
 @dataclass(frozen=True)
@@ -200,87 +189,17 @@ class MarginalLikelihood:
         weighted = self._weights * error
         gram = self._gram(lags, lags)
         projected = self._gathered(lags, weighted)[:, 0]
-        noise = self.fixed_noise or self._profiled(gram, projected, float(np.sum(weighted * error)))
+        square = float(np.sum(weighted * error))
+        pressures = len(self._pressures)
+        noise = self.fixed_noise or profiled(
+            gram, projected, square, self._count, pressures, self._collision_sd
+        )
         return _Solved(self, mean, lags, error, gram, projected, noise)
 
     @property
     def _collision_sd(self) -> float | None:
         """Held, over sigma_v; None where it is estimated or there are no collisions."""
         return self.model.forcing.collision_sd if len(self._collisions) else None
-
-    def _profiled(self, gram: Array, projected: Array, square: float) -> Noise:
-        """The noise levels of the highest likelihood: their ratios are searched, sigma_v is closed."""
-        p, held = len(self._pressures), self._collision_sd
-        if len(self._collisions) and held is None:
-            return self._profiled_with_collisions(gram, projected, square)
-        inner, right = gram[:p, :p], projected[:p]
-        if held is not None:  # these go first: their ratio to sigma_v does not change
-            factor = linalg.cho_factor(gram[p:, p:] + np.eye(len(gram) - p) / held**2, lower=True)
-            inner = inner - gram[:p, p:] @ linalg.cho_solve(factor, gram[p:, :p])
-            right = right - gram[:p, p:] @ linalg.cho_solve(factor, projected[p:])
-            square = square - projected[p:] @ linalg.cho_solve(factor, projected[p:])
-        if not p or not inner.any():
-            flow = math.sqrt(square / self._count)
-            return Noise(0.0, flow, (held or 0.0) * flow)
-        values, vectors = linalg.eigh(inner)
-        values, squares = np.maximum(values, 0), (vectors.T @ right) ** 2
-
-        def level(log_ratio: float) -> float:
-            ratio = math.exp(log_ratio)
-            return (square - float(np.sum(squares * ratio / (1 + ratio * values)))) / self._count
-
-        def cost(log_ratio: float) -> float:
-            variance = level(log_ratio)
-            if variance <= 0:
-                return math.inf
-            return self._count * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum())
-
-        grid = -math.log(values[-1]) + np.linspace(-10, 30, 41)
-        best = int(np.argmin([cost(g) for g in grid]))
-        low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
-        flow = math.sqrt(level(found.x))
-        return Noise(flow * math.exp(0.5 * found.x), flow, (held or 0.0) * flow)
-
-    def _profiled_with_collisions(self, gram: Array, projected: Array, square: float) -> Noise:
-        """Both ratios at once, by the likelihood's gradient: w' Q^-1 w / sigma_v^2 - (i - tr S^-1 Q^-1) a
-        class."""
-        p, i = len(self._pressures), len(gram)
-        classes = [k for k in (slice(0, p), slice(p, i)) if k.stop > k.start]
-        middle = -math.log(float(np.diag(gram).mean()))
-
-        def cost(logs: Array) -> tuple[float, Array]:
-            inverse_Q = np.empty(i)
-            for k, log_ratio in zip(classes, logs, strict=True):
-                inverse_Q[k] = math.exp(-log_ratio)
-            factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
-            w = linalg.cho_solve(factor, projected)
-            variance = (square - float(projected @ w)) / self._count
-            shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(i)))
-            log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
-            value = self._count * math.log(variance) + log_det
-            gradient = [
-                float(np.sum(1 - shares[k]) - np.sum(w[k] ** 2 * inverse_Q[k]) / variance) for k in classes
-            ]
-            return value, np.array(gradient)
-
-        bounds = [(middle - 12, middle + 25)] * len(classes)
-        starts = [np.full(len(classes), middle + shift) for shift in (2.0, 10.0)]
-        ends = [
-            optimize.minimize(
-                cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-15, "gtol": 1e-7}
-            )
-            for start in starts
-        ]
-        logs = min(ends, key=lambda end: float(end.fun)).x
-        ratios = dict(zip([k.start for k in classes], np.exp(0.5 * logs), strict=True))
-        pressure, collision = (float(ratios.get(0, 0.0)) if p else 0.0), float(ratios[p])
-        inverse_Q = np.concatenate(
-            [np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)]
-        )
-        w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
-        flow = math.sqrt((square - float(projected @ w)) / self._count)
-        return Noise(pressure * flow, flow, collision * flow)
 
     # ---- Gradient and information ------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from plica.errors import InvalidInput
-from plica.identify.likelihood import Noise
+from plica.identify.noise_levels import Noise
 from plica.identify.residuals import ResidualTest
 
 __all__ = ["Posterior"]
