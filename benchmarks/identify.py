@@ -281,7 +281,33 @@ def refined(arguments: argparse.Namespace) -> dict[str, Any]:
     for share in (1.0, 0.25):  # the mean motion is linear in the drive
         print(f"\n==== known pressure {share * arguments.drive:g} Pa")
         out[f"{share * arguments.drive:g} Pa"] = both_meshes(bench, truth, studies, share, arguments.draws)
+    for draw in range(arguments.whole):
+        iterated(bench, truth, studies, 0.25, arguments.drive, draw)
     return out
+
+
+def iterated(
+    bench: Bench, truth: Responses, studies: list[Study], share: float, drive: float, draw: int
+) -> None:
+    """One draw estimated to the end on both meshes, from its prior's medians, beside the one step."""
+    rng = np.random.default_rng(2000 + draw)
+    flow = bench.recording(Responses(share * truth.mean, truth.lags), rng)
+    offset = offsets(SEVEN, studies[0].bench, rng)
+    start = None
+    for study in studies:
+        known = Responses(share * study.responses.mean, study.responses.lags)
+        step, covariance = study.one_step(flow, offset, known)
+        model = study.bench.model(parameters(SEVEN, offset[:-1]), flow, share * drive)
+        began = time.perf_counter()
+        found = estimate(MarginalLikelihood(model), start)
+        seconds, start = time.perf_counter() - began, found.mean
+        sd = np.sqrt(np.diag(covariance))
+        error = (found.mean - study.truth) / sd
+        print(
+            f"draw {draw}, {study.bench.unknowns} unknowns: {found.iterations} iterations, {seconds:.0f} s; "
+            f"error in sd {np.round(error, 2)}, of the one step {np.round(step / sd, 2)}",
+            flush=True,
+        )
 
 
 def both_meshes(
