@@ -66,11 +66,12 @@ def layered_model(
     sd: Any = 0.1,
     closed: NDArray[np.bool_] | None = None,
     seen: SurfacePoints | None = None,
+    camera: Camera = CAMERA,
     **forcing: Any,
 ) -> MotionModel:
     """A model of the block that sees flow (N, r, 2)."""
     mesh = layered_mesh() if mesh is None else mesh
-    observation = Observation(points(mesh) if seen is None else seen, CAMERA, flow, sd=sd, closed=closed)
+    observation = Observation(points(mesh) if seen is None else seen, camera, flow, sd=sd, closed=closed)
     given = {"drive": drive(len(flow))} | forcing
     return MotionModel(layered_scene(), parameters, observation, Forcing(patterns(mesh), **given), mesh=mesh)
 

@@ -319,6 +319,7 @@ def test_what_does_not_fit_is_refused(changes: dict[str, Any], text: str) -> Non
         (lambda: Prior(-1.0), "median = -1; must be > 0"),
         (lambda: Prior(1.0, 0.0), "log_sd = 0; must be > 0"),
         (lambda: Camera(0.0), "pixels_per_metre = 0 1/m; must be > 0"),
+        (lambda: Camera(1.0, tilt_sd=-1.0), "tilt_sd = -1 rad; must be >= 0"),
         (lambda: Camera(1.0, np.ones((2, 3))), "two orthonormal rows"),
         (lambda: Scoring(max_iterations=0), "max_iterations = 0; must be > 0"),
         (
@@ -369,3 +370,22 @@ def test_rows_are_pixels_along_the_camera_s_axes() -> None:
     assert np.allclose(
         camera.towards, [np.sin(0.1) * np.cos(0.2), -np.sin(0.2), np.cos(0.1) * np.cos(0.2)], atol=0.03
     )
+
+
+def test_an_unknown_tilt_is_estimated_with_the_tissue() -> None:
+    """Ten degrees about each axis, seen by a camera that believes to look straight down."""
+    tilt, rng = np.deg2rad([10.0, -10.0]), np.random.default_rng(13)
+    truth = layered_model(NAMES, np.ones((FRAMES, 12, 2)), camera=CAMERA.tilted(*tilt))
+    flow = simulated(truth, rng, pressure=5.0)
+    known = replace(CAMERA, tilt_sd=0.2)
+    found = estimate(MarginalLikelihood(layered_model(NAMES, flow, camera=known)))
+    exact = np.append(truth.tissue.prior_mean, tilt)
+    assert np.abs((found.mean - exact) / found.sd).max() < 3.5
+    assert (found.sd[4:] < 0.5 * known.tilt_sd).all()
+    assert found.median[4:] == pytest.approx(found.mean[4:])
+    assert found.interval()[4:] == pytest.approx(
+        found.mean[4:, None] + 1.959964 * found.sd[4:, None] * [-1, 1]
+    )
+    assert "tilt about x" in found.table()
+    straight = MarginalLikelihood(layered_model(NAMES, flow)).value(found.mean[:4])
+    assert found.log_likelihood > straight + 10

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -11,7 +12,17 @@ from numpy.typing import NDArray
 from scipy import optimize, sparse
 
 import plica
-from layered_block import STEP, drive, layered_mesh, layered_model, layered_scene, patterns, points, simulated
+from layered_block import (
+    CAMERA,
+    STEP,
+    drive,
+    layered_mesh,
+    layered_model,
+    layered_scene,
+    patterns,
+    points,
+    simulated,
+)
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, SurfacePoints, TissueParameter, estimate
 from plica.phonation.run.build import fixed_components, materials_of
@@ -264,3 +275,19 @@ def test_tied_targets_keep_their_ratio() -> None:
     made = model.tissue.materials(np.log([0.28]))
     assert [m.viscosity for m in made] == pytest.approx([0.7, 0.35, 0.28])
     assert points(layered_mesh()).nodes.shape == (12, 6)
+
+
+def test_the_gradient_by_the_camera_s_tilt_is_a_central_difference() -> None:
+    rng = np.random.default_rng(9)
+    flow, _ = recorded(rng)
+    model = layered_model(NAMES, flow, gain_sd=0.5, camera=replace(CAMERA, tilt_sd=0.1))
+    likelihood = MarginalLikelihood(model)
+    assert likelihood.names[3:] == ("tilt about x", "tilt about y", "gain")
+    x, h = likelihood.prior_mean + 0.1 * rng.normal(size=6), 1e-3
+    gradient = likelihood.evaluate(x).gradient
+    for j in (3, 4):
+        e = h * np.eye(6)[j]
+        a, b, c, d = (likelihood.value(x + k * e) for k in (-2, -1, 1, 2))
+        difference = (a - 8 * b + 8 * c - d) / (12 * h)
+        assert abs(difference) > 1e-2
+        assert abs(gradient[j] - difference) < 1e-6 * abs(gradient).max()

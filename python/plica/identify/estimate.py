@@ -114,6 +114,7 @@ def estimate(
                 log_likelihood=now.value,
                 iterations=number,
                 residuals=residual_test(likelihood, now),
+                logarithmic=likelihood.logarithmic,
             )
         if curvature is None and length < NEAR:
             curvature = information

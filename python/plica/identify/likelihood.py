@@ -23,6 +23,7 @@ from plica.identify.noise_levels import Noise, profiled
 __all__ = ["Evaluation", "MarginalLikelihood"]
 
 Array = NDArray[np.float64]
+_TILT = ("tilt about x", "tilt about y")
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,9 @@ class MarginalLikelihood:
 
     Notes
     -----
-    The coordinates x (p) are the logarithms of the model's parameters and, where the forcing has a
-    `gain_sd`, that of the gain. `value_and_gradient` is what an optimiser or a sampler calls::
+    The coordinates x (p) are the logarithms of the model's parameters, the camera's two tilts (rad) where
+    it has a `tilt_sd`, and, where the forcing has a `gain_sd`, that of the gain. `value_and_gradient` is
+    what an optimiser or a sampler calls::
 
         result = scipy.optimize.minimize(
             lambda x: [-part for part in likelihood.value_and_gradient(x)], start, jac=True)
@@ -92,26 +94,42 @@ class MarginalLikelihood:
     @property
     def names(self) -> tuple[str, ...]:
         """(p) of the coordinates."""
-        return self.model.tissue.names + (("gain",) if self._has_gain else ())
+        return self.model.tissue.names + _TILT * self._tilts + ("gain",) * self._has_gain
 
     @property
     def units(self) -> tuple[str, ...]:
         """(p)"""
-        return self.model.tissue.units + (("",) if self._has_gain else ())
+        return self.model.tissue.units + ("rad", "rad") * self._tilts + ("",) * self._has_gain
+
+    @property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """(p) Whether the coordinate is a logarithm; angles are not."""
+        return ~np.isin(self.names, _TILT)
 
     @property
     def prior_mean(self) -> Array:
         """(p)"""
-        return np.append(self.model.tissue.prior_mean, [0.0] * self._has_gain)
+        return np.append(self.model.tissue.prior_mean, np.zeros(2 * self._tilts + self._has_gain))
 
     @property
     def prior_sd(self) -> Array:
         """(p)"""
-        return np.append(self.model.tissue.prior_sd, [self.model.forcing.gain_sd] * self._has_gain)
+        nuisances = [self.model.observation.camera.tilt_sd] * (2 * self._tilts)
+        nuisances += [self.model.forcing.gain_sd] * self._has_gain
+        return np.append(self.model.tissue.prior_sd, nuisances)
 
     @property
     def _has_gain(self) -> bool:
         return self.model.forcing.gain_sd > 0
+
+    @property
+    def _tilts(self) -> bool:
+        return self.model.observation.camera.tilt_sd > 0
+
+    def _responses(self, at: Array, derivatives: bool) -> Responses:
+        count = len(self.model.tissue.names)
+        tilt = (float(at[count]), float(at[count + 1])) if self._tilts else (0.0, 0.0)
+        return self.model.responses(at[:count], derivatives, tilt)
 
     def log_prior(self, x: Array) -> float:
         """The Gaussian prior of the coordinates, without its constant."""
@@ -135,7 +153,7 @@ class MarginalLikelihood:
     def value(self, x: ArrayLike) -> float:
         """log p(y | x) without the prior and without derivatives: a sweep shorter by the factor 1 + p."""
         at = self._point(x)
-        responses = self.model.responses(at[: len(self.model.tissue.names)], derivatives=False)
+        responses = self._responses(at, derivatives=False)
         return self._solved(at, responses).value
 
     def evaluate(self, x: ArrayLike) -> Evaluation:
@@ -143,7 +161,7 @@ class MarginalLikelihood:
         at = self._point(x)
         if self._last is not None and np.array_equal(self._last.point, at):
             return self._last
-        responses = self.model.responses(at[: len(self.model.tissue.names)])
+        responses = self._responses(at, derivatives=True)
         self._last = self._differentiated(at, responses)
         return self._last
 

@@ -102,7 +102,7 @@ class MotionModel:
         self._engine = _engine.AffineTissue(
             mesh, materials, names, cell_material, fixed_components(scene, mesh)
         )
-        self._observed, self._seen = observation.displacements()
+        self._observed = observation.displacements()[0]
         self._tolerance = tolerance
 
     def seeing(self, flow: Array) -> MotionModel:
@@ -132,11 +132,14 @@ class MotionModel:
         """(steps) s: t + (1 + alpha) h, when each step takes its load."""
         return np.asarray(self.step * (np.arange(self.steps) + 1 + self.alpha), dtype=np.float64)
 
-    def responses(self, log_theta: Array, derivatives: bool = True) -> Responses:
+    def responses(
+        self, log_theta: Array, derivatives: bool = True, tilt: tuple[float, float] = (0.0, 0.0)
+    ) -> Responses:
         """Mean and lags at log theta (p), with their derivatives: one factorisation, one sweep.
 
-        Without derivatives the sweep is shorter by a factor 1 + p. Raises InvalidInput where a material would
-        store no energy, SolveFailed.
+        Those with respect to the camera's tilt (rad), where it has a prior, come last. Without derivatives
+        the sweep is shorter by a factor 1 + p. Raises InvalidInput where a material would store no energy,
+        SolveFailed.
         """
         stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(
             np.asarray(log_theta, dtype=float)
@@ -156,12 +159,24 @@ class MotionModel:
             step=self.step,
             tolerance=self._tolerance,
         )
+        camera = self.observation.camera
+        parts = [self._seen_along(camera.tilted(*tilt).axes, impulse)]
+        if derivatives and camera.tilt_sd:
+            width = patterns.shape[1]
+            parts += [
+                self._seen_along(axes, impulse[:, :, :width]) for axes in camera.tilt_derivatives(*tilt)
+            ]
+        seen = np.concatenate(parts, axis=1)
+        return Responses(self._mean(seen), self._lags(seen), impulse.shape[2])
+
+    def _seen_along(self, axes: Array, impulse: Array) -> Array:
+        """Positions in the image, (steps, kinds, m, q + c), of displacements (steps, o, kinds (q + c))."""
         steps, observed, columns = impulse.shape
-        rows = self._seen @ np.moveaxis(impulse, 1, 0).reshape(observed, steps * columns)
-        kinds = 1 + len(d_stiffness)
-        # (steps, kinds, m, q + c)
-        seen = rows.reshape(-1, steps, kinds, patterns.shape[1]).transpose(1, 2, 0, 3)
-        return Responses(self._mean(seen), self._lags(seen), columns)
+        width = self.patterns.shape[1]
+        flat = np.moveaxis(impulse, 1, 0).reshape(observed, steps * columns)
+        rows = self.observation.displacements(axes)[1] @ flat
+        seen: Array = rows.reshape(-1, steps, columns // width, width).transpose(1, 2, 0, 3)
+        return seen
 
     def _frames(self, position: Array) -> Array:
         """From positions after each step to motions from frame to frame."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,9 +26,15 @@ class Camera:
     """(2, 3) The image's x and y axis in the coordinates of the mesh, orthonormal; left out: seen from
     above."""
 
+    tilt_sd: float = 0.0
+    """[rad] Prior standard deviation of two small rotations about the image's axes, which are then
+    estimated with the tissue; 0: the axes are known."""
+
     def __post_init__(self) -> None:
         axes = np.asarray(self.axes, dtype=float)
         object.__setattr__(self, "axes", axes)
+        if not (np.isfinite(self.tilt_sd) and self.tilt_sd >= 0):
+            raise InvalidInput(f"Camera: tilt_sd = {self.tilt_sd:g} rad; must be >= 0. 5 degrees are 0.087.")
         if not (np.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
             raise InvalidInput(
                 f"Camera: pixels_per_metre = {self.pixels_per_metre:g} 1/m; must be > 0. Is it per "
@@ -38,13 +44,22 @@ class Camera:
             raise InvalidInput("Camera: axes must be two orthonormal rows of three.")
 
     def tilted(self, about_x: float, about_y: float) -> Camera:
-        """The camera turned by small angles (rad) about the image's own axes."""
-        z = np.cross(self.axes[0], self.axes[1])
-        c, s = np.cos(about_y), np.sin(about_y)
-        x = c * self.axes[0] - s * z
-        z = s * self.axes[0] + c * z
-        c, s = np.cos(about_x), np.sin(about_x)
-        return Camera(self.pixels_per_metre, np.array([x, c * self.axes[1] + s * z]))
+        """The camera turned about the image's y axis, then about its x axis (rad)."""
+        return replace(self, axes=self._turned(about_x, about_y)[0])
+
+    def tilt_derivatives(self, about_x: float, about_y: float) -> tuple[Array, Array]:
+        """Of the axes (2, 3) of `tilted`, with respect to its two angles."""
+        return self._turned(about_x, about_y)[1:]
+
+    def _turned(self, about_x: float, about_y: float) -> tuple[Array, Array, Array]:
+        x, y = self.axes
+        z = np.cross(x, y)
+        cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
+        turned_z = sy * x + cy * z
+        axes = np.array([cy * x - sy * z, cx * y + sx * turned_z])
+        by_x = np.array([np.zeros(3), -sx * y + cx * turned_z])
+        by_y = np.array([-sy * x - cy * z, sx * (cy * x - sy * z)])
+        return axes, by_x, by_y
 
     @property
     def towards(self) -> Array:
@@ -170,13 +185,14 @@ class Observation:
         """(N, 2 r) 1 / sd^2 in 1/px^2, zero where missing."""
         return np.where(np.isnan(self.flow), 0.0, 1.0 / np.asarray(self.sd) ** 2).reshape(self.frames, -1)
 
-    def displacements(self) -> tuple[NDArray[np.int32], sparse.csr_array]:
-        """The unknowns that are seen (o), and the map (2 r, o) px/m from their displacement to image rows."""
+    def displacements(self, axes: Array | None = None) -> tuple[NDArray[np.int32], sparse.csr_array]:
+        """The unknowns that are seen (o), and the map (2 r, o) px/m from their displacement to image rows,
+        along the camera's axes or those given (2, 3)."""
         nodes, weights = self.points.nodes, self.points.weights
         used, place = np.unique(nodes, return_inverse=True)
         place = place.reshape(nodes.shape)
         unknowns = (3 * used[:, None] + np.arange(3)).ravel().astype(np.int32)
-        scaled = self.camera.pixels_per_metre * self.camera.axes
+        scaled = self.camera.pixels_per_metre * (self.camera.axes if axes is None else axes)
         r, k = nodes.shape
         rows = np.broadcast_to((2 * np.arange(r)[:, None, None, None] + np.arange(2)[:, None]), (r, k, 2, 3))
         columns = np.broadcast_to(3 * place[:, :, None, None] + np.arange(3), (r, k, 2, 3))

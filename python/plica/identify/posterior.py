@@ -40,7 +40,15 @@ class Posterior:
     residuals: ResidualTest
     mesh_shift: Array | None = None
     """(p) log theta on this mesh minus that on a coarser one; None where no second mesh was tried"""
+    logarithmic: NDArray[np.bool_] | None = None
+    """(p) Whether the coordinate is a logarithm, as all are but angles; None: all"""
     notes: tuple[str, ...] = field(default=())
+
+    def _values(self, x: Array) -> Array:
+        """Coordinates (p) or (p, k) in `units`."""
+        if self.logarithmic is None:
+            return np.asarray(np.exp(x))
+        return np.asarray(np.where(self.logarithmic.reshape(-1, *[1] * (x.ndim - 1)), np.exp(x), x))
 
     @property
     def statistical_covariance(self) -> Array:
@@ -55,13 +63,13 @@ class Posterior:
 
     @property
     def sd(self) -> Array:
-        """(p) of log theta, which is the relative one where small; the mesh shift is in it."""
+        """(p) of log theta, which is the relative one where small, and of angles; the mesh shift is in it."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
     def median(self) -> Array:
         """(p) theta, in `units`."""
-        return np.asarray(np.exp(self.mean))
+        return self._values(self.mean)
 
     @property
     def correlation(self) -> Array:
@@ -87,7 +95,7 @@ class Posterior:
         if not 0 < level < 1:
             raise InvalidInput(f"Posterior: level = {level:g}; must be in (0, 1).")
         half = math.sqrt(2) * float(special.erfinv(level)) * self.sd
-        return np.asarray(np.exp(np.column_stack([self.mean - half, self.mean + half])))
+        return self._values(np.column_stack([self.mean - half, self.mean + half]))
 
     # ---- Identifiability ---------------------------------------------------------------------
 
@@ -125,10 +133,13 @@ class Posterior:
         printed."""
         lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
         low_high = self.interval()
+        spread = 1.959964 * self.prior_sd
+        priors = self._values(np.column_stack([self.prior_mean - spread, self.prior_mean + spread]))
         for j, name in enumerate(self.names):
-            spread = 1.959964 * self.prior_sd[j]
-            prior = np.exp(self.prior_mean[j] + np.array([-spread, spread]))
-            sd = "refused" if self.belied[j] else f"{100 * self.sd[j]:.1f} %"
+            prior = priors[j]
+            relative = self.logarithmic is None or self.logarithmic[j]
+            sd = f"{100 * self.sd[j]:.1f} %" if relative else f"{self.sd[j]:.2g}"
+            sd = "refused" if self.belied[j] else sd
             lines.append(
                 f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  "
                 f"{low_high[j, 0]:10.4g} - {low_high[j, 1]:10.4g}  {prior[0]:10.4g} - {prior[1]:10.4g}"
