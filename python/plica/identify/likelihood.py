@@ -13,10 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
-from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
+from plica.identify.input_space import InputSpace, Solved
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise, profiled
 
@@ -76,19 +75,8 @@ class MarginalLikelihood:
             )
         self.model, self.fixed_noise = model, noise
         observation, forcing = model.observation, model.forcing
-        self._y, self._weights = observation.rows, observation.weights
-        self._count = int(np.count_nonzero(self._weights))
-        frames, q = observation.frames, forcing.patterns.shape[1]
-        c = 0 if forcing.collision is None else np.shape(forcing.collision)[1]
-        scale = np.zeros((frames, q + c))
-        scale[:, :q] = forcing.noise
-        collides = np.zeros((frames, q + c), dtype=bool)
-        collides[:, q:] = np.asarray(observation.closed)[:, None]
-        seen = np.flatnonzero(self._weights.any(axis=1))[-1]  # later inputs move nothing that is seen
-        scale[seen + 1 :], collides[seen + 1 :] = 0, False
-        self._pressures, self._collisions = np.flatnonzero(scale.ravel()), np.flatnonzero(collides.ravel())
-        self._chosen = np.concatenate([self._pressures, self._collisions])
-        self._scale = np.concatenate([scale.ravel()[self._pressures], np.ones(len(self._collisions))])
+        self._y = observation.rows
+        self.inputs = InputSpace(observation, forcing)
         self._last: Evaluation | None = None
 
     @property
@@ -177,47 +165,19 @@ class MarginalLikelihood:
             raise InvalidInput(f"MarginalLikelihood: x must be {len(self.names)} finite numbers.")
         return at
 
-    # ---- What T' W T tells -------------------------------------------------------------------
-
-    def _gram(self, first: Array, second: Array) -> Array:
-        """first' W second of the inputs there are, (i, i)."""
-        whole = _engine.toeplitz_gram(first, second, self._weights)
-        chosen: Array = np.asarray(whole)[np.ix_(self._chosen, self._chosen)]
-        chosen *= self._scale[:, None]
-        chosen *= self._scale
-        return chosen
-
-    def _gathered(self, lags: Array, rows: Array) -> Array:
-        """lags' rows of the inputs there are, (i, k); rows (N, m, k) or (N, m)."""
-        flat = np.ascontiguousarray(rows.reshape(self._y.size, -1))
-        whole = np.asarray(_engine.toeplitz_transposed_product(lags, flat))
-        gathered: Array = whole[self._chosen] * self._scale[:, None]
-        return gathered
-
-    def _spread(self, lags: Array, inputs: Array) -> Array:
-        """lags times inputs (i), (N, m)."""
-        whole = np.zeros((self._y.shape[0] * lags.shape[2], 1))
-        whole[self._chosen, 0] = self._scale * inputs
-        return np.asarray(_engine.toeplitz_product(lags, whole)).reshape(self._y.shape)
-
-    def _solved(self, at: Array, responses: Responses) -> _Solved:
+    def _solved(self, at: Array, responses: Responses) -> Solved:
         gain = math.exp(at[-1]) if self._has_gain else 1.0
         mean, lags = gain * responses.mean[0], responses.lags[0]
-        error = np.where(self._weights > 0, self._y - mean, 0.0)
-        weighted = self._weights * error
-        gram = self._gram(lags, lags)
-        projected = self._gathered(lags, weighted)[:, 0]
+        error = np.where(self.inputs.weights > 0, self._y - mean, 0.0)
+        weighted = self.inputs.weights * error
+        gram = self.inputs.gram(lags, lags)
+        projected = self.inputs.gathered(lags, weighted)[:, 0]
         square = float(np.sum(weighted * error))
-        pressures = len(self._pressures)
+        pressures = self.inputs.pressures
         noise = self.fixed_noise or profiled(
-            gram, projected, square, self._count, pressures, self._collision_sd
+            gram, projected, square, self.inputs.count, pressures, self.inputs.held_collision_sd
         )
-        return _Solved(self, mean, lags, error, gram, projected, noise)
-
-    @property
-    def _collision_sd(self) -> float | None:
-        """Held, over sigma_v; None where it is estimated or there are no collisions."""
-        return self.model.forcing.collision_sd if len(self._collisions) else None
+        return Solved(self.inputs, mean, lags, error, gram, projected, noise)
 
     # ---- Gradient and information ------------------------------------------------------------
 
@@ -226,28 +186,28 @@ class MarginalLikelihood:
         gain = math.exp(at[-1]) if self._has_gain else 1.0
         tissue = responses.lags.shape[0] - 1
         means = [gain * d for d in responses.mean[1:]] + ([s.mean] if self._has_gain else [])
-        moved = np.stack([np.where(self._weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
-        weighted = self._weights[..., None] * moved
+        moved = np.stack([np.where(self.inputs.weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
+        weighted = self.inputs.weights[..., None] * moved
         count = len(means)
         variance = s.noise.flow**2
-        residual_weighted = self._weights * s.residual
-        T_moved = self._gathered(s.lags, weighted)  # (i, p)
+        residual_weighted = self.inputs.weights * s.residual
+        T_moved = self.inputs.gathered(s.lags, weighted)  # (i, p)
         S_T_moved = s.solve(T_moved)
         gradient = np.einsum("nmp,nm->p", moved, residual_weighted) / variance
         information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ S_T_moved) / variance
         # the covariance moves as well
         D = responses.lags[1:]
-        X = [self._gram(s.lags, D[j]) for j in range(tissue)]
+        X = [self.inputs.gram(s.lags, D[j]) for j in range(tissue)]
         SX = [s.solve(x) for x in X]
         wide = s.prior_variance  # Q
         excess = np.diag(wide) - s.inverse
         traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (count - tissue))
         for j in range(tissue):
-            gathered = self._gathered(D[j], residual_weighted)[:, 0]
+            gathered = self.inputs.gathered(D[j], residual_weighted)[:, 0]
             gradient[j] += s.inputs @ gathered / variance - traces[j]
             X_excess = X[j] @ excess
             for i in range(j + 1):
-                Z = np.sum(self._gram(D[j], D[i]) * excess) - np.sum(X_excess * SX[i])
+                Z = np.sum(self.inputs.gram(D[j], D[i]) * excess) - np.sum(X_excess * SX[i])
                 second = np.sum(SX[i] * SX[j].T) + Z
                 information[i, j] += second
                 if i != j:
@@ -255,22 +215,22 @@ class MarginalLikelihood:
         if self.fixed_noise is None:
             information = self._without_noise(information, s, SX, traces)
         return Evaluation(
-            at, s.value, gradient, information, s.noise, s.inputs * self._scale, s.residual, responses
+            at, s.value, gradient, information, s.noise, s.inputs * self.inputs.scale, s.residual, responses
         )
 
-    def _without_noise(self, information: Array, s: _Solved, SX: list[Array], traces: Array) -> Array:
+    def _without_noise(self, information: Array, s: Solved, SX: list[Array], traces: Array) -> Array:
         """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
         information."""
-        p, i = len(self._pressures), len(s.inverse)
+        p, i = self.inputs.pressures, len(s.inverse)
         classes = []
         if p and s.noise.pressure > 0:
             classes.append(slice(0, p))
-        if i > p and self._collision_sd is None and s.noise.collision > 0:
+        if i > p and self.inputs.held_collision_sd is None and s.noise.collision > 0:
             classes.append(slice(p, i))
         shrunk = np.eye(i) - s.inverse / s.prior_variance  # S^-1 T' W T
         levels = len(classes) + 1
         own, cross = np.zeros((levels, levels)), np.zeros((len(information), levels))
-        own[-1, -1], cross[:, -1] = 0.5 * self._count, traces
+        own[-1, -1], cross[:, -1] = 0.5 * self.inputs.count, traces
         for a, k in enumerate(classes):
             own[a, -1] = own[-1, a] = 0.5 * np.trace(shrunk[k, k])
             for b, other in enumerate(classes):
@@ -279,50 +239,3 @@ class MarginalLikelihood:
                 cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
         reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
         return reduced
-
-
-class _Solved:
-    """S = Q^-1 + T' W T at one point, and what follows from its factor."""
-
-    def __init__(
-        self,
-        whole: MarginalLikelihood,
-        mean: Array,
-        lags: Array,
-        error: Array,
-        gram: Array,
-        projected: Array,
-        noise: Noise,
-    ) -> None:
-        self.mean, self.lags, self.noise = mean, lags, noise
-        weights, n = whole._weights, whole._count
-        p, c = len(whole._pressures), len(whole._collisions)
-        held = whole._collision_sd
-        ratios = [noise.pressure / noise.flow, noise.collision / noise.flow if held is None else held]
-        least = 1e-20 / max(
-            float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
-        )  # a level of zero: no input
-        self.prior_variance = np.maximum(np.repeat(np.square(ratios), [p, c]), least)
-        S = gram + np.diag(1 / self.prior_variance)
-        self._factor = linalg.cho_factor(S, lower=True)
-        self.inputs: Array = linalg.cho_solve(self._factor, projected)
-        spread = whole._spread(lags, self.inputs)
-        self.residual = np.where(weights > 0, error - spread, 0.0)
-        square = float(np.sum(weights * error * self.residual))
-        log_det = 2 * float(np.log(np.diag(self._factor[0])).sum()) + float(np.log(self.prior_variance).sum())
-        log_weights = float(np.log(weights[weights > 0]).sum())
-        self.value = -0.5 * (
-            n * math.log(2 * math.pi * noise.flow**2) - log_weights + log_det + square / noise.flow**2
-        )
-
-    @property
-    def inverse(self) -> Array:
-        """S^-1, (i, i)."""
-        if not hasattr(self, "_inverse"):
-            self._inverse = self.solve(np.eye(len(self.prior_variance)))
-        return self._inverse
-
-    def solve(self, right: Array) -> Array:
-        """S^-1 right."""
-        solved: Array = linalg.cho_solve(self._factor, right)
-        return solved

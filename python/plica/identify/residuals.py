@@ -79,15 +79,16 @@ def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
     The recursion runs over the posterior of the inputs, of which a frame sees those before it alone.
     O(N m (N q)^2).
     """
-    solved, weights = likelihood._solved(at.point, at.responses), likelihood._weights
+    space = likelihood.inputs
+    solved, weights = likelihood._solved(at.point, at.responses), space.weights
     frames, m = weights.shape
     q = solved.lags.shape[2]
-    chosen, scale = likelihood._chosen, likelihood._scale
+    chosen, scale = space.chosen, space.scale
     order = np.argsort(chosen, kind="stable")
     frame_of = chosen[order] // q
     mean = np.zeros(len(order))
     covariance = np.diag(solved.prior_variance[order])
-    error = solved.residual + likelihood._spread(solved.lags, solved.inputs)
+    error = solved.residual + space.spread(solved.lags, solved.inputs)
     out = np.full((frames, m), np.nan)
     for k in range(frames):
         seen = np.flatnonzero(weights[k] > 0)
