@@ -271,10 +271,8 @@ def refined(arguments: argparse.Namespace) -> dict[str, Any]:
     moved = np.cumsum(truth.mean[0], axis=0)
     print(
         f"truth {bench.unknowns}, estimates {', '.join(str(s.bench.unknowns) for s in studies)} unknowns; "
-        "sweeps "
-        f"{', '.join(f'{s.seconds:.1f} s' for s in studies)}; up to {np.abs(truth.mean[0]).max():.2f} px a "
-        "frame, "
-        f"{np.abs(moved).max() / 20:.3f} mm",
+        f"sweeps {', '.join(f'{s.seconds:.1f} s' for s in studies)}; up to "
+        f"{np.abs(truth.mean[0]).max():.2f} px a frame, {np.abs(moved).max() / 20:.3f} mm",
         flush=True,
     )
     out = {}

@@ -128,8 +128,7 @@ def estimate(
         if found is None:
             raise SolveFailed(
                 f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
-                "Is the "
-                "start far from the data, or the tolerance of the model too wide?"
+                "Is the start far from the data, or the tolerance of the model too wide?"
             )
         gain = (found[2] - value) / promised  # 1/2 where the information is the curvature
         boost = min(2 * boost, LARGEST_BOOST) if gain > 0.6 else max(1.0, boost / 2)
@@ -140,8 +139,7 @@ def estimate(
             curvature = _updated(curvature, moved, change)
     raise SolveFailed(
         f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
-        "must be "
-        f"< {options.tolerance:g}. Start nearer, or raise max_iterations."
+        f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
     )
 
 
@@ -181,6 +179,5 @@ def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
         if not share > 1e-10:
             raise InvalidInput(
                 f'estimate: nothing in the data depends on "{name}": its information is '
-                f"{max(share, 0.0):.2g} of the "
-                "prior's. Leave it out, or observe what it moves."
+                f"{max(share, 0.0):.2g} of the prior's. Leave it out, or observe what it moves."
             )

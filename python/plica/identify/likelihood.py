@@ -70,8 +70,7 @@ class MarginalLikelihood:
         if noise is not None and not (noise.pressure >= 0 and noise.flow > 0 and noise.collision >= 0):
             raise InvalidInput(
                 f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}, {noise.collision:g} "
-                "Pa; must "
-                "be >= 0, > 0 and >= 0."
+                "Pa; must be >= 0, > 0 and >= 0."
             )
         self.model, self.fixed_noise = model, noise
         observation, forcing = model.observation, model.forcing

@@ -206,10 +206,8 @@ def _require_linear(scene: Scene) -> None:
     if scene.contact is not None:
         raise InvalidInput(
             f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in "
-            "the "
-            "pressures: give the frames in which the folds touch as closed, and forces on the medial "
-            "surface take "
-            "the place of the contact."
+            "the pressures: give the frames in which the folds touch as closed, and forces on the medial "
+            "surface take the place of the contact."
         )
     for name, given in (("loads", scene.loads), ("gravity", scene.gravity), ("initial", scene.initial)):
         if given:
@@ -229,7 +227,6 @@ def _steps_per_frame(step: float, frame_rate: float) -> int:
     if whole < 1 or abs(ratio - whole) > 1e-6 * whole:
         raise InvalidInput(
             f"MotionModel: frame interval / step = {ratio:g}; must be a whole number. At {frame_rate:g} Hz "
-            "try a "
-            f"step of {1 / (frame_rate * max(1, whole)):.6g} s."
+            f"try a step of {1 / (frame_rate * max(1, whole)):.6g} s."
         )
     return whole

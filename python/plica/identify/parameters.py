@@ -63,8 +63,7 @@ class TissueParameter:
             if not layer or field not in FIELDS:
                 raise InvalidInput(
                     f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a '
-                    "field "
-                    f"of {', '.join(FIELDS)}.{nearest(field, list(FIELDS))}"
+                    f"field of {', '.join(FIELDS)}.{nearest(field, list(FIELDS))}"
                 )
         if not self.name:
             object.__setattr__(self, "name", self.targets[0])

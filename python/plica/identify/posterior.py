@@ -141,8 +141,8 @@ class Posterior:
             sd = f"{100 * self.sd[j]:.1f} %" if relative else f"{self.sd[j]:.2g}"
             sd = "refused" if self.belied[j] else sd
             lines.append(
-                f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  "
-                f"{low_high[j, 0]:10.4g} - {low_high[j, 1]:10.4g}  {prior[0]:10.4g} - {prior[1]:10.4g}"
+                f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  {low_high[j, 0]:10.4g} - "
+                f"{low_high[j, 1]:10.4g}  {prior[0]:10.4g} - {prior[1]:10.4g}"
             )
         return "\n".join(lines)
 
@@ -154,14 +154,12 @@ class Posterior:
             if self.belied[j] and self.shift_in_sd is not None:
                 told.append(
                     f'"{name}" moves by {self.shift_in_sd[j]:+.1f} of its sd when the mesh is refined: the '
-                    "sd of one "
-                    "mesh is not honest. The interval includes the shift."
+                    "sd of one mesh is not honest. The interval includes the shift."
                 )
             if shares[j] > LEARNED:
                 told.append(
                     f'"{name}" is hardly learned from this recording: its sd is {100 * shares[j]:.0f} % of '
-                    "the "
-                    "prior's. What stands in the table is the prior."
+                    "the prior's. What stands in the table is the prior."
                 )
         if self.information_eigenvalues[0] < 1:
             told.append(f"This recording cannot tell {self._weakest_words()}.")

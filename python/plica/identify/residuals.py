@@ -52,22 +52,19 @@ class ResidualTest:
         if abs(self.in_space) > LIMIT:
             told.append(
                 f"The residuals of neighbouring points are correlated ({self.correlation_in_space:+.2f}, "
-                "score "
-                f"{self.in_space:+.1f}): the flow's error is smooth, so there are fewer independent "
-                "measurements "
-                "than points. Thin the points until this passes."
+                f"score {self.in_space:+.1f}): the flow's error is smooth, so there are fewer independent "
+                "measurements than points. Thin the points until this passes."
             )
         if abs(self.tails) > LIMIT:
             told.append(
                 f"The residuals have {'long' if self.tails > 0 else 'short'} tails (score "
-                f"{self.tails:+.1f}): some of "
-                "the flow is wrong by more than its stated error, or the stated errors differ too little."
+                f"{self.tails:+.1f}): some of the flow is wrong by more than its stated error, or the "
+                "stated errors differ too little."
             )
         if abs(self.level) > LIMIT:
             told.append(
                 f"The residuals grow or shrink over the recording (score {self.level:+.1f}): the flow's "
-                "error, or "
-                "the pressure's, is not of one level."
+                "error, or the pressure's, is not of one level."
             )
         return told
 
