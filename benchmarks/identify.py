@@ -2,6 +2,7 @@
 
     python benchmarks/identify.py same --draws 100      # the truth on the mesh of the estimate
     python benchmarks/identify.py refined --draws 30    # no inverse crime: a finer mesh, half the step
+    python benchmarks/identify.py wrong --draws 12      # what the model has wrong
     python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
 
 A layered block is seen from above by 66 points at 4000 frames/s, 20 px/mm, with 0.1 px noise in the flow.
@@ -34,6 +35,7 @@ from plica.identify import (
     TissueParameter,
     TissueParameters,
     estimate,
+    residual_test,
 )
 from plica.phonation.run.build import materials_of
 
@@ -65,18 +67,19 @@ TISSUE = {
 }
 
 
+Triple = tuple[float, float, float]
 Divisions = tuple[int, int, tuple[int, int, int]]
 """Hexahedra along x and y, and along z in body, ligament and cover."""
 
 
-def layered_block(divisions: Divisions) -> _engine.TetMesh:
+def layered_block(divisions: Divisions, size: Triple, thickness: Triple) -> _engine.TetMesh:
     """Quadratic tetrahedra; body, ligament and cover one above the other."""
     along_x, along_y, layers = divisions
-    block = _engine.block_mesh(size=SIZE, divisions=(along_x, along_y, sum(layers)))
+    block = _engine.block_mesh(size=size, divisions=(along_x, along_y, sum(layers)))
     points, cells = np.array(block.points), np.asarray(block.cells)
-    level = points[:, 2] / SIZE[2] * sum(layers)
+    level = points[:, 2] / size[2] * sum(layers)
     levels = np.cumsum([0, *layers])
-    points[:, 2] = np.interp(level, levels, np.cumsum([0.0, *THICKNESS]))
+    points[:, 2] = np.interp(level, levels, np.cumsum([0.0, *thickness]))
     layer = np.searchsorted(levels[1:], level[cells].mean(axis=1)).astype(np.int32)
     return _engine.to_quadratic(
         _engine.TetMesh(
@@ -126,8 +129,16 @@ TRUTH: Divisions = (12, 15, (6, 3, 3))
 class Bench:
     """One mesh and step of the block, and what is seen of it."""
 
-    def __init__(self, divisions: Divisions, step: float, frames: int) -> None:
-        self.mesh, self.scene, self.frames = layered_block(divisions), scene(step), frames
+    def __init__(
+        self,
+        divisions: Divisions,
+        step: float,
+        frames: int,
+        size: Triple = SIZE,
+        thickness: Triple = THICKNESS,
+    ) -> None:
+        self.mesh, self.scene, self.frames = layered_block(divisions, size, thickness), scene(step), frames
+        self.camera, self.modulation = CAMERA, 0.0
         x, y = np.meshgrid(np.linspace(0.5e-3, 3.7e-3, 6), np.linspace(0.7e-3, 7.3e-3, 11))
         image = np.column_stack([x.ravel(), y.ravel()])
         self.points = SurfacePoints.seen(self.mesh, "z_max", CAMERA, image)
@@ -141,11 +152,12 @@ class Bench:
 
     def model(self, named: list[TissueParameter], flow: np.ndarray, amplitude: float) -> MotionModel:
         """Of the flow (N, r, 2)."""
-        seen = Observation(self.points, CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
+        seen = Observation(self.points, self.camera, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
         step = self.scene.time.step
         steps = self.frames * round(1 / (FRAME_RATE * step))
         times = step * (np.arange(steps) + 1 + self.scene.time.scheme.choice.alpha)
-        forcing = Forcing(self.patterns, drive(times, amplitude), gain_sd=GAIN_SD)
+        waves = drive(times, amplitude) * (1 + self.modulation * np.sin(2 * np.pi * 37 * times))[:, None]
+        forcing = Forcing(self.patterns, waves, gain_sd=GAIN_SD)
         return MotionModel(self.scene, named, seen, forcing, mesh=self.mesh)
 
     def recording(self, truth: Any, rng: np.random.Generator) -> np.ndarray:
@@ -333,6 +345,43 @@ def both_meshes(
     return {kind: report(kind, titles, *errors(part)) for kind, part in zip(kinds, found, strict=True)}
 
 
+def wrong(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What is wrong in the model and not known to be: the bias in sd, and whether the residuals tell."""
+    named = (
+        "as modelled",
+        "cover 10 % thicker",
+        "length + 5 %",
+        "camera tilted 5 degrees",
+        "drive modulated 20 %",
+    )
+    names = ("viscosity", *SEVEN, "gain")
+    frames, x, y, z = arguments.frames, *SIZE
+    study = Study(Bench(COARSE, STEP, frames), SEVEN, arguments.drive)
+    true = [Bench(COARSE, STEP, frames) for _ in named]
+    body, ligament, cover = THICKNESS
+    true[1] = Bench(COARSE, STEP, frames, thickness=(body - 0.1 * cover, ligament, 1.1 * cover))
+    true[2] = Bench(COARSE, STEP, frames, size=(x, 1.05 * y, z))
+    true[3].camera = CAMERA.tilted(*np.deg2rad([5.0, 5.0]))
+    true[4].modulation = 0.2
+    out = {}
+    for name, bench in zip(named, true, strict=True):
+        responses = Study(bench, SEVEN, arguments.drive).responses
+        scores, failed = [], 0
+        for draw in range(arguments.draws):
+            rng = np.random.default_rng(3000 + draw)
+            flow = bench.recording(responses, rng)
+            error, covariance = study.one_step(flow, np.zeros(len(names)))
+            scores.append(error / np.sqrt(np.diag(covariance)))
+            likelihood = MarginalLikelihood(study.model.seeing(flow))
+            at = likelihood.evaluate_known(study.truth, study.responses)
+            failed += not residual_test(likelihood, at).passed
+        bias = np.mean(scores, axis=0)
+        told = ", ".join(f"{n} {b:+.1f}" for n, b in zip(names, bias, strict=True))
+        print(f"{name}: bias in sd {told}; residual test fails in {failed} of {arguments.draws}", flush=True)
+        out[name] = {"bias": bias.tolist(), "failed": failed}
+    return out
+
+
 def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
     """Time and memory of one estimate in the larynx."""
     made = plica.Scene(
@@ -385,7 +434,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("same", "refined", "larynx"))
+    parser.add_argument("what", choices=("same", "refined", "wrong", "larynx"))
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--whole", type=int, default=0, help="of them, how many are iterated to the end")
     parser.add_argument("--drive", type=float, default=800.0, help="Pa, of the known pressure")
@@ -395,7 +444,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()
     plica.set_threads(arguments.threads)
-    measured = {"same": same, "refined": refined, "larynx": larynx}[arguments.what](arguments)
+    measured = {"same": same, "refined": refined, "wrong": wrong, "larynx": larynx}[arguments.what](arguments)
     if arguments.output:
         arguments.output.write_text(json.dumps(measured, indent=1))
 
