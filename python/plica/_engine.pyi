@@ -48,24 +48,31 @@ __all__: list[str] = [
     "boundary",
     "build_info",
     "check_mesh",
+    "cholesky",
     "combine",
+    "congruence",
     "contact_equilibrium",
     "dense_flow",
     "elasticity_matrix",
     "equilibrium",
     "flat_triangles",
     "flow_residual",
+    "gram_update",
     "larynx_mesh",
     "larynx_preset",
     "least_jacobian_ratios",
     "matched_airway",
     "pressure_patterns",
+    "product",
     "round_trip",
     "set_threads",
     "signed_volumes",
+    "solve_lower",
+    "solve_upper",
     "stiffness_coefficients",
     "stiffness_derivative",
     "stiffness_parameters",
+    "symmetric_product",
     "threads",
     "to_quadratic",
     "toeplitz_gram",
@@ -764,9 +771,17 @@ def boundary(
 ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]: ...
 def build_info() -> dict[str, typing.Any]: ...
 def check_mesh(mesh: TetMesh) -> None: ...
+def cholesky(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def combine(
     first: TetMesh, second: TetMesh, first_prefix: str = "a.", second_prefix: str = "b."
 ) -> TetMesh: ...
+def congruence(
+    g: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    p: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    plus: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def contact_equilibrium(
     mesh: TetMesh,
     materials: collections.abc.Sequence[Material],
@@ -810,6 +825,11 @@ def flow_residual(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
+def gram_update(
+    p: numpy.typing.NDArray[numpy.float64],
+    w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    scale: typing.SupportsFloat | typing.SupportsIndex,
+) -> None: ...
 def larynx_mesh(
     *,
     order: typing.SupportsInt | typing.SupportsIndex = 1,
@@ -846,6 +866,10 @@ def pressure_patterns(
     faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
     heights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def product(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def round_trip(
     forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
@@ -855,9 +879,19 @@ def signed_volumes(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def solve_lower(
+    r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], x: numpy.typing.NDArray[numpy.float64]
+) -> None: ...
+def solve_upper(
+    r: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], x: numpy.typing.NDArray[numpy.float64]
+) -> None: ...
 def stiffness_coefficients(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
 def stiffness_derivative(material: Material, parameter: str) -> numpy.typing.NDArray[numpy.float64]: ...
 def stiffness_parameters(material: Material) -> list[str]: ...
+def symmetric_product(
+    a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def threads() -> int: ...
 def to_quadratic(mesh: TetMesh) -> TetMesh: ...
 def toeplitz_gram(
