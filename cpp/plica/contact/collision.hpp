@@ -48,9 +48,9 @@ class Collision {
   /// Of nodal forces (3 n) N: see ContactPath.
   void add_response(const Vector& force, Vector& a) const { path_->add_response(force, a); }
 
-  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath. `known`:
-  /// what the last call in this step found, for another x_free: the search goes on from there, and begins anew where
-  /// that does not settle. Counts of passes and pivots go on. Empty in a step's first call.
+  /// x_free (n, 3): positions without contact forces; on return x holds them with. scale: see ContactPath.
+  /// `known`: what the last call in this step found, for another x_free: the search goes on from there, and begins
+  /// anew where that does not settle. Counts of passes and pivots go on. Empty in a step's first call.
   Contacts solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known, Points& x);
   /// Whether there can be a constraint of this key.
   bool knows(std::int32_t key) const { return kind_->knows(key); }

@@ -276,7 +276,7 @@ TEST_CASE(
   const auto folds = [](const ContactSolver& solver) {
     Scene scene = scenes::small_larynx();
     scene.contact->enforcement = Multipliers{solver, EndOfStep{}};
-    *scene.velocity *= 0.5;                   // m/s; at 1 the tissue folds, and passes converge too slowly to compare
+    *scene.velocity *= 0.5;  // m/s; at 1 the tissue folds, and passes converge too slowly to compare
     scene.contact->options.tolerance = 1e-7;  // passes end elsewhere within it
     return scene;
   };
