@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from collision import widest_opening
+from scipy.interpolate import CubicSpline
 
 import plica
 
@@ -47,11 +48,18 @@ WAVES = ("minimum_area", "flow")
 def waveforms(
     scene: Any, mesh: Any, start: tuple[np.ndarray, np.ndarray], step: float
 ) -> dict[str, np.ndarray]:
-    """Of one row, at the coarsest step's instants."""
-    simulation = plica.build_simulation(scene.replace({"time.step": step}), mesh, *start)
+    """Of one row, at the coarsest step's instants.
+
+    Areas and flow of a step are those at t_{n+1+alpha}, where its load is: they are interpolated from there.
+    """
+    scene = scene.replace({"time.step": step})
+    simulation = plica.build_simulation(scene, mesh, *start)
     wave = simulation.advance(round(LENGTH / step))
-    every = round(STEPS[0] / step)
-    return {name: np.asarray(wave[name], dtype=float)[every - 1 :: every] for name in WAVES}
+    hht = scene.time.scheme.hht
+    alpha = hht.alpha if hht else 0.0
+    instants = np.asarray(wave["time"]) + alpha * step
+    common = STEPS[0] * np.arange(2, round(LENGTH / STEPS[0]) - 1)
+    return {name: CubicSpline(instants, np.asarray(wave[name], dtype=float))(common) for name in WAVES}
 
 
 def difference(coarse: np.ndarray, fine: np.ndarray) -> float:
