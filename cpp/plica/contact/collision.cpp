@@ -288,7 +288,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     }
 
     // Passes that lead from one of two shapes to the other and back are linearised between the two.
-    if (passes - halved >= swings_from && linearised.size() > 0) {
+    if (best && passes - halved >= swings_from) {
       linearised = 0.5 * (linearised + x);
       update(linearised);
       constraints = constraints_at(search, linearised);
