@@ -3,7 +3,7 @@
 namespace plica {
 
 ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_nodes) {
-  constexpr std::ptrdiff_t most_condensed = 3000;
+  constexpr std::ptrdiff_t most_condensed = 5000;
   if (!std::holds_alternative<Automatic>(solver)) return solver;
   if (surface_nodes <= most_condensed) return Condensed{};
   return Saddle{};

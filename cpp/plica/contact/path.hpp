@@ -36,7 +36,7 @@ class ContactPath {
   virtual void forget() {}
 };
 
-/// What Automatic stands for; another solver stays as it is. Condensed for up to 3000 surface nodes, Saddle above:
+/// What Automatic stands for; another solver stays as it is. Condensed for up to 5000 surface nodes, Saddle above:
 /// a node that touches costs three columns, about as much as the step of a collision without them, so columns pay
 /// where nodes touch more often than once, and their memory grows with surface nodes times all nodes.
 ContactSolver chosen_solver(const ContactSolver& solver, std::ptrdiff_t surface_nodes);

@@ -20,7 +20,7 @@ class Multipliers(Part):
     )
     """Condensed to the contact rows (columns of the compliance, kept), the saddle point of each active set by
     conjugate gradients with a constraint preconditioner, or the thesis's GMRES with that of Eq. (29). "auto"
-    takes "condensed" for up to 3000 surface nodes and "saddle" above."""
+    takes "condensed" for up to 5000 surface nodes and "saddle" above."""
     position: Literal["end_of_step", "weighted"] = Field(
         default_factory=engine_default("Multipliers", "position")
     )
