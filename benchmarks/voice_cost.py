@@ -38,7 +38,7 @@ class Voice:
         self.state: Any = found.state
         self.steps = round(LENGTH / scene.time.step)
         self.simulation = plica.build_simulation(scene)
-        self.unknowns = 3 * self.simulation.info()["nodes"]
+        self.nodes = self.simulation.info()["nodes"]
 
     def round(self) -> np.ndarray:
         simulation = self.simulation
@@ -80,7 +80,7 @@ def main() -> None:
             for number in threads:
                 plica.set_threads(number)
                 rounds.setdefault((number, voice.name), []).append(voice.round())
-    head = ["run", "unknowns", "threads", "free step (ms)", "colliding", "with columns", "share colliding"]
+    head = ["run", "nodes", "threads", "free step (ms)", "colliding", "with columns", "share colliding"]
     print(row([*head, "mean over free", "s a second of voice"]))
     print(row(["---"] * 9))
     for voice, columns in zip(voices, first, strict=True):
@@ -91,7 +91,7 @@ def main() -> None:
             mean = np.median([cost[:, 1].mean() for cost in costs])
             anew = f"{means(columns)[1][0]:.1f}" if number == threads[0] else ""
             share = np.mean(costs[0][:, 0] > 0)
-            cells = [voice.name, voice.unknowns, number, f"{free:.1f}", f"{hit:.1f} ({ratio:.2f} free ones)"]
+            cells = [voice.name, voice.nodes, number, f"{free:.1f}", f"{hit:.1f} ({ratio:.2f} free ones)"]
             cells += [anew, f"{share:.2f}", f"{1e3 * mean / free:.2f}", f"{mean * voice.steps / LENGTH:.0f}"]
             print(row(cells))
     print()
