@@ -1,0 +1,223 @@
+"""The glottal contour of a prephonatory frame, finer than its pixels, and what is no usable glottis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.video import Midline, find_midline, segment
+from plica.video.segmentation import around, blurred
+
+__all__ = ["Contour", "glottal_contour"]
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_SPECK = 0.02  # of the glottis' pixels: what is smaller is left out
+_LEAST_PIXELS, _LEAST_LENGTH, _LEAST_WIDTH = 40, 20.0, 3.0  # px^2, px, px
+_REACH = 1.5  # px, from the mask's outline to the contour at most
+_BLUR = 0.7  # px
+_NEAR = 8.0  # px, over which the tissue's brightness is averaged
+_FAINT = 0.25  # of the contrast, below which the mask's outline stands
+
+
+@dataclass(frozen=True)
+class Contour:
+    """The outline of the glottis.
+
+    Attributes
+    ----------
+    points : (n, 2) px
+        Column and row, around it once; the last is joined to the first.
+    midline : Midline
+        The line that the glottis lies along.
+    mask : (h, w) bool
+        The glottis: its openings and what joins them.
+    openings : int
+        Along the midline; between them the folds touch, and the contour is drawn a pixel wide.
+    left_out : int
+        Pixels of specks beside them.
+    by_mask : float
+        Share of the points at which the frame has too little contrast (or there is none), so that the
+        mask's own outline stands.
+    """
+
+    points: Floats
+    midline: Midline
+    mask: Mask
+    openings: int
+    left_out: int
+    by_mask: float
+
+    @property
+    def area(self) -> float:
+        """px^2."""
+        x, y = self.points.T
+        return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def glottal_contour(frame: Floats | None, mask: Mask | None = None) -> Contour:
+    """Where the grey of a frame is halfway between glottis and tissue, within 1.5 px of a mask's outline.
+
+    The tissue's brightness is that nearby, so that uneven light does not move the contour.
+
+    Parameters
+    ----------
+    frame : (h, w) grey, or None
+        None: the mask's outline alone.
+    mask : (h, w) bool, optional
+        Left out: the frame is segmented (`plica.video.segment`).
+
+    Raises
+    ------
+    InvalidInput
+        Without a usable glottis: none, closed, cut by the picture's border, in several openings that are not
+        along one line, of too few pixels, too round to have a midline; a mask of another size.
+    """
+    picture, drawn = _checked(frame, mask)
+    kept, left_out = _without_specks(drawn)
+    rim = np.concatenate([kept[0], kept[-1], kept[:, 0], kept[:, -1]])
+    if rim.any():
+        raise InvalidInput(
+            f"Glottis: {int(rim.sum())} of its pixels are on the picture's border; must be 0. "
+            "What lies outside is not known: take a frame that shows all of it."
+        )
+    if kept.sum() < _LEAST_PIXELS:
+        raise InvalidInput(
+            f"Glottis: area = {int(kept.sum())} px; must be >= {_LEAST_PIXELS}. Is this the prephonatory frame, "
+            "and the picture large enough?"
+        )
+    line = find_midline([kept])
+    joined, bridge, openings = _joined(kept, line)
+    length, width = line.length + 1, float(kept.sum()) / (line.length + 1)
+    if length < _LEAST_LENGTH:
+        raise InvalidInput(
+            f"Glottis: length = {length:.1f} px; must be >= {_LEAST_LENGTH:g}. Take a picture of more pixels."
+        )
+    if width < _LEAST_WIDTH:
+        raise InvalidInput(
+            f"Glottis: mean width = {width:.1f} px; must be >= {_LEAST_WIDTH:g}. It is closed, or nearly: take "
+            "a frame before phonation, with the folds apart."
+        )
+    field, faint = _field(picture, kept, bridge)
+    points = _outline(field, joined)
+    at = np.round(points).astype(int)
+    return Contour(points, line, joined, openings, left_out, float(faint[at[:, 1], at[:, 0]].mean()))
+
+
+def _checked(frame: Floats | None, mask: Mask | None) -> tuple[Floats | None, Mask]:
+    """Frame and mask of one size, the mask not empty."""
+    picture = None if frame is None else np.asarray(frame, dtype=float)
+    if picture is not None and (picture.ndim != 2 or min(picture.shape) < 16):
+        raise InvalidInput(f"Frame: shape = {picture.shape}; must be (h, w) grey of at least 16 x 16 px.")
+    if picture is not None and not np.isfinite(picture).all():
+        raise InvalidInput(f"Frame: {int((~np.isfinite(picture)).sum())} pixels are not finite; must be 0.")
+    if mask is None:
+        if picture is None:
+            raise InvalidInput("Glottis: neither frame nor mask is given; must have one at least.")
+        found = segment(picture).mask
+        if not found.any():
+            raise InvalidInput(
+                "Glottis: the frame has no dark region within an edge; must have one. It is closed here, or "
+                "give its mask."
+            )
+        return picture, found
+    drawn = np.asarray(mask)
+    if drawn.ndim != 2 or (picture is not None and drawn.shape != picture.shape):
+        size = "(h, w)" if picture is None else f"{picture.shape} px, that of the frame"
+        raise InvalidInput(f"Mask: shape = {drawn.shape}; must be {size}.")
+    if drawn.dtype != np.bool_:
+        raise InvalidInput(f"Mask: type = {drawn.dtype}; must be bool, True in the glottis.")
+    if not drawn.any():
+        raise InvalidInput(
+            "Mask: glottis = 0 px; must be > 0. A closed glottis tells no prephonatory geometry: take a frame "
+            "with the folds apart."
+        )
+    return picture, drawn
+
+
+def _without_specks(mask: Mask) -> tuple[Mask, int]:
+    """The openings, holes filled, and how many pixels of specks are left out."""
+    from scipy import ndimage
+
+    filled = np.asarray(ndimage.binary_fill_holes(mask))
+    labels, _ = ndimage.label(filled, np.ones((3, 3)))
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    kept = (sizes >= _SPECK * sizes.sum())[labels] & filled
+    return np.asarray(kept), int(filled.sum() - kept.sum())
+
+
+def _joined(mask: Mask, line: Midline) -> tuple[Mask, Mask, int]:
+    """Openings one after the other along the midline as one glottis; what joins them; how many they are."""
+    from scipy import ndimage
+
+    labels, count = ndimage.label(mask, np.ones((3, 3)))
+    bridge = np.zeros_like(mask)
+    if count == 1:
+        return mask, bridge, 1
+    found = []  # begin and end along the midline, offset and half-width of each
+    for label in range(1, count + 1):
+        y, x = np.nonzero(labels == label)
+        along, across = line.place(np.stack([x, y], axis=1).astype(float)).T
+        half = 0.5 * y.size / (np.ptp(along) + 1)
+        found.append((float(along.min()), float(along.max()), float(across.mean()), half))
+    found.sort()
+    for (_, end, before, wide), (begin, _, after, broad) in zip(found[:-1], found[1:], strict=True):
+        if begin <= end or abs(before) > wide + 1 or abs(after) > broad + 1:
+            raise InvalidInput(
+                f"Glottis: {count} separate openings; must be one, or lie one after the other along the midline. "
+                "Erase from the mask what is no glottis."
+            )
+        steps = np.linspace(0, 1, int(4 * (begin - end)) + 8)
+        place = np.stack([end + steps * (begin - end), before + steps * (after - before)], axis=1)
+        column, row = np.round(line.points(place)).astype(int).T
+        bridge[row, column] = True
+    return mask | bridge, bridge & ~mask, count
+
+
+def _field(frame: Floats | None, mask: Mask, bridge: Mask) -> tuple[Floats, Mask]:
+    """(h, w) below 0 in the glottis, 0 on its contour; and where that is the mask's own outline."""
+    from scipy import ndimage
+
+    own = np.where(mask | bridge, -0.5, 0.5)
+    if frame is None:
+        return own, np.ones(mask.shape, dtype=bool)
+    smooth = blurred(frame, _BLUR)
+    depth = ndimage.distance_transform_edt(mask)
+    core = mask & (depth >= min(2.0, float(depth.max())))
+    ring = around(mask)
+    if not ring.any():
+        raise InvalidInput("Mask: no tissue is around the glottis; must be some.")
+    dark = float(np.median(smooth[core]))
+    weight = ndimage.gaussian_filter(ring.astype(float), _NEAR, mode="constant")
+    tissue = ndimage.gaussian_filter(np.where(ring, smooth, 0.0), _NEAR, mode="constant")
+    tissue /= np.maximum(weight, 1e-12)
+    contrast = float(np.median(smooth[ring])) - dark
+    if not contrast > 0:
+        raise InvalidInput(
+            f"Mask: the glottis is {-contrast:.3g} grey levels brighter than what is around it; must be darker. "
+            "Is the mask True in the glottis, and of this frame?"
+        )
+    faint = tissue - dark < _FAINT * contrast
+    level = (smooth - dark) / np.where(faint, contrast, tissue - dark) - 0.5
+    away = np.where(mask, depth, ndimage.distance_transform_edt(~mask)) > _REACH
+    by_mask = faint | away | ndimage.binary_dilation(bridge, np.ones((3, 3)))
+    return np.where(by_mask, own, np.clip(level, -0.5, 0.5)), faint
+
+
+def _outline(field: Floats, mask: Mask) -> Floats:
+    """(n, 2) the longest closed line on which the field is 0."""
+    from contourpy import contour_generator
+
+    lines = contour_generator(z=field).lines(0.0)
+    closed = [line for line in lines if len(line) > 3 and np.allclose(line[0], line[-1])]
+    if not closed:
+        raise InvalidInput(
+            f"Glottis: no closed contour about its {int(mask.sum())} px; must be one. Is the mask of this frame?"
+        )
+    longest = max(closed, key=lambda line: float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()))
+    return np.asarray(longest[:-1], dtype=float)

@@ -1,0 +1,113 @@
+"""The glottal edge of a mesh as a camera sees it, and which pixel shows what of its surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica._engine import TetMesh
+from plica.film import Camera
+from plica.film.sight import Sight, View
+from plica.larynx_fit.cross_section import CrossSection, Rays
+
+__all__ = ["MeshSeen", "glottal_edge"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+_RAYS = 720
+_NEAR = 4.0  # units of the rays: edges beyond cannot be the opening's
+_BATCH = 60  # rays at a time
+
+
+@dataclass(frozen=True)
+class MeshSeen:
+    """A larynx before a camera: its nodes in the picture, and the picture's pixels on its surface."""
+
+    mesh: TetMesh
+    camera: Camera
+    z_from: float
+    """m, height of the folds' upper edge."""
+    z_to: float
+    """m, height at which the superior surface ends."""
+
+    @cached_property
+    def superior(self) -> Ints:
+        """(k) nodes of the superior surface: of the airway's, between the heights z3 and z4."""
+        nodes = np.unique(np.asarray(self.mesh.surfaces["airway"]))
+        z = np.asarray(self.mesh.points)[nodes, 2]
+        off = 1e-6 * (self.z_to - self.z_from)
+        return np.asarray(nodes[(z >= self.z_from - off) & (z <= self.z_to + off)], dtype=np.int64)
+
+    @cached_property
+    def pixels(self) -> Floats:
+        """(k, 2) column and row, px, of the nodes `superior`."""
+        return self.camera.project(np.asarray(self.mesh.points, dtype=float)[self.superior])[:, :2]
+
+    @cached_property
+    def places(self) -> Floats:
+        """(h, w, 3) m, the place of the airway's surface that each pixel's centre shows; NaN where none."""
+        found = np.full((*self.camera.shape, 3), np.nan)
+        raster = self._view.raster
+        found.reshape(-1, 3)[raster.pixels] = raster.of(self._sight.rest, self._sight.surface.triangles)
+        return found
+
+    @cached_property
+    def visible(self) -> NDArray[np.bool_]:
+        """(k) whether the nodes `superior` lie in the picture and behind nothing else."""
+        from plica.film.raster import highest
+
+        seen = self.camera.project(np.asarray(self.mesh.points, dtype=float)[self.superior])
+        height, width = self.camera.shape
+        inside = ((seen[:, :2] >= 0) & (seen[:, :2] <= [width - 1, height - 1])).all(axis=1)
+        top = highest(seen[inside, :2], self._view.corners, self._sight.surface.triangles, self.camera.shape)
+        inside[inside] = top <= seen[inside, 2] + 0.05 * self.camera.pixel
+        return np.asarray(inside)
+
+    @cached_property
+    def _sight(self) -> Sight:
+        return Sight(self.mesh, self.camera)
+
+    @cached_property
+    def _view(self) -> View:
+        return self._sight.view(self._sight.corners(np.zeros((len(self._sight.surface.nodes), 3))))
+
+    @property
+    def rest(self) -> Floats:
+        """(v, 3) m of the airway's surface as flat triangles."""
+        return self._sight.rest
+
+    @property
+    def corners(self) -> tuple[Floats, Ints]:
+        """(v, 2) px and (t, 3): the airway's surface as flat triangles in the picture."""
+        return self._view.corners[:, :2], self._sight.surface.triangles
+
+
+def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
+    """(k, 2) px: the edge of the opening that the camera sees through the mesh, to P0.
+
+    Along rays from O, in units in which the glottis is round, the first side of the airway's triangles that is
+    met; exact where the opening is star-shaped about O.
+    """
+    corners, triangles = seen.corners
+    matrix, origin = section.picture
+    place = np.linalg.solve(matrix, (corners - origin).T).T
+    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    sides = np.unique(np.sort(sides, axis=1), axis=0)
+    a, b = place[sides[:, 0]], place[sides[:, 1]]
+    near = np.minimum(np.abs(a).max(axis=1), np.abs(b).max(axis=1)) < _NEAR
+    a, along = a[near], (b - a)[near]
+    rays = Rays.of(_RAYS)
+    reach = np.full(_RAYS, np.inf)
+    for part in np.array_split(np.arange(_RAYS), _RAYS // _BATCH):
+        d = rays.direction[part, None]
+        across = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            far = (a[:, 0] * along[:, 1] - a[:, 1] * along[:, 0]) / across
+            share = (a[:, 0] * d[..., 1] - a[:, 1] * d[..., 0]) / across
+        met = (far > 0) & (share >= -1e-9) & (share <= 1 + 1e-9)
+        reach[part] = np.where(met, far, np.inf).min(axis=1)
+    return section.outline(rays, section.cut(rays, reach))

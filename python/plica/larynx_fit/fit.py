@@ -1,0 +1,186 @@
+"""From a prephonatory frame to the larynx of a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.film import Camera
+from plica.larynx_fit.contour import Contour, glottal_contour
+from plica.larynx_fit.cross_section import CrossSection
+from plica.larynx_fit.distances import ContourError, contour_error
+from plica.larynx_fit.edge import MeshSeen, glottal_edge
+from plica.larynx_fit.section_fit import fit_cross_section
+from plica.larynx_fit.settings import FitSettings
+from plica.phonation.scene.mesh_parts import Larynx, LarynxOptions
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.mesh_summary import dihedral_angles, quality
+from plica.phonation.scene.toml_text import toml_text
+
+__all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MeshQuality:
+    """The worst cells of a mesh, as `plica mesh` prints them."""
+
+    tetrahedra: int
+    nodes: int
+    least_dihedral: float
+    """Degrees, of the corners."""
+    least_mean_ratio: float
+    """1: regular."""
+    least_jacobian: float
+    """det dx/dxi at its least, of the straight cell's; 1 for linear tetrahedra."""
+
+
+@dataclass(frozen=True)
+class LarynxFit:
+    """A larynx fitted to a frame.
+
+    Attributes
+    ----------
+    frame : (h, w) grey, or None
+    contour : Contour
+    section : CrossSection
+        The geometry of Paper D, Fig. 1, and the camera.
+    larynx : Larynx
+        The mesh's part of a scene.
+    edge : (k, 2) px
+        Of the opening that the camera sees through the mesh.
+    error : ContourError
+        Between `edge` and the contour.
+    """
+
+    frame: Floats | None
+    contour: Contour
+    section: CrossSection
+    larynx: Larynx
+    seen: MeshSeen
+    edge: Floats
+    error: ContourError
+
+    @property
+    def mesh(self) -> _engine.TetMesh:
+        """Nodes in m: x towards the right fold, y to anterior, z up, O at (0, 0)."""
+        return self.seen.mesh
+
+    @property
+    def camera(self) -> Camera:
+        """That took the frame."""
+        return self.section.camera
+
+    @cached_property
+    def quality(self) -> MeshQuality:
+        """Of the mesh."""
+        points, cells = np.asarray(self.mesh.points), np.asarray(self.mesh.cells)
+        ratios = _engine.least_jacobian_ratios(points, cells) if self.mesh.order == 2 else np.ones(1)
+        return MeshQuality(
+            len(cells),
+            len(points),
+            float(dihedral_angles(points, cells).min()),
+            float(quality(points, cells).min()),
+            float(np.min(ratios)),
+        )
+
+    @property
+    def asymmetry(self) -> float:
+        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0."""
+        return self.section.asymmetry(self.contour.points)
+
+    def scene_text(self) -> str:
+        """The table ``[mesh]`` of a scene file, in SI."""
+        return toml_text({"mesh": self.larynx.model_dump(mode="json", exclude_none=True)})
+
+
+def fit_larynx(
+    frame: Floats | None,
+    mask: NDArray[np.bool_] | None = None,
+    settings: FitSettings | None = None,
+    /,
+    **changed: Any,
+) -> LarynxFit:
+    """Fit the parametric larynx to the glottis of a prephonatory frame (docs/image_mesh.md).
+
+    Parameters
+    ----------
+    frame : (h, w) grey, or None
+        None: the mask's outline is the contour.
+    mask : (h, w) bool, optional
+        True in the glottis. Left out: the frame is segmented.
+    settings : FitSettings, optional
+    **changed
+        Fields of `FitSettings`, in place of `settings`.
+
+    Raises
+    ------
+    InvalidInput
+        Where the frame or its mask has no usable glottis (`glottal_contour`), where a length is out of range,
+        where the parametric larynx, symmetric and elliptic, is too far off the contour, and where no mesh
+        can be made of the geometry.
+
+    Examples
+    --------
+    >>> fitted = fit_larynx(frame, mask, mm_per_px=0.06, l_occ="1 mm")
+    >>> fitted.error.mean, fitted.quality.least_dihedral
+    >>> scene = plica.Scene(fitted.larynx, tissue)
+    """
+    if settings is not None and changed:
+        raise InvalidInput(f"Larynx fit: {', '.join(changed)} beside settings; must be one of both.")
+    chosen = settings or FitSettings(**changed)
+    contour = glottal_contour(frame, mask)
+    section = fit_cross_section(contour, chosen, contour.mask.shape)
+    larynx = larynx_of(section)
+    mesh = build_mesh(larynx, "Larynx fit")
+    seen = MeshSeen(mesh, section.camera, chosen.heights[3], chosen.heights[4])
+    edge = glottal_edge(seen, section)
+    made = LarynxFit(
+        None if frame is None else np.asarray(frame, dtype=float),
+        contour,
+        section,
+        larynx,
+        seen,
+        edge,
+        contour_error(contour.points, edge),
+    )
+    _check_error(made)
+    return made
+
+
+def larynx_of(section: CrossSection) -> Larynx:
+    """The parametric larynx of a cross-section; cover and ligament lie along the glottis, z2 to z3."""
+    settings = section.settings
+    return Larynx(
+        larynx=settings.larynx,
+        order=settings.order,
+        options=LarynxOptions(
+            sections=section.sections,
+            major=section.r_in,
+            radius=section.r_out,
+            layer_thickness=settings.metres("layer_thickness"),
+            layers_from_section=2,
+            layers_to_section=3,
+        ),
+    )
+
+
+def _check_error(made: LarynxFit) -> None:
+    """InvalidInput where the 95th percentile of the contour error is beyond what the settings allow."""
+    ends = made.section.commissures
+    length = float(np.hypot(*(ends[0] - ends[1])))
+    limit = made.section.settings.largest_error * length
+    if made.error.percentile_95 > limit:
+        raise InvalidInput(
+            f"Larynx fit: contour error (95th percentile) = {made.error.percentile_95:.2f} px; must be <= "
+            f"{limit:.2f} px, {made.section.settings.largest_error:g} of the visible length. The parametric "
+            f"larynx is symmetric and elliptic; this glottis has {100 * made.asymmetry:+.0f} % more area "
+            "right of the midline. Give its commissures, or take another frame."
+        )

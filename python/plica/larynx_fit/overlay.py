@@ -1,0 +1,64 @@
+"""A picture of the fitted larynx over the frame."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from plica.larynx_fit.fit import LarynxFit
+from plica.report.drawing import Drawing, blue, draw, green, label_ends, purple, red
+
+__all__ = ["overlay"]
+
+Floats = NDArray[np.float64]
+
+_WIDE = 6.0  # inches
+
+
+def overlay(fitted: LarynxFit) -> Drawing:
+    """The frame, the contour, the mesh's superior surface and glottal edge, A, P0 and P, as SVG."""
+    error, camera = fitted.error, fitted.camera
+    caption = (
+        f"Contour and glottal edge of the mesh are {error.mean:.2f} px apart in the mean, 95 % at most "
+        f"{error.percentile_95:.2f} px, at most {error.largest:.2f} px. Half-width "
+        f"{1e3 * fitted.section.half_width:.3g} mm, r_in {1e3 * fitted.section.r_in:.3g} mm, "
+        f"{camera.mm_per_px:.3g} mm a pixel."
+    )
+    height, width = camera.shape
+    size = (_WIDE, float(np.clip(_WIDE * height / width, 3.0, 9.0)) + 0.4)
+    return draw(
+        "Larynx fitted to a frame",
+        caption,
+        "Frame of the folds with the glottal contour and the edges of the fitted mesh",
+        size,
+        lambda figure: _paint(figure, fitted),
+    )
+
+
+def _paint(figure: Figure, fitted: LarynxFit) -> None:
+    axes = figure.add_subplot()
+    picture = fitted.contour.mask.astype(float) if fitted.frame is None else fitted.frame
+    axes.imshow(picture, cmap="gray", interpolation="nearest")
+    corners, triangles = fitted.seen.corners
+    z = fitted.seen.rest[:, 2]
+    own = (z[triangles] >= fitted.seen.z_from - 1e-9).all(axis=1)
+    own &= (z[triangles] <= fitted.seen.z_to + 1e-9).all(axis=1)
+    axes.triplot(corners[:, 0], corners[:, 1], triangles[own], color=purple, linewidth=0.35, alpha=0.7)
+    axes.plot(*_closed(fitted.contour.points).T, color=red, linewidth=1.2)
+    axes.plot(*_closed(fitted.edge).T, color=blue, linewidth=1.0)
+    ends = fitted.section.commissures
+    for name, (x, y) in zip(("A", "P0", "P"), ends, strict=True):
+        if name == "P" and fitted.section.l_occ == 0:
+            continue
+        axes.plot(x, y, "o", color=green, markersize=3)
+        axes.annotate(name, (x, y), (4, 4), textcoords="offset points", color=green)
+    axes.set_xlim(-0.5, fitted.camera.width - 0.5)
+    axes.set_ylim(fitted.camera.height - 0.5, -0.5)
+    axes.set_xlabel("px")
+    axes.set_ylabel("px")
+    label_ends(axes, [("contour", red), ("glottal edge of the mesh", blue), ("superior surface", purple)])
+
+
+def _closed(outline: Floats) -> Floats:
+    return np.concatenate([outline, outline[:1]])

@@ -1,0 +1,123 @@
+"""The cross-section whose visible opening lies nearest to a contour."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.film import Camera
+from plica.larynx_fit.contour import Contour
+from plica.larynx_fit.cross_section import CrossSection, Rays
+from plica.larynx_fit.distances import to_outline
+from plica.larynx_fit.settings import FitSettings
+
+__all__ = ["fit_cross_section"]
+
+Floats = NDArray[np.float64]
+
+_RAYS = 240
+_POINTS = 400  # of the contour, at most
+
+
+def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int, ...]) -> CrossSection:
+    """Least squares of the distances between the contour's points and the visible opening's edge.
+
+    Unknown are the half-width and, unless the commissures are given, A and P0: where O is, how the picture is
+    turned, how long the visible glottis is. Levenberg-Marquardt from the contour's midline.
+
+    Raises
+    ------
+    InvalidInput
+        Where the glottis is wider than long, or l_occ is more than half of the folds' length.
+    """
+    from scipy import optimize
+
+    line = contour.midline
+    upper, lower = np.array(line.upper), np.array(line.lower)
+    ends = (upper, lower) if settings.anterior == "upper" else (lower, upper)
+    if settings.commissures is not None:
+        ends = (np.array(settings.commissures[0], float), np.array(settings.commissures[1], float))
+        _check_commissures(ends, shape)
+    begin = _turn(ends[0] - ends[1])
+    length = float(np.hypot(*(ends[0] - ends[1])))
+    start = np.array(
+        [*(0.5 * (ends[0] + ends[1])), 0.0, np.log(length), np.log(0.6 * contour.area / length)]
+    )
+    free = np.array([settings.commissures is None] * 4 + [True])
+    points = contour.points[:: len(contour.points) // _POINTS + 1]
+    rays = Rays.of(_RAYS)
+
+    def section(values: Floats) -> CrossSection:
+        every = start.copy()
+        every[free] = values
+        return _section(settings, shape, every, begin)
+
+    def residuals(values: Floats) -> Floats:
+        made = section(values)
+        reach = made.reach(rays)
+        apart = to_outline(points, made.outline(rays, reach))
+        return np.asarray(np.where(_beyond(made, points), apart, -apart))
+
+    found: Any = optimize.least_squares(
+        residuals, start[free], x_scale=np.array([1.0, 1.0, 0.01, 0.01, 0.1])[free]
+    )
+    made = section(found.x)
+    if not made.half_width < 0.5 * made.r_in:
+        raise InvalidInput(
+            f"Larynx fit: half-width = {1e3 * made.half_width:.3g} mm; must be < r_in / 2 = "
+            f"{500 * made.r_in:.3g} mm. Is this a glottis with the folds near each other?"
+        )
+    if not made.l_occ < made.r_in:
+        raise InvalidInput(
+            f"Larynx fit: l_occ = {1e3 * made.l_occ:.3g} mm; must be < r_in = {1e3 * made.r_in:.3g} mm as "
+            "measured. Are l_occ and mm_per_px right?"
+        )
+    return made
+
+
+def _section(
+    settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float
+) -> CrossSection:
+    """Of middle column and row px of A and P0, turn rad, log of their distance px and of the half-width px."""
+    column, row, turn, length, width = values
+    upright = Camera(tilt=settings.tilt, lean=settings.lean)
+    seen = upright.axes[:2, 1]  # of y: right and up in the picture
+    roll = float(np.degrees(begin + turn - np.arctan2(seen[1], seen[0])))
+    visible = float(np.exp(length) / np.hypot(*seen))  # px, were it seen from straight above
+    if settings.mm_per_px is None:
+        r_in = settings.metres("r_in")
+        mm_per_px = 1e3 * (2 * r_in - settings.metres("l_occ")) / visible
+    else:
+        mm_per_px = settings.mm_per_px
+        r_in = 0.5 * (1e-3 * mm_per_px * visible + settings.metres("l_occ"))
+    along = np.array([np.cos(begin + turn), -np.sin(begin + turn)])  # column, row: towards anterior
+    hidden = settings.metres("l_occ") / (1e-3 * mm_per_px) * np.hypot(*seen)
+    middle = np.array([column, row]) - 0.5 * hidden * along
+    camera = settings.camera(
+        mm_per_px, shape, (float(middle[0]), float(middle[1])), (roll + 180) % 360 - 180
+    )
+    return CrossSection(settings, camera, float(np.exp(width)) * 1e-3 * mm_per_px, r_in)
+
+
+def _turn(to_anterior: Floats) -> float:
+    """Angle of a direction (column, row), rad, anticlockwise as seen, 0 to the right."""
+    return float(np.arctan2(-to_anterior[1], to_anterior[0]))
+
+
+def _beyond(made: CrossSection, points: Floats) -> NDArray[np.bool_]:
+    """(n) whether points (n, 2) px lie outside the visible opening."""
+    place = made.inside(points) / made.axes
+    far = np.maximum(np.hypot(*place.T), 1e-12)
+    return np.asarray(far > made.reach(Rays(place / far[:, None])))
+
+
+def _check_commissures(ends: tuple[Floats, Floats], shape: tuple[int, ...]) -> None:
+    for name, (column, row) in zip(("A", "P0"), ends, strict=True):
+        if not (0 <= column <= shape[1] - 1 and 0 <= row <= shape[0] - 1):
+            raise InvalidInput(
+                f"Larynx fit: {name} = ({column:g}, {row:g}) px; must lie in the picture of {shape[1]} x "
+                f"{shape[0]} px. Column first, then row."
+            )
