@@ -23,7 +23,7 @@ _POINTS = 400  # of the contour, at most
 
 
 def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int, ...]) -> CrossSection:
-    """Least squares of the distances between the contour's points and the visible opening's edge.
+    """Least squares of the distances between the contour and the visible opening's edge, both ways.
 
     Unknown are the half-width and, unless the commissures are given, A and P0: where O is, how the picture is
     turned, how long the visible glottis is. Levenberg-Marquardt from the contour's midline.
@@ -57,9 +57,10 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
 
     def residuals(values: Floats) -> Floats:
         made = section(values)
-        reach = made.reach(rays)
-        apart = to_outline(points, made.outline(rays, reach))
-        return np.asarray(np.where(_beyond(made, points), apart, -apart))
+        edge = made.outline(rays, made.reach(rays))
+        apart = to_outline(points, edge)
+        off = np.where(_beyond(made, points), apart, -apart) * _share(points)
+        return np.concatenate([off, to_outline(edge, points) * _share(edge)])
 
     found: Any = optimize.least_squares(
         residuals, start[free], x_scale=np.array([1.0, 1.0, 0.01, 0.01, 0.1])[free]
@@ -100,6 +101,12 @@ def _section(
         mm_per_px, shape, (float(middle[0]), float(middle[1])), (roll + 180) % 360 - 180
     )
     return CrossSection(settings, camera, float(np.exp(width)) * 1e-3 * mm_per_px, r_in)
+
+
+def _share(outline: Floats) -> Floats:
+    """(n) root of the share of a closed polygon's length that is each corner's."""
+    side = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+    return np.asarray(np.sqrt(0.5 * (side + np.roll(side, 1)) / max(float(side.sum()), 1e-300)))
 
 
 def _turn(to_anterior: Floats) -> float:

@@ -58,7 +58,7 @@ class FitSettings:
     """End of the glottis in the picture that is the anterior one."""
     commissures: tuple[Point, Point] | None = None
     """Points A and P0 (column, row) px, where the visible glottis ends; None: fitted."""
-    larynx: Literal["coarse", "demo", "fine", "finest"] = "coarse"
+    larynx: Literal["coarse", "demo", "fine", "finest"] = "demo"
     """Preset whose sizes of cells are taken."""
     order: Literal[1, 2] = 2
     """2: quadratic tetrahedra."""
