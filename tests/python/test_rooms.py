@@ -26,6 +26,7 @@ _MAY_IMPORT = {
     "plica.report": _BASE | _SHARED,
     "plica.video": _BASE | _SHARED,
     "plica.film": _BASE | {"plica.storage"},
+    "plica.larynx_fit": _BASE | _SHARED | _SCENE | {"plica.film", "plica.video"},
 }
 
 

@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _RAYS = 720
-_NEAR = 4.0  # units of the rays: edges beyond cannot be the opening's
+_NEAR = 1.2  # units of the rays, of which the edge at z3 is 1 away: sides beyond cannot be the opening's
 _BATCH = 60  # rays at a time
 
 
@@ -98,8 +98,10 @@ def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     sides = np.unique(np.sort(sides, axis=1), axis=0)
     a, b = place[sides[:, 0]], place[sides[:, 1]]
-    near = np.minimum(np.abs(a).max(axis=1), np.abs(b).max(axis=1)) < _NEAR
-    a, along = a[near], (b - a)[near]
+    along = b - a
+    nearest = np.clip(-(a * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-300), 0.0, 1.0)
+    near = np.linalg.norm(a + nearest[:, None] * along, axis=1) < _NEAR
+    a, along = a[near], along[near]
     rays = Rays.of(_RAYS)
     reach = np.full(_RAYS, np.inf)
     for part in np.array_split(np.arange(_RAYS), _RAYS // _BATCH):

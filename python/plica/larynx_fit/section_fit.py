@@ -18,8 +18,8 @@ __all__ = ["fit_cross_section"]
 
 Floats = NDArray[np.float64]
 
-_RAYS = 240
-_POINTS = 400  # of the contour, at most
+_RAYS = 180
+_POINTS = 300  # of the contour, at most
 
 
 def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int, ...]) -> CrossSection:
@@ -31,7 +31,7 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
     Raises
     ------
     InvalidInput
-        Where the glottis is wider than long, or l_occ is more than half of the folds' length.
+        Where the glottis is as wide as half its length, or its hidden end as long as what is visible.
     """
     from scipy import optimize
 
@@ -43,9 +43,8 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
         _check_commissures(ends, shape)
     begin = _turn(ends[0] - ends[1])
     length = float(np.hypot(*(ends[0] - ends[1])))
-    start = np.array(
-        [*(0.5 * (ends[0] + ends[1])), 0.0, np.log(length), np.log(0.6 * contour.area / length)]
-    )
+    _check_hidden(settings, length)
+    start = np.array([*(0.5 * (ends[0] + ends[1])), 0.0, np.log(length), np.log(0.6 * contour.area / length)])
     free = np.array([settings.commissures is None] * 4 + [True])
     points = contour.points[:: len(contour.points) // _POINTS + 1]
     rays = Rays.of(_RAYS)
@@ -71,17 +70,10 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
             f"Larynx fit: half-width = {1e3 * made.half_width:.3g} mm; must be < r_in / 2 = "
             f"{500 * made.r_in:.3g} mm. Is this a glottis with the folds near each other?"
         )
-    if not made.l_occ < made.r_in:
-        raise InvalidInput(
-            f"Larynx fit: l_occ = {1e3 * made.l_occ:.3g} mm; must be < r_in = {1e3 * made.r_in:.3g} mm as "
-            "measured. Are l_occ and mm_per_px right?"
-        )
     return made
 
 
-def _section(
-    settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float
-) -> CrossSection:
+def _section(settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float) -> CrossSection:
     """Of middle column and row px of A and P0, turn rad, log of their distance px and of the half-width px."""
     column, row, turn, length, width = values
     upright = Camera(tilt=settings.tilt, lean=settings.lean)
@@ -97,9 +89,7 @@ def _section(
     along = np.array([np.cos(begin + turn), -np.sin(begin + turn)])  # column, row: towards anterior
     hidden = settings.metres("l_occ") / (1e-3 * mm_per_px) * np.hypot(*seen)
     middle = np.array([column, row]) - 0.5 * hidden * along
-    camera = settings.camera(
-        mm_per_px, shape, (float(middle[0]), float(middle[1])), (roll + 180) % 360 - 180
-    )
+    camera = settings.camera(mm_per_px, shape, (float(middle[0]), float(middle[1])), (roll + 180) % 360 - 180)
     return CrossSection(settings, camera, float(np.exp(width)) * 1e-3 * mm_per_px, r_in)
 
 
@@ -119,6 +109,19 @@ def _beyond(made: CrossSection, points: Floats) -> NDArray[np.bool_]:
     place = made.inside(points) / made.axes
     far = np.maximum(np.hypot(*place.T), 1e-12)
     return np.asarray(far > made.reach(Rays(place / far[:, None])))
+
+
+def _check_hidden(settings: FitSettings, length: float) -> None:
+    """InvalidInput where the hidden end is as long as the visible glottis (px)."""
+    if settings.mm_per_px is None:
+        return
+    visible = 1e-3 * settings.mm_per_px * length
+    hidden = settings.metres("l_occ")
+    if not hidden < visible:
+        raise InvalidInput(
+            f"Larynx fit: l_occ = {hidden:g} m; must be < {visible:.3g} m, the length of the visible "
+            "glottis. Are l_occ and mm_per_px right?"
+        )
 
 
 def _check_commissures(ends: tuple[Floats, Floats], shape: tuple[int, ...]) -> None:

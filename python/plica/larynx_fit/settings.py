@@ -93,9 +93,7 @@ class FitSettings:
             ("order", (1, 2)),
         ):
             if getattr(self, name) not in choices:
-                raise InvalidInput(
-                    f"Larynx fit: {name} = {getattr(self, name)!r}; must be one of {choices}."
-                )
+                raise InvalidInput(f"Larynx fit: {name} = {getattr(self, name)!r}; must be one of {choices}.")
         if self.commissures is not None:
             self._points()
 

@@ -1,0 +1,85 @@
+"""Larynges fitted to single laryngeal frames: contour error, cells, and which frames are refused and why.
+
+    python benchmarks/image_mesh.py ../shared/data/laryngeal/bagls_mini
+    python benchmarks/image_mesh.py ../shared/data/laryngeal/bagls_mini --pictures overlays --mask-alone
+
+The folder has frames N.png and masks N_seg.png drawn by experts. Their scale is unknown: half the folds'
+length is taken as 7 mm, so that lengths are comparable and nothing more. Contour error: distances in px between
+the contour and the glottal edge that the camera sees through the mesh, both ways.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+
+from plica import InvalidInput, larynx_fit
+from plica.video.image_file import read_image
+
+_HEAD = (
+    f"{'frame':>5} {'length':>7} {'half-width':>10} {'asymmetry':>9} {'mean':>6} {'95 %':>6} {'max':>6} "
+    f"{'dihedral':>8} {'ratio':>6} {'det':>5} {'cells':>6} {'time':>5}\n"
+    f"{'':>5} {'px':>7} {'px':>10} {'':>9} {'px':>6} {'px':>6} {'px':>6} {'degrees':>8} {'':>6} {'':>5} {'':>6} "
+    f"{'s':>5}"
+)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--larynx", default="demo", help="preset: coarse, demo, fine, finest")
+    parser.add_argument("--order", type=int, default=2)
+    parser.add_argument("--mask-alone", action="store_true", help="the contour is the mask's own outline")
+    parser.add_argument("--pictures", type=Path, help="folder for the overlays (SVG)")
+    options = parser.parse_args()
+    masks = sorted(options.folder.glob("*_seg.png"), key=lambda path: int(path.stem.removesuffix("_seg")))
+    if not masks:
+        parser.error(f"{options.folder}: no masks N_seg.png are in it.")
+    print(_HEAD)
+    rows, refused = [], []
+    for path in masks:
+        name = path.stem.removesuffix("_seg")
+        mask = read_image(path) > 127
+        frame = None if options.mask_alone else read_image(path.with_name(f"{name}.png"))
+        began = time.perf_counter()
+        try:
+            made = larynx_fit.fit_larynx(frame, mask, r_in="7 mm", larynx=options.larynx, order=options.order)
+        except InvalidInput as error:
+            refused.append((name, str(error)))
+            continue
+        took = time.perf_counter() - began
+        rows.append(_shown(name, made, took))
+        if options.pictures is not None:
+            options.pictures.mkdir(parents=True, exist_ok=True)
+            (options.pictures / f"{name}.svg").write_text(larynx_fit.overlay(made).svg, encoding="utf-8")
+    table = np.array(rows)
+    if rows:
+        for what, row in (("median", np.median(table, axis=0)), ("worst", _worst(table))):
+            print(f"{what}: mean {row[0]:.2f}, 95 % {row[1]:.2f}, max {row[2]:.2f} px; dihedral {row[3]:.2f}")
+    print(f"\n{len(rows)} of {len(masks)} frames fitted; refused:")
+    for name, why in refused:
+        print(f"{name:>5}  {why}")
+
+
+def _shown(name: str, made: larynx_fit.LarynxFit, took: float) -> tuple[float, float, float, float]:
+    error, quality, ends = made.error, made.quality, made.section.commissures
+    print(
+        f"{name:>5} {np.hypot(*(ends[0] - ends[1])):7.1f} {made.section.half_width / made.camera.pixel:10.2f} "
+        f"{made.asymmetry:+9.2f} {error.mean:6.2f} {error.percentile_95:6.2f} {error.largest:6.2f} "
+        f"{quality.least_dihedral:8.2f} {quality.least_mean_ratio:6.3f} {quality.least_jacobian:5.2f} "
+        f"{quality.tetrahedra:6d} {took:5.1f}"
+    )
+    return error.mean, error.percentile_95, error.largest, quality.least_dihedral
+
+
+def _worst(table: np.ndarray) -> np.ndarray:
+    return np.array([*table[:, :3].max(axis=0), table[:, 3].min()])
+
+
+if __name__ == "__main__":
+    main()
