@@ -4,8 +4,8 @@
     python benchmarks/image_mesh.py ../shared/data/laryngeal/bagls_mini --pictures overlays --mask-alone
 
 The folder has frames N.png and masks N_seg.png drawn by experts. Their scale is unknown: half the folds'
-length is taken as 7 mm, so that lengths are comparable and nothing more. Contour error: distances in px between
-the contour and the glottal edge that the camera sees through the mesh, both ways.
+length is taken as 7 mm, so that lengths are comparable and nothing more. Contour error: distances in px
+between the contour and the glottal edge that the camera sees through the mesh, both ways.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from plica.video.image_file import read_image
 _HEAD = (
     f"{'frame':>5} {'length':>7} {'half-width':>10} {'asymmetry':>9} {'mean':>6} {'95 %':>6} {'max':>6} "
     f"{'dihedral':>8} {'ratio':>6} {'det':>5} {'cells':>6} {'time':>5}\n"
-    f"{'':>5} {'px':>7} {'px':>10} {'':>9} {'px':>6} {'px':>6} {'px':>6} {'degrees':>8} {'':>6} {'':>5} {'':>6} "
-    f"{'s':>5}"
+    f"{'':>5} {'px':>7} {'px':>10} {'':>9} {'px':>6} {'px':>6} {'px':>6} {'degrees':>8} "
+    f"{'':>6} {'':>5} {'':>6} {'s':>5}"
 )
 
 
@@ -68,8 +68,9 @@ def main() -> None:
 
 def _shown(name: str, made: larynx_fit.LarynxFit, took: float) -> tuple[float, float, float, float]:
     error, quality, ends = made.error, made.quality, made.section.commissures
+    width = made.section.half_width / made.camera.pixel
     print(
-        f"{name:>5} {np.hypot(*(ends[0] - ends[1])):7.1f} {made.section.half_width / made.camera.pixel:10.2f} "
+        f"{name:>5} {np.hypot(*(ends[0] - ends[1])):7.1f} {width:10.2f} "
         f"{made.asymmetry:+9.2f} {error.mean:6.2f} {error.percentile_95:6.2f} {error.largest:6.2f} "
         f"{quality.least_dihedral:8.2f} {quality.least_mean_ratio:6.3f} {quality.least_jacobian:5.2f} "
         f"{quality.tetrahedra:6d} {took:5.1f}"

@@ -131,7 +131,7 @@ def test_superior_nodes_lie_where_their_pixels_say() -> None:
     shown = np.isfinite(near[:, 0])  # some at the edge have their pixel's centre in the glottis
     assert shown.sum() > 30
     assert near[shown, :2].max() < 0.501
-    # The surface rises by 2 mm over 0.8 r_in - half_width = 4.6 mm at least: by 0.43 of what it is off, 0.71 px.
+    # The surface rises by 2 mm over 0.8 r_in - half_width = 4.6 mm at least: 0.43 of what it is off, 0.71 px.
     assert near[shown, 2].max() < 0.35
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,8 +88,8 @@ def glottal_contour(frame: Floats | None, mask: Mask | None = None) -> Contour:
         )
     if kept.sum() < _LEAST_PIXELS:
         raise InvalidInput(
-            f"Glottis: area = {int(kept.sum())} px; must be >= {_LEAST_PIXELS}. Is this the prephonatory frame, "
-            "and the picture large enough?"
+            f"Glottis: area = {int(kept.sum())} px; must be >= {_LEAST_PIXELS}. Is this the prephonatory "
+            "frame, and the picture large enough?"
         )
     line = find_midline([kept])
     joined, bridge, openings = _joined(kept, line)
@@ -99,8 +100,8 @@ def glottal_contour(frame: Floats | None, mask: Mask | None = None) -> Contour:
         )
     if width < _LEAST_WIDTH:
         raise InvalidInput(
-            f"Glottis: mean width = {width:.1f} px; must be >= {_LEAST_WIDTH:g}. It is closed, or nearly: take "
-            "a frame before phonation, with the folds apart."
+            f"Glottis: mean width = {width:.1f} px; must be >= {_LEAST_WIDTH:g}. It is closed, or nearly: "
+            "take a frame before phonation, with the folds apart."
         )
     field, faint = _field(picture, kept, bridge)
     points = _outline(field, joined)
@@ -133,8 +134,8 @@ def _checked(frame: Floats | None, mask: Mask | None) -> tuple[Floats | None, Ma
         raise InvalidInput(f"Mask: type = {drawn.dtype}; must be bool, True in the glottis.")
     if not drawn.any():
         raise InvalidInput(
-            "Mask: glottis = 0 px; must be > 0. A closed glottis tells no prephonatory geometry: take a frame "
-            "with the folds apart."
+            "Mask: glottis = 0 px; must be > 0. A closed glottis tells no prephonatory geometry: take a "
+            "frame with the folds apart."
         )
     return picture, drawn
 
@@ -166,11 +167,11 @@ def _joined(mask: Mask, line: Midline) -> tuple[Mask, Mask, int]:
         half = 0.5 * y.size / (np.ptp(along) + 1)
         found.append((float(along.min()), float(along.max()), float(across.mean()), half))
     found.sort()
-    for (_, end, before, wide), (begin, _, after, broad) in zip(found[:-1], found[1:], strict=True):
+    for (_, end, before, wide), (begin, _, after, broad) in pairwise(found):
         if begin <= end or abs(before) > wide + 1 or abs(after) > broad + 1:
             raise InvalidInput(
-                f"Glottis: {count} separate openings; must be one, or lie one after the other along the midline. "
-                "Erase from the mask what is no glottis."
+                f"Glottis: {count} separate openings; must be one, or lie one after the other along the "
+                "midline. Erase from the mask what is no glottis."
             )
         steps = np.linspace(0, 1, int(4 * (begin - end)) + 8)
         place = np.stack([end + steps * (begin - end), before + steps * (after - before)], axis=1)
@@ -199,8 +200,8 @@ def _field(frame: Floats | None, mask: Mask, bridge: Mask) -> tuple[Floats, Mask
     contrast = float(np.median(smooth[ring])) - dark
     if not contrast > 0:
         raise InvalidInput(
-            f"Mask: the glottis is {-contrast:.3g} grey levels brighter than what is around it; must be darker. "
-            "Is the mask True in the glottis, and of this frame?"
+            f"Mask: the glottis is {-contrast:.3g} grey levels brighter than what is around it; must be "
+            "darker. Is the mask True in the glottis, and of this frame?"
         )
     faint = tissue - dark < _FAINT * contrast
     level = (smooth - dark) / np.where(faint, contrast, tissue - dark) - 0.5
@@ -213,11 +214,12 @@ def _outline(field: Floats, mask: Mask) -> Floats:
     """(n, 2) the longest closed line on which the field is 0."""
     from contourpy import contour_generator
 
-    lines = contour_generator(z=field).lines(0.0)
-    closed = [line for line in lines if len(line) > 3 and np.allclose(line[0], line[-1])]
+    lines = [np.asarray(line, dtype=float) for line in contour_generator(z=field).lines(0.0)]
+    closed = [line for line in lines if len(line) > 3 and np.array_equal(line[0], line[-1])]
     if not closed:
         raise InvalidInput(
-            f"Glottis: no closed contour about its {int(mask.sum())} px; must be one. Is the mask of this frame?"
+            f"Glottis: no closed contour about its {int(mask.sum())} px; must be one. "
+            "Is the mask of this frame?"
         )
     longest = max(closed, key=lambda line: float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum()))
-    return np.asarray(longest[:-1], dtype=float)
+    return longest[:-1]

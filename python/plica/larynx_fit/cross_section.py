@@ -1,12 +1,12 @@
 """The cross-sectional geometry of Paper D, Fig. 1, in the picture and in metres.
 
 The anterior and the posterior commissure A and P lie on a circle of radius r_in about O, the middle between
-them; the tissue ends at r_out. The visible glottis ends at P0, l_occ before P. Between z2 and z3 the airway is
-the ellipse of half-axes (half_width, r_in); at z0, z1, z4 and z5 the circle. As the camera sees it, the opening
-is what the airway's sections at all heights have in common, cut at P0.
+them; the tissue ends at r_out. The visible glottis ends at P0, l_occ before P. Between z2 and z3 the airway
+is the ellipse of half-axes (half_width, r_in); at z0, z1, z4 and z5 the circle. As the camera sees it, the
+opening is what the airway's sections at all heights have in common, cut at P0.
 
-What is visible of the fold edges enters the ellipse; Paper D closes the ends by circular sectors, whose angles
-are those of `anterior_angles` and `posterior_angle`.
+Paper D closes the ends by circular sectors of angles alpha_R, alpha_L and epsilon, which its text does not
+define; here the ellipse goes through, and `anterior_angles` and `posterior_angle` are told beside it.
 """
 
 from __future__ import annotations
@@ -162,7 +162,7 @@ class CrossSection:
         )
 
     def asymmetry(self, contour: Floats) -> float:
-        """(right - left) / (right + left) of the areas beside the midline that the contour (n, 2) px encloses."""
+        """(right - left) / (right + left) of the areas that a contour (n, 2) px has beside the midline."""
         x, y = self.inside(contour).T
         areas = []
         for side in (-1.0, 1.0):

@@ -62,10 +62,12 @@ class MeshSeen:
 
         seen = self.camera.project(np.asarray(self.mesh.points, dtype=float)[self.superior])
         height, width = self.camera.shape
-        inside = ((seen[:, :2] >= 0) & (seen[:, :2] <= [width - 1, height - 1])).all(axis=1)
+        inside: NDArray[np.bool_] = np.all(
+            (seen[:, :2] >= 0) & (seen[:, :2] <= [width - 1, height - 1]), axis=1
+        )
         top = highest(seen[inside, :2], self._view.corners, self._sight.surface.triangles, self.camera.shape)
         inside[inside] = top <= seen[inside, 2] + 0.05 * self.camera.pixel
-        return np.asarray(inside)
+        return inside
 
     @cached_property
     def _sight(self) -> Sight:
@@ -89,8 +91,8 @@ class MeshSeen:
 def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
     """(k, 2) px: the edge of the opening that the camera sees through the mesh, to P0.
 
-    Along rays from O, in units in which the glottis is round, the first side of the airway's triangles that is
-    met; exact where the opening is star-shaped about O.
+    Along rays from O, in units in which the glottis is round, the first side of the airway's triangles that
+    is met; exact where the opening is star-shaped about O.
     """
     corners, triangles = seen.corners
     matrix, origin = section.picture

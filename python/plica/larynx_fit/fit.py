@@ -181,6 +181,7 @@ def _check_error(made: LarynxFit) -> None:
         raise InvalidInput(
             f"Larynx fit: contour error (95th percentile) = {made.error.percentile_95:.2f} px; must be <= "
             f"{limit:.2f} px, {made.section.settings.largest_error:g} of the visible length. The parametric "
-            f"larynx is elliptic and symmetric, this glottis has an asymmetry of {made.asymmetry:+.2f} (areas "
-            "right less left of the midline, over both). Are the commissures right? Else take another frame."
+            f"larynx is elliptic and symmetric, this glottis has an asymmetry of {made.asymmetry:+.2f} "
+            "(areas right less left of the midline, over both). Are the commissures right? Else take another "
+            "frame."
         )

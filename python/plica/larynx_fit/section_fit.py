@@ -74,7 +74,7 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
 
 
 def _section(settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float) -> CrossSection:
-    """Of middle column and row px of A and P0, turn rad, log of their distance px and of the half-width px."""
+    """Of A and P0: middle column and row px, turn rad, log of their distance px; log of the half-width px."""
     column, row, turn, length, width = values
     upright = Camera(tilt=settings.tilt, lean=settings.lean)
     seen = upright.axes[:2, 1]  # of y: right and up in the picture

@@ -107,7 +107,7 @@ class FitSettings:
         return tuple(float(z) for z in self.z)
 
     def camera(self, mm_per_px: float, shape: tuple[int, ...], centre: Point, roll: float) -> Camera:
-        """The camera that shows the middle of the folds' upper edge, (0, 0, z3), at `centre` (column, row)."""
+        """The camera that shows (0, 0, z3), amid the folds' upper edges, at `centre` (column, row)."""
         own = Camera(
             mm_per_px=mm_per_px,
             height=shape[0],
