@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plica import __version__
-from plica.commands import bench, examples, film, keys, video
+from plica.commands import bench, examples, film, keys, larynx, video
 from plica.commands.arguments import add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
@@ -159,6 +159,7 @@ def _parser() -> argparse.ArgumentParser:
     keys.add_commands(commands)
     video.add_commands(commands)
     film.add_commands(commands)
+    larynx.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
     report = part("report", _report, "write DIR/report.html anew")
     measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)

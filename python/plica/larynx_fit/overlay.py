@@ -14,6 +14,7 @@ __all__ = ["overlay"]
 Floats = NDArray[np.float64]
 
 _WIDE = 6.0  # inches
+_AROUND = 1.4  # of r_in, shown of the picture
 
 
 def overlay(fitted: LarynxFit) -> Drawing:
@@ -25,8 +26,8 @@ def overlay(fitted: LarynxFit) -> Drawing:
         f"{1e3 * fitted.section.half_width:.3g} mm, r_in {1e3 * fitted.section.r_in:.3g} mm, "
         f"{camera.mm_per_px:.3g} mm a pixel."
     )
-    height, width = camera.shape
-    size = (_WIDE, float(np.clip(_WIDE * height / width, 3.0, 9.0)) + 0.4)
+    (left, top), (right, bottom) = _shown(fitted)
+    size = (_WIDE, float(np.clip(_WIDE * (bottom - top) / (right - left), 3.0, 9.0)) + 0.4)
     return draw(
         "Larynx fitted to a frame",
         caption,
@@ -53,11 +54,21 @@ def _paint(figure: Figure, fitted: LarynxFit) -> None:
             continue
         axes.plot(x, y, "o", color=green, markersize=3)
         axes.annotate(name, (x, y), (4, 4), textcoords="offset points", color=green)
-    axes.set_xlim(-0.5, fitted.camera.width - 0.5)
-    axes.set_ylim(fitted.camera.height - 0.5, -0.5)
+    (left, top), (right, bottom) = _shown(fitted)
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
     axes.set_xlabel("px")
     axes.set_ylabel("px")
     label_ends(axes, [("contour", red), ("glottal edge of the mesh", blue), ("superior surface", purple)])
+
+
+def _shown(fitted: LarynxFit) -> tuple[Floats, Floats]:
+    """Least and greatest column and row, px: the picture about the circle of radius r_in."""
+    section = fitted.section
+    reach = _AROUND * section.r_in / section.camera.pixel
+    middle = section.place(np.zeros((1, 2)))[0]
+    last = np.array([section.camera.width, section.camera.height]) - 0.5
+    return np.maximum(middle - reach, -0.5), np.minimum(middle + reach, last)
 
 
 def _closed(outline: Floats) -> Floats:
