@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from PIL import Image
 import plica
 from pictured_folds import pictured
 from plica.cli import main
+from plica.video import Synthetic, SyntheticGlottis
 
 _TISSUE = """
 [tissue.body]
@@ -73,3 +75,21 @@ def test_wrong_calls_are_refused_in_one_sentence(
         assert main(["larynx", *asked, "-o", str(out)]) == 2
         assert told in capsys.readouterr().err
     assert not out.exists()
+
+
+@pytest.mark.slow
+def test_an_analysis_gives_mask_and_scale(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = Synthetic(
+        height=128, width=97, frames=24, frequency=0.0813, amplitude=(3, 3), opening=(6, 6), highlights=2
+    )
+    np.save(tmp_path / "glottis.npy", SyntheticGlottis(options).stack())
+    asked = ["--fps", "4000", "--mm-per-px", "0.05", "--anterior", "lower", "--preset", "fast", "--quiet"]
+    assert main(["video", str(tmp_path / "glottis.npy"), *asked, "-o", str(tmp_path / "done")]) == 0
+    out = tmp_path / "mesh.toml"
+    assert main(["larynx", str(tmp_path / "done"), "--frame", "0", "-o", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "0.05 mm a pixel" in said
+    anterior, posterior = (float(y) for y in re.findall(r"(?:A|P0) \([\d.]+, ([\d.]+)\)", said))
+    assert posterior < 0.3 * 128 < 0.7 * 128 < anterior
+    assert main(["larynx", str(tmp_path / "done"), "--frame", "99", "-o", str(out)]) == 2
+    assert "frame 99" in capsys.readouterr().err

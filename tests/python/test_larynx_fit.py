@@ -19,6 +19,7 @@ CAMERAS = [
     {"half_width": 0.25e-3},
     {"tilt": 5.0},
     {"tilt": 8.0, "lean": 3.0, "roll": 4.0},
+    {"lean": 6.0},
 ]
 
 
@@ -69,7 +70,7 @@ def test_the_opening_is_what_all_sections_have_in_common(camera: dict[str, float
     section = pictured(**camera).section
     rays = larynx_fit.Rays.of(64)
     edge = section.outline(rays, section.reach(rays))
-    centre = section.place(np.zeros((1, 2)))
+    centre = section.centre
     heights, minors = np.array(section.sections).T
     z = np.linspace(heights[0], heights[-1], 4001)
     minor = np.interp(z, heights, minors)

@@ -111,6 +111,28 @@ class CrossSection:
         matrix, origin = self.picture
         return np.asarray(np.linalg.solve(matrix, (pixels - origin).T).T * self.axes)
 
+    @cached_property
+    def climb(self) -> Floats:
+        """(2) by how much a point moves in the picture with its height, in the rays' units per m."""
+        matrix, _ = self.picture
+        return np.asarray(np.linalg.solve(matrix, self.camera.projection[:2, 2]))
+
+    @property
+    def middle(self) -> float:
+        """m, height of the glottis' middle, where the rays begin: the opening is seen symmetric about it."""
+        return 0.5 * (self.settings.heights[2] + self.settings.heights[3])
+
+    @property
+    def centre(self) -> Floats:
+        """(2) px, where the rays begin."""
+        matrix, origin = self.picture
+        return np.asarray(origin + matrix @ self.climb * (self.middle - self.settings.heights[3]))
+
+    def from_centre(self, pixels: Floats) -> Floats:
+        """(n, 2) places (n, 2) px as seen from `centre`, in the rays' units; the inverse of `outline`."""
+        matrix, _ = self.picture
+        return np.asarray(np.linalg.solve(matrix, (pixels - self.centre).T).T)
+
     @property
     def commissures(self) -> Floats:
         """(3, 2) px: A, P0 and P, at the height z3."""
@@ -129,11 +151,9 @@ class CrossSection:
         z = np.concatenate(
             [heights[[0, 2, 5]], *(np.linspace(heights[k], heights[k + 1], _BETWEEN) for k in (1, 3))]
         )
-        matrix, _ = self.picture
-        shift = np.linalg.solve(matrix, self.camera.projection[:2, 2])  # in the rays' units, per m of height
         reach = np.full(len(rays.direction), np.inf)
         for height, minor in zip(z, np.interp(z, heights, minors), strict=True):
-            offset = shift * (height - heights[3])
+            offset = self.climb * (height - self.middle)
             np.minimum(reach, rays.ellipse(offset, np.array([minor / self.half_width, 1.0])), out=reach)
         return self.cut(rays, reach)
 
@@ -141,13 +161,13 @@ class CrossSection:
         """(k) the same, but not beyond P0."""
         if self.l_occ == 0:
             return reach
-        down = np.minimum(rays.direction[:, 1], -1e-12)
-        return np.minimum(reach, (1 - self.l_occ / self.r_in) / -down)
+        end = self.l_occ / self.r_in - 1 + self.climb[1] * (self.settings.heights[3] - self.middle)
+        return np.asarray(np.minimum(reach, end / np.minimum(rays.direction[:, 1], -1e-12)))
 
     def outline(self, rays: Rays, reach: Floats) -> Floats:
         """(k, 2) px: the opening's edge, around it once."""
-        matrix, origin = self.picture
-        return np.asarray((rays.direction * reach[:, None]) @ matrix.T + origin)
+        matrix, _ = self.picture
+        return np.asarray((rays.direction * reach[:, None]) @ matrix.T + self.centre)
 
     def anterior_angles(self, contour: Floats) -> tuple[float, float]:
         """(left, right) rad: between the midline and the line from A to each fold's most lateral point.
@@ -163,7 +183,7 @@ class CrossSection:
 
     def asymmetry(self, contour: Floats) -> float:
         """(right - left) / (right + left) of the areas that a contour (n, 2) px has beside the midline."""
-        x, y = self.inside(contour).T
+        x, y = self.from_centre(contour).T
         areas = []
         for side in (-1.0, 1.0):
             u = np.maximum(side * x, 0.0)

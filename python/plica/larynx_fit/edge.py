@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _RAYS = 720
-_NEAR = 1.2  # units of the rays, of which the edge at z3 is 1 away: sides beyond cannot be the opening's
+_NEAR = 1.2  # units of the rays, of which the glottis' edge is 1 away: sides beyond cannot be the opening's
 _BATCH = 60  # rays at a time
 
 
@@ -91,12 +91,11 @@ class MeshSeen:
 def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
     """(k, 2) px: the edge of the opening that the camera sees through the mesh, to P0.
 
-    Along rays from O, in units in which the glottis is round, the first side of the airway's triangles that
-    is met; exact where the opening is star-shaped about O.
+    Along rays from the glottis' middle, in units in which the glottis is round, the first side of the
+    airway's triangles that is met; exact where the opening is star-shaped about it.
     """
     corners, triangles = seen.corners
-    matrix, origin = section.picture
-    place = np.linalg.solve(matrix, (corners - origin).T).T
+    place = section.from_centre(corners)
     sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     sides = np.unique(np.sort(sides, axis=1), axis=0)
     a, b = place[sides[:, 0]], place[sides[:, 1]]

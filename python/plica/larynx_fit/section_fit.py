@@ -26,7 +26,8 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
     """Least squares of the distances between the contour and the visible opening's edge, both ways.
 
     Unknown are the half-width and, unless the commissures are given, A and P0: where O is, how the picture is
-    turned, how long the visible glottis is. Levenberg-Marquardt from the contour's midline.
+    turned, how long the visible glottis is. Gauss and Newton's method in a trust region, from the contour's
+    midline.
 
     Raises
     ------
@@ -42,9 +43,8 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
         ends = (np.array(settings.commissures[0], float), np.array(settings.commissures[1], float))
         _check_commissures(ends, shape)
     begin = _turn(ends[0] - ends[1])
-    length = float(np.hypot(*(ends[0] - ends[1])))
-    _check_hidden(settings, length)
-    start = np.array([*(0.5 * (ends[0] + ends[1])), 0.0, np.log(length), np.log(0.6 * contour.area / length)])
+    _check_hidden(settings, float(np.hypot(*(ends[0] - ends[1]))))
+    start = _start(contour, settings, ends)
     free = np.array([settings.commissures is None] * 4 + [True])
     points = contour.points[:: len(contour.points) // _POINTS + 1]
     rays = Rays.of(_RAYS)
@@ -71,6 +71,16 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
             f"{500 * made.r_in:.3g} mm. Is this a glottis with the folds near each other?"
         )
     return made
+
+
+def _start(contour: Contour, settings: FitSettings, ends: tuple[Floats, Floats]) -> Floats:
+    """The unknowns of `_section` by the contour's ends and area, and by what the camera's lean hides."""
+    length = float(np.hypot(*(ends[0] - ends[1])))
+    pixel = 2 * settings.metres("r_in") / length if settings.mm_per_px is None else 1e-3 * settings.mm_per_px
+    depth = settings.heights[3] - settings.heights[2]
+    hidden = 0.5 * depth * abs(np.sin(np.radians(settings.lean))) / pixel
+    width = 0.6 * contour.area / length + hidden
+    return np.array([*(0.5 * (ends[0] + ends[1])), 0.0, np.log(length), np.log(width)])
 
 
 def _section(settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float) -> CrossSection:
@@ -106,7 +116,7 @@ def _turn(to_anterior: Floats) -> float:
 
 def _beyond(made: CrossSection, points: Floats) -> NDArray[np.bool_]:
     """(n) whether points (n, 2) px lie outside the visible opening."""
-    place = made.inside(points) / made.axes
+    place = made.from_centre(points)
     far = np.maximum(np.hypot(*place.T), 1e-12)
     return np.asarray(far > made.reach(Rays(place / far[:, None])))
 
