@@ -205,8 +205,11 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     search.last = known;
     x = x_free;
     path_->move(known.rows, known.force, scale, x_free, x);
-    std::optional<Contacts> found = search_on(search, few, x).contacts;
-    if (found && found->converged) return std::move(*found);
+    try {
+      std::optional<Contacts> found = search_on(search, std::min(few, options_.max_passes), x).contacts;
+      if (found && found->converged) return std::move(*found);
+    } catch (const SolveFailed&) {  // of forces in the wrong place: from the start they are others
+    }
     known.passes = search.last.passes;
     known.pivots = search.last.pivots;
   }
@@ -240,6 +243,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     best->contacts.pivots = last.pivots;
     best->contacts.converged = false;
     x = std::move(best->x);
+    update(x);
     return Outcome{std::move(best->contacts), ""};
   };
   const auto start_anew = [&] {

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -74,7 +75,7 @@ class LinearSolver {
   virtual double tolerance() const = 0;
   /// Enough for what only positions within a step follow from, of which contact and flow ask some 1e-4 of a step's
   /// motion: the step is solved for to tolerance() once these are known.
-  double tolerance_of_positions() const { return 100 * tolerance(); }
+  double tolerance_of_positions() const { return std::min(1e-6, 100 * tolerance()); }
 };
 
 }  // namespace plica
