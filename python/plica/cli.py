@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plica import __version__
-from plica.commands import bench, examples, film, keys, larynx, video
+from plica.commands import bench, examples, film, identify, keys, larynx, video
 from plica.commands.arguments import add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
@@ -25,7 +25,8 @@ __all__ = ["main"]
 _FAILED, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
 
 _MAIN_HELP = """\
-Simulates vibrating vocal folds from a scene file, and measures them in high-speed video.
+Simulates vibrating vocal folds from a scene file, measures them in high-speed video, and estimates their
+tissue from it.
 
 A first session:
   plica examples scenes                                 scenes to start from, copied to scenes/
@@ -34,6 +35,7 @@ A first session:
   paraview runs/first/fields.xdmf                       look at it in 3D
   plica film runs/first -o clip.avi                     film it, with the true motion of every pixel
   plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
+  plica identify analysis --scene my.toml -o tissue     estimate the tissue from it
 
 A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
 [airflow] table there is no airflow, without [contact] no contact. Quantities are SI numbers or texts with
@@ -160,6 +162,7 @@ def _parser() -> argparse.ArgumentParser:
     video.add_commands(commands)
     film.add_commands(commands)
     larynx.add_commands(commands)
+    identify.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
     report = part("report", _report, "write DIR/report.html anew")
     measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)

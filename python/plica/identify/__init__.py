@@ -4,7 +4,8 @@
 
 An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins
 them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
-(docs/identification.md).
+(docs/identification.md). `identify` does all of it from the files of a recording, as ``plica identify`` does;
+`load` reads what it stored.
 """
 
 from plica.identify.em import EMResult, em
@@ -12,6 +13,7 @@ from plica.identify.estimate import Iteration, Scoring, estimate
 from plica.identify.evolution import Evolution, hht_evolution
 from plica.identify.forcing import Forcing
 from plica.identify.frames import compose, frame_difference
+from plica.identify.identification import Identification, identify, load
 from plica.identify.kalman import Filtered, kalman_filter, log_likelihood
 from plica.identify.likelihood import Evaluation, MarginalLikelihood
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
@@ -22,16 +24,20 @@ from plica.identify.parameters import Prior, TissueParameter, TissueParameters
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import ResidualTest, residual_test, whitened
 from plica.identify.scene_evolution import SceneMatrices, scene_evolution, scene_matrices
+from plica.identify.settings import Estimated, Settings
 from plica.identify.smoother import Smoothed, smooth
+from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.structured_em import StructuredResult, structured_em
 
 __all__ = [
     "Camera",
     "EMResult",
+    "Estimated",
     "Evaluation",
     "Evolution",
     "Filtered",
     "Forcing",
+    "Identification",
     "Iteration",
     "LinearGaussian",
     "MarginalLikelihood",
@@ -39,12 +45,14 @@ __all__ = [
     "Noise",
     "Observation",
     "PatternNoise",
+    "PixelMotion",
     "Posterior",
     "Prior",
     "ResidualTest",
     "Responses",
     "SceneMatrices",
     "Scoring",
+    "Settings",
     "Smoothed",
     "StructuredResult",
     "SurfacePoints",
@@ -55,8 +63,11 @@ __all__ = [
     "estimate",
     "frame_difference",
     "hht_evolution",
+    "identify",
     "kalman_filter",
+    "load",
     "log_likelihood",
+    "open_motion",
     "residual_test",
     "scene_evolution",
     "scene_matrices",

@@ -20,7 +20,7 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.parts import HilberHughesTaylor
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["MotionModel", "Responses"]
+__all__ = ["MotionModel", "Responses", "require_linear"]
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class MotionModel:
         mesh: _engine.TetMesh | None = None,
         tolerance: float = 1e-10,
     ) -> None:
-        _require_linear(scene)
+        require_linear(scene)
         mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
         materials, names, cell_material = materials_of(scene, mesh)
         self.tissue = TissueParameters(materials, names, parameters)
@@ -202,7 +202,9 @@ class MotionModel:
         return np.ascontiguousarray(self._frames(position).transpose(1, 0, 2))
 
 
-def _require_linear(scene: Scene) -> None:
+def require_linear(scene: Scene) -> None:
+    """Raises InvalidInput for a scene whose motion is not linear in the pressures, or does not start "
+    "from rest."""
     if scene.contact is not None:
         raise InvalidInput(
             f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in "

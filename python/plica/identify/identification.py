@@ -1,0 +1,220 @@
+"""A recording identified: from its files to a posterior, a report, and back."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.identify.coarser import coarser_scene
+from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.iterates import Iterates, Marks
+from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.model import MotionModel, require_linear
+from plica.identify.posterior import Posterior
+from plica.identify.pressures import forcing_of, heights_of, seen_surface
+from plica.identify.recording import Recorded, observe
+from plica.identify.residuals import whitened
+from plica.identify.results import Identification, Picture, load, store
+from plica.identify.settings import Settings
+from plica.identify.sources import PixelMotion, open_motion
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import only_writer, storage_errors
+
+__all__ = ["Identification", "identify", "load"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One mesh with what is seen on it."""
+
+    scene: Scene
+    mesh: _engine.TetMesh
+    recorded: Recorded
+    likelihood: MarginalLikelihood
+    heights: Floats
+
+
+def identify(
+    recording: str | Path,
+    scene: Scene | str | Path,
+    directory: str | Path,
+    settings: Settings | None = None,
+    *,
+    resume: bool = False,
+    progress: bool = True,
+) -> Identification:
+    """Estimate the tissue of a scene from a recording; store posterior, table and report in `directory`.
+
+    Parameters
+    ----------
+    recording : str or Path
+        The directory of an analysis by ``plica video``, or a file of flow (`plica.identify.open_motion`).
+    scene : Scene, str or Path
+        Mesh, tissue, supports and time step; without contact. Its airflow is not simulated.
+    directory : str or Path
+        Holds ``iterates.json``, ``posterior.h5``, ``posterior.csv`` and ``report.html``.
+    settings : Settings, optional
+    resume : bool
+        Go on with what was begun in `directory`; refused for another scene, recording or other settings.
+    progress : bool
+        Show it on standard error.
+
+    Raises
+    ------
+    InvalidInput
+        For input that cannot be used; nothing is written.
+    SolveFailed
+        Where the estimate does not converge; its points are kept.
+    """
+    settings = settings or Settings()
+    scene = scene if isinstance(scene, Scene) else Scene.load(scene)
+    require_linear(scene)
+    coarser, why = coarser_scene(settings, scene)
+    motion = open_motion(recording)
+    tasks = {"scene": _task(motion, settings, scene, progress)}
+    if coarser is not None:
+        require_linear(coarser)
+        tasks["coarser"] = _task(motion, settings, coarser, progress, tasks["scene"].recorded)
+    directory = Path(directory)
+    fine = tasks["scene"]
+    marks = Marks.of(settings, scene, coarser, fine.recorded.observation)
+    iterates = Iterates.begun(directory, marks, resume)
+    with storage_errors(directory):
+        directory.mkdir(parents=True, exist_ok=True)
+    with only_writer(directory), storage_errors(directory):
+        if "coarser" in tasks and "coarser" not in iterates.ended:
+            found, _ = _estimated(tasks["coarser"], "coarser", iterates, settings, None, progress)
+            iterates.end("coarser", found.mean)
+        begin = iterates.ended.get("coarser")
+        found, at = _estimated(fine, "scene", iterates, settings, begin, progress)
+        if begin is not None:
+            found = replace(found, mesh_shift=found.mean - np.array(begin))
+        picture = _picture(fine, at, motion)
+        notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found)
+        found = replace(found, notes=notes)
+        store(directory, found, picture, iterates, scene)
+        iterates.end("scene", found.mean)
+        from plica.identify.report import write_report
+
+        write_report(load(directory))
+    return load(directory)
+
+
+def _task(
+    motion: PixelMotion,
+    settings: Settings,
+    scene: Scene,
+    progress: bool,
+    like: Recorded | None = None,
+) -> _Task:
+    """Where `like` is given, its points on this mesh."""
+    mesh = build_mesh(scene.mesh, scene.source)
+    seen = seen_surface(settings, scene, mesh)
+    recorded = observe(motion, settings, scene, mesh, seen, progress) if like is None else like.on(mesh, seen)
+    forcing = forcing_of(settings, scene, mesh, recorded.observation, recorded.lead)
+    named = settings.tissue_parameters(scene)
+    model = MotionModel(scene, named, recorded.observation, forcing, mesh=mesh)
+    return _Task(scene, mesh, recorded, MarginalLikelihood(model), heights_of(settings, scene, mesh))
+
+
+def _estimated(
+    task: _Task,
+    name: str,
+    iterates: Iterates,
+    settings: Settings,
+    begin: list[float] | None,
+    progress: bool,
+) -> tuple[Posterior, Evaluation]:
+    """The posterior of one mesh, and the likelihood at the last point of the iteration."""
+    last: list[Floats] = []
+    resumed = iterates.start(name)
+
+    def kept(at: Iteration) -> None:
+        if resumed is None or at.number:
+            iterates.add(name, at)
+        last[:] = [at.point]
+
+    words = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
+    start = resumed if resumed is not None else None if begin is None else np.array(begin)
+    found = estimate(
+        task.likelihood,
+        start,
+        Scoring(max_iterations=settings.max_iterations),
+        _shown(kept, words) if progress else kept,
+    )
+    return found, task.likelihood.evaluate(last[0])  # which is the one that it remembers
+
+
+def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration], None]:
+    began = time.monotonic()
+    print(f"plica: {words}: first sweep", file=sys.stderr, flush=True)
+
+    def said(at: Iteration) -> None:
+        kept(at)
+        print(
+            f"plica: {words}: iteration {at.number}, log density {at.value:.6g}, step {at.step:.2g} sd, "
+            f"{time.monotonic() - began:.0f} s",
+            file=sys.stderr,
+            flush=True,
+        )
+
+    return said
+
+
+def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
+    """What was seen, what the model makes of it, and what is left."""
+    recorded, space = task.recorded, task.likelihood.inputs
+    observation = recorded.observation
+    shape = observation.flow.shape
+    pressures = np.zeros(observation.frames * at.responses.lags.shape[3])
+    pressures[space.chosen] = at.inputs
+    observed = np.where(observation.weights > 0, observation.rows, np.nan)
+    points = observation.points
+    return Picture(
+        name=motion.name,
+        kind=motion.kind,
+        frame_rate=observation.frame_rate,
+        first=recorded.first,
+        lead=recorded.lead,
+        spacing=recorded.spacing,
+        correlation=recorded.correlation,
+        start=recorded.start,
+        place=np.einsum("rk,rkc->rc", points.weights, np.asarray(task.mesh.points)[points.nodes]),
+        observed=observed.reshape(shape),
+        predicted=(observed - at.residual).reshape(shape),
+        whitened=whitened(task.likelihood, at).reshape(shape),
+        sd=np.broadcast_to(np.asarray(observation.sd), shape).mean(axis=2),
+        closed=np.asarray(observation.closed),
+        pressures=pressures.reshape(observation.frames, -1),
+        heights=task.heights,
+        known_drive=task.likelihood.model.forcing.drive is not None,
+    )
+
+
+def _doubts(picture: Picture, posterior: Posterior) -> tuple[str, ...]:
+    """What the recording itself makes doubtful."""
+    told = []
+    if posterior.noise.flow > 2:
+        told.append(
+            f"The flow is off by {posterior.noise.flow:.1f} times its stated error: the trust is too "
+            "kind, or the model does not follow the motion. The intervals count with the larger error."
+        )
+    if picture.explained < 0.5:
+        told.append(
+            f"The model follows {100 * max(picture.explained, 0):.0f} % of the motion's variance: what it "
+            "says "
+            "of the tissue is said by a part of the motion. Is the picture where the camera's settings say?"
+        )
+    if len(picture.start) < 10:
+        told.append(f"Only {len(picture.start)} points are seen: take a smaller spacing, or fewer frames.")
+    return tuple(told)

@@ -1,0 +1,123 @@
+"""The points of an estimate as they come, so that one that was stopped goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.identify.estimate import Iteration
+from plica.identify.observation import Observation
+from plica.identify.settings import Settings
+from plica.phonation.scene.scene import Scene
+from plica.storage.json_file import write_json
+
+__all__ = ["Iterates", "Marks"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What an estimate stands on, told from others."""
+
+    settings: dict[str, Any]
+    scene: str
+    coarser: str | None
+    recording: str
+
+    @staticmethod
+    def of(settings: Settings, scene: Scene, coarser: Scene | None, observation: Observation) -> Marks:
+        """Of these settings and digests of the others."""
+        points = observation.points
+        content = hashlib.sha256()
+        for part in (observation.flow, observation.sd, observation.closed, points.nodes, points.weights):
+            content.update(np.ascontiguousarray(part).tobytes())
+        chosen = json.loads(settings.model_dump_json())
+        return Marks(
+            chosen, scene.digest(), None if coarser is None else coarser.digest(), content.hexdigest()
+        )
+
+
+@dataclass
+class Iterates:
+    """``iterates.json``: written after every iteration, replaced as a whole."""
+
+    path: Path
+    marks: Marks
+    points: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    """By mesh, "coarser" or "scene": ``{"number", "value", "step", "point"}``."""
+    ended: dict[str, list[float]] = field(default_factory=dict)
+    """By mesh: the mean of its posterior, where its estimate has ended."""
+
+    @staticmethod
+    def begun(directory: Path, marks: Marks, resume: bool) -> Iterates:
+        """Those in `directory` that stand on the same, or none yet.
+
+        Raises InvalidInput where there are some and `resume` is not set, or where they stand on something
+        else, which is named.
+        """
+        path = directory / "iterates.json"
+        if not path.exists():
+            if resume:
+                raise InvalidInput(
+                    f"{directory}: there is no identification to continue. Start it without --resume."
+                )
+            return Iterates(path, marks)
+        if not resume:
+            raise InvalidInput(
+                f"{directory}: holds an identification already. Continue it with --resume (resume=True), or "
+                "take another directory."
+            )
+        try:
+            stored = json.loads(path.read_text(encoding="utf-8"))
+            there = Marks(**stored["marks"])
+            found = Iterates(path, marks, stored["points"], stored["ended"])
+        except (ValueError, KeyError, TypeError):
+            raise InvalidInput(
+                f"{path}: is damaged; must be as it was written. Take another directory."
+            ) from None
+        _require_same(directory, there, marks)
+        return found
+
+    def start(self, mesh: str) -> Floats | None:
+        """The last point of a mesh, or None."""
+        found = self.points.get(mesh)
+        return np.array(found[-1]["point"]) if found else None
+
+    def add(self, mesh: str, at: Iteration) -> None:
+        """Keep a point."""
+        kept = self.points.setdefault(mesh, [])
+        kept.append(
+            {"number": len(kept), "value": at.value, "step": at.step, "point": np.asarray(at.point).tolist()}
+        )
+        self._write()
+
+    def end(self, mesh: str, mean: Floats) -> None:
+        """Keep the end of a mesh."""
+        self.ended[mesh] = np.asarray(mean).tolist()
+        self._write()
+
+    def _write(self) -> None:
+        write_json({"marks": vars(self.marks), "points": self.points, "ended": self.ended}, self.path)
+
+
+def _require_same(directory: Path, there: Marks, marks: Marks) -> None:
+    for name, value in marks.settings.items():
+        if value != there.settings.get(name):
+            raise InvalidInput(
+                f"{directory}: was begun with {name} = {json.dumps(there.settings.get(name))}, now it is "
+                f"{json.dumps(value)}; must be the same to go on. Take another directory."
+            )
+    for what, name in (("scene", "scene"), ("coarser scene", "coarser"), ("recording", "recording")):
+        if getattr(there, name) != getattr(marks, name):
+            raise InvalidInput(
+                f"{directory}: was begun with another {what}; must be the same to go on. Take another "
+                "directory."
+            )

@@ -1,0 +1,103 @@
+"""Points that go with the flow, and over how many pixels the flow's error is correlated."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from plica.errors import InvalidInput
+from plica.identify.sources import PixelMotion
+
+__all__ = ["correlation_length", "follow_points"]
+
+Floats = NDArray[np.float64]
+
+_CORRELATED = 0.2  # of the flow's error between points, at most
+_FARTHEST = 40  # px, at which it is looked for
+
+
+def follow_points(
+    motion: PixelMotion, pairs: Iterable[int], start: Floats, progress: bool = False
+) -> tuple[Floats, Floats, Floats]:
+    """Paths (N + 1, r, 2) px of points (r, 2), their flow (N, r, 2) where it is to be trusted, and its error
+    (N, r) px, nan where the recording does not say it. Between pixels: bilinear."""
+    chosen = list(pairs)
+    paths, flows, missed = [start], [], []
+    height, width = motion.shape
+    for pair in _watched(chosen, progress):
+        at = paths[-1]
+        field = motion.flow(pair)
+        if field.shape != (height, width, 2):
+            raise InvalidInput(
+                f"identify: the flow of pair {pair} has shape {field.shape}; must be ({height}, {width}, 2)."
+            )
+        move = np.stack([_sampled(field[..., c], at) for c in (0, 1)], axis=1)
+        seen = _nearest(motion.visible(pair), at, False)
+        flows.append(np.where(seen[:, None], move, np.nan))
+        missed.append(_error(motion, pair, at))
+        there = at + move
+        there[~((there >= 0) & (there <= [width - 1, height - 1])).all(axis=1)] = np.nan
+        paths.append(there)
+    return np.array(paths), np.array(flows), np.array(missed)
+
+
+def correlation_length(fields: Iterable[Floats], farthest: int = _FARTHEST) -> float | None:
+    """px from which on the values of fields (h, w), nan where unknown, are correlated by less than 0.2 along
+    rows and columns; `farthest` where they are not so soon; None without values."""
+    products, squares = np.zeros(farthest + 1), np.zeros(farthest + 1)
+    for field in fields:
+        values = field - np.nanmean(field) if np.isfinite(field).any() else field
+        for axis in (0, 1):
+            along = np.moveaxis(values, axis, 0)
+            for lag in range(min(farthest, len(along) - 1) + 1):
+                a, b = along[lag:], along[: len(along) - lag]
+                both = np.isfinite(a) & np.isfinite(b)
+                products[lag] += float(np.sum(a[both] * b[both]))
+                squares[lag] += 0.5 * float(np.sum(a[both] ** 2 + b[both] ** 2))
+    if not squares[0] > 0:
+        return None
+    share = np.divide(products, squares, out=np.zeros_like(products), where=squares > 0)
+    below = np.flatnonzero(share < _CORRELATED)
+    return float(below[0]) if len(below) else float(farthest)
+
+
+def _error(motion: PixelMotion, pair: int, at: Floats) -> Floats:
+    if motion.sd is not None:
+        return np.asarray(_nearest(motion.sd(pair), at, np.nan))
+    if motion.error is None:
+        return np.full(len(at), np.nan)
+    missed = np.hypot(*np.moveaxis(motion.error(pair), -1, 0))  # of two flows, two components
+    return np.asarray(_nearest(missed / np.sqrt(2), at, np.nan))
+
+
+def _sampled(field: NDArray[Any], at: Floats) -> Floats:
+    found = np.full(len(at), np.nan)
+    inside = np.isfinite(at[:, 0])
+    found[inside] = ndimage.map_coordinates(
+        field.astype(float), [at[inside, 1], at[inside, 0]], order=1, mode="nearest"
+    )
+    return found
+
+
+def _nearest(field: NDArray[Any], at: Floats, outside: Any) -> Any:
+    """Of the pixel in which a point is."""
+    found = np.full(len(at), outside, dtype=field.dtype)
+    inside = np.isfinite(at[:, 0])
+    rows, columns = np.round(at[inside, ::-1]).astype(int).T
+    found[inside] = field[rows, columns]
+    return found
+
+
+def _watched(pairs: list[int], shown: bool) -> Iterator[int]:
+    if not shown:
+        yield from pairs
+        return
+    from tqdm import tqdm
+
+    often = 0.5 if sys.stderr.isatty() else 10.0
+    yield from tqdm(pairs, desc="reading", unit=" frames", mininterval=often, file=sys.stderr)

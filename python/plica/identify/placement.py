@@ -1,0 +1,133 @@
+"""Where the camera stands before the mesh: from pixels to places along its axes, and to its axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.film import Camera as FilmCamera
+from plica.identify.observation import Camera
+from plica.identify.settings import Settings
+from plica.identify.sources import PixelMotion
+from plica.phonation.scene.mesh_parts import Larynx
+from plica.phonation.scene.mesh_source import larynx_fields
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["Placement", "place"]
+
+Floats = NDArray[np.float64]
+FOUND_TILT_SD = 6.0
+"""Degrees, of a camera of which nothing is known but that it looks down on the folds."""
+_ALIKE = 0.05
+"""Share by which the lengths of both glottises may differ without a note."""
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A camera and the picture's origin on its axes.
+
+    Attributes
+    ----------
+    camera : Camera
+        Its y axis points up in the picture, against the rows.
+    origin : (2) m
+        Along its axes, of the pixel in column 0 and row 0.
+    notes : of what was assumed
+    """
+
+    camera: Camera
+    origin: Floats
+    notes: tuple[str, ...] = ()
+
+    def along_axes(self, pixels: Floats) -> Floats:
+        """(r, 2) m along the camera's axes, of (r, 2) column and row."""
+        return np.asarray(self.origin + pixels * [1.0, -1.0] / self.camera.pixels_per_metre)
+
+
+def place(
+    motion: PixelMotion, settings: Settings, scene: Scene, mesh: _engine.TetMesh, seen: str
+) -> Placement:
+    """From the settings, else from the recording's projection, else from the ends of its glottis.
+
+    Raises InvalidInput where nothing says how large a pixel is, or where the picture is.
+    """
+    given = [name for name in ("centre", "tilt", "lean", "roll") if getattr(settings, name) is not None]
+    tilt_sd = settings.tilt_sd
+    if motion.projection is not None and not given:
+        projection = motion.projection
+        if settings.mm_per_px is not None:
+            raise InvalidInput(
+                f"identify: mm_per_px = {settings.mm_per_px:g}; must be left out: {motion.name} says "
+                "where its camera stood. To set it aside, give centre and roll too."
+            )
+        return _of_projection(projection, 0.0 if tilt_sd is None else tilt_sd, ())
+    mm_per_px = settings.mm_per_px or motion.mm_per_px
+    if mm_per_px is None:
+        raise InvalidInput(
+            f"identify: the size of a pixel is not known: {motion.name} does not say it; must be, as "
+            "stiffness is asked for in Pa. Give --mm-per-px."
+        )
+    notes: tuple[str, ...] = motion.notes
+    roll, centre = settings.roll, settings.centre
+    if centre is None:
+        if motion.glottis is None:
+            raise InvalidInput(
+                f"identify: where the picture is on the mesh is not known: {motion.name} has neither a "
+                "projection nor a midline; must have one. Give --centre and --roll."
+            )
+        (a0, a1), (p0, p1) = motion.glottis
+        if roll is None:
+            roll = math.degrees(math.atan2(-(a0 - p0), -(a1 - p1)))
+        notes += _length_note(math.hypot(a0 - p0, a1 - p1) * mm_per_px, scene)
+    height, width = motion.shape
+    camera = FilmCamera(
+        mm_per_px=mm_per_px,
+        width=width,
+        height=height,
+        centre=centre or (0.0, 0.0, 0.0),
+        tilt=settings.tilt or 0.0,
+        lean=settings.lean or 0.0,
+        roll=roll or 0.0,
+    )
+    if centre is None and motion.glottis is not None:
+        faces = np.unique(np.asarray(mesh.surfaces[seen]))
+        x = np.asarray(mesh.points)[faces]
+        middle = 0.5 * (x.min(axis=0) + x.max(axis=0))
+        off = np.mean(motion.glottis, axis=0) - [(camera.width - 1) / 2, (camera.height - 1) / 2]
+        right, up, _ = camera.axes
+        shift = middle - camera.pixel * (off[0] * right - off[1] * up)
+        camera = FilmCamera(
+            mm_per_px=mm_per_px,
+            width=camera.width,
+            height=camera.height,
+            centre=(float(shift[0]), float(shift[1]), float(shift[2])),
+            tilt=camera.tilt,
+            lean=camera.lean,
+            roll=camera.roll,
+        )
+    return _of_projection(camera.projection, FOUND_TILT_SD if tilt_sd is None else tilt_sd, notes)
+
+
+def _of_projection(projection: Floats, tilt_sd: float, notes: tuple[str, ...]) -> Placement:
+    per_metre = float(np.linalg.norm(projection[0, :3]))
+    axes = np.array([projection[0, :3], -projection[1, :3]]) / per_metre
+    origin = np.array([-projection[0, 3], projection[1, 3]]) / per_metre
+    return Placement(Camera(per_metre, axes, tilt_sd=math.radians(tilt_sd)), origin, notes)
+
+
+def _length_note(seen_mm: float, scene: Scene) -> tuple[str, ...]:
+    """A wrong length goes into the stiffness; geometry is not estimated."""
+    if not isinstance(scene.mesh, Larynx):
+        return ()
+    own = 2e3 * float(larynx_fields(scene.mesh)["major"])
+    if abs(seen_mm / own - 1) <= _ALIKE:
+        return ()
+    return (
+        f"The glottis is {seen_mm:.3g} mm long in the recording and {own:.3g} mm in the mesh. Geometry is "
+        "not estimated: the difference goes into the stiffness.",
+    )

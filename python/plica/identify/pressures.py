@@ -1,0 +1,134 @@
+"""The pressures of a scene's glottis as the settings say: where they act, what is known of them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput, nearest, one_of
+from plica.identify.forcing import Forcing
+from plica.identify.observation import Observation
+from plica.identify.settings import Settings
+from plica.phonation.scene.mesh_parts import Larynx
+from plica.phonation.scene.mesh_source import larynx_fields
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["forcing_of", "heights_of", "pressed_surface", "seen_surface"]
+
+Floats = NDArray[np.float64]
+
+
+def pressed_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> str:
+    """The surface on which the pressures act."""
+    default = "airway" if scene.airflow is None else scene.airflow.surface
+    return _known(settings.surface or default, mesh, "surface")
+
+
+def seen_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> str:
+    """The surface that the camera sees."""
+    return _known(settings.seen or pressed_surface(settings, scene, mesh), mesh, "seen")
+
+
+def heights_of(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> Floats:
+    """(q) m: those of the settings; else three, over the medial part of a larynx or all of the surface."""
+    if settings.heights is not None:
+        return np.array(settings.heights, dtype=float)
+    if isinstance(scene.mesh, Larynx):
+        fields = larynx_fields(scene.mesh)
+        z = [section[0] for section in fields["sections"]]
+        low, high = z[max(fields["layers_from_section"] - 2, 0)], z[fields["layers_to_section"]]
+    else:
+        faces = np.asarray(mesh.surfaces[pressed_surface(settings, scene, mesh)])
+        z = np.asarray(mesh.points)[np.unique(faces), 2]
+        low, high = float(np.min(z)), float(np.max(z))
+        if not high > low:
+            raise InvalidInput(
+                "identify: the pressed surface lies at one height; heights must be given, or another surface."
+            )
+    return np.linspace(low, high, 3)
+
+
+def forcing_of(
+    settings: Settings, scene: Scene, mesh: _engine.TetMesh, seen: Observation, lead: int
+) -> Forcing:
+    """Pressures at the heights, those of the drive known up to a factor, and forces of collision where frames
+    are closed: pressures at the same heights, but on the middle of the folds' length alone and stronger."""
+    surface = pressed_surface(settings, scene, mesh)
+    heights = heights_of(settings, scene, mesh)
+    patterns = Forcing.on_surface(mesh, surface, heights.tolist())
+    moving = np.abs(patterns).sum(axis=0) > 0
+    if not moving.all():
+        k = int(np.argmin(moving))
+        raise InvalidInput(
+            f"identify: heights[{k}] = {heights[k]:g} m: a pressure there meets nothing of the surface "
+            f'"{surface}"; must.'
+        )
+    closed = np.asarray(seen.closed)
+    drive = None
+    if settings.drive is not None:
+        drive = _drive(settings.drive, len(heights), scene, seen, lead)
+    return Forcing(
+        patterns,
+        drive=drive,
+        collision=_on_the_middle(patterns, mesh, surface) if closed.any() else None,
+        gain_sd=settings.gain_sd if drive is not None else 0.0,
+    )
+
+
+def _on_the_middle(patterns: Floats, mesh: _engine.TetMesh, surface: str) -> Floats:
+    """Times 1 - (y / b)^2, b the half-length of the surface."""
+    x = np.asarray(mesh.points)
+    y = x[:, 1]
+    on = y[np.unique(np.asarray(mesh.surfaces[surface]))]
+    middle, half = 0.5 * (on.min() + on.max()), 0.5 * (on.max() - on.min())
+    share = np.clip(1 - ((y - middle) / half) ** 2, 0, None)
+    return np.ascontiguousarray(patterns * np.repeat(share, 3)[:, None])
+
+
+def _drive(path: Path, heights: int, scene: Scene, seen: Observation, lead: int) -> Floats:
+    """(steps, q) Pa at the times of the steps' loads; before the recording it rises to its first value."""
+    times, values = _table(path, heights)
+    step, rate = scene.time.step, seen.frame_rate
+    ratio = round(1 / (step * rate))
+    alpha = getattr(scene.time.scheme.choice, "alpha", 0.0)
+    at = step * (np.arange(seen.frames * max(ratio, 1)) + 1 + alpha) - lead / rate
+    end = (seen.frames - lead) / rate
+    if times[0] > 1e-9 or times[-1] < end - 1.5 / rate:
+        raise InvalidInput(
+            f"{path.name}: has times from {times[0]:g} to {times[-1]:g} s; must cover the recording, 0 to "
+            f"{end:g} s."
+        )
+    found = np.column_stack([np.interp(at, times, column) for column in values.T])
+    rise = np.clip(1 + at * rate / max(lead, 1), 0, 1)
+    return np.asarray(found * (0.5 - 0.5 * np.cos(np.pi * rise))[:, None])
+
+
+def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [row for row in csv.reader(file) if row]
+        found = np.array([[float(cell) for cell in row] for row in rows[1:]])
+    except OSError as error:
+        raise InvalidInput(f"{path}: cannot be read: {error.strerror}.") from None
+    except ValueError:
+        raise InvalidInput(f"{path.name}: below its heading must have numbers in all cells.") from None
+    if found.ndim != 2 or len(found) < 2 or found.shape[1] != heights + 1:
+        columns = found.shape[1] if found.ndim == 2 else 0
+        raise InvalidInput(
+            f"{path.name}: has {columns} columns; must have {heights + 1}: time (s) and a pressure (Pa) "
+            f"at each of {heights} heights, with a heading and two rows or more."
+        )
+    if not np.isfinite(found).all() or not (np.diff(found[:, 0]) > 0).all():
+        raise InvalidInput(f"{path.name}: times must increase, and all numbers be finite.")
+    return found[:, 0], found[:, 1:]
+
+
+def _known(name: str, mesh: _engine.TetMesh, key: str) -> str:
+    if name not in mesh.surfaces:
+        known = list(mesh.surfaces)
+        raise InvalidInput(f'identify: {key} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
+    return name

@@ -1,0 +1,234 @@
+"""What a recording says of the tissue: points of its surface, followed through the frames, as an "
+"observation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.identify.observation import Observation, SurfacePoints
+from plica.identify.paths import correlation_length, follow_points
+from plica.identify.placement import Placement, place
+from plica.identify.settings import Settings
+from plica.identify.sources import PixelMotion
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["Recorded", "observe", "surface_points"]
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+STATED_SD = 0.1
+"""px, where neither the settings nor the recording say it."""
+FLOOR = 0.02
+"""px, beside the trust: no flow is better."""
+_LEAST_SPACING = 8.0  # px
+_FACING = 0.5  # cosine between the surface and the line of sight: 60 degrees
+_SEEN = 0.5  # share of the frames in which a point must be seen
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A recording as the estimator takes it.
+
+    Attributes
+    ----------
+    observation : Observation
+        N frames: `lead` missing ones, then those used.
+    placement : Placement
+    start : (r, 2) px, column and row of the points in the first frame
+    spacing : px, between points
+    correlation : px, over which the flow's error is correlated; None where the recording does not tell
+    lead : frames before the recording's first
+    first : frame of the recording after them
+    image : (r, 2) m along the camera's axes, of the points at rest
+    notes : of what was assumed
+    """
+
+    observation: Observation
+    placement: Placement
+    start: Floats
+    spacing: float
+    correlation: float | None
+    lead: int
+    first: int
+    image: Floats
+    notes: tuple[str, ...]
+
+    def on(self, mesh: _engine.TetMesh, seen: str) -> Recorded:
+        """The same points on the surface `seen` of another mesh of the same shape."""
+        points = SurfacePoints.seen(mesh, seen, self.placement.camera, self.image)
+        return replace(self, observation=replace(self.observation, points=points))
+
+
+def observe(
+    motion: PixelMotion,
+    settings: Settings,
+    scene: Scene,
+    mesh: _engine.TetMesh,
+    seen: str,
+    progress: bool = False,
+) -> Recorded:
+    """Follow points of the surface `seen` of a mesh through the frames of a recording.
+
+    A point is a piece of tissue: its place changes with the flow, and what it is on the mesh does not. Where
+    its flow is not to be trusted its motion is missing; where its place is not known it is lost from then on.
+
+    Raises InvalidInput where the recording is too short, shows no motion, or no point of the surface.
+    """
+    fps = settings.fps or motion.fps
+    if fps is None:
+        raise InvalidInput(
+            f"identify: the frame rate is not known: {motion.name} does not say it; must be. Give --fps, the "
+            "rate of the recording and not that of playing it."
+        )
+    first, pairs = _pairs(motion, settings)
+    placement = place(motion, settings, scene, mesh, seen)
+    correlation = _correlation(motion, pairs)
+    spacing = settings.spacing or max(_LEAST_SPACING, correlation or 0.0)
+    start = _grid(motion.shape, spacing) if settings.points is None else _given(motion, settings)
+    paths, flow, missed = follow_points(motion, pairs, start, progress)
+    there = np.isfinite(flow).all(axis=2).mean(axis=0) >= _SEEN
+    rest = paths[0] if settings.from_rest else _mean(paths)
+    image = placement.along_axes(rest)
+    on_surface = surface_points(mesh, seen, placement, image)
+    if settings.points is not None and not np.all(on_surface):
+        k = int(np.argmin(on_surface))
+        raise InvalidInput(
+            f"identify: points[{k}] = [{start[k, 0]:g}, {start[k, 1]:g}] px; must show the surface "
+            f'"{seen}" of the mesh. Look at --centre, --roll and --mm-per-px.'
+        )
+    if not on_surface.any():
+        raise InvalidInput(
+            f'identify: no point of the picture shows the surface "{seen}"; must be some. Is the camera '
+            "where the settings say (--centre, --roll, --mm-per-px)?"
+        )
+    kept = np.flatnonzero(on_surface & there)
+    if not len(kept):
+        raise InvalidInput(
+            f"identify: no point of the surface is seen in {_SEEN:.0%} of the frames; must be some. Take "
+            "fewer frames (--from, --to), or a recording whose flow is to be trusted."
+        )
+    if settings.points is None:
+        kept, spacing = _thinned(kept, start, spacing, settings.most_points)
+    flow, missed = flow[:, kept] * [1.0, -1.0], missed[:, kept]
+    lead = 0 if settings.from_rest else max(1, round(settings.lead * fps))
+    closed = _closed(motion, pairs, settings)
+    observation = Observation(
+        SurfacePoints.seen(mesh, seen, placement.camera, image[kept]),
+        placement.camera,
+        np.concatenate([np.full((lead, *flow.shape[1:]), np.nan), flow]),
+        sd=_sd(missed, settings, motion, lead),
+        frame_rate=fps,
+        closed=np.concatenate([np.zeros(lead, dtype=bool), closed]),
+    )
+    return Recorded(
+        observation, placement, start[kept], spacing, correlation, lead, first, image[kept], placement.notes
+    )
+
+
+def surface_points(mesh: _engine.TetMesh, seen: str, placement: Placement, image: Floats) -> Mask:
+    """(r) whether a place (r, 2), m along the camera's axes, shows the surface, less steep than 60 "
+    "degrees."""
+    found = np.zeros(len(image), dtype=bool)
+    x = np.asarray(mesh.points)
+    for k, position in enumerate(image):
+        if not np.isfinite(position).all():
+            continue
+        try:
+            point = SurfacePoints.seen(mesh, seen, placement.camera, position[None])
+        except InvalidInput:
+            continue
+        a, b, c = x[point.nodes[0, :3]]
+        normal = np.cross(b - a, c - a)
+        found[k] = normal @ placement.camera.towards >= _FACING * np.linalg.norm(normal)
+    return found
+
+
+def _pairs(motion: PixelMotion, settings: Settings) -> tuple[int, range]:
+    last = motion.pairs if settings.last is None else settings.last
+    if last > motion.pairs or settings.first > last - 2:
+        raise InvalidInput(
+            f"identify: frames {settings.first} to {last}; must lie in [0, {motion.pairs}] with three or "
+            f"more, as in {motion.name}."
+        )
+    return settings.first, range(settings.first, last)
+
+
+def _correlation(motion: PixelMotion, pairs: range) -> float | None:
+    if motion.error is None:
+        return None
+    chosen = np.unique(np.linspace(pairs[0], pairs[-1], min(8, len(pairs))).round().astype(int))
+    error = motion.error
+    return correlation_length(error(int(k))[..., c] for k in chosen for c in (0, 1))
+
+
+def _grid(shape: tuple[int, int], spacing: float) -> Floats:
+    height, width = shape
+    x, y = np.meshgrid(
+        np.arange(spacing / 2, width - 1, spacing), np.arange(spacing / 2, height - 1, spacing)
+    )
+    return np.column_stack([x.ravel(), y.ravel()])
+
+
+def _given(motion: PixelMotion, settings: Settings) -> Floats:
+    points = np.array(settings.points, dtype=float)
+    height, width = motion.shape
+    outside = ~((points >= 0) & (points <= [width - 1, height - 1])).all(axis=1)
+    if outside.any():
+        k = int(np.argmax(outside))
+        raise InvalidInput(
+            f"identify: points[{k}] = [{points[k, 0]:g}, {points[k, 1]:g}] px; must be in the picture of "
+            f"{width} x {height} px."
+        )
+    return points
+
+
+def _thinned(kept: NDArray[Any], start: Floats, spacing: float, most: int) -> tuple[NDArray[Any], float]:
+    """Every second, third, ... column and row of the grid, until there are no more than `most`."""
+    stride = 1
+    column, row = (np.round((start[kept] - spacing / 2) / spacing).astype(int)).T
+    while True:
+        chosen = (column % stride == stride // 2) & (row % stride == stride // 2)
+        if chosen.sum() <= most and chosen.any():
+            return kept[chosen], spacing * stride
+        if not chosen.any():
+            return kept[np.linspace(0, len(kept) - 1, most).astype(int)], spacing
+        stride += 1
+
+
+def _closed(motion: PixelMotion, pairs: range, settings: Settings) -> Mask:
+    """(N) pairs of which either frame shows next to no glottis."""
+    if motion.area is None or not settings.closed_below:
+        return np.zeros(len(pairs), dtype=bool)
+    area = motion.area[pairs[0] : pairs[-1] + 2]
+    closed = area < settings.closed_below * np.nanmax(area) if np.isfinite(area).any() else area < 0
+    return np.asarray(closed[:-1] | closed[1:])
+
+
+def _sd(missed: Floats, settings: Settings, motion: PixelMotion, lead: int) -> Floats:
+    """(N, r, 1) px. Of a trust map one number a point: that of single frames is chance."""
+    frames, points = missed.shape
+    if settings.sd is not None:
+        sd = np.full((frames, points), settings.sd)
+    elif motion.sd is not None:
+        sd = np.where(np.isfinite(missed) & (missed > 0), missed, STATED_SD)
+    elif motion.error is not None:
+        known = np.isfinite(missed)
+        square = np.where(known, missed, 0.0) ** 2
+        mean = square.sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        sd = np.tile(settings.trust_factor * np.sqrt(mean / 2 + FLOOR**2), (frames, 1))
+    else:
+        sd = np.full((frames, points), STATED_SD)
+    return np.concatenate([np.full((lead, points), sd.mean()), sd])[..., None]
+
+
+def _mean(paths: Floats) -> Floats:
+    """(r, 2) over the frames in which a point's place is known."""
+    known = np.isfinite(paths)
+    return np.asarray(np.where(known, paths, 0.0).sum(axis=0) / known.sum(axis=0))

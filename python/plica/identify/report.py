@@ -1,0 +1,128 @@
+"""The report of an identification: one HTML page that fetches nothing, warnings first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+import numpy as np
+
+from plica._engine import build_info
+from plica.identify.figures import hardly_learned, sections, weakest
+from plica.identify.posterior import Posterior
+from plica.identify.results import Identification
+from plica.report.wording import number
+from plica.storage.files import replaced
+
+__all__ = ["write_report"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the posterior's table."""
+
+    name: str
+    unit: str
+    median: str
+    sd: str
+    interval: str
+    prior: str
+    verdict: str
+
+
+def write_report(found: Identification) -> Path:
+    """Write report.html beside the results; returns its path."""
+    path = found.directory / "report.html"
+    template = files("plica.identify").joinpath("report.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    text = environment.from_string(template).render(
+        title=f"Tissue from {found.picture.name}",
+        remark=remark(found),
+        warnings=found.warnings,
+        rows=rows(found.posterior),
+        identifiable=_identifiable(found.posterior),
+        residuals=_residuals(found.posterior),
+        sections=sections(found),
+        scene=found.scene_text.strip(),
+        version=build_info()["version"],
+    )
+
+    def write(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(path, write)
+    return path
+
+
+def remark(found: Identification) -> str:
+    """What was used, in one line."""
+    picture, posterior = found.picture, found.posterior
+    used = len(picture.observed) - picture.lead
+    missing = np.isnan(picture.observed[picture.lead :]).mean()
+    parts = [
+        picture.kind,
+        f"{used} frames from {picture.first} at {picture.frame_rate:g} a second",
+        f"{len(picture.start)} points, {picture.spacing:.3g} px apart",
+    ]
+    if picture.correlation is not None:
+        parts.append(f"the flow's error is correlated over {picture.correlation:.3g} px")
+    parts += [
+        f"{100 * missing:.0f} % missing",
+        f"{int(picture.closed.sum())} frames closed",
+        f"flow's error {posterior.noise.flow:.2g} times as stated ({np.median(picture.sd):.2g} px)",
+        f"unknown pressures of {posterior.noise.pressure:.3g} Pa",
+        f"{posterior.iterations} iterations",
+    ]
+    return "; ".join(parts) + "."
+
+
+def rows(posterior: Posterior) -> list[Row]:
+    """A line a parameter; an sd that the mesh belies is refused."""
+    interval, spread = posterior.interval(), 1.959964 * posterior.prior_sd
+    ends = np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread])
+    made = []
+    for j, name in enumerate(posterior.names):
+        relative = posterior.logarithmic is None or bool(posterior.logarithmic[j])
+        prior = np.exp(ends[j]) if relative else ends[j]
+        sd = f"{100 * posterior.sd[j]:.1f} %" if relative else number(float(posterior.sd[j]), 2)
+        if hardly_learned(posterior)[j]:
+            verdict = "hardly learned: this is the prior"
+        elif posterior.belied[j]:
+            verdict = "the mesh shifts it by more than its noise"
+        else:
+            verdict = "learned"
+        made.append(
+            Row(
+                name,
+                posterior.units[j],
+                number(float(posterior.median[j]), 3),
+                "refused" if posterior.belied[j] else sd,
+                " – ".join(number(float(v), 3) for v in interval[j]),
+                " – ".join(number(float(v), 3) for v in prior),
+                verdict,
+            )
+        )
+    return made
+
+
+def _identifiable(posterior: Posterior) -> str:
+    values = posterior.information_eigenvalues
+    weak = int((values < 1).sum())
+    said = "every combination" if not weak else f"{len(values) - weak} of {len(values)} combinations"
+    return (
+        f"The recording tells more than the prior of {said} of the parameters. It tells least of "
+        f"{weakest(posterior)}: {number(float(values[0]), 2)} times what the prior tells."
+    )
+
+
+def _residuals(posterior: Posterior) -> str:
+    test = posterior.residuals
+    scores = {"in time": test.in_time, "in space": test.in_space, "tails": test.tails, "level": test.level}
+    shown = ", ".join(f"{name} {score:+.1f}" for name, score in scores.items())
+    verdict = "passed" if test.passed else "failed"
+    return (
+        f"Residual test {verdict}: scores {shown} of {test.count} residuals; each is within 3.3 where the "
+        "model and the stated errors hold."
+    )

@@ -1,0 +1,242 @@
+"""posterior.h5 and posterior.csv, written whole and read back."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica._engine import build_info
+from plica.errors import InvalidInput
+from plica.identify.iterates import Iterates
+from plica.identify.noise_levels import Noise
+from plica.identify.posterior import Posterior
+from plica.identify.residuals import ResidualTest
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import replaced, storage_errors
+from plica.storage.result_file import check_result_file
+
+__all__ = ["Identification", "Picture", "load", "store"]
+
+Floats = NDArray[np.float64]
+
+_UNITS = {
+    "posterior/mean": "log of the unit, or the unit",
+    "recording/start": "px: column, row",
+    "recording/place": "m",
+    "recording/observed": "px: right, up",
+    "recording/predicted": "px: right, up",
+    "recording/sd": "px",
+    "recording/pressures": "Pa",
+    "recording/heights": "m",
+}  # others are pure numbers
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What was seen of the tissue, and what the model makes of it."""
+
+    name: str
+    kind: str
+    frame_rate: float
+    """[Hz]"""
+    first: int
+    """Frame of the recording that follows the lead."""
+    lead: int
+    """Missing frames before it."""
+    spacing: float
+    """[px] between points"""
+    correlation: float | None
+    """[px] over which the flow's error is correlated; None: unknown"""
+    start: Floats
+    """(r, 2) px: column and row in the first frame"""
+    place: Floats
+    """(r, 3) m in the mesh at rest"""
+    observed: Floats
+    """(N, r, 2) px a frame, right and up; nan where missing"""
+    predicted: Floats
+    """(N, r, 2) px a frame, at the last point of the iteration, with the expected unknown pressures"""
+    whitened: Floats
+    """(N, r, 2) residuals that are independent and of variance 1 where the model holds"""
+    sd: Floats
+    """(N, r) px, as it was stated"""
+    closed: NDArray[np.bool_]
+    """(N)"""
+    pressures: Floats
+    """(N, q) Pa, expected, of the unknown pressures; those of collisions last"""
+    heights: Floats
+    """(q) m"""
+    known_drive: bool
+
+    @property
+    def time(self) -> Floats:
+        """(N) s from the recording's first frame in use to the end of each frame's motion."""
+        return (np.arange(len(self.observed)) + 1 - self.lead) / self.frame_rate
+
+    @property
+    def explained(self) -> float:
+        """1 - mean square of observed - predicted over that of observed."""
+        left = np.nansum((self.observed - self.predicted) ** 2)
+        return float(1 - left / np.nansum(self.observed**2))
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What is in the directory of an identification."""
+
+    directory: Path
+    posterior: Posterior
+    picture: Picture
+    iterations: Floats
+    """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh"""
+    settings: dict[str, Any]
+    scene_text: str
+
+    @property
+    def table(self) -> str:
+        """As text, a line a parameter."""
+        return self.posterior.table()
+
+    @property
+    def warnings(self) -> list[str]:
+        """What must be known before the table is believed."""
+        return self.posterior.warnings()
+
+
+def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Iterates, scene: Scene) -> None:
+    """posterior.h5 and posterior.csv, each whole or not at all."""
+
+    def write(draft: Path) -> None:
+        with h5py.File(draft, "w", locking=False) as file:
+            file.attrs["plica_version"] = build_info()["version"]
+            file.attrs["settings"] = json.dumps(iterates.marks.settings)
+            file.attrs["scene"] = scene.text()
+            _fill(file.create_group("posterior"), _plain(posterior))
+            group = file["posterior"]
+            derived = {
+                "median": posterior.median,
+                "interval": posterior.interval(),
+                "sd": posterior.sd,
+                "correlation": posterior.correlation,
+                "covariance": posterior.covariance,
+                "information_eigenvalues": posterior.information_eigenvalues,
+                "weakest_direction": posterior.weakest_direction,
+                "warnings": posterior.warnings(),
+            }
+            _fill(group.create_group("derived"), derived)
+            _fill(file.create_group("recording"), {f.name: getattr(picture, f.name) for f in fields(picture)})
+            points = [(p["value"], p["step"]) for p in iterates.points["scene"]]
+            _fill(file.create_group("iterations"), {"value_and_step": np.array(points)})
+
+    replaced(directory / "posterior.h5", write)
+    replaced(directory / "posterior.csv", lambda draft: _write_csv(draft, posterior))
+
+
+def load(directory: str | Path) -> Identification:
+    """The identification in a directory; raises InvalidInput where there is none, or it has not ended."""
+    where = Path(directory)
+    path = where / "posterior.h5"
+    if not path.exists():
+        begun = (where / "iterates.json").exists()
+        raise InvalidInput(
+            f"{where}: the identification has not ended. Continue it with --resume."
+            if begun
+            else f"{where}: has no posterior.h5; must be the directory of an identification."
+        )
+    check_result_file(path)
+    with storage_errors(path, "read"), h5py.File(path, "r", locking=False) as file:
+        if "posterior" not in file or "recording" not in file:
+            raise InvalidInput(f"{path}: is no result of plica identify; must be.")
+        return Identification(
+            where,
+            _posterior(_read(file["posterior"])),
+            Picture(**_read(file["recording"])),
+            file["iterations/value_and_step"][()],
+            json.loads(str(file.attrs["settings"])),
+            str(file.attrs["scene"]),
+        )
+
+
+def _plain(posterior: Posterior) -> dict[str, Any]:
+    found = {f.name: getattr(posterior, f.name) for f in fields(posterior)}
+    return found | {"noise": asdict(posterior.noise), "residuals": asdict(posterior.residuals)}
+
+
+def _posterior(stored: dict[str, Any]) -> Posterior:
+    stored = {name: stored.get(name) for name in (f.name for f in fields(Posterior))}
+    for name in ("names", "units", "notes"):
+        stored[name] = tuple(stored[name] or ())
+    stored["noise"], stored["residuals"] = Noise(**stored["noise"]), ResidualTest(**stored["residuals"])
+    return Posterior(**stored)
+
+
+def _fill(group: Any, values: dict[str, Any]) -> None:
+    """Numbers and texts as attributes, lists of texts and arrays as data sets, None as nothing."""
+    for name, value in values.items():
+        if value is None:
+            continue
+        if isinstance(value, dict):
+            _fill(group.create_group(name), value)
+        elif isinstance(value, str | bool | int | float):
+            group.attrs[name] = value
+        elif isinstance(value, tuple | list):
+            group.create_dataset(name, data=np.array(list(value), dtype=object), dtype=h5py.string_dtype())
+        else:
+            data = group.create_dataset(name, data=value)
+            data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+
+
+def _read(group: Any) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()
+    }
+    for name, item in group.items():
+        if name == "derived":
+            continue
+        if isinstance(item, h5py.Group):
+            found[name] = _read(item)
+        elif h5py.check_string_dtype(item.dtype):
+            found[name] = list(item.asstr()[()])
+        else:
+            found[name] = item[()]
+    if group.name == "/recording":
+        found.setdefault("correlation", None)
+    return found
+
+
+_COLUMNS = (
+    "parameter",
+    "unit",
+    "median",
+    "sd",
+    "low_95",
+    "high_95",
+    "prior_low_95",
+    "prior_high_95",
+    "sd_over_prior_sd",
+    "mesh_shift_in_sd",
+)
+
+
+def _write_csv(path: Path, posterior: Posterior) -> None:
+    """A row a parameter, in its unit; the sd is that of the logarithm, but of an angle's its own. An sd that
+    the mesh belies is an empty cell."""
+    spread = 1.959964 * posterior.prior_sd
+    prior = posterior._values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
+    interval, shift = posterior.interval(), posterior.shift_in_sd
+    share = posterior.sd / posterior.prior_sd
+    with path.open("w", newline="", encoding="utf-8") as out:
+        rows = csv.writer(out)
+        rows.writerow(_COLUMNS)
+        for j, name in enumerate(posterior.names):
+            sd = "" if posterior.belied[j] else float(posterior.sd[j])
+            numbers = [float(value) for value in (*interval[j], *prior[j], share[j])]
+            moved = "" if shift is None else float(shift[j])
+            row = [name, posterior.units[j], float(posterior.median[j]), sd, *numbers, moved]
+            rows.writerow(row)

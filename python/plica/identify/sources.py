@@ -1,0 +1,186 @@
+"""Where motion in pixels is read from: an analysis by ``plica video``, a film's truth, a file of flow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput
+from plica.storage.result_file import check_result_file
+from plica.video.analysis import Analysis
+from plica.video.analysis import load as load_analysis
+
+__all__ = ["PixelMotion", "open_motion"]
+
+Floats = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Glottis = tuple[tuple[float, float], tuple[float, float]]
+
+TRUSTED = 0.5
+"""px: flow that misses by more after going to the next frame and back is taken as missing."""
+
+
+@dataclass(frozen=True)
+class PixelMotion:
+    """The motion of every pixel from each frame to the next, right and down, and what is known beside it."""
+
+    name: str
+    kind: str
+    """In words, for the report."""
+    pairs: int
+    """Of frames: one fewer than frames."""
+    shape: tuple[int, int]
+    """px: height and width."""
+    flow: Callable[[int], NDArray[Any]]
+    """(h, w, 2) px of a pair; may be nan where nothing is known."""
+    visible: Callable[[int], Mask]
+    """(h, w) where the flow of a pair is to be taken for that of the tissue."""
+    error: Callable[[int], Floats] | None = None
+    """(h, w, 2) px of a pair, nan where unknown: the trust map, a lower bound; None: there is none."""
+    sd: Callable[[int], Floats] | None = None
+    """(h, w) px of a pair: the flow's sd as the file states it; None: it does not."""
+    fps: float | None = None
+    mm_per_px: float | None = None
+    projection: Floats | None = None
+    """(3, 4) P (x, 1), x in m: column, row, height, where the camera is known."""
+    area: Floats | None = None
+    """(pairs + 1) of the glottis, in any unit; nan where unknown"""
+    glottis: Glottis | None = None
+    """px: the anterior and the posterior end of the midline (column, row)"""
+    notes: tuple[str, ...] = ()
+    """What was assumed."""
+
+
+def open_motion(path: str | Path) -> PixelMotion:
+    """What is at `path`: the directory of an analysis, or a file of flow (HDF5 or NPZ).
+
+    A file has ``flow`` (n, h, w, 2) px, and may have ``visible`` (n, h, w), ``sd`` (n, h, w) px,
+    ``glottal_area`` (n + 1) or ``glottis`` (n + 1, h, w), ``projection`` (3, 4), ``fps`` and ``mm_per_px``,
+    these two as attributes or data sets: the truth of ``plica film`` is such a file.
+
+    Raises
+    ------
+    InvalidInput
+        Where it is none of these, or its shapes do not fit.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InvalidInput(f"{path}: there is no such file or directory.")
+    if path.is_dir():
+        return _of_analysis(load_analysis(path, needs="modes"))
+    if path.suffix == ".npz":
+        try:
+            with np.load(path) as stored:
+                return _of_arrays(path, {name: stored[name] for name in stored.files}, {})
+        except (ValueError, OSError) as error:
+            raise InvalidInput(f"{path}: cannot be read as NPZ: {error}.") from None
+    if path.suffix not in (".h5", ".hdf5"):
+        raise InvalidInput(
+            f"{path}: must be the directory of a plica video analysis, or a file of flow (.h5, .hdf5, .npz). "
+            "Pictures go through plica video first."
+        )
+    check_result_file(path)
+    file = h5py.File(path, "r", locking=False)  # stays open while its flow is read
+    return _of_arrays(path, file, file.attrs)
+
+
+def _of_analysis(found: Analysis) -> PixelMotion:
+    settings, midline = found.settings, found.midline
+    ends = (tuple(map(float, midline.upper)), tuple(map(float, midline.lower)))
+    notes: tuple[str, ...] = ()
+    if settings.anterior is None:
+        notes = (
+            "Which end of the glottis is the anterior one is not known; the upper one of the picture is "
+            "taken. Say so with plica video --anterior.",
+        )
+    if settings.anterior == "lower":
+        ends = ends[::-1]
+
+    def visible(pair: int) -> Mask:
+        missed = np.hypot(*np.moveaxis(found.round_trip(pair), -1, 0))
+        return np.asarray(missed < TRUSTED)  # not where it is nan: glottis, highlights, lost frames
+
+    return PixelMotion(
+        name=found.directory.name,
+        kind="flow found in a recording, with its trust",
+        pairs=found.count - 1,
+        shape=(len(found.mask(0)), found.mask(0).shape[1]),
+        flow=found.flow,
+        visible=visible,
+        error=lambda pair: np.asarray(found.round_trip(pair), dtype=float),
+        fps=settings.fps,
+        mm_per_px=settings.mm_per_px,
+        area=np.asarray(found.area.total, dtype=float),
+        glottis=ends,  # type: ignore[arg-type]
+        notes=notes,
+    )
+
+
+def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any]) -> PixelMotion:
+    if "flow" not in data:
+        raise InvalidInput(f'{path}: has no "flow"; must have it, (frames - 1, height, width, 2) px.')
+    flow = data["flow"]
+    if flow.ndim != 4 or flow.shape[3] != 2 or 0 in flow.shape:
+        raise InvalidInput(
+            f"{path}: flow has shape {tuple(flow.shape)}; must be (frames - 1, height, width, 2)."
+        )
+    pairs, *size = flow.shape[:3]
+
+    def checked(name: str, shape: tuple[int, ...]) -> Any:
+        if name not in data:
+            return None
+        if tuple(data[name].shape) != shape:
+            raise InvalidInput(
+                f"{path}: {name} has shape {tuple(data[name].shape)}; must be {shape}, to fit flow."
+            )
+        return data[name]
+
+    def number(name: str) -> float | None:
+        value = attributes.get(name, data.get(name))
+        if value is None:
+            return None
+        found = np.asarray(value, dtype=float)
+        if found.size != 1 or not np.isfinite(found).all() or not found.item() > 0:
+            raise InvalidInput(f"{path}: {name} = {value}; must be one number > 0.")
+        return float(found.item())
+
+    visible, sd = checked("visible", (pairs, *size)), checked("sd", (pairs, *size))
+    area, glottis = checked("glottal_area", (pairs + 1,)), checked("glottis", (pairs + 1, *size))
+    projection = checked("projection", (3, 4))
+    if area is None and glottis is not None:
+        area = [float(np.count_nonzero(glottis[k])) for k in range(pairs + 1)]
+
+    def seen(pair: int) -> Mask:
+        known = np.isfinite(flow[pair]).all(axis=-1)
+        return np.asarray(known if visible is None else known & np.asarray(visible[pair], dtype=bool))
+
+    return PixelMotion(
+        name=path.name,
+        kind="true flow of a film" if projection is not None and visible is not None else "flow of a file",
+        pairs=pairs,
+        shape=(size[0], size[1]),
+        flow=lambda pair: np.asarray(flow[pair]),
+        visible=seen,
+        sd=None if sd is None else lambda pair: np.asarray(sd[pair], dtype=float),
+        fps=number("fps"),
+        mm_per_px=number("mm_per_px"),
+        projection=None if projection is None else _checked_projection(path, np.asarray(projection)),
+        area=None if area is None else np.asarray(area, dtype=float),
+    )
+
+
+def _checked_projection(path: Path, projection: Floats) -> Floats:
+    """Of an orthographic camera with square pixels: two orthogonal rows of one length."""
+    rows = projection[:2, :3]
+    square = rows @ rows.T
+    if not np.isfinite(projection).all() or not np.allclose(square, square[0, 0] * np.eye(2), rtol=1e-6):
+        raise InvalidInput(
+            f"{path}: projection must be orthographic: its first two rows orthogonal and of one length (1/m)."
+        )
+    return projection
