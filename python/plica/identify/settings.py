@@ -189,13 +189,13 @@ class Settings(Part):
 def default_parameters(scene: Scene) -> list[Estimated]:
     """One viscosity; shear and stretch along the fibre of each layer that has it, else its stiffness."""
     layers = list(scene.tissue)
-    found = [Estimated(tuple(f"{name}.viscosity" for name in layers), name="viscosity")]
+    found = [Estimated(targets=tuple(f"{name}.viscosity" for name in layers), name="viscosity")]
     if not all((scene_value(scene, f"{name}.viscosity") or 0) > 0 for name in layers):
         found = []
     fibrous = [name for name in layers if scene_value(scene, f"{name}.mu_fibre")]
-    found += [Estimated((f"{name}.mu_fibre",)) for name in fibrous]
-    found += [Estimated((f"{name}.E_fibre",)) for name in fibrous]
-    return found + [Estimated((f"{name}.E",)) for name in layers if name not in fibrous]
+    found += [Estimated(targets=(f"{name}.mu_fibre",)) for name in fibrous]
+    found += [Estimated(targets=(f"{name}.E_fibre",)) for name in fibrous]
+    return found + [Estimated(targets=(f"{name}.E",)) for name in layers if name not in fibrous]
 
 
 def scene_value(scene: Scene, target: str) -> float | None:

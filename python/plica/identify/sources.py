@@ -145,9 +145,10 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
         value = attributes.get(name, data.get(name))
         if value is None:
             return None
-        found = np.asarray(value, dtype=float)
-        if found.size != 1 or not np.isfinite(found).all() or not found.item() > 0:
-            raise InvalidInput(f"{path}: {name} = {value}; must be one number > 0.")
+        found = np.asarray(value)
+        if found.size != 1 or found.dtype.kind not in "iuf" or not 0 < found.item() < np.inf:
+            shown = found.item() if found.size == 1 else f"{found.size} numbers"
+            raise InvalidInput(f"{path}: {name} = {shown}; must be one number > 0.")
         return float(found.item())
 
     visible, sd = checked("visible", (pairs, *size)), checked("sd", (pairs, *size))

@@ -1,0 +1,323 @@
+"""What ``plica identify`` refuses, each in one sentence that says what must be and what to do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+from flow_files import PAIRS, SETTINGS, SHAPE, block_scene, flow_file
+from plica.cli import main
+from plica.identify import Settings, identify, load
+
+Made = Callable[..., Any]
+
+
+@pytest.fixture
+def refused(tmp_path: Path) -> Made:
+    """The text with which input is refused; nothing is left of it."""
+
+    def run(
+        recording: Path | None = None,
+        scene: plica.Scene | None = None,
+        settings: dict[str, Any] | None = None,
+        **file: Any,
+    ) -> str:
+        source = flow_file(tmp_path / "flow.h5", **file) if recording is None else recording
+        with pytest.raises(plica.InvalidInput) as found:
+            identify(
+                source,
+                scene or block_scene(),
+                tmp_path / "out",
+                Settings(**SETTINGS | (settings or {})),
+                progress=False,
+            )
+        assert not (tmp_path / "out" / "posterior.h5").exists()
+        text = str(found.value)
+        assert "\n" not in text
+        assert text.endswith((".", "?"))
+        return text
+
+    return run
+
+
+# ---- The recording -----------------------------------------------------------------------------
+
+
+def test_a_recording_must_be_there(refused: Made, tmp_path: Path) -> None:
+    assert "there is no such file" in refused(tmp_path / "nothing.h5")
+
+
+def test_pictures_go_through_video_first(refused: Made, tmp_path: Path) -> None:
+    (tmp_path / "clip.avi").write_bytes(b"RIFF")
+    assert "Pictures go through plica video first" in refused(tmp_path / "clip.avi")
+
+
+def test_a_directory_must_be_an_analysis(refused: Made, tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    assert "must be the directory of an analysis" in refused(tmp_path / "folder")
+
+
+def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
+    (tmp_path / "flow.hdf5").write_bytes(b"no HDF5 at all")
+    assert "no HDF5 file" in refused(tmp_path / "flow.hdf5")
+    (tmp_path / "flow.npz").write_bytes(b"no NPZ at all")
+    assert "cannot be read as NPZ" in refused(tmp_path / "flow.npz")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"flow": None}, 'has no "flow"'),
+        ({"flow": np.zeros((4, 8, 8, 3))}, r"flow has shape (4, 8, 8, 3); must be (frames - 1"),
+        ({"flow": np.zeros((8, 8))}, "flow has shape (8, 8)"),
+        ({"visible": np.ones((PAIRS, 5, 5))}, "visible has shape (10, 5, 5); must be (10, 48, 40)"),
+        ({"sd": np.ones((PAIRS, 2))}, "sd has shape (10, 2)"),
+        ({"glottal_area": np.ones(PAIRS)}, "glottal_area has shape (10,); must be (11,)"),
+        ({"glottis": np.ones((PAIRS, *SHAPE))}, "glottis has shape"),
+        ({"projection": np.eye(4)}, "projection has shape (4, 4); must be (3, 4)"),
+        ({"projection": np.arange(12.0).reshape(3, 4)}, "projection must be orthographic"),
+        ({"fps": -4000.0}, "fps = -4000.0; must be one number > 0"),
+        ({"fps": "fast"}, "must be one number > 0"),
+        ({"fps": None}, "the frame rate is not known"),
+        ({"projection": None}, "the size of a pixel is not known"),
+        ({"projection": None, "mm_per_px": 0.15}, "where the picture is on the mesh is not known"),
+        ({"visible": np.zeros((PAIRS, *SHAPE), dtype=bool)}, "no point of the surface is seen in 50%"),
+        ({"flow": np.full((PAIRS, *SHAPE, 2), np.nan)}, "no point of the surface is seen in 50%"),
+        ({"flow": np.zeros((PAIRS, *SHAPE, 2))}, "flow is zero everywhere; must show motion"),
+        ({"fps": 3000.0}, "frame interval / step = 2.66667; must be a whole number"),
+    ],
+)
+def test_a_file_that_does_not_fit_is_refused(refused: Made, changes: dict[str, Any], said: str) -> None:
+    assert said in refused(**changes)
+
+
+# ---- Frames, points, camera --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"first": 4, "last": 11}, "frames 4 to 11; must lie in [0, 10]"),
+        ({"first": 9}, "frames 9 to 10; must lie in [0, 10] with three or more"),
+        (
+            {"points": ((10.0, 10.0), (41.0, 10.0))},
+            "points[1] = [41, 10] px; must be in the picture of 40 x 48",
+        ),
+        ({"points": ((1.0, 1.0),)}, 'points[0] = [1, 1] px; must show the surface "z_max"'),
+        ({"mm_per_px": 0.1}, "mm_per_px = 0.1; must be left out: flow.h5 says where its camera stood"),
+        ({"centre": (0.3, 0, 0), "roll": 0.0, "mm_per_px": 0.1}, "no point of the picture shows the surface"),
+        ({"seen": "z_mux"}, 'seen = "z_mux"; must be one of x_max'),
+        ({"surface": "x_mxa"}, 'Did you mean "x_max"?'),
+        ({"surface": "z_max"}, "the pressed surface lies at one height"),
+        ({"heights": (0.1, 0.2)}, "a pressure there meets nothing of the surface"),
+    ],
+)
+def test_a_view_that_does_not_fit_is_refused(refused: Made, settings: dict[str, Any], said: str) -> None:
+    assert said in refused(settings=settings)
+
+
+# ---- The scene ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"contact": plica.Contact(first="x_min", second="x_max", multipliers={})},
+            "contact is given; must be",
+        ),
+        ({"loads": (plica.Load(surface="x_max", traction=(1, 0, 0)),)}, "loads is given; must be left out"),
+        ({"gravity": (0, 0, -9.81)}, "gravity is given; must be left out"),
+        ({"initial": plica.Initial(velocity={"body": (1, 0, 0)})}, "initial is given; must be left out"),
+        (
+            {"time": plica.Stepping(step=125e-6, duration=125e-6, scheme="newmark")},
+            "time.scheme must be hht",
+        ),
+    ],
+)
+def test_a_scene_that_is_not_linear_from_rest_is_refused(
+    refused: Made, changes: dict[str, Any], said: str
+) -> None:
+    assert said in refused(scene=block_scene(**changes))
+
+
+def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
+    contact = plica.Contact(first="x_min", second="x_max", multipliers={})
+    said = refused(scene=block_scene(contact=contact))
+    assert "not linear in the pressures" in said
+    assert "forces on the medial surface take the place of the contact" in said
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        (("bdy.E",), 'layer = "bdy"; must be one of body. Did you mean "body"?'),
+        (("body.e_fibre",), 'Did you mean "E_fibre"?'),
+        (("body.mu_fibre",), '"body.mu_fibre" is not set in the scene'),
+        (("body.E", {"targets": "body.E", "name": "again"}), '"body.E" is set by "body.E" and by "again"'),
+        (({"targets": ("body.E",), "name": "a"}, {"targets": "body.viscosity", "name": "a"}), "given twice"),
+        (("body",), 'target = "body"; must be a layer and a field'),
+    ],
+)
+def test_a_parameter_that_the_scene_does_not_have_is_refused(
+    refused: Made, parameters: tuple[Any, ...], said: str
+) -> None:
+    assert said in refused(settings={"parameters": parameters})
+
+
+def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
+    tissue = {name: plica.Tissue(E=5e3, nu=0.4, viscosity=0.3) for name in ("near", "far")}
+    blocks = {
+        "near": plica.Block(size=(4e-3, 6e-3, 3e-3), divisions=(1, 2, 1)),
+        "far": plica.Block(corner=(0, 0, -9e-3), size=(4e-3, 6e-3, 3e-3), divisions=(1, 2, 1)),
+    }
+    scene = plica.Scene(
+        plica.Blocks(blocks=blocks, order=2),
+        tissue,
+        time=plica.Stepping(step=125e-6, duration=125e-6),
+        supports=plica.Supports(fixed=("near.z_min", "far.z_min")),
+    )
+    chosen = {"parameters": ("near.E", "far.E"), "surface": "near.x_max", "seen": "near.z_max"}
+    assert 'nothing in the data depends on "far.E"' in refused(scene=scene, settings=chosen)
+
+
+# ---- Settings ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"log_sd": 0}, "log_sd = 0; must be > 0"),
+        (
+            {"parameters": ({"targets": "body.E", "median": "-1 kPa"},)},
+            "must be > 0: its logarithm is estimated",
+        ),
+        ({"parameters": ({"targets": "body.E", "median": "1 mm"},)}, '"mm" is of another kind'),
+        ({"parameters": ({"targets": "body.E", "log_sd": -0.5},)}, "log_sd = -0.5; must be > 0"),
+        ({"parameters": ({"targets": ()},)}, "targets"),
+        ({"trust_facter": 3}, 'Did you mean "trust_factor"?'),
+        ({"heights": (0.002, 0.001)}, "must increase: heights are given upward"),
+        ({"first": 4, "last": 5}, "last = 5; must be >= first + 2 = 6"),
+        ({"spacing": 0.2}, "spacing = 0.2; must be >= 1"),
+        ({"sd": -1}, "sd = -1; must be > 0"),
+        ({"trust_factor": 0.5}, "trust_factor = 0.5; must be >= 1"),
+        ({"mm_per_px": 0}, "mm_per_px = 0; must be > 0"),
+        ({"most_points": 4000}, "most_points = 4000; must be <= 400"),
+        ({"tilt": 90}, "tilt = 90; must be < 90"),
+        ({"centre": (0, 0, 0)}, "centre: must come with roll"),
+        ({"gain_sd": -0.1}, "gain_sd = -0.1; must be >= 0"),
+    ],
+)
+def test_a_setting_out_of_range_is_refused(wrong: dict[str, Any], said: str) -> None:
+    with pytest.raises(plica.InvalidInput) as found:
+        Settings(**wrong)
+    assert said in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[identify", "not TOML"),
+        ("log_sd = 1", "must have the table [identify], and nothing else"),
+        ("[identify]\nlog_sd = '1 kPa'", "identify.log_sd"),
+        ("[identify]\npressure = 1", "identify.pressure"),
+    ],
+)
+def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "set.toml").write_text(text)
+    with pytest.raises(plica.InvalidInput) as found:
+        Settings.load(tmp_path / "set.toml")
+    assert said in str(found.value)
+    assert "set.toml" in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        (None, "cannot be read"),
+        ("t,a,b,c\n0,1,1\n1,2,2\n", "has 3 columns; must have 4"),
+        ("t,a,b,c\n0,1,1,x\n1,2,2,2\n", "must have numbers in all cells"),
+        ("t,a,b,c\n1,1,1,1\n0,2,2,2\n", "times must increase"),
+        ("t,a,b,c\n0,1,1,1\n1e-4,2,2,2\n", "must cover the recording, 0 to 0.0025 s"),
+    ],
+)
+def test_a_drive_that_does_not_fit_is_refused(
+    refused: Made, tmp_path: Path, table: str | None, said: str
+) -> None:
+    path = tmp_path / "drive.csv"
+    if table is not None:
+        path.write_text(table)
+    assert said in refused(settings={"drive": path})
+
+
+def test_a_coarser_scene_may_differ_in_its_mesh_alone(refused: Made, tmp_path: Path) -> None:
+    block_scene().replace({"tissue.body.E": 4e3}).save(tmp_path / "soft.toml")
+    assert "tissue differs" in refused(settings={"coarser": str(tmp_path / "soft.toml")})
+    block_scene().save(tmp_path / "same.toml")
+    assert "must have a coarser one" in refused(settings={"coarser": str(tmp_path / "same.toml")})
+
+
+# ---- Going on ----------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> Path:
+    """An identification that stopped after its first iteration."""
+    source = flow_file(tmp_path / "flow.h5")
+    with pytest.raises(plica.SolveFailed, match="after 1 iterations"):
+        identify(source, block_scene(), tmp_path / "out", _one(), progress=False)
+    return tmp_path
+
+
+def _one(**changes: Any) -> Settings:
+    return Settings(**SETTINGS | {"max_iterations": 1} | changes)
+
+
+def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
+    source, out = begun / "flow.h5", begun / "out"
+    kept = (out / "iterates.json").read_bytes()
+
+    def text(recording: Path, scene: plica.Scene, settings: Settings, resume: bool = True) -> str:
+        with pytest.raises(plica.InvalidInput) as found:
+            identify(recording, scene, out, settings, resume=resume, progress=False)
+        return str(found.value)
+
+    assert "holds an identification already. Continue it with --resume" in text(
+        source, block_scene(), _one(), resume=False
+    )
+    softer = block_scene().replace({"tissue.body.nu": 0.3})
+    assert "was begun with another scene" in text(source, softer, _one())
+    other = flow_file(begun / "other.h5", flow=0.5 * np.ones((PAIRS, *SHAPE, 2)))
+    assert "was begun with another recording" in text(other, block_scene(), _one())
+    assert "was begun with log_sd = 0.7, now it is 0.5" in text(source, block_scene(), _one(log_sd=0.5))
+    with pytest.raises(plica.InvalidInput, match="has not ended"):
+        load(out)
+    assert (out / "iterates.json").read_bytes() == kept
+    (out / "iterates.json").write_text(json.dumps({"marks": {}}))
+    assert "is damaged" in text(source, block_scene(), _one())
+
+
+def test_nothing_goes_on_where_nothing_was_begun(tmp_path: Path) -> None:
+    source = flow_file(tmp_path / "flow.h5")
+    with pytest.raises(plica.InvalidInput, match="there is no identification to continue"):
+        identify(source, block_scene(), tmp_path / "out", _one(), resume=True, progress=False)
+    with pytest.raises(plica.InvalidInput, match="must be the directory of an identification"):
+        load(tmp_path)
+
+
+def test_the_command_says_what_is_wrong_and_returns_two(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    block_scene().save(tmp_path / "scene.toml")
+    arguments = ["identify", str(tmp_path / "no.h5"), "--scene", str(tmp_path / "scene.toml")]
+    assert main([*arguments, "-o", str(tmp_path / "out")]) == 2
+    assert "no.h5: there is no such file" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+    assert main([*arguments, "-o", str(tmp_path / "out"), "--log-sd", "-1"]) == 2
+    assert "log_sd = -1" in capsys.readouterr().err
