@@ -260,7 +260,9 @@ def test_a_coarser_scene_may_differ_in_its_mesh_alone(refused: Made, tmp_path: P
     block_scene().replace({"tissue.body.E": 4e3}).save(tmp_path / "soft.toml")
     assert "tissue differs" in refused(settings={"coarser": str(tmp_path / "soft.toml")})
     block_scene().save(tmp_path / "same.toml")
-    assert "must have a coarser one" in refused(settings={"coarser": str(tmp_path / "same.toml")})
+    assert "has edges 1 times as long as the scene's" in refused(
+        settings={"coarser": str(tmp_path / "same.toml")}
+    )
 
 
 # ---- Going on ----------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ Stores in DIR:
 
 By default it estimates one viscosity, and of each layer the stiffness along the fibre and in shear, each
 believed before to within a factor of four of the scene's value. The estimate runs on two meshes, SCENE's and
-one twice as coarse: how far it moves between them is in the intervals. What else may be set (priors in units,
+a coarser one: how far it moves between them is in the intervals. What else may be set (priors in units,
 pressures, camera) stands in a file for --settings:
 
   [identify]

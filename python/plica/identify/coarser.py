@@ -1,16 +1,27 @@
-"""A scene's mesh with edges twice as long, by which the shift under refinement is seen."""
+"""A scene's mesh made coarser, by which the shift under refinement is seen."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from plica import _engine
 from plica.errors import InvalidInput
 from plica.identify.settings import Settings
 from plica.phonation.scene.mesh_parts import Block, Larynx
-from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["coarser_scene"]
+__all__ = ["coarser_scene", "remainder", "require_coarser"]
+
+_COARSER = {
+    "finest": "demo",
+    "fine": "coarse",
+    "demo": "coarse",
+    "thesis": "thesis_medium",
+    "thesis_medium": "thesis_coarse",
+    "thesis_demo": "thesis_coarse",
+}
+"""Of the larynx's presets."""
+_LEAST_RATIO = 1.2  # of edges
 
 
 def coarser_scene(settings: Settings, scene: Scene) -> tuple[Scene | None, str]:
@@ -18,35 +29,50 @@ def coarser_scene(settings: Settings, scene: Scene) -> tuple[Scene | None, str]:
     if settings.coarser == "none":
         return None, ""
     if settings.coarser == "auto":
-        return _made(scene)
+        made = _made(scene)
+        return made, "" if made is not None else _none_coarser(scene)
     other = Scene.load(settings.coarser)
     differs = [name for name in ("tissue", "supports") if getattr(other, name) != getattr(scene, name)]
     differs += ["time.step"] if other.time.step != scene.time.step else []
     if differs:
         raise InvalidInput(
-            f"{other.source}: {differs[0]} differs from that of {scene.source}; must be the same: only "
-            "the mesh may be coarser."
+            f"{other.source}: {differs[0]} differs from that of {scene.source}; must be the same: only the "
+            "mesh may be coarser."
         )
-    if other.mesh == scene.mesh:
-        raise InvalidInput(f"{other.source}: has the mesh of {scene.source}; must have a coarser one.")
     return other, ""
 
 
-def _made(scene: Scene) -> tuple[Scene | None, str]:
+def require_coarser(coarser: _engine.TetMesh, mesh: _engine.TetMesh, source: str) -> float:
+    """How many times as long the edges are, by the numbers of nodes; InvalidInput below 1.2."""
+    ratio = float((len(mesh.points) / len(coarser.points)) ** (1 / 3))
+    if ratio < _LEAST_RATIO:
+        raise InvalidInput(
+            f"{source}: has edges {ratio:.2g} times as long as the scene's, by its {len(coarser.points)} "
+            f"nodes; must be {_LEAST_RATIO:g} times or more, or the shift between both says nothing."
+        )
+    return ratio
+
+
+def remainder(ratio: float) -> float:
+    """What is left on the finer mesh, at most, in units of the shift, where edges are `ratio` times as long.
+
+    An error that falls with h^2 leaves 1 / (ratio^2 - 1) of the shift; never taken as less than the shift.
+    """
+    return max(1.0, 1.0 / (ratio**2 - 1.0))
+
+
+def _made(scene: Scene) -> Scene | None:
     changes: dict[str, Any] = {}
-    if isinstance(scene.mesh, Larynx):
-        fields = larynx_fields(scene.mesh)
-        if "levels" in fields:
-            halved: dict[str, Any] = {"levels": [max(1, n // 2) for n in fields["levels"]]}
-            halved |= {f"{k}_rings": max(1, fields[f"{k}_rings"] // 2) for k in ("cover", "ligament", "body")}
-            halved["around"] = max(8, fields["around"] // 8 * 4)
-            changes = {k: v for k, v in halved.items() if v != fields[k]}
-        else:
-            changes = {"size": 2 * fields["size"]}
-        changes = {f"mesh.options.{name}": value for name, value in changes.items()}
+    if isinstance(scene.mesh, Larynx) and scene.mesh.larynx in _COARSER:
+        changes = {"mesh.larynx": _COARSER[scene.mesh.larynx]}
     elif isinstance(scene.mesh, Block):
         divisions = tuple(max(1, n // 2) for n in scene.mesh.divisions)
         changes = {"mesh.divisions": divisions} if divisions != scene.mesh.divisions else {}
-    if not changes:
-        return None, "A coarser mesh cannot be made of this one: give --coarser SCENE."
-    return scene.replace(changes), ""
+    return scene.replace(changes) if changes else None
+
+
+def _none_coarser(scene: Scene) -> str:
+    if isinstance(scene.mesh, Larynx):
+        own, finer = scene.mesh.larynx, "fine" if scene.mesh.larynx == "coarse" else "thesis"
+        return f'There is no larynx coarser than "{own}": take "{finer}", or give --coarser SCENE.'
+    return "A coarser mesh cannot be made of this one: give --coarser SCENE."

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.identify.coarser import coarser_scene
+from plica.identify.coarser import coarser_scene, remainder, require_coarser
 from plica.identify.estimate import Iteration, Scoring, estimate
 from plica.identify.iterates import Iterates, Marks
 from plica.identify.likelihood import Evaluation, MarginalLikelihood
@@ -79,12 +79,14 @@ def identify(
     settings = settings or Settings()
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     require_linear(scene)
+    left = 1.0
     coarser, why = coarser_scene(settings, scene)
     motion = open_motion(recording)
     tasks = {"scene": _task(motion, settings, scene, progress)}
     if coarser is not None:
         require_linear(coarser)
         tasks["coarser"] = _task(motion, settings, coarser, progress, tasks["scene"].recorded)
+        left = remainder(require_coarser(tasks["coarser"].mesh, tasks["scene"].mesh, coarser.source))
     directory = Path(directory)
     fine = tasks["scene"]
     marks = Marks.of(settings, scene, coarser, fine.recorded.observation)
@@ -98,7 +100,7 @@ def identify(
         begin = iterates.ended.get("coarser")
         found, at = _estimated(fine, "scene", iterates, settings, begin, progress)
         if begin is not None:
-            found = replace(found, mesh_shift=found.mean - np.array(begin))
+            found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found)
         found = replace(found, notes=notes)

@@ -132,8 +132,9 @@ class Settings(Part):
     recording says where the camera stood."""
 
     coarser: str = "auto"
-    """Scene file with a coarser mesh for the shift under refinement; ``"auto"``: made from the scene's, edges
-    twice as long; ``"none"``: one mesh only, which a warning says."""
+    """Scene file with a coarser mesh for the shift under refinement; ``"auto"``: made from the scene's where
+    it can be (a block with half the divisions, a larynx of a coarser preset); ``"none"``: one mesh only,
+    which a warning says."""
     max_iterations: Count = 40
     """Of Fisher scoring."""
 

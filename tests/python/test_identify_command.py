@@ -1,0 +1,290 @@
+"""A run without contact, filmed and identified by the command: the truth is in the intervals."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import plica
+from flow_files import FPS, SETTINGS, SIZE, block_scene, flow_file
+from plica.cli import main
+from plica.identify import Identification, Settings, identify, load
+from plica.identify.coarser import coarser_scene, remainder
+from plica.identify.iterates import Iterates
+from plica.identify.paths import correlation_length, follow_points
+from plica.identify.placement import place
+from plica.identify.sources import open_motion
+
+TRUTH = {"E": 5e3, "viscosity": 0.3}
+GUESS = {"E": 7e3, "viscosity": 0.2}
+CAMERA = plica.Camera(mm_per_px=0.08, width=64, height=96, centre=(2e-3, 3e-3, 3e-3))
+CHOSEN: dict[str, Any] = {
+    "surface": "x_max",
+    "seen": "z_max",
+    "from_rest": True,
+    "heights": (0.0, SIZE[2]),
+    "spacing": 10.0,
+}
+
+
+def _scene(tissue: dict[str, float], step: float, **parts: Any) -> plica.Scene:
+    made = plica.Scene(
+        plica.Block(size=SIZE, divisions=(3, 4, 3), order=2),
+        {"body": plica.Tissue(nu=0.4, **tissue)},
+        time=plica.Stepping(step=step, duration=12e-3),
+        supports=plica.Supports(fixed=("z_min", "y_min", "y_max")),
+        **parts,
+    )
+    assert made.contact is None
+    return made
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The truth of a film: the run has half the step and a pressure that is even over the face."""
+    where = tmp_path_factory.mktemp("filmed")
+    loads = [
+        plica.Load(surface="x_max", traction=(150, 0, 0), frequency=180, phase=-np.pi / 2),
+        plica.Load(surface="x_max", traction=(100, 0, 0), frequency=410, phase=-np.pi / 2),
+    ]
+    scene = _scene(TRUTH, 125e-6, loads=loads, output=plica.Output(every=250e-6))
+    run = plica.run(scene, where / "run", progress=False)
+    plica.film(run, CAMERA).write(where / "clip.npy")
+    rng = np.random.default_rng(7)
+    with h5py.File(where / "clip.truth.h5", "r+") as file:  # a camera's flow is never without error
+        file["flow"][...] += rng.normal(0, 0.03, file["flow"].shape).astype(np.float32)
+    return where / "clip.truth.h5"
+
+
+@pytest.fixture(scope="module")
+def commanded(filmed: Path) -> Path:
+    """The directory of ``plica identify``."""
+    where = filmed.parent
+    _scene(GUESS, 250e-6).save(where / "scene.toml")
+    (where / "set.toml").write_text(
+        '[identify]\nsurface = "x_max"\nseen = "z_max"\nheights = [0.0, "3 mm"]\nspacing = 10\n'
+    )
+    arguments = [str(filmed), "--scene", str(where / "scene.toml"), "-o", str(where / "out")]
+    assert main(["identify", *arguments, "--settings", str(where / "set.toml"), "--from-rest"]) == 0
+    return where / "out"
+
+
+@pytest.mark.slow
+def test_the_truth_is_in_the_intervals(commanded: Path) -> None:
+    found = load(commanded).posterior
+    interval = dict(zip(found.names, found.interval(), strict=True))
+    assert set(interval) == {"body.E", "viscosity"}
+    for name, true in (("body.E", TRUTH["E"]), ("viscosity", TRUTH["viscosity"])):
+        low, high = interval[name]
+        assert low < true < high
+    assert found.mesh_shift is not None
+    assert found.sd[found.names.index("body.E")] < 0.5 * 0.7  # much is learned, the shift included
+
+
+@pytest.mark.slow
+def test_what_is_stored_is_read_back(commanded: Path) -> None:
+    found = load(commanded)
+    picture, posterior = found.picture, found.posterior
+    assert isinstance(found, Identification)
+    assert picture.observed.shape == picture.predicted.shape == picture.whitened.shape
+    assert picture.explained > 0.9
+    assert picture.lead == 0
+    assert found.iterations[-1, 1] < 0.05
+    with (commanded / "posterior.csv").open() as file:
+        rows = {row["parameter"]: row for row in csv.DictReader(file)}
+    for j, name in enumerate(posterior.names):
+        assert float(rows[name]["median"]) == posterior.median[j]
+        assert float(rows[name]["low_95"]) == posterior.interval()[j, 0]
+        assert rows[name]["unit"] == posterior.units[j]
+    with h5py.File(commanded / "posterior.h5") as file:
+        assert file["recording/place"].attrs["units"] == "m"
+        assert np.allclose(file["posterior/derived/interval"], posterior.interval())
+        assert list(file["posterior/derived/warnings"].asstr()) == found.warnings
+    # the places of the points are on the upper face, where the camera sees them
+    assert np.allclose(picture.place[:, 2], SIZE[2])
+    assert np.allclose(CAMERA.project(picture.place)[:, :2], picture.start, atol=1e-6)
+
+
+@pytest.mark.slow
+def test_the_report_has_warnings_first_and_all_pictures(commanded: Path) -> None:
+    text = (commanded / "report.html").read_text(encoding="utf-8")
+    for warning in load(commanded).warnings:
+        assert text.index(warning.split('"')[-1][:40]) < text.index("<h2>Tissue</h2>")
+    titles = re.findall(r"<h3>(.*?)</h3>", text)
+    assert titles == [
+        "Prior against posterior",
+        "Correlation",
+        "Identifiability",
+        "Predicted against observed motion",
+        "Unknown pressures",
+        "Whitened residuals",
+    ]
+    assert "Residual test" in text
+    assert not re.search(r'(src|href)="http', text)
+
+
+@pytest.mark.slow
+def test_what_was_stopped_goes_on_to_the_same_end(
+    filmed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, settings = _scene(GUESS, 250e-6), Settings(**CHOSEN | {"coarser": "none"})
+    whole = identify(filmed, scene, tmp_path / "whole", settings, progress=False)
+    add = Iterates.add
+
+    def stopped(self: Iterates, mesh: str, at: Any) -> None:
+        add(self, mesh, at)
+        if at.number == 3:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Iterates, "add", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            identify(filmed, scene, tmp_path / "parts", settings, progress=False)
+    parts = identify(filmed, scene, tmp_path / "parts", settings, resume=True, progress=False)
+    assert np.abs((parts.posterior.mean - whole.posterior.mean) / whole.posterior.sd).max() < 0.05
+    assert np.array_equal(parts.iterations[:4], whole.iterations[:4])
+
+
+@pytest.mark.slow
+def test_what_the_recording_cannot_tell_is_called_so(filmed: Path, tmp_path: Path) -> None:
+    """Three frames of it say next to nothing of the viscosity."""
+    settings = Settings(**CHOSEN | {"coarser": "none", "last": 3})
+    found = identify(filmed, _scene(GUESS, 250e-6), tmp_path / "out", settings, progress=False)
+    assert any('"viscosity" is hardly learned' in warning for warning in found.warnings)
+    assert "hardly learned: this is the prior" in (tmp_path / "out" / "report.html").read_text()
+    assert any("Only one mesh was tried" in warning for warning in found.warnings)
+
+
+# ---- Parts -------------------------------------------------------------------------------------
+
+
+def test_points_go_with_the_flow_and_are_lost_where_it_is_unknown(tmp_path: Path) -> None:
+    height, width = 20, 30
+    flow = np.zeros((6, height, width, 2), dtype=np.float32)
+    flow[..., 0] = 0.5 + 0.1 * np.arange(width)  # dx/dt grows with x
+    flow[4, :, :, :] = np.nan
+    visible = np.ones(flow.shape[:3], dtype=bool)
+    visible[1, :, :10] = False
+    motion = open_motion(flow_file(tmp_path / "flow.h5", flow=flow, visible=visible))
+    paths, seen, missed = follow_points(motion, range(6), np.array([[2.25, 3.0], [12.0, 3.0]]))
+    x = [2.25]
+    for _ in range(4):
+        x.append(x[-1] + 0.5 + 0.1 * x[-1])
+    assert np.allclose(paths[:5, 0, 0], x, rtol=1e-6)
+    assert np.isnan(paths[5:]).all()
+    assert np.isnan(seen[1, 0]).all()
+    assert np.isfinite(seen[1, 1]).all()
+    assert np.isnan(missed).all()
+
+
+def test_the_length_over_which_an_error_is_correlated_is_found() -> None:
+    """Noise averaged over n pixels is correlated by 1 - lag / n."""
+    rng = np.random.default_rng(0)
+    white = rng.normal(size=(6, 300, 300))
+    smooth = np.array([_averaged(field, 10) for field in white])
+    assert correlation_length(white) == 1
+    assert correlation_length(smooth) in (8, 9)  # the first below 0.2
+    smooth[:, 100:150] = np.nan
+    assert correlation_length(smooth) in (8, 9)
+    assert correlation_length([np.full((20, 20), np.nan)]) is None
+
+
+def _averaged(field: Any, n: int) -> Any:
+    total = np.cumsum(np.cumsum(np.pad(field, ((1, 0), (1, 0))), axis=0), axis=1)
+    return total[n:, n:] - total[:-n, n:] - total[n:, :-n] + total[:-n, :-n]
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0, 0.0), (5.0, -3.0, 40.0), (0.0, 0.0, 180.0)])
+def test_a_place_is_where_the_projection_shows_it(tmp_path: Path, angles: tuple[float, float, float]) -> None:
+    tilt, lean, roll = angles
+    camera = plica.Camera(
+        mm_per_px=0.1, width=40, height=48, centre=(1e-3, 2e-3, 3e-3), tilt=tilt, lean=lean, roll=roll
+    )
+    scene = block_scene()
+    mesh = plica.build_mesh(scene.mesh)
+    motion = open_motion(flow_file(tmp_path / "flow.h5", projection=camera.projection))
+    found = place(motion, Settings(), scene, mesh, "z_max")
+    x = np.random.default_rng(1).normal(size=(5, 3))
+    shown = camera.project(x)
+    assert np.allclose(found.along_axes(shown[:, :2]), x @ found.camera.axes.T)
+    assert found.camera.towards @ camera.axes[2] == pytest.approx(1)
+    without = open_motion(flow_file(tmp_path / "bare.h5", projection=None, mm_per_px=0.1))
+    told = Settings(centre=(1e-3, 2e-3, 3e-3), tilt=tilt, lean=lean, roll=roll)
+    again = place(without, told, scene, mesh, "z_max")
+    assert np.allclose(again.origin, found.origin)
+    assert np.allclose(again.camera.axes, found.camera.axes)
+
+
+def test_a_picture_is_laid_on_the_mesh_by_its_glottis(tmp_path: Path) -> None:
+    """Its anterior end goes to +y, its middle to that of the mesh."""
+    from dataclasses import replace
+
+    scene = block_scene()
+    mesh = plica.build_mesh(scene.mesh)
+    bare = open_motion(flow_file(tmp_path / "flow.h5", projection=None, mm_per_px=0.1))
+    motion = replace(bare, glottis=((10.0, 40.0), (30.0, 20.0)))
+    found = place(motion, Settings(), scene, mesh, "z_max")
+    ends = found.along_axes(np.array(motion.glottis))
+    middle = np.array([SIZE[0] / 2, SIZE[1] / 2, SIZE[2]])
+    assert np.allclose(ends.mean(axis=0), found.camera.axes @ middle)
+    along = (ends[0] - ends[1]) @ found.camera.axes
+    assert np.allclose(along / np.linalg.norm(along), [0, 1, 0], atol=1e-12)
+    assert found.camera.tilt_sd > 0
+
+
+def test_closed_frames_are_those_with_next_to_no_glottis(tmp_path: Path) -> None:
+    from plica.identify.recording import observe
+
+    area = np.array([0, 1, 9, 40, 100, 100, 40, 2, 1, 0, 50.0])
+    scene = block_scene()
+    motion = open_motion(flow_file(tmp_path / "flow.h5", glottal_area=area))
+    settings = Settings(**SETTINGS | {"from_rest": False, "lead": 1e-3})
+    found = observe(motion, settings, scene, plica.build_mesh(scene.mesh), "z_max")
+    assert found.lead == round(1e-3 * FPS)
+    closed = np.asarray(found.observation.closed)
+    assert closed[found.lead :].tolist() == [True, True, False, False, False, False, True, True, True, True]
+    assert not closed[: found.lead].any()
+    assert np.isnan(found.observation.flow[: found.lead]).all()
+
+
+def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:
+    scene = block_scene().replace({"mesh.divisions": (4, 5, 2)})
+    coarser, why = coarser_scene(Settings(), scene)
+    assert coarser is not None
+    assert coarser.mesh.divisions == (2, 2, 1)  # type: ignore[union-attr]
+    assert coarser.replace({"mesh.divisions": (4, 5, 2)}) == scene
+    assert why == ""
+    assert coarser_scene(Settings(coarser="none"), scene) == (None, "")
+    larynx = plica.Scene(plica.Larynx(larynx="coarse", order=2), "normal", time=scene.time)
+    none, why = coarser_scene(Settings(), larynx)
+    assert none is None
+    assert 'no larynx coarser than "coarse"' in why
+    demo, _ = coarser_scene(Settings(), larynx.replace({"mesh.larynx": "demo"}))
+    assert demo == larynx
+
+
+def test_what_is_left_of_a_shift_falls_with_the_square() -> None:
+    """Errors c h^2 and c (r h)^2: their difference is c h^2 (r^2 - 1)."""
+    assert remainder(1.25) == pytest.approx(1 / (1.25**2 - 1))
+    assert remainder(2.0) == 1.0
+
+
+def test_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["identify", "--help"])
+    said = capsys.readouterr().out
+    for part in ("examples:", "[identify]", "--resume", "hardly learned", "no contact"):
+        assert part in said
+    table = re.search(r"\n  \[identify\]\n(.*?)\n\n", said, re.DOTALL)
+    assert table is not None
+    import tomllib
+
+    chosen = Settings(**tomllib.loads("[identify]\n" + table[1])["identify"])
+    assert chosen.parameters[1].median == 30e3
+    assert chosen.heights == (-4.5e-3, -2e-3, -0.2e-3)
