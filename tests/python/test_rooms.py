@@ -27,6 +27,7 @@ _MAY_IMPORT = {
     "plica.video": _BASE | _SHARED,
     "plica.film": _BASE | {"plica.storage"},
     "plica.larynx_fit": _BASE | _SHARED | _SCENE | {"plica.film", "plica.video"},
+    "plica.identify": _BASE | _SHARED | _SCENE | {"plica.phonation.run", "plica.video", "plica.film"},
 }
 
 
