@@ -20,6 +20,7 @@ from plica.identify.iterates import Iterates
 from plica.identify.paths import correlation_length, follow_points
 from plica.identify.placement import place
 from plica.identify.sources import open_motion
+from plica.identify.step_error import angular_frequency, period_error, stiffness_error
 
 TRUTH = {"E": 5e3, "viscosity": 0.3}
 GUESS = {"E": 7e3, "viscosity": 0.2}
@@ -30,6 +31,7 @@ CHOSEN: dict[str, Any] = {
     "from_rest": True,
     "heights": (0.0, SIZE[2]),
     "spacing": 10.0,
+    "closed_below": 0.0,  # the film of a block has no glottis, but slits beside it
 }
 
 
@@ -53,7 +55,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         plica.Load(surface="x_max", traction=(150, 0, 0), frequency=180, phase=-np.pi / 2),
         plica.Load(surface="x_max", traction=(100, 0, 0), frequency=410, phase=-np.pi / 2),
     ]
-    scene = _scene(TRUTH, 125e-6, loads=loads, output=plica.Output(every=250e-6))
+    scene = _scene(TRUTH, 62.5e-6, loads=loads, output=plica.Output(every=250e-6))
     run = plica.run(scene, where / "run", progress=False)
     plica.film(run, CAMERA).write(where / "clip.npy")
     rng = np.random.default_rng(7)
@@ -66,9 +68,10 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def commanded(filmed: Path) -> Path:
     """The directory of ``plica identify``."""
     where = filmed.parent
-    _scene(GUESS, 250e-6).save(where / "scene.toml")
+    _scene(GUESS, 125e-6).save(where / "scene.toml")
     (where / "set.toml").write_text(
         '[identify]\nsurface = "x_max"\nseen = "z_max"\nheights = [0.0, "3 mm"]\nspacing = 10\n'
+        "closed_below = 0\n"
     )
     arguments = [str(filmed), "--scene", str(where / "scene.toml"), "-o", str(where / "out")]
     assert main(["identify", *arguments, "--settings", str(where / "set.toml"), "--from-rest"]) == 0
@@ -267,6 +270,46 @@ def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:
     assert 'no larynx coarser than "coarse"' in why
     demo, _ = coarser_scene(Settings(), larynx.replace({"mesh.larynx": "demo"}))
     assert demo == larynx
+
+
+@pytest.mark.slow
+def test_a_step_that_is_long_for_the_motion_is_said(filmed: Path, tmp_path: Path) -> None:
+    """Halving the step shows three quarters of an error that falls with its square; to a factor of two."""
+    settings = Settings(**CHOSEN | {"coarser": "none"})
+    found = {
+        step: identify(filmed, _scene(GUESS, step), tmp_path / f"{step}", settings, progress=False)
+        for step in (125e-6, 250e-6)
+    }
+    stiffness = [p.posterior.median[p.posterior.names.index("body.E")] for p in found.values()]
+    assert [any("time step" in w for w in p.warnings) for p in found.values()] == [False, True]
+    picture = found[250e-6].picture
+    told = stiffness_error(picture.predicted, picture.frame_rate, 250e-6, -0.3)
+    assert 0.5 * 0.75 * told < stiffness[1] / stiffness[0] - 1 < 2 * 0.75 * told
+
+
+def test_the_error_of_a_period_is_that_of_the_time_scheme() -> None:
+    assert period_error(1e-2, 0.0) == pytest.approx(1e-4 / 12, rel=1e-3)
+    # steps of an oscillator by the scheme itself, phases read from its motion
+    alpha, angle, steps = -0.3, 0.3, 400
+    gamma, beta = 0.5 - alpha, (1 - alpha) ** 2 / 4
+    u, v, a = 1.0, 0.0, -(angle**2)
+    motion = [u]
+    for _ in range(steps):
+        guess = u + v + (0.5 - beta) * a
+        after = -(angle**2) * ((1 + alpha) * guess - alpha * u) / (1 + (1 + alpha) * beta * angle**2)
+        u, v, a = guess + beta * after, v + (1 - gamma) * a + gamma * after, after
+        motion.append(u)
+    signs = np.flatnonzero(np.diff(np.signbit(motion)))
+    crossings = signs + [motion[k] / (motion[k] - motion[k + 1]) for k in signs]
+    period = 2 * (crossings[-1] - crossings[0]) / (len(crossings) - 1)
+    assert period / (2 * np.pi / angle) - 1 == pytest.approx(period_error(angle, alpha), rel=0.01)
+
+
+def test_the_frequency_of_a_sine_is_found() -> None:
+    t = np.arange(80) / 4000
+    motion = np.sin(2 * np.pi * 200 * t)[:, None, None] * np.ones((3, 2))
+    motion[7:9] = np.nan
+    assert angular_frequency(motion, 4000.0) == pytest.approx(2 * np.pi * 200, rel=0.02)
 
 
 def test_what_is_left_of_a_shift_falls_with_the_square() -> None:

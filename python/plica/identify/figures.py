@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from plica.identify.posterior import LEARNED, Posterior
 from plica.identify.results import Identification, Picture
-from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
 
 __all__ = ["sections"]
 
@@ -45,9 +45,15 @@ def prior_and_posterior(posterior: Posterior) -> Drawing:
             axes.plot(np.exp(centre), row, "o", color=_colour(posterior, int(j)), ms=6)
         axes.set_xscale("log")
         axes.set_yticks(range(len(shown)), [posterior.names[j] for j in shown])
-        axes.invert_yaxis()
         axes.set_xlabel("value over the prior's median")
-        label_ends(axes, [("believed before", grey), ("learned", blue), ("hardly learned", red)])
+        axes.set_ylim(len(shown) - 0.4, -0.6)
+        kinds = (
+            ("believed before", grey),
+            ("learned", blue),
+            ("hardly learned", red),
+            ("up to the mesh", purple),
+        )
+        label_ends(axes, kinds)
 
     return draw(
         "Prior against posterior",
@@ -210,7 +216,9 @@ def _logarithmic(posterior: Posterior) -> NDArray[np.bool_]:
 
 
 def _colour(posterior: Posterior, j: int) -> str:
-    return red if hardly_learned(posterior)[j] else blue
+    if hardly_learned(posterior)[j]:
+        return red
+    return purple if posterior.sd[j] > LEARNED * posterior.prior_sd[j] else blue
 
 
 def _shade(axes: Axes, time: NDArray[np.float64], closed: NDArray[np.bool_]) -> None:

@@ -24,6 +24,7 @@ from plica.identify.residuals import whitened
 from plica.identify.results import Identification, Picture, load, store
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion, open_motion
+from plica.identify.step_error import stiffness_error
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
@@ -31,6 +32,8 @@ from plica.storage.files import only_writer, storage_errors
 __all__ = ["Identification", "identify", "load"]
 
 Floats = NDArray[np.float64]
+
+_STEP_ERROR = 0.03
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ def identify(
         if begin is not None:
             found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
-        notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found)
+        notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
         found = replace(found, notes=notes)
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
@@ -203,7 +206,7 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
     )
 
 
-def _doubts(picture: Picture, posterior: Posterior) -> tuple[str, ...]:
+def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:
     """What the recording itself makes doubtful."""
     told = []
     if posterior.noise.flow > 2:
@@ -214,8 +217,13 @@ def _doubts(picture: Picture, posterior: Posterior) -> tuple[str, ...]:
     if picture.explained < 0.5:
         told.append(
             f"The model follows {100 * max(picture.explained, 0):.0f} % of the motion's variance: what it "
-            "says "
-            "of the tissue is said by a part of the motion. Is the picture where the camera's settings say?"
+            "says of the tissue is said by a part of the motion. Is the camera where the settings say?"
+        )
+    high = stiffness_error(picture.predicted, picture.frame_rate, model.step, model.alpha)
+    if high > _STEP_ERROR:
+        told.append(
+            f"The time step of {1e6 * model.step:.3g} us is long for this motion: stiffness comes out too "
+            f"high by some {100 * high:.0f} %, which is not in the intervals. Take a shorter step."
         )
     if len(picture.start) < 10:
         told.append(f"Only {len(picture.start)} points are seen: take a smaller spacing, or fewer frames.")

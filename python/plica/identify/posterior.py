@@ -150,13 +150,20 @@ class Posterior:
         """What a reader must know before believing the table."""
         told = list(self.notes) + self.residuals.sentences()
         shares = self.sd / self.prior_sd
+        alone = np.sqrt(np.diag(self.statistical_covariance)) / self.prior_sd
         for j, name in enumerate(self.names):
             if self.belied[j] and self.shift_in_sd is not None:
                 told.append(
                     f'"{name}" moves by {self.shift_in_sd[j]:+.1f} of its sd when the mesh is refined: the '
                     "sd of one mesh is not honest. The interval includes the shift."
                 )
-            if shares[j] > LEARNED:
+            if alone[j] <= LEARNED < shares[j]:
+                told.append(
+                    f'"{name}" is hardly known after this recording: on one mesh the data tell it, but with '
+                    f"the shift between meshes its sd is {100 * shares[j]:.0f} % of the prior's. Take finer "
+                    "meshes."
+                )
+            elif shares[j] > LEARNED:
                 told.append(
                     f'"{name}" is hardly learned from this recording: its sd is {100 * shares[j]:.0f} % of '
                     "the prior's. What stands in the table is the prior."
