@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from plica.identify.coarser import coarser_scene, remainder
 from plica.identify.iterates import Iterates
 from plica.identify.paths import correlation_length, follow_points
 from plica.identify.placement import place
+from plica.identify.report import rows
 from plica.identify.sources import open_motion
 from plica.identify.step_error import angular_frequency, period_error, stiffness_error
 
@@ -164,6 +166,17 @@ def test_what_the_recording_cannot_tell_is_called_so(filmed: Path, tmp_path: Pat
     assert any("Only one mesh was tried" in warning for warning in found.warnings)
 
 
+@pytest.mark.slow
+def test_numbers_of_a_motion_that_is_not_followed_are_not_carried_by_the_data(commanded: Path) -> None:
+    found = load(commanded)
+    assert found.picture.carried
+    assert not any("not carried" in row.verdict for row in rows(found))
+    lost = replace(found, picture=replace(found.picture, predicted=0.2 * found.picture.observed))
+    assert lost.picture.explained == pytest.approx(1 - 0.8**2)
+    assert not lost.picture.carried
+    assert all("not carried by the data" in row.verdict for row in rows(lost))
+
+
 # ---- Parts -------------------------------------------------------------------------------------
 
 
@@ -226,8 +239,6 @@ def test_a_place_is_where_the_projection_shows_it(tmp_path: Path, angles: tuple[
 
 def test_a_picture_is_laid_on_the_mesh_by_its_glottis(tmp_path: Path) -> None:
     """Its anterior end goes to +y, its middle to that of the mesh."""
-    from dataclasses import replace
-
     scene = block_scene()
     mesh = plica.build_mesh(scene.mesh)
     bare = open_motion(flow_file(tmp_path / "flow.h5", projection=None, mm_per_px=0.1))

@@ -34,6 +34,7 @@ __all__ = ["Identification", "identify", "load"]
 Floats = NDArray[np.float64]
 
 _STEP_ERROR = 0.03
+_FAR = 1.96  # prior sd
 
 
 @dataclass(frozen=True)
@@ -214,10 +215,17 @@ def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple
             f"The flow is off by {posterior.noise.flow:.1f} times its stated error: the trust is too "
             "kind, or the model does not follow the motion. The intervals count with the larger error."
         )
-    if picture.explained < 0.5:
+    if not picture.carried:
         told.append(
-            f"The model follows {100 * max(picture.explained, 0):.0f} % of the motion's variance: what it "
-            "says of the tissue is said by a part of the motion. Is the camera where the settings say?"
+            f"The model follows only {100 * max(picture.explained, 0):.0f} % of the motion's variance: no "
+            "number of this table is carried by the data. Is the camera where the settings say, the frame "
+            "rate right, the geometry that of the recording?"
+        )
+    score = (posterior.mean - posterior.prior_mean) / posterior.prior_sd
+    for name in (n for n, far in zip(posterior.names, np.abs(score) > _FAR, strict=True) if far):
+        told.append(
+            f'"{name}" came out beyond what was believed before: either the belief was wrong, or the tissue '
+            "is bent to what the model does not describe (geometry, supports, pressures)."
         )
     high = stiffness_error(picture.predicted, picture.frame_rate, model.step, model.alpha)
     if high > _STEP_ERROR:

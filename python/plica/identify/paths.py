@@ -39,7 +39,7 @@ def follow_points(
         move = np.stack([_sampled(field[..., c], at) for c in (0, 1)], axis=1)
         seen = _nearest(motion.visible(pair), at, False)
         flows.append(np.where(seen[:, None], move, np.nan))
-        missed.append(_error(motion, pair, at))
+        missed.append(np.where(seen, _error(motion, pair, at), np.nan))
         there = at + move
         there[~((there >= 0) & (there <= [width - 1, height - 1])).all(axis=1)] = np.nan
         paths.append(there)

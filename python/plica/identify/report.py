@@ -41,7 +41,7 @@ def write_report(found: Identification) -> Path:
         title=f"Tissue from {found.picture.name}",
         remark=remark(found),
         warnings=found.warnings,
-        rows=rows(found.posterior),
+        rows=rows(found),
         identifiable=_identifiable(found.posterior),
         residuals=_residuals(found.posterior),
         sections=sections(found),
@@ -78,8 +78,9 @@ def remark(found: Identification) -> str:
     return "; ".join(parts) + "."
 
 
-def rows(posterior: Posterior) -> list[Row]:
+def rows(found: Identification) -> list[Row]:
     """A line a parameter; an sd that the mesh belies is refused."""
+    posterior = found.posterior
     interval, spread = posterior.interval(), 1.959964 * posterior.prior_sd
     ends = np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread])
     made = []
@@ -87,7 +88,9 @@ def rows(posterior: Posterior) -> list[Row]:
         relative = posterior.logarithmic is None or bool(posterior.logarithmic[j])
         prior = np.exp(ends[j]) if relative else ends[j]
         sd = f"{100 * posterior.sd[j]:.1f} %" if relative else number(float(posterior.sd[j]), 2)
-        if hardly_learned(posterior)[j]:
+        if not found.picture.carried:
+            verdict = "not carried by the data: the model does not follow the motion"
+        elif hardly_learned(posterior)[j]:
             verdict = "hardly learned: this is the prior"
         elif posterior.belied[j]:
             verdict = "the mesh shifts it by more than its noise"

@@ -26,6 +26,8 @@ __all__ = ["Identification", "Picture", "load", "store"]
 
 Floats = NDArray[np.float64]
 
+FOLLOWED = 0.5
+"""Share of the motion's variance."""
 _UNITS = {
     "posterior/mean": "log of the unit, or the unit",
     "recording/start": "px: column, row",
@@ -84,6 +86,11 @@ class Picture:
         """1 - mean square of observed - predicted over that of observed."""
         left = np.nansum((self.observed - self.predicted) ** 2)
         return float(1 - left / np.nansum(self.observed**2))
+
+    @property
+    def carried(self) -> bool:
+        """Whether the model follows half of the motion or more; else no estimate is carried by the data."""
+        return self.explained >= FOLLOWED
 
 
 @dataclass(frozen=True)
