@@ -247,7 +247,7 @@ def measure(arguments: argparse.Namespace, directory: Path) -> None:
     print(
         f"error at the points (rms, a component): true flow of the film {rms(film_flow - true):.5f} px, flow "
         f"found {error:.4f} px, missing {100 * unseen.mean():.1f} %; trust maps {kind:.4f} px (rms), "
-        f"{np.nanmedian(trust):.4f} px (median), so {error / kind:.1f} times too kind; sd of link 4: the map, "
+        f"{np.nanmedian(trust):.4f} px (median), {error / kind:.1f} times too kind; sd of link 4: the map, "
         f"no smaller than its median, times {factor:.1f}"
     )
     square = np.nanmean(lag**2)
@@ -255,7 +255,7 @@ def measure(arguments: argparse.Namespace, directory: Path) -> None:
     products = (lag[1:] * lag[:-1], grid[:, 1:] * grid[:, :-1], grid[:, :, 1:] * grid[:, :, :-1])
     frame, along, across = (np.nanmean(product) / square for product in products)
     print(
-        f"its correlation from a frame to the next {frame:+.2f}, to the next point along a fold {along:+.2f}, "
+        f"correlation from a frame to the next {frame:+.2f}, to the next point along a fold {along:+.2f}, "
         f"across {across:+.2f}; regression on the true flow {np.nansum(lag * true) / np.sum(true**2):+.3f}",
         flush=True,
     )

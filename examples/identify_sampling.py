@@ -1,6 +1,6 @@
 """Is the posterior of the tissue Gaussian? The same one by its Gaussian and by sampling.
 
-    python identify_sampling.py          # 500 draws, 24 frames: under a minute
+    python identify_sampling.py          # 400 draws, 24 frames: under a minute
     python identify_sampling.py 200 12   # draws, frames
 
 `MarginalLikelihood.value_and_gradient` is the log posterior density of log theta and its gradient: scipy's
@@ -33,7 +33,7 @@ TRUTH = np.log([5e3, 0.3])
 
 
 def recording(frames: int, seed: int) -> MarginalLikelihood:
-    """Noisy flow of nine points of a block, pushed by a known wave of unknown size and by unknown pressures."""
+    """Noisy flow of nine points of a block; a known wave of unknown size and unknown pressures push it."""
     rng = np.random.default_rng(seed)
     mesh = plica.build_mesh(SCENE.mesh)
     x, y = np.meshgrid([1e-3, 2e-3, 3e-3], [1.5e-3, 3e-3, 4.5e-3])
@@ -86,7 +86,7 @@ def hamiltonian(density: Density, start: np.ndarray, scale: np.ndarray, draws: i
     return np.array(kept)
 
 
-def main(draws: int = 500, frames: int = 24) -> None:
+def main(draws: int = 400, frames: int = 24) -> None:
     """Print both posteriors."""
     likelihood = recording(frames, seed=1)
     density = likelihood.value_and_gradient
