@@ -39,7 +39,7 @@ class Film:
     start: float | str | None = None
     """s, middle of the first frame's exposure; None: the first stored instant that leaves room for it."""
     end: float | str | None = None
-    """s, no frame is later; None: the last stored instant."""
+    """s, no frame is later; None: the last stored instant that leaves room for its exposure."""
     exposure: float | str = 0.0
     """s, at most 1 / fps; 0: an instant."""
     samples: int = 4
@@ -62,7 +62,7 @@ class Film:
     roughness: float = 8.0
     """Standard deviation of the wet surface's slopes, degrees, in [0, 45]: it breaks highlights up."""
     glottis: float = 12.0
-    """Grey of what is below the glottis, and beside the larynx."""
+    """Grey of what is below the glottis."""
     vignetting: float = 0.25
     """Share of the light that is lost in the corners, in [0, 1]."""
     blur: float = 0.7

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plica.errors import InvalidInput, SolveFailed
+from plica.errors import InvalidInput
 from plica.identify.input_space import InputSpace, Solved
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise, profiled
@@ -130,7 +130,7 @@ class MarginalLikelihood:
         at = np.array(x, dtype=float)
         try:
             evaluation = self.evaluate(at)
-        except (InvalidInput, SolveFailed):
+        except InvalidInput:
             if at.shape != self.prior_mean.shape or not np.isfinite(at).all():
                 raise
             return -math.inf, np.full(at.shape, np.nan)

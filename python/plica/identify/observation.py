@@ -23,8 +23,8 @@ class Camera:
     pixels_per_metre: float
     """[1/m] > 0; 20 px/mm is 20e3."""
     axes: Array = field(default_factory=lambda: np.eye(2, 3))
-    """(2, 3) The image's x and y axis in the coordinates of the mesh, orthonormal; left out: seen from
-    above."""
+    """(2, 3) To the right and up in the image, in the coordinates of the mesh, orthonormal: their cross
+    product points to the camera. Left out: seen from above."""
 
     tilt_sd: float = 0.0
     """[rad] Prior standard deviation of two small rotations about the image's axes, which are then
@@ -134,14 +134,15 @@ class Observation:
     """r points."""
     camera: Camera
     flow: Array
-    """(N, r, 2) pixels per frame; nan where it is missing."""
+    """(N, r, 2) pixels per frame along the camera's two axes; nan where it is missing. In a picture v points
+    down, along minus the second axis of a camera that sees the tissue from above: give -v."""
     sd: ArrayLike = 0.1
     """[px] Of the flow's error: a number or what broadcasts to (N, r, 2), > 0. Only their ratios count, as
     the level is estimated with the tissue."""
     frame_rate: float = 4000.0
     """[Hz] > 0"""
     closed: NDArray[np.bool_] | None = None
-    """(N,) Frames in which the folds touch; left out: none."""
+    """(N,) Whether the folds touch between frame k and frame k + 1; left out: never."""
 
     def __post_init__(self) -> None:
         flow = np.asarray(self.flow, dtype=float)

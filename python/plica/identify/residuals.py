@@ -115,7 +115,8 @@ def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTes
     neighbour = _nearest(image)
     by_point = z.reshape(frames, -1, 2)
     time = (z[1:] * z[:-1]).ravel()
-    space = (by_point * by_point[:, neighbour]).ravel()
+    # A point alone has no neighbour to be correlated with.
+    space = (by_point * by_point[:, neighbour]).ravel() if len(neighbour) > 1 else np.full(1, np.nan)
     finite = z[np.isfinite(z)]
     squares = np.nanmean(np.where(np.isfinite(z), z**2, np.nan)[np.isfinite(z).any(axis=1)], axis=1)
     counts = np.isfinite(z).sum(axis=1)[np.isfinite(z).any(axis=1)]

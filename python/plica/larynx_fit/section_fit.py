@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, SolveFailed
 from plica.film import Camera
 from plica.larynx_fit.contour import Contour
 from plica.larynx_fit.cross_section import CrossSection, Rays
@@ -64,6 +64,8 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
     found: Any = optimize.least_squares(
         residuals, start[free], x_scale=np.array([1.0, 1.0, 0.01, 0.01, 0.1])[free]
     )
+    if not found.success:
+        raise SolveFailed(f"Larynx fit: {found.message} Is the contour that of one opening?")
     made = section(found.x)
     if not made.half_width < 0.5 * made.r_in:
         raise InvalidInput(

@@ -114,15 +114,16 @@ def large_strain(run: RunData) -> Caution | None:
     left_out = np.asarray(waveforms.get("strain_neglected", np.zeros(time.size)), dtype=float)
     folded = int(np.max(waveforms.get("inverted_tissue", 0), initial=0))
     k = int(left_out.argmax())
+    largest = 100 * float(np.max(waveforms.get("strain_999", 0), initial=0))
     off = float(np.sqrt(left_out[k] / 2))  # |E - eps| over |grad u|
     if off <= largest_error_of_strain and not folded:
         return None
     cells = f", and {folded} of its cells {'was' if folded == 1 else 'were'} folded over" if folded else ""
     return Caution(
         "large_strain",
-        f"At {1e3 * time[k]:.3g} ms tissue strained by {100 * waveforms['strain_999'][k]:.2g} % and more, "
-        f"most in {_place(run, int(waveforms['strain_cell'][k]))}: linear tissue is for small strains, and "
-        f"off by {100 * off:.2g} % there{cells}.",
+        f"Tissue strained by up to {largest:.2g} %, and linear tissue, which is for small strains, is off by "
+        f"{100 * off:.2g} % at {1e3 * time[k]:.3g} ms in "
+        f"{_place(run, int(waveforms['strain_cell'][k]))}{cells}.",
         "The error is in proportion to the motion: take less subglottal pressure, less initial velocity or "
         "stiffer tissue.",
     )
