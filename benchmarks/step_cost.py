@@ -2,17 +2,14 @@
 
 For each scene file the folds are thrown at each other (an opening pattern of negative size), so that a few
 free steps and a collision lie within two milliseconds. Every case repeats the same steps from the same two
-states: the start, and the one before the steps with the most contact rows. All cases take turns in one
+states: the one so many steps before the first contact, and the one before the steps with the most contact
+rows. All cases take turns in one
 process, one block of steps each. The first round stands apart ("first"): in it the solvers compute the
 columns of the compliance that the later ones find in their cache, as a run does in its first collision. Other
 figures are medians over the later rounds; a ratio is the median of the ratios to the first case within a
 round, the spread the range over the median. Peak memory is that of a process of its own per case, over what
 it holds before it builds the scene. The error is that of the displacements' change over the block against
 the same case with solves at 1e-12.
-
-One product with A is the floor of a solve: the engine's own, as the difference of two scenes with and without
-viscosity, which differ by one product of the same pattern (76 bytes per 3 x 3 block); a conjugate gradient
-iteration reads A in single precision (40 bytes per block).
 """
 
 from __future__ import annotations
@@ -43,8 +40,9 @@ COUPLINGS = ("iterated", "lagged")
 CASES = [f"{contact}, {coupling}" for coupling in COUPLINGS for contact in CONTACTS]
 ABSENT = ["no contact, iterated", "condensed, no airflow", "no contact, no airflow"]
 PARTS = ("residual", "load", "solve", "detection", "contact", "ledger", "record")
-CLOSING = -1.0  # m/s
+CLOSING = -0.7  # m/s
 SEARCHED = 40  # steps, for the ones with the most contact rows
+SETTLED = 4  # steps after which a start has the past that its solves begin from
 
 
 def scene_of(path: str, case: str, **solver: float) -> plica.Scene:
@@ -100,6 +98,13 @@ def timed(simulation: Any, state: dict[str, Any], steps: int) -> tuple[dict[str,
     return parts | {"total": total / steps}, waveforms
 
 
+def moved(simulation: Any, state: dict[str, Any]) -> Any:
+    """Change of the displacements since the state, (3 n,) m."""
+    import numpy as np
+
+    return np.asarray(simulation.displacement).ravel() - np.asarray(state["displacement"]).ravel()
+
+
 def compare(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """All cases of a scene in turn."""
     import numpy as np
@@ -111,51 +116,59 @@ def compare(path: str, options: argparse.Namespace) -> dict[str, Any]:
     first = CASES[0]
     simulations = {case: plica.build_simulation(scene_of(path, case)) for case in (*CASES, *ABSENT)}
     leader = simulations[first]
-    states = {"free": leader.state()}
     passed, rows = [leader.state()], []
     while leader.step_count < SEARCHED:
         rows.append(int(leader.advance(1)["contact_rows"][-1]))
         passed.append(leader.state())
     blocks = np.lib.stride_tricks.sliding_window_view(rows, options.steps)
-    begin = int(np.argmax(blocks.min(axis=1) * 1000 + blocks.sum(axis=1)))
-    if blocks[begin].min() == 0:
+    colliding = int(np.argmax(blocks.min(axis=1) * 1000 + blocks.sum(axis=1)))
+    if blocks[colliding].min() == 0:
         raise RuntimeError(f"{path}: the folds are not in contact for {options.steps} of {SEARCHED} steps")
-    states["colliding"] = passed[begin]
+    free = int(np.flatnonzero(rows)[0]) - options.steps
+    if free < SETTLED:
+        raise RuntimeError(f"{path}: the folds touch after {free} steps; must be {SETTLED} or more")
+    # a state belongs to a scene with the same parts: what lacks one comes there by its own steps
+    states: dict[str, dict[str, Any]] = {"free": dict.fromkeys(CASES, passed[free])}
+    states["colliding"] = dict.fromkeys(CASES, passed[colliding])
+    for case in ABSENT:
+        simulations[case].advance(free)
+        states["free"][case] = simulations[case].state()
+    without_airflow = ABSENT[1]
+    simulations[without_airflow].advance(colliding - free)
+    states["colliding"][without_airflow] = simulations[without_airflow].state()
 
     table: list[dict[str, Any]] = []
     mean_edge = mean_interface_edge(plica.build_mesh(scene_of(path, first).mesh))
     failures: dict[str, str] = {}
-    for phase, cases in (("free", (*CASES, *ABSENT)), ("colliding", (*CASES, ABSENT[1]))):
+    for phase, cases in (("free", (*CASES, *ABSENT)), ("colliding", (*CASES, without_airflow))):
         rounds: dict[str, list[dict[str, float]]] = {case: [] for case in cases}
         waveforms: dict[str, dict[str, Any]] = {}
         changes: dict[str, Any] = {}
-        at = np.asarray(states[phase]["displacement"])
         failed: dict[str, str] = {}
         for _ in range(1 + options.blocks):
             for case in cases:
                 if case in failed:
                     continue
                 try:
-                    seconds, waveforms[case] = timed(simulations[case], states[phase], options.steps)
+                    seconds, waveforms[case] = timed(simulations[case], states[phase][case], options.steps)
                 except plica.SolveFailed as error:
                     failed[case] = str(error)
                     continue
                 rounds[case].append(seconds)
-                changes[case] = np.asarray(simulations[case].displacement).ravel() - at.ravel()
+                changes[case] = moved(simulations[case], states[phase][case])
         failures |= {f"{case}, {phase}": reason for case, reason in failed.items()}
         for case in cases:
             if case in failed:
                 continue
             exact = plica.build_simulation(scene_of(path, case, tolerance=1e-12))
-            timed(exact, states[phase], options.steps)
-            change = np.asarray(exact.displacement).ravel() - at.ravel()
+            timed(exact, states[phase][case], options.steps)
+            change = moved(exact, states[phase][case])
             error = np.linalg.norm(changes[case] - change) / np.linalg.norm(change)
             totals, reference = (
                 np.array([entry["total"] for entry in rounds[name][1:]]) for name in (case, first)
             )
             found = waveforms[case]
             sweeps = np.mean(found["coupling_sweeps"]) if "coupling_sweeps" in found else 1.0
-            solves = sweeps + np.mean(found.get("contact_rows", np.zeros(1)) > 0)
             medians = {
                 part: 1e3 * float(np.median([entry[part] for entry in rounds[case][1:]])) for part in PARTS
             }
@@ -169,8 +182,7 @@ def compare(path: str, options: argparse.Namespace) -> dict[str, Any]:
                     "first": 1e3 * rounds[case][0]["total"],
                     **medians,
                     "sweeps": float(sweeps),
-                    "solves": float(solves),
-                    "iterations": float(np.mean(found["iterations"]) / solves),
+                    "iterations": float(np.mean(found["iterations"])),
                     "rows": float(np.mean(found.get("contact_rows", 0))),
                     "gap": float(np.min(found.get("deepest_gap", 0)) / mean_edge),
                     "error": float(error),
@@ -184,9 +196,8 @@ def compare(path: str, options: argparse.Namespace) -> dict[str, Any]:
         "table": table,
         "failures": failures,
         "set_up": _set_up(path, first, options),
-        "product": _product(path, leader, states["free"], options),
         "output": _output(path, first, options),
-        "reached": begin,
+        "reached": colliding,
         "block": options.steps,
     }
 
@@ -215,39 +226,6 @@ def _set_up(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
             made[name] = work()
             taken.setdefault(name, []).append(time.perf_counter() - start)
     return {name: float(np.median(values)) for name, values in taken.items()}
-
-
-def _product(path: str, viscous: Any, state: dict[str, Any], options: argparse.Namespace) -> dict[str, float]:
-    """Seconds and GB/s of one product in double precision, and of copying an array that no cache holds."""
-    import numpy as np
-
-    import plica
-
-    data = scene_of(path, CASES[0]).resolved()
-    for tissue in data["tissue"].values():
-        tissue["viscosity"] = 0.0
-    inviscid = plica.build_simulation(plica.Scene.model_validate(data))
-    source = np.ones(1 << 25)
-    target = np.zeros_like(source)
-    products, copies, iterations = [], [], []
-    for _ in range(2 * options.blocks):
-        with_product, waveforms = timed(viscous, state, options.steps)
-        without, _ = timed(inviscid, state, options.steps)
-        products.append(with_product["residual"] - without["residual"])
-        iterations.append(with_product["solve"] * options.steps / np.sum(waveforms["iterations"]))
-        start = time.perf_counter()
-        np.copyto(target, source)
-        copies.append(time.perf_counter() - start)
-    blocks = viscous.info()["matrix_bytes"] / 72
-    product, iteration = float(np.median(products)), float(np.median(iterations))
-    return {
-        "blocks": blocks,
-        "product": product,
-        "product_rate": 76 * blocks / product,
-        "iteration": iteration,
-        "iteration_rate": 40 * blocks / iteration,
-        "copy_rate": 2 * source.nbytes / float(np.median(copies)),
-    }
 
 
 def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, float]:
@@ -282,21 +260,14 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
 
 def show(result: dict[str, Any], peaks: dict[str, dict[str, float]]) -> None:
     """The Markdown tables of a scene."""
-    info, product, output = result["info"], result["product"], result["output"]
+    info, output = result["info"], result["output"]
     print(f"\n## {result['scene']}\n")
     print(
         f"{info['cells']} tetrahedra of order {info['order']}, {info['nodes']} nodes, "
-        f"{info['unknowns']} unknowns, "
-        f"{product['blocks']:.0f} blocks in A ({1e-6 * info['matrix_bytes']:.1f} MB)."
+        f"{info['unknowns']} unknowns, {1e-6 * info['matrix_bytes']:.1f} MB of A."
     )
     made = ", ".join(f"{name} {1e3 * seconds:.0f}" for name, seconds in result["set_up"].items())
     print(f"\nSet-up (ms): {made}.")
-    rates = {name: 1e-9 * product[f"{name}_rate"] for name in ("product", "iteration", "copy")}
-    print(
-        f"\nOne product with A: {1e3 * product['product']:.2f} ms, {rates['product']:.1f} GB/s; "
-        f"a CG iteration: {1e3 * product['iteration']:.2f} ms, {rates['iteration']:.1f} GB/s of A; "
-        f"copying: {rates['copy']:.1f} GB/s."
-    )
     stored = {name: 1e3 * seconds for name, seconds in output.items()}
     print(
         f"\nOutput (ms): waveforms of {result['block']} steps {stored['steps']:.2f}, "
@@ -304,16 +275,16 @@ def show(result: dict[str, Any], peaks: dict[str, dict[str, float]]) -> None:
     )
     for phase in ("free", "colliding"):
         print(
-            f"\n| {phase} steps | ms/step | spread | ratio | first | residual | load | solve | contact "
-            "| ledger | record | sweeps | solves | CG/solve | rows | deepest gap/edge | error | peak MB |"
+            f"\n| {phase} steps | ms/step | spread | ratio | first | {' | '.join(PARTS)} "
+            "| sweeps | iterations | rows | deepest gap/edge | error | peak MB |"
         )
-        print("|" + " --- |" * 18)
+        print("|" + " --- |" * (11 + len(PARTS)))
         for row in result["table"]:
             if row["steps"] != phase:
                 continue
             parts = " | ".join(f"{row[part]:.1f}" for part in PARTS)
             head = f"{row['ms']:.1f} | {100 * row['spread']:.0f} % | {row['ratio']:.2f} | {row['first']:.0f}"
-            solves = f"{row['sweeps']:.1f} | {row['solves']:.1f} | {row['iterations']:.0f}"
+            solves = f"{row['sweeps']:.1f} | {row['iterations']:.1f}"
             quality = f"{row['rows']:.0f} | {row['gap']:.0e} | {row['error']:.0e}"
             peak = f"{1e-6 * peaks[row['case']]['peak']:.0f}"
             print(f"| {row['case']} | {head} | {parts} | {solves} | {quality} | {peak} |", flush=True)

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "plica/contact/collision.hpp"
 #include "plica/core/error.hpp"
@@ -89,13 +90,11 @@ class RecordingPath final : public ContactPath {
 /// up finds forces once only.
 class FailingPath final : public ContactPath {
  public:
-  FailingPath(const Squares& squares, double off, bool gives_up, int first = 1, int last = 1000)
+  FailingPath(const Squares& squares, double off, bool gives_up)
       : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
         path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
         off_(off),
-        gives_up_(gives_up),
-        first_(first),
-        last_(last) {}
+        gives_up_(gives_up) {}
 
   Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
                         int most_pivots) override {
@@ -107,7 +106,7 @@ class FailingPath final : public ContactPath {
             Points& x) override {
     path_->move(rows, force, scale, x_free, x);
     ++moves_;
-    if (moves_ >= first_ && moves_ <= last_) x.col(2).tail(4).array() += moves_ % 2 ? off_ : -off_;
+    x.col(2).tail(4).array() += moves_ % 2 ? off_ : -off_;
   }
 
  private:
@@ -115,8 +114,49 @@ class FailingPath final : public ContactPath {
   std::unique_ptr<ContactPath> path_;
   double off_;
   bool gives_up_;
-  int first_, last_;
   int moves_ = 0;
+};
+
+/// Moves that miss by `off` m until a search begins anew.
+class CarriedPath final : public ContactPath {
+ public:
+  CarriedPath(const Squares& squares, double off, std::shared_ptr<const bool> anew)
+      : solver_(LinearSolver::make(squares.stiffness, {1e-13, LinearSolver::ConjugateGradients{100}})),
+        path_(condensed_path(*solver_, squares.supports, Indices::LinSpaced(8, 0, 7))),
+        off_(off),
+        anew_(std::move(anew)) {}
+
+  Complementarity solve(const std::vector<Row>& rows, double scale, std::vector<char> guess, double gap_tolerance,
+                        int most_pivots) override {
+    return path_->solve(rows, scale, std::move(guess), gap_tolerance, most_pivots);
+  }
+  void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
+            Points& x) override {
+    path_->move(rows, force, scale, x_free, x);
+    if (!*anew_) x.col(2).tail(4).array() -= off_;
+  }
+
+ private:
+  std::unique_ptr<const LinearSolver> solver_;
+  std::unique_ptr<ContactPath> path_;
+  double off_;
+  std::shared_ptr<const bool> anew_;
+};
+
+/// Multipliers that say when a search begins anew.
+class HeraldingMethod final : public ContactMethod {
+ public:
+  explicit HeraldingMethod(std::shared_ptr<bool> anew) : anew_(std::move(anew)) {}
+  std::unique_ptr<ConstraintKind> kind(Detector& detector, const FaceMethod& faces) const override {
+    return contact_method(Multipliers{})->kind(detector, faces);
+  }
+  std::vector<std::int32_t> begin(const BeforeContact& before) override {
+    *anew_ = true;
+    return ContactMethod::begin(before);
+  }
+
+ private:
+  std::shared_ptr<bool> anew_;
 };
 
 /// A method with one constraint, on the height t of node 4: the gap sign(t) sqrt|t|, of which Newton's method
@@ -305,12 +345,14 @@ TEST_CASE("a search that does not settle where it goes on begins anew without co
   const Squares squares(true);
   const std::vector<std::int32_t> none;
   const BeforeContact before{squares.reference, none, {}, 0.0};
-  const double off = 1e-3;  // m, a hundred tolerances; the second search's first eleven moves
-  Collision collision(squares.airway, squares.reference, contact_method(Multipliers{}), {}, {},
-                      std::make_unique<FailingPath>(squares, off, false, 2, 12));
+  const double off = 1e-3;  // m, a hundred tolerances
+  const auto anew = std::make_shared<bool>(false);
+  Collision collision(squares.airway, squares.reference, std::make_unique<HeraldingMethod>(anew), {}, {},
+                      std::make_unique<CarriedPath>(squares, off, anew));
   Points x;
   const Contacts first = collision.solve(squares.at({0, 0, 0, 0, -0.5, -0.5, -0.5, -0.5}), 1.0, before, {}, x);
   REQUIRE(first.passes == 1);
+  REQUIRE(std::exchange(*anew, false));
   const Contacts second = collision.solve(squares.at({0, 0, 0, 0, -0.4, -0.4, -0.4, -0.4}), 1.0, before, first, x);
   CHECK(second.passes == 1 + 10 + 1);
   CHECK(second.converged);
