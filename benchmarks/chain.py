@@ -27,7 +27,6 @@ import plica
 from plica import video
 from plica.film.clip import Clip
 from plica.identify import (
-    Camera,
     Forcing,
     MarginalLikelihood,
     MotionModel,
@@ -43,8 +42,7 @@ from plica.video.trajectories import follow
 SCENE = Path(__file__).resolve().parents[1] / "examples" / "normal_phonation.toml"
 FRAME_RATE, STEPS_A_FRAME = 4000.0, 2
 STEP = 1 / FRAME_RATE / STEPS_A_FRAME
-FILM = plica.Camera(mm_per_px=0.05, width=256, height=256)
-SEEN = Camera(pixels_per_metre=1 / FILM.pixel)
+CAMERA = plica.Camera(mm_per_px=0.05, width=256, height=256)
 HEIGHTS = (-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3)  # m, of the pressures' sections
 NAMED = {
     "viscosity": ("cover.viscosity", "ligament.viscosity", "body.viscosity"),
@@ -113,15 +111,10 @@ def least_gap(moved: Moved) -> float:
 
 
 def image_points() -> np.ndarray:
-    """(r, 2) m: of the superior surface of both folds."""
+    """(r, 2) column and row, px: of the superior surface of both folds."""
     across = np.linspace(0.9e-3, 2.7e-3, GRID[0] // 2)
     x, y = np.meshgrid(np.append(-across[::-1], across), np.linspace(-4.8e-3, 4.8e-3, GRID[1]))
-    return np.column_stack([x.ravel(), y.ravel()])
-
-
-def columns_and_rows(image: np.ndarray) -> np.ndarray:
-    """(r, 2) px in the picture, rows downwards."""
-    return image / FILM.pixel * [1, -1] + [(FILM.width - 1) / 2, (FILM.height - 1) / 2]
+    return CAMERA.project(np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]))[:, :2]
 
 
 def at_paths(fields: Any, paths: np.ndarray) -> np.ndarray:
@@ -135,10 +128,10 @@ def at_paths(fields: Any, paths: np.ndarray) -> np.ndarray:
 
 
 def along_paths(flows: Any, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Motion (N, r, 2) px a frame, y upwards, of material points carried along by flow, and their places
-    (N + 1, r, 2) px."""
-    places = follow(flows, columns_and_rows(image)).places
-    return np.diff(places, axis=0) * [1, -1], places
+    """Motion (N, r, 2) px a frame of material points carried along by flow, and their places (N + 1, r, 2)
+    px."""
+    places = follow(flows, image).places
+    return np.diff(places, axis=0), places
 
 
 def rms(values: np.ndarray) -> float:
@@ -168,14 +161,14 @@ class Estimator:
 
     def points(self, chosen: np.ndarray) -> SurfacePoints:
         """Those of `image` that are chosen."""
-        return SurfacePoints.seen(self.mesh, "airway", SEEN, self.image[chosen])
+        return SurfacePoints.seen(self.mesh, "airway", CAMERA, self.image[chosen])
 
     def estimate(
         self, flow: np.ndarray, sd: Any, chosen: np.ndarray, start: np.ndarray | None
     ) -> tuple[Posterior, float]:
         """The posterior, and what it took (s)."""
         began = time.perf_counter()
-        seen = Observation(self.points(chosen), SEEN, flow[:, chosen], sd=sd, frame_rate=FRAME_RATE)
+        seen = Observation(self.points(chosen), CAMERA, flow[:, chosen], sd=sd, frame_rate=FRAME_RATE)
         model = MotionModel(self.scene, self.parameters, seen, self.forcing, mesh=self.mesh)
         found = estimate(MarginalLikelihood(model), start)
         return found, time.perf_counter() - began
@@ -200,10 +193,10 @@ def line(title: str, kind: str, found: Posterior, truth: np.ndarray, seconds: fl
 
 def filmed(moved: Moved, directory: Path) -> tuple[Clip, Any]:
     """The clip, and its analysis by plica's video tools; in diffuse light, as shades do not move."""
-    clip = plica.film(moved, FILM, ambient=0.8)
+    clip = plica.film(moved, CAMERA, ambient=0.8)
     if not (directory / "clip.avi").exists():
         clip.write(directory / "clip.avi")
-    settings = video.Settings(fps=FRAME_RATE, mm_per_px=FILM.mm_per_px, correct_drift=False)
+    settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False)
     return clip, video.analyse(directory / "clip.avi", directory / "analysis", settings, progress=False)
 
 
@@ -225,7 +218,7 @@ def measure(arguments: argparse.Namespace, directory: Path) -> None:
     fine = estimators[1]
     seen = fine.points(everything)
     u = np.einsum("rk,trkc->trc", seen.weights, moved.fields["displacement"][:, seen.nodes])
-    true = np.diff(u[..., :2], axis=0) / FILM.pixel
+    true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
     print(f"points move by {rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f} px a frame (rms)", flush=True)
 
     began = time.perf_counter()

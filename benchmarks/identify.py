@@ -16,6 +16,7 @@ import argparse
 import json
 import resource
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,6 @@ import numpy as np
 import plica
 from plica import _engine
 from plica.identify import (
-    Camera,
     Forcing,
     MarginalLikelihood,
     MotionModel,
@@ -41,7 +41,7 @@ from plica.phonation.run.build import materials_of
 
 THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
 SIZE = (4e-3, 8e-3, 4e-3)
-CAMERA = Camera(pixels_per_metre=20e3)
+CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 4e-3, 4e-3))
 FRAME_RATE, STEP = 4000.0, 125e-6
 FLOW_SD, PRESSURE_SD, PRIOR_SD, GAIN_SD = 0.1, 30.0, 0.7, 0.3
 VISCOSITY = tuple(f"{layer}.viscosity" for layer in ("cover", "ligament", "body"))
@@ -140,9 +140,9 @@ class Bench:
         self.mesh, self.scene, self.frames = layered_block(divisions, size, thickness), scene(step), frames
         self.camera, self.modulation = CAMERA, 0.0
         x, y = np.meshgrid(np.linspace(0.5e-3, 3.7e-3, 6), np.linspace(0.7e-3, 7.3e-3, 11))
-        image = np.column_stack([x.ravel(), y.ravel()])
-        self.points = SurfacePoints.seen(self.mesh, "z_max", CAMERA, image)
         top = SIZE[2]
+        shown = CAMERA.project(np.column_stack([x.ravel(), y.ravel(), np.full(x.size, top)]))[:, :2]
+        self.points = SurfacePoints.seen(self.mesh, "z_max", CAMERA, shown)
         self.patterns = Forcing.on_surface(self.mesh, "x_max", [0, top / 2, top])[:, 1:]
 
     @property
@@ -361,7 +361,7 @@ def wrong(arguments: argparse.Namespace) -> dict[str, Any]:
     body, ligament, cover = THICKNESS
     true[1] = Bench(COARSE, STEP, frames, thickness=(body - 0.1 * cover, ligament, 1.1 * cover))
     true[2] = Bench(COARSE, STEP, frames, size=(x, 1.05 * y, z))
-    true[3].camera = CAMERA.tilted(*np.deg2rad([5.0, 5.0]))
+    true[3].camera = replace(CAMERA, tilt=-5.0, lean=5.0)
     true[4].modulation = 0.2
     out = {}
     for name, bench in zip(named, true, strict=True):

@@ -22,7 +22,7 @@ from plica import identify
 from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, Prior, TissueParameter
 
 FRAME_RATE, STEP, FLOW_SD, PRESSURE_SD = 4000.0, 125e-6, 0.1, 20.0
-CAMERA = identify.Camera(pixels_per_metre=20e3)
+CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 3e-3, 3e-3))
 SCENE = plica.Scene(
     plica.Block(size=(4e-3, 6e-3, 3e-3), divisions=(1, 2, 2), order=2),
     {"body": plica.Tissue(E=5e3, nu=0.4, viscosity=0.3)},
@@ -37,8 +37,8 @@ def recording(frames: int, seed: int) -> MarginalLikelihood:
     rng = np.random.default_rng(seed)
     mesh = plica.build_mesh(SCENE.mesh)
     x, y = np.meshgrid([1e-3, 2e-3, 3e-3], [1.5e-3, 3e-3, 4.5e-3])
-    image = np.column_stack([x.ravel(), y.ravel()])
-    points = identify.SurfacePoints.seen(mesh, "z_max", CAMERA, image)
+    shown = CAMERA.project(np.column_stack([x.ravel(), y.ravel(), np.full(9, 3e-3)]))[:, :2]
+    points = identify.SurfacePoints.seen(mesh, "z_max", CAMERA, shown)
     times = STEP * (np.arange(2 * frames) + 0.7)
     wave = 200 * np.sin(2 * np.pi * 180 * times)[:, None]
     pattern = np.ascontiguousarray(Forcing.on_surface(mesh, "x_max", [0, 3e-3])[:, 1:])

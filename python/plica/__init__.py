@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.film import Camera, Film, film  # the function, over the room of its name
+from plica.film import Film, film  # the function, over the room of its name
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run
@@ -60,6 +60,7 @@ from plica.phonation.scene.parts import (
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.tissue import Tissue, TissueSide
 from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
+from plica.view.camera import Camera
 
 if TYPE_CHECKING:
     from plica.video.flow import flow

@@ -7,9 +7,12 @@ import re
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
+from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic_core import PydanticCustomError, core_schema
+
+from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
     import pint
@@ -29,6 +32,8 @@ __all__ = [
     "Unit",
     "Velocity",
     "Viscosity",
+    "number",
+    "quantity",
     "read_quantity",
 ]
 
@@ -100,6 +105,28 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     if not found.is_compatible_with(target):
         raise ValueError(f'must be {expected}; "{name}" is of another kind.')
     return float(units.Quantity(number, found).to(target).magnitude)
+
+
+def number(where: str, name: str, value: Any, least: float, most: float, unit: str) -> None:
+    """Raises InvalidInput unless `value` is a number in [least, most]."""
+    kind = isinstance(value, Real) and not isinstance(value, bool)
+    if not kind or not least <= value <= most:
+        shown = f"{value:g}" if kind else repr(value)
+        raise InvalidInput(
+            f"{where}: {name} = {shown} {unit}; must be a number in [{least:g}, {most:g}]. Is the unit right?"
+        )
+
+
+def quantity(where: str, name: str, value: Any, unit: str, least: float, most: float) -> float:
+    """A number in SI, or a text with a unit, as a number; raises InvalidInput outside [least, most]."""
+    try:
+        found = read_quantity(
+            float(value) if isinstance(value, Real) and not isinstance(value, bool) else value, unit
+        )
+    except ValueError as error:
+        raise InvalidInput(f"{where}: {name} = {value!r}; {error}") from None
+    number(where, name, found, least, most, unit)
+    return found
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
-from plica.identify import Camera, Forcing, MotionModel, Observation, SurfacePoints
+from plica.identify import Forcing, MotionModel, Observation, SurfacePoints
 
 SIZE = (4e-3, 6e-3, 3e-3)
 STEP = 50e-6
-CAMERA = Camera(pixels_per_metre=20e3)
+CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 3e-3, 3e-3))
 
 
 def layered_mesh(divisions: tuple[int, int, int] = (1, 2, 3), order: int = 2) -> _engine.TetMesh:
@@ -47,10 +47,16 @@ def patterns(mesh: _engine.TetMesh) -> NDArray[np.float64]:
     return np.ascontiguousarray(Forcing.on_surface(mesh, "x_max", [0, SIZE[2] / 2, SIZE[2]])[:, 1:])
 
 
+def shown(place: NDArray[np.float64], camera: plica.Camera = CAMERA) -> NDArray[np.float64]:
+    """(r, 2) px of points (r, 3) m."""
+    return camera.project(place)[:, :2]
+
+
 def points(mesh: _engine.TetMesh, columns: int = 3, rows: int = 4) -> SurfacePoints:
     """A grid of points of the upper face."""
     x, y = np.meshgrid(np.linspace(0.3e-3, 3.7e-3, columns), np.linspace(1e-3, 5e-3, rows))
-    return SurfacePoints.seen(mesh, "z_max", CAMERA, np.column_stack([x.ravel(), y.ravel()]))
+    place = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, SIZE[2])])
+    return SurfacePoints.seen(mesh, "z_max", CAMERA, shown(place))
 
 
 def drive(frames: int) -> NDArray[np.float64]:
@@ -66,12 +72,14 @@ def layered_model(
     sd: Any = 0.1,
     closed: NDArray[np.bool_] | None = None,
     seen: SurfacePoints | None = None,
-    camera: Camera = CAMERA,
+    camera: plica.Camera = CAMERA,
+    tilt_sd: float = 0.0,
     **forcing: Any,
 ) -> MotionModel:
     """A model of the block that sees flow (N, r, 2)."""
     mesh = layered_mesh() if mesh is None else mesh
-    observation = Observation(points(mesh) if seen is None else seen, camera, flow, sd=sd, closed=closed)
+    seen = points(mesh) if seen is None else seen
+    observation = Observation(seen, camera, flow, sd=sd, closed=closed, tilt_sd=tilt_sd)
     given = {"drive": drive(len(flow))} | forcing
     return MotionModel(layered_scene(), parameters, observation, Forcing(patterns(mesh), **given), mesh=mesh)
 

@@ -19,11 +19,11 @@ from layered_block import (
     layered_scene,
     patterns,
     points,
+    shown,
     simulated,
 )
 from plica import _engine
 from plica.identify import (
-    Camera,
     Forcing,
     MarginalLikelihood,
     MotionModel,
@@ -169,7 +169,9 @@ def test_a_parameter_that_nothing_depends_on_is_named() -> None:
         supports=plica.Supports(fixed=("a.z_min", "b.z_min")),
     )
     force = np.ascontiguousarray(Forcing.on_surface(mesh, "a.x_max", [0, 3e-3]))
-    seen = SurfacePoints.seen(mesh, "a.z_max", CAMERA, np.array([[2e-3, 3e-3], [3e-3, 3e-3]]))
+    seen = SurfacePoints.seen(
+        mesh, "a.z_max", CAMERA, shown(np.array([[2e-3, 3e-3, 3e-3], [3e-3, 3e-3, 3e-3]]))
+    )
     flow = np.random.default_rng(0).normal(size=(4, 2, 2))
     model = MotionModel(
         scene,
@@ -318,13 +320,11 @@ def test_what_does_not_fit_is_refused(changes: dict[str, Any], text: str) -> Non
     [
         (lambda: Prior(-1.0), "median = -1; must be > 0"),
         (lambda: Prior(1.0, 0.0), "log_sd = 0; must be > 0"),
-        (lambda: Camera(0.0), "pixels_per_metre = 0 1/m; must be > 0"),
-        (lambda: Camera(1.0, tilt_sd=-1.0), "tilt_sd = -1 rad; must be >= 0"),
-        (lambda: Camera(1.0, np.ones((2, 3))), "two orthonormal rows"),
+        (lambda: model_with(observation={"tilt_sd": -1.0}), r"tilt_sd = -1 degrees; must be in \[0, 45\)"),
         (lambda: Scoring(max_iterations=0), "max_iterations = 0; must be > 0"),
         (
-            lambda: SurfacePoints.seen(layered_mesh(), "z_max", CAMERA, np.array([[1.0, 0.0]])),
-            r"image\[0\] = \[1, 0\] m; must lie before the surface",
+            lambda: SurfacePoints.seen(layered_mesh(), "z_max", CAMERA, np.array([[-500.0, 0.0]])),
+            r"pixels\[0\] = \[-500, 0\] px; must show the surface",
         ),
         (
             lambda: MarginalLikelihood(model_with(), Noise(1.0, 0.0)),
@@ -348,44 +348,56 @@ def test_points_between_nodes_follow_the_shape_functions() -> None:
     """A quadratic field is met exactly by the faces with six nodes, seen from above and from a tilt."""
     mesh = layered_mesh()
     x = np.asarray(mesh.points)
-    for camera in (CAMERA, CAMERA.tilted(0.1, -0.05)):
+    for camera in (CAMERA, replace(CAMERA, tilt=-6.0, lean=3.0, roll=30.0)):
         place = np.array([[1.1e-3, 2.2e-3, SIZE[2]], [3.3e-3, 4.4e-3, SIZE[2]]])
-        seen = SurfacePoints.seen(mesh, "z_max", camera, place @ camera.axes.T)
+        seen = SurfacePoints.seen(mesh, "z_max", camera, shown(place, camera))
         assert np.allclose(np.einsum("rk,rkc->rc", seen.weights, x[seen.nodes]), place, atol=1e-12)
         values = x[:, 0] * x[:, 1] + x[:, 1] ** 2
         found = np.sum(seen.weights * values[seen.nodes], axis=1)
         assert np.allclose(found, place[:, 0] * place[:, 1] + place[:, 1] ** 2, atol=1e-15)
 
 
-def test_rows_are_pixels_along_the_camera_s_axes() -> None:
+def test_rows_are_pixels_to_the_right_and_down() -> None:
+    """How far the camera's picture of a point moves when its tissue does."""
     mesh = layered_mesh()
-    camera = CAMERA.tilted(0.2, 0.1)
-    seen = SurfacePoints.at_nodes(np.asarray(mesh.node_sets["z_max"])[:3])
-    observation = Observation(seen, camera, np.ones((2, 3, 2)))
-    unknowns, rows = observation.displacements()
-    u = np.random.default_rng(2).normal(size=(len(np.asarray(mesh.points)), 3))
-    expected = 20e3 * u[seen.nodes[:, 0]] @ camera.axes.T
-    assert np.allclose(rows @ u.ravel()[unknowns], expected.ravel())
-    assert np.allclose(camera.axes @ camera.axes.T, np.eye(2))
-    assert np.allclose(
-        camera.towards, [np.sin(0.1) * np.cos(0.2), -np.sin(0.2), np.cos(0.1) * np.cos(0.2)], atol=0.03
-    )
+    for camera in (CAMERA, replace(CAMERA, tilt=-11.0, lean=6.0, roll=20.0)):
+        seen = SurfacePoints.at_nodes(np.asarray(mesh.node_sets["z_max"])[:3])
+        observation = Observation(seen, camera, np.ones((2, 3, 2)))
+        unknowns, rows = observation.displacements()
+        x = np.asarray(mesh.points)
+        u = 1e-3 * np.random.default_rng(2).normal(size=x.shape)
+        moved = (shown(x + u, camera) - shown(x, camera))[seen.nodes[:, 0]]
+        assert np.allclose(rows @ u.ravel()[unknowns], moved.ravel(), rtol=0, atol=1e-10)
+    up = np.zeros_like(x)
+    up[:, 1] = 1e-3
+    lifted = Observation(seen, CAMERA, np.ones((2, 3, 2))).displacements()[1] @ up.ravel()[unknowns]
+    assert lifted.reshape(3, 2) == pytest.approx(np.tile([0.0, -20.0], (3, 1)))
 
 
 def test_an_unknown_tilt_is_estimated_with_the_tissue() -> None:
-    """Ten degrees about each axis, seen by a camera that believes to look straight down."""
-    tilt, rng = np.deg2rad([10.0, -10.0]), np.random.default_rng(13)
-    truth = layered_model(NAMES, np.ones((FRAMES, 12, 2)), camera=CAMERA.tilted(*tilt))
+    """Ten degrees of tilt and of lean, seen by a camera that believes to look straight down."""
+    angles, rng = np.array([-10.0, -10.0]), np.random.default_rng(13)
+    tilted = replace(CAMERA, tilt=angles[0], lean=angles[1])
+    truth = layered_model(NAMES, np.ones((FRAMES, 12, 2)), camera=tilted)
     flow = simulated(truth, rng, pressure=5.0)
-    known = replace(CAMERA, tilt_sd=0.2)
-    found = estimate(MarginalLikelihood(layered_model(NAMES, flow, camera=known)))
-    exact = np.append(truth.tissue.prior_mean, tilt)
+    found = estimate(MarginalLikelihood(layered_model(NAMES, flow, tilt_sd=11.0)))
+    exact = np.append(truth.tissue.prior_mean, angles)
     assert np.abs((found.mean - exact) / found.sd).max() < 3.5
-    assert (found.sd[4:] < 0.5 * known.tilt_sd).all()
+    assert (found.sd[4:] < 0.5 * 11.0).all()
     assert found.median[4:] == pytest.approx(found.mean[4:])
     assert found.interval()[4:] == pytest.approx(
         found.mean[4:, None] + 1.959964 * found.sd[4:, None] * [-1, 1]
     )
-    assert "tilt about x" in found.table()
+    assert "tilt  " in found.table()
     straight = MarginalLikelihood(layered_model(NAMES, flow)).value(found.mean[:4])
     assert found.log_likelihood > straight + 10
+
+
+def test_a_tilt_s_prior_is_about_what_the_camera_says() -> None:
+    camera, flow = replace(CAMERA, tilt=4.0, lean=-7.0), np.ones((4, 12, 2))
+    likelihood = MarginalLikelihood(layered_model(["cover.E"], flow, camera=camera, tilt_sd=2.0))
+    assert likelihood.prior_mean[1:] == pytest.approx([4.0, -7.0])
+    assert likelihood.prior_sd[1:] == pytest.approx([2.0, 2.0])
+    known = MarginalLikelihood(layered_model(["cover.E"], flow, camera=camera))
+    at = likelihood.prior_mean
+    assert likelihood.value(at) == pytest.approx(known.value(at[:1]), rel=1e-12)

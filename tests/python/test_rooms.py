@@ -13,6 +13,7 @@ import plica
 
 _PACKAGE = Path(plica.__file__).parent
 _BASE = {"plica._engine", "plica.errors", "plica.units"}
+_VIEW = {"plica.view"}
 _SHARED = {"plica.measures", "plica.report", "plica.storage"}
 _SCENE = {"plica.phonation.scene"}
 _MEASURED = {"plica.phonation.measures"}
@@ -25,9 +26,10 @@ _MAY_IMPORT = {
     "plica.phonation.report": _BASE | _SHARED | _MEASURED,
     "plica.report": _BASE | _SHARED,
     "plica.video": _BASE | _SHARED,
-    "plica.film": _BASE | {"plica.storage"},
-    "plica.larynx_fit": _BASE | _SHARED | _SCENE | {"plica.film", "plica.video"},
-    "plica.identify": _BASE | _SHARED | _SCENE | {"plica.phonation.run", "plica.video", "plica.film"},
+    "plica.view": _BASE,
+    "plica.film": _BASE | _VIEW | {"plica.storage"},
+    "plica.larynx_fit": _BASE | _VIEW | _SHARED | _SCENE | {"plica.film", "plica.video"},
+    "plica.identify": _BASE | _VIEW | _SHARED | _SCENE | {"plica.phonation.run", "plica.video"},
 }
 
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from plica.film.camera import Camera
 from plica.film.clip import Clip, film
 from plica.film.settings import Film
 
-__all__ = ["Camera", "Clip", "Film", "film"]
+__all__ = ["Clip", "Film", "film"]

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.film.camera import Camera
 from plica.film.instants import instants, spread
 from plica.film.motion import Filmable, Motion
 from plica.film.settings import Film
 from plica.film.sight import Sight, View
 from plica.film.tissue import Look, normals
+from plica.view.camera import Camera
 
 __all__ = ["Clip", "film"]
 

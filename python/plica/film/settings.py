@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from plica.errors import InvalidInput
-from plica.film.camera import number, quantity
+from plica.units import number, quantity
 
 __all__ = ["Film"]
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.film.camera import Camera
 from plica.film.motion import FilmableMesh
 from plica.film.outline import Hull
 from plica.film.raster import Raster, highest, rasterise
 from plica.film.surface import Surface, bulge, faces_of, rim, surface_of
+from plica.view.camera import Camera
 
 __all__ = ["Sight", "View"]
 

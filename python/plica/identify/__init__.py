@@ -1,6 +1,6 @@
 """Tissue from video: the stiffness and viscosity of the folds with intervals that can be believed.
 
->>> from plica.identify import Camera, Forcing, MarginalLikelihood, MotionModel, Observation, estimate
+>>> from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, estimate
 
 An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins
 them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
@@ -19,7 +19,7 @@ from plica.identify.likelihood import Evaluation, MarginalLikelihood
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise
-from plica.identify.observation import Camera, Observation, SurfacePoints
+from plica.identify.observation import Observation, SurfacePoints
 from plica.identify.parameters import Prior, TissueParameter, TissueParameters
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import ResidualTest, residual_test, whitened
@@ -30,7 +30,6 @@ from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.structured_em import StructuredResult, structured_em
 
 __all__ = [
-    "Camera",
     "EMResult",
     "Estimated",
     "Evaluation",

@@ -122,7 +122,7 @@ def estimate(
             step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
         else:
             step *= boost
-        step *= min(1.0, options.longest_step / np.abs(step).max())
+        step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
         promised = float(step @ gradient)
         found = _line_search(likelihood, x, step, value, promised, options)
         if found is None:

@@ -139,7 +139,7 @@ def motion(picture: Picture) -> Drawing:
                 axes.plot(time, picture.observed[:, point, c], ".", color=colour, ms=4)
                 axes.plot(time, picture.predicted[:, point, c], color=colour, lw=1)
             _shade(axes, time, picture.closed)
-        label_ends(panels[0], [("to the right", blue), ("upwards", green)])
+        label_ends(panels[0], [("to the right", blue), ("downwards", green)])
         column, row = picture.start[chosen].T
         over_time(*((axes, f"{column[k]:.0f}, {row[k]:.0f} (px)") for k, axes in enumerate(panels)))
 
@@ -191,7 +191,7 @@ def residual_map(picture: Picture) -> Drawing:
         image = left.scatter(x, y, c=size, cmap="viridis", s=28, vmin=0)
         figure.colorbar(image, ax=left, shrink=0.8, label="root mean square")
         longest = float(np.max(np.hypot(*mean.T), initial=1e-9))
-        right.quiver(x, y, mean[:, 0], mean[:, 1], color=ink, angles="uv", width=0.004)
+        right.quiver(x, y, mean[:, 0], mean[:, 1], color=ink, angles="xy", width=0.004)
         for axes, name in ((left, "size"), (right, f"mean, longest {longest:.2g}")):
             axes.set_title(name)
             axes.set_aspect("equal")

@@ -22,7 +22,7 @@ from plica.identify.noise_levels import Noise, profiled
 __all__ = ["Evaluation", "MarginalLikelihood"]
 
 Array = NDArray[np.float64]
-_TILT = ("tilt about x", "tilt about y")
+_TILT = ("tilt", "lean")
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ class MarginalLikelihood:
 
     Notes
     -----
-    The coordinates x (p) are the logarithms of the model's parameters, the camera's two tilts (rad) where
-    it has a `tilt_sd`, and, where the forcing has a `gain_sd`, that of the gain. `value_and_gradient` is
-    what an optimiser or a sampler calls::
+    The coordinates x (p) are the logarithms of the model's parameters, the camera's tilt and lean (degrees)
+    where the observation has a `tilt_sd`, and, where the forcing has a `gain_sd`, that of the gain.
+    `value_and_gradient` is what an optimiser or a sampler calls::
 
         result = scipy.optimize.minimize(
             lambda x: [-part for part in likelihood.value_and_gradient(x)], start, jac=True)
@@ -86,7 +86,7 @@ class MarginalLikelihood:
     @property
     def units(self) -> tuple[str, ...]:
         """(p)"""
-        return self.model.tissue.units + ("rad", "rad") * self._tilts + ("",) * self._has_gain
+        return self.model.tissue.units + ("deg", "deg") * self._tilts + ("",) * self._has_gain
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
@@ -96,12 +96,14 @@ class MarginalLikelihood:
     @property
     def prior_mean(self) -> Array:
         """(p)"""
-        return np.append(self.model.tissue.prior_mean, np.zeros(2 * self._tilts + self._has_gain))
+        camera = self.model.observation.camera
+        nuisances = [camera.tilt, camera.lean] * self._tilts + [0.0] * self._has_gain
+        return np.append(self.model.tissue.prior_mean, nuisances)
 
     @property
     def prior_sd(self) -> Array:
         """(p)"""
-        nuisances = [self.model.observation.camera.tilt_sd] * (2 * self._tilts)
+        nuisances = [self.model.observation.tilt_sd] * (2 * self._tilts)
         nuisances += [self.model.forcing.gain_sd] * self._has_gain
         return np.append(self.model.tissue.prior_sd, nuisances)
 
@@ -111,12 +113,12 @@ class MarginalLikelihood:
 
     @property
     def _tilts(self) -> bool:
-        return self.model.observation.camera.tilt_sd > 0
+        return self.model.observation.tilt_sd > 0
 
     def _responses(self, at: Array, derivatives: bool) -> Responses:
         count = len(self.model.tissue.names)
-        tilt = (float(at[count]), float(at[count + 1])) if self._tilts else (0.0, 0.0)
-        return self.model.responses(at[:count], derivatives, tilt)
+        angles = (float(at[count]), float(at[count + 1])) if self._tilts else None
+        return self.model.responses(at[:count], derivatives, angles)
 
     def log_prior(self, x: Array) -> float:
         """The Gaussian prior of the coordinates, without its constant."""

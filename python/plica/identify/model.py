@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +34,6 @@ class Responses:
     """(1 + p, N, m) px/frame"""
     lags: Array
     """(1 + p, N, m, q) px/frame per Pa: block k - i of T, of a pressure held through frame i"""
-    simulated: int = field(default=0)
-    """Columns of the sweep."""
 
 
 class MotionModel:
@@ -128,18 +126,14 @@ class MotionModel:
             return self.forcing.patterns
         return np.ascontiguousarray(np.hstack([self.forcing.patterns, self.forcing.collision]))
 
-    def load_times(self) -> Array:
-        """(steps) s: t + (1 + alpha) h, when each step takes its load."""
-        return np.asarray(self.step * (np.arange(self.steps) + 1 + self.alpha), dtype=np.float64)
-
     def responses(
-        self, log_theta: Array, derivatives: bool = True, tilt: tuple[float, float] = (0.0, 0.0)
+        self, log_theta: Array, derivatives: bool = True, angles: tuple[float, float] | None = None
     ) -> Responses:
         """Mean and lags at log theta (p), with their derivatives: one factorisation, one sweep.
 
-        Those with respect to the camera's tilt (rad), where it has a prior, come last. Without derivatives
-        the sweep is shorter by a factor 1 + p. Raises InvalidInput where a material would store no energy,
-        SolveFailed.
+        angles are the camera's tilt and lean (degrees) in place of its own; derivatives by them, where they
+        have a prior, come last. Without derivatives the sweep is shorter by a factor 1 + p. Raises
+        InvalidInput where a material would store no energy, SolveFailed.
         """
         stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(
             np.asarray(log_theta, dtype=float)
@@ -160,21 +154,21 @@ class MotionModel:
             tolerance=self._tolerance,
         )
         camera = self.observation.camera
-        parts = [self._seen_along(camera.tilted(*tilt).axes, impulse)]
-        if derivatives and camera.tilt_sd:
+        if angles is not None:
+            camera = replace(camera, tilt=angles[0], lean=angles[1])
+        parts = [self._seen_by(camera.projection, impulse)]
+        if derivatives and self.observation.tilt_sd:
             width = patterns.shape[1]
-            parts += [
-                self._seen_along(axes, impulse[:, :, :width]) for axes in camera.tilt_derivatives(*tilt)
-            ]
+            parts += [self._seen_by(moved, impulse[:, :, :width]) for moved in camera.tilt_derivatives()]
         seen = np.concatenate(parts, axis=1)
-        return Responses(self._mean(seen), self._lags(seen), impulse.shape[2])
+        return Responses(self._mean(seen), self._lags(seen))
 
-    def _seen_along(self, axes: Array, impulse: Array) -> Array:
+    def _seen_by(self, projection: Array, impulse: Array) -> Array:
         """Positions in the image, (steps, kinds, m, q + c), of displacements (steps, o, kinds (q + c))."""
         steps, observed, columns = impulse.shape
         width = self.patterns.shape[1]
         flat = np.moveaxis(impulse, 1, 0).reshape(observed, steps * columns)
-        rows = self.observation.displacements(axes)[1] @ flat
+        rows = self.observation.displacements(projection)[1] @ flat
         seen: Array = rows.reshape(-1, steps, columns // width, width).transpose(1, 2, 0, 3)
         return seen
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,61 +10,12 @@ from scipy import sparse
 
 from plica import _engine
 from plica.errors import InvalidInput
+from plica.view.camera import Camera
+from plica.view.faces import meet, shapes
 
-__all__ = ["Camera", "Observation", "SurfacePoints"]
+__all__ = ["Observation", "SurfacePoints"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Camera:
-    """An orthographic camera."""
-
-    pixels_per_metre: float
-    """[1/m] > 0; 20 px/mm is 20e3."""
-    axes: Array = field(default_factory=lambda: np.eye(2, 3))
-    """(2, 3) To the right and up in the image, in the coordinates of the mesh, orthonormal: their cross
-    product points to the camera. Left out: seen from above."""
-
-    tilt_sd: float = 0.0
-    """[rad] Prior standard deviation of two small rotations about the image's axes, which are then
-    estimated with the tissue; 0: the axes are known."""
-
-    def __post_init__(self) -> None:
-        axes = np.asarray(self.axes, dtype=float)
-        object.__setattr__(self, "axes", axes)
-        if not (np.isfinite(self.tilt_sd) and self.tilt_sd >= 0):
-            raise InvalidInput(f"Camera: tilt_sd = {self.tilt_sd:g} rad; must be >= 0. 5 degrees are 0.087.")
-        if not (np.isfinite(self.pixels_per_metre) and self.pixels_per_metre > 0):
-            raise InvalidInput(
-                f"Camera: pixels_per_metre = {self.pixels_per_metre:g} 1/m; must be > 0. Is it per "
-                "millimetre?"
-            )
-        if axes.shape != (2, 3) or not np.allclose(axes @ axes.T, np.eye(2), atol=1e-9):
-            raise InvalidInput("Camera: axes must be two orthonormal rows of three.")
-
-    def tilted(self, about_x: float, about_y: float) -> Camera:
-        """The camera turned about the image's y axis, then about its x axis (rad)."""
-        return replace(self, axes=self._turned(about_x, about_y)[0])
-
-    def tilt_derivatives(self, about_x: float, about_y: float) -> tuple[Array, Array]:
-        """Of the axes (2, 3) of `tilted`, with respect to its two angles."""
-        return self._turned(about_x, about_y)[1:]
-
-    def _turned(self, about_x: float, about_y: float) -> tuple[Array, Array, Array]:
-        x, y = self.axes
-        z = np.cross(x, y)
-        cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
-        turned_z = sy * x + cy * z
-        axes = np.array([cy * x - sy * z, cx * y + sx * turned_z])
-        by_x = np.array([np.zeros(3), -sx * y + cx * turned_z])
-        by_y = np.array([-sy * x - cy * z, sx * (cy * x - sy * z)])
-        return axes, by_x, by_y
-
-    @property
-    def towards(self) -> Array:
-        """(3) from the tissue to the camera."""
-        return np.cross(self.axes[0], self.axes[1])
 
 
 @dataclass(frozen=True)
@@ -83,42 +34,32 @@ class SurfacePoints:
         return cls(rows, np.ones(rows.shape))
 
     @classmethod
-    def seen(cls, mesh: _engine.TetMesh, surface: str, camera: Camera, image: Array) -> SurfacePoints:
-        """Those that the camera sees at image positions (r, 2), in metres along its axes.
+    def seen(cls, mesh: _engine.TetMesh, surface: str, camera: Camera, pixels: Array) -> SurfacePoints:
+        """Those that the camera sees at pixels (r, 2), column and row.
 
-        Of the faces that look at the camera and lie behind a position, the nearest is taken, with the shape
-        functions of its nodes where its corners' plane is met. Raises InvalidInput where there is none.
+        Of the faces that look at the camera the nearest is taken, with the shape functions of its nodes where
+        the line of sight meets it, curved as it is. Raises InvalidInput where there is none.
         """
-        faces, x = np.asarray(mesh.surfaces[surface]), np.asarray(mesh.points)
-        corners = x[faces[:, :3]]
-        facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ camera.towards
-        faces, corners = faces[facing > 0], corners[facing > 0]
-        flat = corners @ camera.axes.T  # (f, 3, 2)
-        edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)
-        inverse = np.linalg.inv(edges)
-        depth = corners @ camera.towards
-        nodes, weights = [], []
-        for k, position in enumerate(np.asarray(image, dtype=float)):
-            rs = np.einsum("fij,fj->fi", inverse, position - flat[:, 0])
-            bary = np.column_stack([1 - rs.sum(axis=1), rs])
-            behind = np.flatnonzero(bary.min(axis=1) >= -1e-9)
-            if not len(behind):
-                raise InvalidInput(
-                    f"SurfacePoints: image[{k}] = [{position[0]:g}, {position[1]:g}] m; must lie before the "
-                    f'surface "{surface}". Do the origins of image and mesh agree?'
-                )
-            face = behind[np.argmax((bary[behind] * depth[behind]).sum(axis=1))]
-            nodes.append(faces[face])
-            weights.append(_shape_functions(bary[face], faces.shape[1]))
-        return cls(np.array(nodes, dtype=np.int32), np.array(weights))
+        pixels = np.asarray(pixels, dtype=float)
+        points, there = cls.met(mesh, surface, camera, pixels)
+        if not there.all():
+            k = int(np.argmin(there))
+            raise InvalidInput(
+                f"SurfacePoints: pixels[{k}] = [{pixels[k, 0]:g}, {pixels[k, 1]:g}] px; must show the "
+                f'surface "{surface}". Is the camera where the mesh is?'
+            )
+        return points
 
-
-def _shape_functions(bary: Array, count: int) -> Array:
-    """Of a face with three or six nodes, VTK order, at barycentric coordinates."""
-    if count == 3:
-        return bary
-    a, b, c = bary
-    return np.array([a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a])
+    @classmethod
+    def met(
+        cls, mesh: _engine.TetMesh, surface: str, camera: Camera, pixels: Array
+    ) -> tuple[SurfacePoints, NDArray[np.bool_]]:
+        """`seen` for those pixels that show the surface, and (r) which these are."""
+        faces = np.asarray(mesh.surfaces[surface])
+        found = meet(camera.project(np.asarray(mesh.points, dtype=float)), faces, pixels)
+        there = found.face >= 0
+        nodes = np.asarray(faces[found.face[there]], dtype=np.int32)
+        return cls(nodes, shapes(faces.shape[1], found.place[there])), there
 
 
 @dataclass(frozen=True)
@@ -134,8 +75,7 @@ class Observation:
     """r points."""
     camera: Camera
     flow: Array
-    """(N, r, 2) pixels per frame along the camera's two axes; nan where it is missing. In a picture v points
-    down, along minus the second axis of a camera that sees the tissue from above: give -v."""
+    """(N, r, 2) pixels per frame, to the right and down in the camera's picture; nan where it is missing."""
     sd: ArrayLike = 0.1
     """[px] Of the flow's error: a number or what broadcasts to (N, r, 2), > 0. Only their ratios count, as
     the level is estimated with the tissue."""
@@ -143,6 +83,9 @@ class Observation:
     """[Hz] > 0"""
     closed: NDArray[np.bool_] | None = None
     """(N,) Whether the folds touch between frame k and frame k + 1; left out: never."""
+    tilt_sd: float = 0.0
+    """[degrees] Prior standard deviation of the camera's tilt and of its lean about what it says, in [0, 45);
+    both are then estimated with the tissue. 0: they are known."""
 
     def __post_init__(self) -> None:
         flow = np.asarray(self.flow, dtype=float)
@@ -165,6 +108,10 @@ class Observation:
             raise InvalidInput("Observation: sd must be > 0 and finite everywhere.")
         if not (np.isfinite(self.frame_rate) and self.frame_rate > 0):
             raise InvalidInput(f"Observation: frame_rate = {self.frame_rate:g} Hz; must be > 0.")
+        if not 0 <= self.tilt_sd < 45:
+            raise InvalidInput(
+                f"Observation: tilt_sd = {self.tilt_sd:g} degrees; must be in [0, 45). Is it in radians?"
+            )
         closed = np.zeros(len(flow), dtype=bool) if self.closed is None else np.asarray(self.closed)
         if closed.shape != (len(flow),) or closed.dtype != bool:
             raise InvalidInput(f"Observation: closed must be {len(flow)} truth values, one a frame.")
@@ -186,18 +133,20 @@ class Observation:
         """(N, 2 r) 1 / sd^2 in 1/px^2, zero where missing."""
         return np.where(np.isnan(self.flow), 0.0, 1.0 / np.asarray(self.sd) ** 2).reshape(self.frames, -1)
 
-    def displacements(self, axes: Array | None = None) -> tuple[NDArray[np.int32], sparse.csr_array]:
-        """The unknowns that are seen (o), and the map (2 r, o) px/m from their displacement to image rows,
-        along the camera's axes or those given (2, 3)."""
+    def displacements(self, projection: Array | None = None) -> tuple[NDArray[np.int32], sparse.csr_array]:
+        """The unknowns that are seen (o), and the map (2 r, o) px/m from their displacement to image rows.
+
+        By the camera's projection, or by a derivative of it (3, 4).
+        """
         nodes, weights = self.points.nodes, self.points.weights
         used, place = np.unique(nodes, return_inverse=True)
         place = place.reshape(nodes.shape)
         unknowns = (3 * used[:, None] + np.arange(3)).ravel().astype(np.int32)
-        scaled = self.camera.pixels_per_metre * (self.camera.axes if axes is None else axes)
+        seen = (self.camera.projection if projection is None else projection)[:2, :3]
         r, k = nodes.shape
         rows = np.broadcast_to((2 * np.arange(r)[:, None, None, None] + np.arange(2)[:, None]), (r, k, 2, 3))
         columns = np.broadcast_to(3 * place[:, :, None, None] + np.arange(3), (r, k, 2, 3))
-        values = weights[:, :, None, None] * scaled
+        values = weights[:, :, None, None] * seen
         shape = (2 * r, len(unknowns))
         return unknowns, sparse.coo_array(
             (values.ravel(), (rows.ravel(), columns.ravel())), shape=shape

@@ -1,22 +1,21 @@
-"""Where the camera stands before the mesh: from pixels to places along its axes, and to its axes."""
+"""Where the camera stands before the mesh, and how well that is known."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
-from plica.film import Camera as FilmCamera
-from plica.identify.observation import Camera
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
+from plica.view.camera import Camera
 
 __all__ = ["Placement", "place"]
 
@@ -29,43 +28,37 @@ _ALIKE = 0.05
 
 @dataclass(frozen=True)
 class Placement:
-    """A camera and the picture's origin on its axes.
+    """Where a camera stands.
 
     Attributes
     ----------
     camera : Camera
-        Its y axis points up in the picture, against the rows.
-    origin : (2) m
-        Along its axes, of the pixel in column 0 and row 0.
+    tilt_sd : float
+        Degrees, of its tilt and lean; 0: they are known.
     notes : of what was assumed
     """
 
     camera: Camera
-    origin: Floats
+    tilt_sd: float
     notes: tuple[str, ...] = ()
-
-    def along_axes(self, pixels: Floats) -> Floats:
-        """(r, 2) m along the camera's axes, of (r, 2) column and row."""
-        return np.asarray(self.origin + pixels * [1.0, -1.0] / self.camera.pixels_per_metre)
 
 
 def place(
     motion: PixelMotion, settings: Settings, scene: Scene, mesh: _engine.TetMesh, seen: str
 ) -> Placement:
-    """From the settings, else from the recording's projection, else from the ends of its glottis.
+    """From the settings, else as the recording says, else from the ends of its glottis.
 
     Raises InvalidInput where nothing says how large a pixel is, or where the picture is.
     """
     given = [name for name in ("centre", "tilt", "lean", "roll") if getattr(settings, name) is not None]
     tilt_sd = settings.tilt_sd
-    if motion.projection is not None and not given:
-        projection = motion.projection
+    if motion.camera is not None and not given:
         if settings.mm_per_px is not None:
             raise InvalidInput(
                 f"identify: mm_per_px = {settings.mm_per_px:g}; must be left out: {motion.name} says "
                 "where its camera stood. To set it aside, give centre and roll too."
             )
-        return _of_projection(projection, 0.0 if tilt_sd is None else tilt_sd, ())
+        return Placement(motion.camera, tilt_sd or 0.0)
     mm_per_px = settings.mm_per_px or motion.mm_per_px
     if mm_per_px is None:
         raise InvalidInput(
@@ -85,7 +78,7 @@ def place(
             roll = math.degrees(math.atan2(-(a0 - p0), -(a1 - p1)))
         notes += _length_note(math.hypot(a0 - p0, a1 - p1) * mm_per_px, scene)
     height, width = motion.shape
-    camera = FilmCamera(
+    camera = Camera(
         mm_per_px=mm_per_px,
         width=width,
         height=height,
@@ -101,23 +94,8 @@ def place(
         off = np.mean(motion.glottis, axis=0) - [(camera.width - 1) / 2, (camera.height - 1) / 2]
         right, up, _ = camera.axes
         shift = middle - camera.pixel * (off[0] * right - off[1] * up)
-        camera = FilmCamera(
-            mm_per_px=mm_per_px,
-            width=camera.width,
-            height=camera.height,
-            centre=(float(shift[0]), float(shift[1]), float(shift[2])),
-            tilt=camera.tilt,
-            lean=camera.lean,
-            roll=camera.roll,
-        )
-    return _of_projection(camera.projection, FOUND_TILT_SD if tilt_sd is None else tilt_sd, notes)
-
-
-def _of_projection(projection: Floats, tilt_sd: float, notes: tuple[str, ...]) -> Placement:
-    per_metre = float(np.linalg.norm(projection[0, :3]))
-    axes = np.array([projection[0, :3], -projection[1, :3]]) / per_metre
-    origin = np.array([-projection[0, 3], projection[1, 3]]) / per_metre
-    return Placement(Camera(per_metre, axes, tilt_sd=math.radians(tilt_sd)), origin, notes)
+        camera = replace(camera, centre=(float(shift[0]), float(shift[1]), float(shift[2])))
+    return Placement(camera, FOUND_TILT_SD if tilt_sd is None else tilt_sd, notes)
 
 
 def _length_note(seen_mm: float, scene: Scene) -> tuple[str, ...]:

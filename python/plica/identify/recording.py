@@ -17,6 +17,7 @@ from plica.identify.placement import Placement, place
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion
 from plica.phonation.scene.scene import Scene
+from plica.view.camera import Camera
 
 __all__ = ["Recorded", "observe", "surface_points"]
 
@@ -46,7 +47,7 @@ class Recorded:
     correlation : px, over which the flow's error is correlated; None where the recording does not tell
     lead : frames before the recording's first
     first : frame of the recording after them
-    image : (r, 2) m along the camera's axes, of the points at rest
+    rest : (r, 2) px, of the points at rest
     notes : of what was assumed
     """
 
@@ -57,12 +58,12 @@ class Recorded:
     correlation: float | None
     lead: int
     first: int
-    image: Floats
+    rest: Floats
     notes: tuple[str, ...]
 
     def on(self, mesh: _engine.TetMesh, seen: str) -> Recorded:
         """The same points on the surface `seen` of another mesh of the same shape."""
-        points = SurfacePoints.seen(mesh, seen, self.placement.camera, self.image)
+        points = SurfacePoints.seen(mesh, seen, self.placement.camera, self.rest)
         return replace(self, observation=replace(self.observation, points=points))
 
 
@@ -95,8 +96,7 @@ def observe(
     paths, flow, missed = follow_points(motion, pairs, start, progress)
     there = np.isfinite(flow).all(axis=2).mean(axis=0) >= _SEEN
     rest = paths[0] if settings.from_rest else _mean(paths)
-    image = placement.along_axes(rest)
-    on_surface = surface_points(mesh, seen, placement, image)
+    on_surface = surface_points(mesh, seen, placement.camera, rest)
     if settings.points is not None and not np.all(on_surface):
         k = int(np.argmin(on_surface))
         raise InvalidInput(
@@ -116,38 +116,30 @@ def observe(
         )
     if settings.points is None:
         kept, spacing = _thinned(kept, start, spacing, settings.most_points)
-    flow, missed = flow[:, kept] * [1.0, -1.0], missed[:, kept]
+    flow, missed = flow[:, kept], missed[:, kept]
     lead = 0 if settings.from_rest else max(1, round(settings.lead * fps))
     closed = _closed(motion, pairs, settings)
     observation = Observation(
-        SurfacePoints.seen(mesh, seen, placement.camera, image[kept]),
+        SurfacePoints.seen(mesh, seen, placement.camera, rest[kept]),
         placement.camera,
         np.concatenate([np.full((lead, *flow.shape[1:]), np.nan), flow]),
         sd=_sd(missed, settings, motion, lead),
         frame_rate=fps,
         closed=np.concatenate([np.zeros(lead, dtype=bool), closed]),
+        tilt_sd=placement.tilt_sd,
     )
     return Recorded(
-        observation, placement, start[kept], spacing, correlation, lead, first, image[kept], placement.notes
+        observation, placement, start[kept], spacing, correlation, lead, first, rest[kept], placement.notes
     )
 
 
-def surface_points(mesh: _engine.TetMesh, seen: str, placement: Placement, image: Floats) -> Mask:
-    """(r) whether a place (r, 2), m along the camera's axes, shows the surface, less steep than 60 "
-    "degrees."""
-    found = np.zeros(len(image), dtype=bool)
-    x = np.asarray(mesh.points)
-    for k, position in enumerate(image):
-        if not np.isfinite(position).all():
-            continue
-        try:
-            point = SurfacePoints.seen(mesh, seen, placement.camera, position[None])
-        except InvalidInput:
-            continue
-        a, b, c = x[point.nodes[0, :3]]
-        normal = np.cross(b - a, c - a)
-        found[k] = normal @ placement.camera.towards >= _FACING * np.linalg.norm(normal)
-    return found
+def surface_points(mesh: _engine.TetMesh, seen: str, camera: Camera, pixels: Floats) -> Mask:
+    """(r) whether a pixel (r, 2), column and row, shows the surface, less steep than 60 degrees."""
+    points, there = SurfacePoints.met(mesh, seen, camera, pixels)
+    a, b, c = np.moveaxis(np.asarray(mesh.points)[points.nodes[:, :3]], 1, 0)
+    normal = np.cross(b - a, c - a)
+    there[there] = normal @ camera.axes[2] >= _FACING * np.linalg.norm(normal, axis=1)
+    return there
 
 
 def _pairs(motion: PixelMotion, settings: Settings) -> tuple[int, range]:

@@ -144,7 +144,7 @@ def _score(products: Array) -> float:
 
 def _image_positions(likelihood: MarginalLikelihood, nodes: NDArray[np.int32], weights: Array) -> Array:
     x = likelihood.model.points[nodes]
-    at: Array = np.einsum("rk,rkc->rc", weights, x) @ likelihood.model.observation.camera.axes.T
+    at: Array = likelihood.model.observation.camera.project(np.einsum("rk,rkc->rc", weights, x))[:, :2]
     return at
 
 

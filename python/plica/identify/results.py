@@ -32,8 +32,8 @@ _UNITS = {
     "posterior/mean": "log of the unit, or the unit",
     "recording/start": "px: column, row",
     "recording/place": "m",
-    "recording/observed": "px: right, up",
-    "recording/predicted": "px: right, up",
+    "recording/observed": "px: right, down",
+    "recording/predicted": "px: right, down",
     "recording/sd": "px",
     "recording/pressures": "Pa",
     "recording/heights": "m",
@@ -61,7 +61,7 @@ class Picture:
     place: Floats
     """(r, 3) m in the mesh at rest"""
     observed: Floats
-    """(N, r, 2) px a frame, right and up; nan where missing"""
+    """(N, r, 2) px a frame, right and down; nan where missing"""
     predicted: Floats
     """(N, r, 2) px a frame, at the last point of the iteration, with the expected unknown pressures"""
     whitened: Floats

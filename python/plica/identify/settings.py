@@ -128,8 +128,8 @@ class Settings(Part):
     roll: Annotated[Number, Field(ge=-360, le=360)] | None = None
     """[degrees] Turn of the picture, anticlockwise as seen; left out: so that the glottis is along y."""
     tilt_sd: Annotated[Number, Field(ge=0, lt=45)] | None = None
-    """[degrees] Prior standard deviation of two tilts that are estimated; left out: 6, or 0 where the
-    recording says where the camera stood."""
+    """[degrees] Prior standard deviation of tilt and lean, which are then estimated; left out: 6, or 0 where
+    the recording says where the camera stood."""
 
     coarser: str = "auto"
     """Scene file with a coarser mesh for the shift under refinement; ``"auto"``: made from the scene's where

@@ -15,6 +15,7 @@ from plica.errors import InvalidInput
 from plica.storage.result_file import check_result_file
 from plica.video.analysis import Analysis
 from plica.video.analysis import load as load_analysis
+from plica.view.camera import Camera
 
 __all__ = ["PixelMotion", "open_motion"]
 
@@ -47,8 +48,8 @@ class PixelMotion:
     """(h, w) px of a pair: the flow's sd as the file states it; None: it does not."""
     fps: float | None = None
     mm_per_px: float | None = None
-    projection: Floats | None = None
-    """(3, 4) P (x, 1), x in m: column, row, height, where the camera is known."""
+    camera: Camera | None = None
+    """Where it is known."""
     area: Floats | None = None
     """(pairs + 1) of the glottis, in any unit; nan where unknown"""
     glottis: Glottis | None = None
@@ -171,17 +172,14 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
         sd=None if sd is None else lambda pair: np.asarray(sd[pair], dtype=float),
         fps=number("fps"),
         mm_per_px=number("mm_per_px"),
-        projection=None if projection is None else _checked_projection(path, np.asarray(projection)),
+        camera=None if projection is None else _camera(path, np.asarray(projection), (size[0], size[1])),
         area=None if area is None else np.asarray(area, dtype=float),
     )
 
 
-def _checked_projection(path: Path, projection: Floats) -> Floats:
-    """Of an orthographic camera with square pixels: two orthogonal rows of one length."""
-    rows = projection[:2, :3]
-    square = rows @ rows.T
-    if not np.isfinite(projection).all() or not np.allclose(square, square[0, 0] * np.eye(2), rtol=1e-6):
-        raise InvalidInput(
-            f"{path}: projection must be orthographic: its first two rows orthogonal and of one length (1/m)."
-        )
-    return projection
+def _camera(path: Path, projection: Floats, shape: tuple[int, int]) -> Camera:
+    """That of a projection, the errors naming the file."""
+    try:
+        return Camera.of_projection(projection, shape)
+    except InvalidInput as error:
+        raise InvalidInput(f"{path}: {str(error).removeprefix('Camera: ')}") from None

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import TetMesh
-from plica.film import Camera
 from plica.film.sight import Sight, View
 from plica.larynx_fit.cross_section import CrossSection, Rays
+from plica.view.camera import Camera
 
 __all__ = ["MeshSeen", "glottal_edge"]
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
-from plica.film import Camera
 from plica.larynx_fit.contour import Contour, glottal_contour
 from plica.larynx_fit.cross_section import CrossSection
 from plica.larynx_fit.distances import ContourError, contour_error
@@ -22,6 +21,7 @@ from plica.phonation.scene.mesh_parts import Larynx, LarynxOptions
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.mesh_summary import dihedral_angles, quality
 from plica.phonation.scene.toml_text import toml_text
+from plica.view.camera import Camera
 
 __all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, SolveFailed
-from plica.film import Camera
 from plica.larynx_fit.contour import Contour
 from plica.larynx_fit.cross_section import CrossSection, Rays
 from plica.larynx_fit.distances import to_outline
 from plica.larynx_fit.settings import FitSettings
+from plica.view.camera import Camera
 
 __all__ = ["fit_cross_section"]
 

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from plica.errors import InvalidInput
-from plica.film import Camera
 from plica.units import read_quantity
+from plica.view.camera import Camera
 
 __all__ = ["FitSettings"]
 
