@@ -69,7 +69,7 @@ def test_what_is_seen_again_is_what_no_triangle_hides() -> None:
     clip = plica.film(moved(_shutter, [0, 1e-3]), plica.Camera(mm_per_px=0.08, width=160, height=200))
     flow, visible = clip.flow(0)
     tissue = np.isfinite(flow[..., 0])
-    triangles, corners, raster = clip._sight.surface.triangles, clip._corners(1e-3), clip._view(0).raster
+    triangles, corners, raster = clip._sight.surface.triangles, clip._view(1).corners, clip._view(0).raster
     place, again = raster.of(corners, triangles), visible.ravel()[raster.pixels]
     assert not (visible & ~tissue).any()
     assert (~again).sum() > 500

@@ -111,8 +111,8 @@ class Clip:
         film, exposure = self.options, self.options.seconds("exposure")
         picture = np.zeros(self.camera.shape)
         for late, right, down in spread(film.samples):
-            corners = self._corners(float(self.time[index] + late * exposure))
-            picture += self._picture(corners - [right, down, 0.0]) / film.samples
+            nodes = self._nodes(float(self.time[index] + late * exposure))
+            picture += self._picture(nodes - [right, down, 0.0]) / film.samples
         if film.blur:
             picture = ndimage.gaussian_filter(picture, film.blur, mode="nearest")
         return np.asarray(picture * self._vignette)
@@ -140,20 +140,19 @@ class Clip:
         index = self._index(index, self.count - 1)
         now, then = self._view(index), self._view(index + 1)
         height, width = self.camera.shape
-        triangles, raster = self._sight.surface.triangles, now.raster
-        moved = raster.of(then.corners, triangles)
-        x, y = raster.pixels % width, raster.pixels // width
+        raster = now.raster
         flow = np.full((height * width, 2), np.nan, dtype=np.float32)
-        flow[raster.pixels, 0], flow[raster.pixels, 1] = moved[:, 0] - x, moved[:, 1] - y
+        flow[raster.pixels] = now.of(then.nodes[:, :2] - now.nodes[:, :2])
         visible = np.zeros(height * width, dtype=bool)
-        visible[raster.pixels] = self._sight.again(moved, raster.shown, then)
+        flat = raster.of(then.corners, self._sight.surface.triangles)  # among which it is hidden or not
+        visible[raster.pixels] = self._sight.again(flat, raster.shown, then)
         return flow.reshape(height, width, 2), visible.reshape(height, width)
 
     def material(self, index: int) -> Floats:
         """(h, w, 3) m, where what the pixels show was at rest; NaN where no tissue is."""
-        raster = self._view(self._index(index, self.count)).raster
+        view = self._view(self._index(index, self.count))
         place = np.full((*self.camera.shape, 3), np.nan)
-        place.reshape(-1, 3)[raster.pixels] = raster.of(self._sight.rest, self._sight.surface.triangles)
+        place.reshape(-1, 3)[view.raster.pixels] = view.of(self._sight.points)
         return place
 
     def write(self, path: str | Path, *, progress: bool = False) -> list[Path]:
@@ -189,21 +188,21 @@ class Clip:
         r2 = (x - (width - 1) / 2) ** 2 + (y - (height - 1) / 2) ** 2
         return np.asarray(1 - self.options.vignetting * r2 / r2.max())
 
-    def _corners(self, t: float) -> Floats:
-        """(v, 3) px, px, m at the time t."""
-        return self._sight.corners(self._motion.at(t))
+    def _nodes(self, t: float) -> Floats:
+        """(k, 3) px, px, m of the skin's nodes at the time t."""
+        return self._sight.nodes(self._motion.at(t))
 
     def _seen(self, index: int) -> View:
-        return self._sight.view(self._corners(float(self.time[index])))
+        return self._sight.view(self._nodes(float(self.time[index])))
 
-    def _picture(self, corners: Floats) -> Floats:
-        """(h, w) grey of the skin at these corners, without lens and noise."""
-        triangles, view = self._sight.surface.triangles, self._sight.view(corners)
+    def _picture(self, nodes: Floats) -> Floats:
+        """(h, w) grey of the skin with its nodes at these places, without lens and noise."""
+        triangles, view = self._sight.surface.triangles, self._sight.view(nodes)
         raster, pixel = view.raster, self.camera.pixel
-        metric = corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
+        metric = view.corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
         normal = raster.of(normals(metric @ self.camera.axes, triangles), triangles)
         picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
-        picture[raster.pixels] = self._look.grey(raster.of(self._sight.rest, triangles), normal)
+        picture[raster.pixels] = self._look.grey(view.of(self._sight.points), normal)
         beside = ~view.opening.pixels(self.camera.shape).ravel()
         picture[beside] = self._beside[beside]
         return picture.reshape(self.camera.shape)

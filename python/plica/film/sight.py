@@ -13,10 +13,12 @@ from plica.film.outline import Hull
 from plica.film.raster import Raster, highest, rasterise
 from plica.film.surface import Surface, bulge, faces_of, rim, surface_of
 from plica.view.camera import Camera
+from plica.view.faces import meet, refined, shapes
 
 __all__ = ["Sight", "View"]
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 _FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
@@ -31,17 +33,26 @@ class View:
 
     Attributes
     ----------
-    corners : (v, 3)
-        Column px, row px, height m.
+    nodes, corners : (k, 3), (v, 3)
+        Column px, row px, height m of the surface's nodes and of its triangles' corners.
     opening : Hull
         That it is seen through: the upper end of the airway.
     raster : Raster
-        Which triangle the pixels' centres show.
+        Which flat triangle the pixels' centres show.
+    shown : (p, 3 or 6) rows of the nodes of the face that each of the raster's pixels shows
+    weights : (p, 3 or 6) of them
     """
 
+    nodes: Floats
     corners: Floats
     opening: Hull
     raster: Raster
+    shown: Ints
+    weights: Floats
+
+    def of(self, values: Floats) -> Floats:
+        """(p, ...) what the raster's pixels show of values (k, ...) at the nodes."""
+        return np.asarray(np.einsum("pn,pn...->p...", self.weights, values[self.shown]))
 
 
 class Sight:
@@ -52,8 +63,8 @@ class Sight:
     camera : Camera
     surface : Surface
         The skin as flat triangles, fine enough for the camera's pixels.
-    rest : (v, 3) m
-        Its corners at rest.
+    points, rest : (k, 3), (v, 3) m
+        Its nodes and its corners at rest.
     """
 
     def __init__(self, mesh: FilmableMesh, camera: Camera) -> None:
@@ -63,19 +74,42 @@ class Sight:
         off = bulge(points, faces) / camera.pixel / _FLAT
         divisions = 1 if faces.shape[1] == 3 else int(np.clip(np.ceil(np.sqrt(off)), *_DIVISIONS))
         self.surface: Surface = surface_of(faces, divisions)
-        self._points = points[self.surface.nodes]
-        self.rest = self.surface.corners(self._points)
+        self.points = points[self.surface.nodes]
+        self.rest = self.surface.corners(self.points)
         self._rim = rim(self.rest, self.surface.triangles)
 
-    def corners(self, displacement: Floats) -> Floats:
-        """(v, 3) column px, row px and height m under a displacement (k, 3) m of the surface's nodes."""
-        return self.camera.project(self.surface.corners(self._points + displacement))
+    def nodes(self, displacement: Floats) -> Floats:
+        """(k, 3) column px, row px and height m under a displacement (k, 3) m of the surface's nodes."""
+        return self.camera.project(self.points + displacement)
 
-    def view(self, corners: Floats) -> View:
-        """The skin at these corners."""
+    def view(self, nodes: Floats) -> View:
+        """The skin with its nodes at these places (k, 3).
+
+        Which triangle a pixel shows is told by the flat ones; where on the curved face, by the face itself.
+        At an outline that the curved faces do not reach, the flat triangle's point stands, up to 0.1 px off.
+        """
+        surface = self.surface
+        corners = surface.corners(nodes)
         opening = Hull(corners[self._rim, :2])
-        within = opening.pixels(self.camera.shape)
-        return View(corners, opening, rasterise(corners, self.surface.triangles, within))
+        raster = rasterise(corners, surface.triangles, opening.pixels(self.camera.shape))
+        face, weights = raster.shown // surface.divisions**2, surface.flat(raster.shown, raster.share)
+        if surface.faces.shape[1] == 6:
+            face, weights = self._curved(nodes, raster, face, weights)
+        return View(nodes, corners, opening, raster, surface.faces[face], weights)
+
+    def _curved(self, nodes: Floats, raster: Raster, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
+        """Faces (p) and weights (p, 6) where the lines of sight meet the curved faces."""
+        faces, width = self.surface.faces, self.camera.width
+        pixels = np.column_stack([raster.pixels % width, raster.pixels // width]).astype(float)
+        _, start = self.surface.places(raster.shown, raster.share)
+        place, found = refined(nodes[faces], face, pixels, start)
+        lost = np.flatnonzero(~found)  # beside an edge, most of them: the face next to it is met
+        met = meet(nodes, faces, pixels[lost])
+        there = met.face >= 0
+        face[lost[there]], place[lost[there]] = met.face[there], met.place[there]
+        found[lost[there]] = True
+        weights[found] = shapes(6, place[found])
+        return face, weights
 
     def again(self, moved: Floats, shown: NDArray[Any], then: View) -> Mask:
         """(p) whether points (p, 3) in px, px and m of the triangles `shown` (p) are seen in a view.

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.view.faces import lattice, shapes
+
 if TYPE_CHECKING:
     from scipy import sparse
 
@@ -32,15 +34,31 @@ class Surface:
     weights : (v, k) sparse
         Corners are ``weights @ positions[nodes]``.
     triangles : (t, 3) rows of corners, anticlockwise seen from outside
+    faces : (f, 3) or (f, 6) rows of `nodes`: those that the triangles stand for, as many of each
+    divisions : of their sides
     """
 
     nodes: Ints
     weights: sparse.csr_array
     triangles: Ints
+    faces: Ints
+    divisions: int
 
     def corners(self, positions: Floats) -> Floats:
         """(v, 3) of positions (k, 3) of `nodes`."""
         return np.asarray(self.weights @ positions)
+
+    def places(self, shown: Ints, share: Floats) -> tuple[Ints, Floats]:
+        """(p) faces and (p, 2) coordinates (r, s) in them, of shares (p, 3) in triangles (p)."""
+        each = self.divisions**2
+        corners = lattice(self.divisions)[_triangles(self.divisions)[shown % each]]
+        return shown // each, np.asarray(np.einsum("pk,pkc->pc", share, corners))
+
+    def flat(self, shown: Ints, share: Floats) -> Floats:
+        """(p, 3 or 6) weights of the faces' nodes at shares (p, 3) in flat triangles (p)."""
+        own = shapes(self.faces.shape[1], lattice(self.divisions))
+        corners = own[_triangles(self.divisions)[shown % self.divisions**2]]
+        return np.asarray(np.einsum("pk,pkn->pn", share, corners))
 
 
 def faces_of(mesh: FilmableMesh) -> Ints:
@@ -106,31 +124,27 @@ def surface_of(faces: Ints, divisions: int) -> Surface:
     """
     from scipy import sparse
 
-    place = _lattice(divisions)
-    shapes = _shapes(faces.shape[1], place)  # (p, 3 or 6)
+    values = shapes(faces.shape[1], lattice(divisions))  # (p, 3 or 6)
     nodes, local = np.unique(faces, return_inverse=True)
     local = local.reshape(faces.shape)
-    count, each = len(faces), len(place)
+    count, each = len(faces), len(values)
     rows = np.repeat(np.arange(count * each), faces.shape[1])
     columns = np.repeat(local[:, None, :], each, axis=1).ravel()
-    values = np.tile(shapes.ravel(), count)
-    weights = sparse.csr_array((values, (rows, columns)), shape=(count * each, len(nodes)))
+    weights = sparse.csr_array(
+        (np.tile(values.ravel(), count), (rows, columns)), shape=(count * each, len(nodes))
+    )
     triangles = (each * np.arange(count)[:, None, None] + _triangles(divisions)).reshape(-1, 3)
     # Corners of the same weights are one, told by their products with random numbers; surfaces that touch
     # stay two.
     label = np.random.default_rng(0).uniform(1.0, 2.0, (len(nodes), 2))
     grid = np.round((weights @ label) / 1e-9)
     _, first, merged = np.unique(grid, axis=0, return_index=True, return_inverse=True)
-    return Surface(nodes, sparse.csr_array(weights[first]), merged.ravel()[triangles])
-
-
-def _lattice(n: int) -> Floats:
-    """(p, 2) places (r, s) in a face, row by row: s = j / n, r = i / n, i + j <= n."""
-    return np.array([(i / n, j / n) for j in range(n + 1) for i in range(n + 1 - j)])
+    whole = sparse.csr_array(weights[first])
+    return Surface(nodes, whole, merged.ravel()[triangles], np.asarray(local, dtype=np.int64), divisions)
 
 
 def _triangles(n: int) -> Ints:
-    """(n^2, 3) rows of `_lattice`."""
+    """(n^2, 3) rows of `lattice`."""
     start = np.concatenate([[0], np.cumsum(np.arange(n + 1, 0, -1))])
     found = []
     for j in range(n):
@@ -140,14 +154,3 @@ def _triangles(n: int) -> Ints:
             if i + j < n - 1:
                 found.append((a + 1, b + 1, b))
     return np.array(found, dtype=np.int64)
-
-
-def _shapes(nodes: int, place: Floats) -> Floats:
-    """(p, nodes) shape functions of a face at (r, s): linear, or quadratic with middles of 12, 23, 31."""
-    r, s = place.T
-    t = 1 - r - s
-    if nodes == 3:
-        return np.column_stack([t, r, s])
-    return np.column_stack(
-        [t * (2 * t - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * t * r, 4 * r * s, 4 * s * t]
-    )

@@ -51,8 +51,7 @@ class MeshSeen:
     def places(self) -> Floats:
         """(h, w, 3) m, the place of the airway's surface that each pixel's centre shows; NaN where none."""
         found = np.full((*self.camera.shape, 3), np.nan)
-        raster = self._view.raster
-        found.reshape(-1, 3)[raster.pixels] = raster.of(self._sight.rest, self._sight.surface.triangles)
+        found.reshape(-1, 3)[self._view.raster.pixels] = self._view.of(self._sight.points)
         return found
 
     @cached_property
@@ -75,7 +74,7 @@ class MeshSeen:
 
     @cached_property
     def _view(self) -> View:
-        return self._sight.view(self._sight.corners(np.zeros((len(self._sight.surface.nodes), 3))))
+        return self._sight.view(self._sight.nodes(np.zeros((len(self._sight.surface.nodes), 3))))
 
     @property
     def rest(self) -> Floats:

@@ -54,46 +54,50 @@ def shapes(nodes: int, place: Floats) -> Floats:
     )
 
 
-def slopes(nodes: int, place: Floats) -> tuple[Floats, Floats]:
-    """(p, nodes) each: derivatives of `shapes` by r and by s."""
-    r, s = place.T
-    t, zero, one = 1 - r - s, np.zeros(len(r)), np.ones(len(r))
-    if nodes == 3:
-        return np.column_stack([-one, one, zero]), np.column_stack([-one, zero, one])
-    by_r = [1 - 4 * t, 4 * r - 1, zero, 4 * (t - r), 4 * s, -4 * s]
-    by_s = [1 - 4 * t, zero, 4 * s - 1, -4 * r, 4 * r, 4 * (t - s)]
-    return np.column_stack(by_r), np.column_stack(by_s)
+def refined(faces: Floats, face: Ints, pixels: Floats, place: Floats) -> tuple[Floats, Mask]:
+    """Places (p, 2) at which faces are seen at pixels, by Newton's iteration from `place` (p, 2).
 
-
-def refined(faces: Floats, pixels: Floats, place: Floats) -> tuple[Floats, Mask]:
-    """Places (p, 2) at which faces (p, 3 or 6, 3), one a pixel, are seen, by Newton's iteration from `place`.
-
-    Faces are nodes' column px, row px and height; pixels (p, 2) column and row. Also (p) whether the
-    iteration has ended inside the face, on a side that looks at the camera.
+    faces (f, 3 or 6, 3) are nodes' column px, row px and height; face (p) the one of each of pixels (p, 2),
+    column and row. Also (p) whether the iteration has ended inside it, on a side that looks at the camera.
     """
-    flat, place = np.ascontiguousarray(faces[..., :2]), place.copy()
-    found = np.zeros(len(pixels), dtype=bool)
+    terms, (x, y), (r, s) = _polynomial(faces[..., :2])[:, face], pixels.T, place.T
+    ended, found = place.copy(), np.zeros(len(pixels), dtype=bool)
     going = np.arange(len(pixels))
     for _ in range(_STEPS):
-        at, own = place[going], flat[going]
-        off = pixels[going] - np.einsum("pk,pkc->pc", shapes(flat.shape[1], at), own)
-        a, b = (np.einsum("pk,pkc->pc", slope, own) for slope in slopes(flat.shape[1], at))
-        area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-        close = np.abs(off).max(axis=1, initial=0.0) < _CLOSE
-        inside = np.minimum(at.min(axis=1), 1 - at.sum(axis=1)) >= -INSIDE
-        found[going[close]] = (inside & (area < 0))[close]  # rows count downwards
-        safe = np.where(np.abs(area) > 1e-12, area, 1e-12)
-        step = np.column_stack(
-            [off[:, 0] * b[:, 1] - off[:, 1] * b[:, 0], a[:, 0] * off[:, 1] - a[:, 1] * off[:, 0]]
-        )
-        step /= safe[:, None]
-        step *= np.minimum(1.0, _LONGEST / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
-        keep = ~close
-        going = going[keep]
+        one_x, one_y, r_x, r_y, s_x, s_y, rr_x, rr_y, rs_x, rs_y, ss_x, ss_y = terms
+        off_x = x - (one_x + r * (r_x + r * rr_x + s * rs_x) + s * (s_x + s * ss_x))
+        off_y = y - (one_y + r * (r_y + r * rr_y + s * rs_y) + s * (s_y + s * ss_y))
+        by_r = r_x + 2 * r * rr_x + s * rs_x, r_y + 2 * r * rr_y + s * rs_y
+        by_s = s_x + 2 * s * ss_x + r * rs_x, s_y + 2 * s * ss_y + r * rs_y
+        area = by_r[0] * by_s[1] - by_r[1] * by_s[0]
+        close = np.maximum(np.abs(off_x), np.abs(off_y)) < _CLOSE
+        inside = np.minimum(np.minimum(r, s), 1 - r - s) >= -INSIDE
+        done = going[close]
+        ended[done, 0], ended[done, 1] = r[close], s[close]
+        found[done] = (inside & (area < 0))[close]  # rows count downwards
+        going = going[~close]
         if not going.size:
             break
-        place[going] += step[keep]
-    return place, found
+        area = np.where(np.abs(area) > 1e-12, area, 1e-12)
+        step_r = (off_x * by_s[1] - off_y * by_s[0]) / area
+        step_s = (by_r[0] * off_y - by_r[1] * off_x) / area
+        short = np.minimum(1.0, _LONGEST / np.maximum(np.maximum(np.abs(step_r), np.abs(step_s)), 1e-300))
+        r, s = r + short * step_r, s + short * step_s
+        if close.any():
+            terms, x, y, r, s = terms[:, ~close], x[~close], y[~close], r[~close], s[~close]
+    return ended, found
+
+
+def _polynomial(flat: Floats) -> Floats:
+    """(12, f) column and row as 1, r, s, r^2, r s, s^2 of faces (f, 3 or 6, 2)."""
+    a, b, c = flat[:, 0], flat[:, 1], flat[:, 2]
+    if flat.shape[1] == 3:
+        terms = [a, b - a, c - a, 0 * a, 0 * a, 0 * a]
+    else:
+        ab, bc, ca = flat[:, 3], flat[:, 4], flat[:, 5]
+        by_r, by_s = 4 * ab - 3 * a - b, 4 * ca - 3 * a - c
+        terms = [a, by_r, by_s, 2 * (a + b) - 4 * ab, 4 * (a + bc - ab - ca), 2 * (a + c) - 4 * ca]
+    return np.ascontiguousarray(np.concatenate([term.T for term in terms]))
 
 
 def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
@@ -127,7 +131,7 @@ def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
         pixel, own = np.nonzero(((at >= low) & (at <= high)).all(axis=2))
         pixel, own = (np.repeat(one, len(begin)) for one in (part[pixel], own))
         start = np.tile(begin, (len(own) // len(begin), 1))
-        there, found = refined(corners[own], pixels[pixel], start)
+        there, found = refined(corners, own, pixels[pixel], start)
         pixel, own, there = pixel[found], own[found], there[found]
         z = np.einsum("pk,pk->p", shapes(kind, there), corners[own, :, 2])
         order = np.argsort(z, kind="stable")  # of equal indices the last assignment stays: the nearest
