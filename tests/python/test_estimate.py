@@ -287,6 +287,13 @@ def model_with(**changes: Any) -> MotionModel:
         ),
         ({"observation": {"closed": np.ones(3, dtype=bool)}}, "closed must be 4 truth values"),
         ({"forcing": {"drive": drive(5)}}, "drive has 25 steps; must have 20"),
+        ({"forcing": {"drive": drive(4)[:, 0]}}, r"drive has shape \(20,\); must have shape \(steps, 2\)"),
+        ({"forcing": {"drive": drive(4)[:, :1]}}, r"drive has shape \(20, 1\); must have shape"),
+        ({"forcing": {"drive": 1j * drive(4)}}, "drive must be an array of real numbers in Pa"),
+        ({"forcing": {"drive": [["0.8 kPa", 0]]}}, "no texts with units"),
+        ({"forcing": {"drive": [[1, 2], [3]]}}, "rows of one length"),
+        ({"forcing": {"drive": drive(4) + np.array([0, np.inf])}}, r"drive\[0, 1\] = inf Pa; must be finite"),
+        ({"forcing": {"drive": 1e4 * drive(4)}}, r"must be in \[-100000, 100000\]\. Is the unit right"),
         ({"forcing": {"noise": np.array([1.0, -1.0])}}, "noise must be 2 numbers >= 0"),
         ({"forcing": {"noise": np.zeros(2)}}, "noise is zero in every pattern"),
         ({"forcing": {"gain_sd": -0.1}}, "gain_sd = -0.1; must be >= 0"),
@@ -335,6 +342,18 @@ def test_what_does_not_fit_is_refused(changes: dict[str, Any], text: str) -> Non
 def test_parts_that_make_no_sense_are_refused(make: Any, text: str) -> None:
     with pytest.raises(plica.InvalidInput, match=text):
         make()
+
+
+def test_a_drive_is_what_its_numbers_say() -> None:
+    """As a list, of whole numbers or in single precision."""
+    whole_numbers = np.round(drive(4)).astype(int)
+    given = [whole_numbers.tolist(), whole_numbers, whole_numbers.astype(np.float32)]
+    means = [
+        model_with(forcing={"drive": one}).responses(np.zeros(1) + np.log(1e3), False).mean for one in given
+    ]
+    assert np.abs(means[0]).max() > 0
+    assert np.array_equal(means[0], means[1])
+    assert np.array_equal(means[0], means[2])
 
 
 def test_an_estimate_that_has_not_converged_says_so() -> None:

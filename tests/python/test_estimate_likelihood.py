@@ -66,7 +66,7 @@ def test_the_likelihood_is_that_of_the_joint_gaussian(noise: Noise | None, colli
     Q = np.zeros((FRAMES, model.patterns.shape[1]))
     Q[:, :2] = (at.noise.pressure * np.array([1.0, 2.0])) ** 2
     if collides != "none":
-        Q[[3, 4, 8], 2] = (300 * at.noise.flow if collides == "held" else at.noise.collision) ** 2
+        Q[[3, 4, 8], 2] = (300 if collides == "held" else at.noise.collision) ** 2
     weights = model.observation.weights.ravel()
     there = weights > 0
     error = (model.observation.rows - math.exp(x[-1]) * at.responses.mean[0]).ravel()[there]
@@ -197,14 +197,15 @@ def test_the_information_is_that_of_the_joint_gaussian(collides: Any) -> None:
     Qp, Qc = np.zeros((FRAMES, q)), np.zeros((FRAMES, q))
     Qp[:, :2] = ratio
     if collides != "none":
-        Qc[[3, 4, 8], 2] = (300.0 if collides == "held" else at.noise.collision / at.noise.flow) ** 2
+        Qc[[3, 4, 8], 2] = ((300.0 if collides == "held" else at.noise.collision) / at.noise.flow) ** 2
     Q = (Qp + Qc).ravel()
     R = np.diag(1 / weights[there])
     inverse = np.linalg.inv(at.noise.flow**2 * (R + (T[0] * Q) @ T[0].T))
     moves = [at.noise.flow**2 * ((D * Q) @ T[0].T + (T[0] * Q) @ D.T) for D in T[1:]]
     levels = [Qp] if collides != "estimated" else [Qp, Qc]
     moves += [at.noise.flow**2 * (T[0] * level.ravel()) @ T[0].T for level in levels]
-    moves += [np.linalg.inv(inverse)]
+    known = at.noise.flow**2 * (T[0] * Qc.ravel()) @ T[0].T  # a sd in Pa that does not grow with the flow's
+    moves += [np.linalg.inv(inverse) - (known if collides == "held" else 0)]
     means = [d.ravel()[there] for d in at.responses.mean[1:]] + [np.zeros(there.sum())] * (1 + len(levels))
     whole_information = np.array(
         [
@@ -221,13 +222,15 @@ def test_the_information_is_that_of_the_joint_gaussian(collides: Any) -> None:
     assert np.linalg.eigvalsh(at.information)[0] > 0
 
 
-@pytest.mark.parametrize("collides", ["none", "estimated"])
+@pytest.mark.parametrize("collides", ["none", "held", "estimated"])
 def test_the_profiled_noise_is_the_best(collides: Any) -> None:
     rng = np.random.default_rng(7)
     model = layered_model(NAMES, recorded(rng, **with_collision(collides))[0], **with_collision(collides))
     likelihood = MarginalLikelihood(model)
     best = likelihood.evaluate(likelihood.prior_mean)
     assert best.noise.pressure > 1
+    if collides == "held":
+        assert best.noise.collision == 300.0
     for pressure, flow, collision in (
         (1.01, 1, 1),
         (0.99, 1, 1),
@@ -236,12 +239,30 @@ def test_the_profiled_noise_is_the_best(collides: Any) -> None:
         (1, 1, 1.01),
         (1, 1, 0.99),
     ):
-        if collision != 1 and collides == "none":
+        if collision != 1 and collides != "estimated":
             continue
         there = Noise(
             best.noise.pressure * pressure, best.noise.flow * flow, best.noise.collision * collision
         )
         assert MarginalLikelihood(model, there).value(best.point) < best.value
+
+
+def test_a_held_level_of_collisions_is_in_pascal() -> None:
+    """The level that is found is, held, the one that is found, and the likelihood the same; in px and Pa."""
+    rng = np.random.default_rng(7)
+    given = with_collision("estimated")
+    flow = recorded(rng, **given)[0]
+    free = MarginalLikelihood(layered_model(NAMES, flow, sd=0.02, **given))
+    x = free.prior_mean
+    found = free.evaluate(x)
+    assert found.noise.flow > 2  # times as stated
+    given["collision_sd"] = found.noise.collision
+    held = MarginalLikelihood(layered_model(NAMES, flow, sd=0.02, **given)).evaluate(x)
+    assert held.value == pytest.approx(found.value, rel=1e-9)
+    for name in ("pressure", "flow", "collision"):
+        assert getattr(held.noise, name) == pytest.approx(getattr(found.noise, name), rel=1e-4)
+    given["collision_sd"] *= 1.5
+    assert MarginalLikelihood(layered_model(NAMES, flow, sd=0.02, **given)).evaluate(x).value < held.value
 
 
 def test_an_optimiser_of_the_world_finds_the_same_tissue() -> None:

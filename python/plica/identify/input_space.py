@@ -28,7 +28,7 @@ class InputSpace:
     chosen : (i) positions among all N (q + c) columns of T
     scale : (i) of the columns: the noise of their pattern
     pressures : of the i, how many are no forces of collisions
-    held_collision_sd : over sigma_v; None where it is estimated or there are no collisions
+    held_collision_sd : Pa; None where it is estimated or there are no collisions
     """
 
     def __init__(self, observation: Observation, forcing: Forcing) -> None:
@@ -87,7 +87,7 @@ class Solved:
         weights, n = space.weights, space.count
         p, c = space.pressures, len(space.chosen) - space.pressures
         held = space.held_collision_sd
-        ratios = [noise.pressure / noise.flow, noise.collision / noise.flow if held is None else held]
+        ratios = np.array([noise.pressure, noise.collision if held is None else held]) / noise.flow
         least = 1e-20 / max(
             float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
         )  # a level of zero: no input

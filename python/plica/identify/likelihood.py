@@ -221,12 +221,13 @@ class MarginalLikelihood:
 
     def _without_noise(self, information: Array, s: Solved, SX: list[Array], traces: Array) -> Array:
         """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
-        information."""
+        information. A sigma_c that is held has a Q that falls as sigma_v^2 rises."""
         p, i = self.inputs.pressures, len(s.inverse)
         classes = []
         if p and s.noise.pressure > 0:
             classes.append(slice(0, p))
-        if i > p and self.inputs.held_collision_sd is None and s.noise.collision > 0:
+        held = self.inputs.held_collision_sd is not None
+        if i > p and (held or s.noise.collision > 0):
             classes.append(slice(p, i))
         shrunk = np.eye(i) - s.inverse / s.prior_variance  # S^-1 T' W T
         levels = len(classes) + 1
@@ -238,5 +239,9 @@ class MarginalLikelihood:
                 own[a, b] = 0.5 * np.sum(shrunk[k, other] * shrunk[other, k].T)
             for j, sx in enumerate(SX):
                 cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
+        if held:
+            rises = np.delete(np.eye(levels), -2, axis=0)
+            rises[-1, -2] = -1.0
+            own, cross = rises @ own @ rises.T, cross @ rises.T
         reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
         return reduced

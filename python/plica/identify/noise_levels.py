@@ -36,22 +36,16 @@ def profiled(
     gram, projected, square : T' W T (i, i), T' W e (i) and e' W e
     count : of what is seen
     pressures : how many inputs come first; the others are forces of collisions
-    held : the ratio sigma_c / sigma_v where it is not estimated
+    held : sigma_c (Pa) where it is not estimated
     """
     p = pressures
-    if len(gram) > p and held is None:
-        return _profiled_with_collisions(gram, projected, square, count, p)
-    inner, right = gram[:p, :p], projected[:p]
-    if len(gram) > p and held is not None:  # these go first: their ratio to sigma_v does not change
-        factor = linalg.cho_factor(gram[p:, p:] + np.eye(len(gram) - p) / held**2, lower=True)
-        inner = inner - gram[:p, p:] @ linalg.cho_solve(factor, gram[p:, :p])
-        right = right - gram[:p, p:] @ linalg.cho_solve(factor, projected[p:])
-        square = square - projected[p:] @ linalg.cho_solve(factor, projected[p:])
-    if not p or not inner.any():
-        flow = math.sqrt(square / count)
-        return Noise(0.0, flow, (held or 0.0) * flow)
-    values, vectors = linalg.eigh(inner)
-    values, squares = np.maximum(values, 0), (vectors.T @ right) ** 2
+    if len(gram) > p:
+        free = _profiled_with_collisions(gram, projected, square, count, p)
+        return free if held is None else _profiled_beside(gram, projected, square, count, p, held, free)
+    if not p or not gram.any():
+        return Noise(0.0, math.sqrt(square / count))
+    values, vectors = linalg.eigh(gram)
+    values, squares = np.maximum(values, 0), (vectors.T @ projected) ** 2
 
     def level(log_ratio: float) -> float:
         ratio = math.exp(log_ratio)
@@ -68,7 +62,7 @@ def profiled(
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     flow = math.sqrt(level(found.x))
-    return Noise(flow * math.exp(0.5 * found.x), flow, (held or 0.0) * flow)
+    return Noise(flow * math.exp(0.5 * found.x), flow)
 
 
 def _profiled_with_collisions(gram: Array, projected: Array, square: float, count: int, p: int) -> Noise:
@@ -108,3 +102,48 @@ def _profiled_with_collisions(gram: Array, projected: Array, square: float, coun
     w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
     flow = math.sqrt((square - float(projected @ w)) / count)
     return Noise(pressure * flow, flow, collision * flow)
+
+
+def _profiled_beside(
+    gram: Array, projected: Array, square: float, count: int, p: int, held: float, near: Noise
+) -> Noise:
+    """sigma_p and sigma_v beside a known sigma_c (Pa), whose ratio to sigma_v moves with sigma_v.
+
+    By the gradient of -2 log p in log(sigma_p^2 / sigma_v^2) and log sigma_v^2, from the levels near which
+    the likelihood is highest where sigma_c is free, and from flow of its plain size.
+    """
+    i = len(gram)
+
+    def cost(logs: Array) -> tuple[float, Array]:
+        variance = math.exp(logs[-1])
+        inverse_Q = np.full(i, variance / held**2)
+        inverse_Q[:p] = math.exp(-logs[0]) if p else 0.0
+        factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
+        w = linalg.cho_solve(factor, projected)
+        shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(i)))
+        by_level = 1 - shares - w**2 * inverse_Q / variance  # of -2 log p by each log Q
+        misfit = (square - float(projected @ w)) / variance
+        log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
+        gradient = [float(by_level[:p].sum())] if p else []
+        return count * logs[-1] + log_det + misfit, np.array(
+            [*gradient, count - misfit - float(by_level[p:].sum())]
+        )
+
+    middle, plain = -math.log(float(np.diag(gram).mean())), math.log(square / count)
+    bounds = [(middle - 12, middle + 25)] * bool(p) + [(plain - 30, plain + 5)]
+    likely = 2 * math.log(max(near.pressure, 1e-150) / near.flow)
+    starts = [[likely] * bool(p) + [2 * math.log(near.flow)], [middle + 2] * bool(p) + [plain]]
+    ends = [
+        optimize.minimize(
+            cost,
+            np.clip(start, *np.transpose(bounds)),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"ftol": 1e-15, "gtol": 1e-7},
+        )
+        for start in starts
+    ]
+    logs = min(ends, key=lambda end: float(end.fun)).x
+    flow = math.exp(0.5 * logs[-1])
+    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held)
