@@ -82,6 +82,13 @@ void bind_options(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
   options<HilberHughesTaylor>("HilberHughesTaylor", option("alpha", &HilberHughesTaylor::alpha))
       .bind(engine, {}, py::kw_only());
+  engine.def(
+      "scheme_coefficients",
+      [](const TimeScheme& scheme) {
+        const SchemeCoefficients found = coefficients(scheme);
+        return py::make_tuple(found.alpha, found.beta, found.gamma);
+      },
+      py::arg("scheme"));
 
   using Linear = LinearSolver;
   options<Linear::Automatic>("Automatic", option("memory", &Linear::Automatic::memory))

@@ -2,6 +2,7 @@
 #include "engine.hpp"
 #include "plica/airflow/load_patterns.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/dynamics/scheme.hpp"
 #include "plica/estimation/sweep.hpp"
 #include "plica/estimation/toeplitz.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -78,7 +79,7 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
   require_shape(coefficient_derivatives, {p, g, 6}, "coefficient_derivatives");
   require_shape(viscosity_derivatives, {p, g}, "viscosity_derivatives");
   if (patterns.ndim() != 2) wrong_shape("AffineTissue", "patterns", patterns, "(3 n, q)");
-  if (!(alpha >= -1.0 / 3 && alpha <= 0)) throw InvalidInput("AffineTissue", "alpha", alpha, "", "in [-1/3, 0]");
+  const SchemeCoefficients scheme = plica::coefficients(HilberHughesTaylor{alpha});
   const Indices unknowns = to_indices(observed, "AffineTissue", "observed");
   const RowMatrix forces = Eigen::Map<const RowMatrix>(patterns.data(), patterns.shape(0), patterns.shape(1));
   RowMatrix out;
@@ -94,8 +95,7 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
       if (auto d_C = viscosity_of(self, Eigen::Map<const Vector>(viscosity_derivatives.data() + j * g, g)))
         direction.viscosity = without_zero_blocks(*d_C);
     }
-    const LinearMotion motion{self.mass,   C,   K, self.supports, alpha, 0.25 * (1 - alpha) * (1 - alpha),
-                              0.5 - alpha, step};
+    const LinearMotion motion{self.mass, C, K, self.supports, scheme.alpha, scheme.beta, scheme.gamma, step};
     out = impulse_responses(motion, forces, directions, unknowns, steps, tolerance);
   }
   return give(std::move(out))

@@ -65,6 +65,7 @@ __all__: list[str] = [
     "pressure_patterns",
     "product",
     "round_trip",
+    "scheme_coefficients",
     "set_threads",
     "signed_volumes",
     "solve_lower",
@@ -874,6 +875,7 @@ def round_trip(
     forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
+def scheme_coefficients(scheme: Newmark | HilberHughesTaylor) -> tuple[float, float, float]: ...
 def set_threads(count: typing.SupportsInt | typing.SupportsIndex) -> None: ...
 def signed_volumes(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

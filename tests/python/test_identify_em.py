@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -142,6 +143,35 @@ def two_springs(theta: np.ndarray, force: float) -> tuple[LinearGaussian, None]:
         ),
         None,
     )
+
+
+class Filtered:
+    """Of a filter that says another likelihood."""
+
+    def __init__(self, filtered: Any, log_likelihood: float) -> None:
+        self._filtered, self.log_likelihood = filtered, log_likelihood
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._filtered, name)
+
+
+@pytest.mark.parametrize("name", ["em", "structured_em"])
+def test_a_fall_of_the_likelihood_names_who_saw_it(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    model, _ = two_springs(np.zeros(2), 0.1)
+    y = draw(model, 6, 3)
+    falling = iter([5.0, 4.0])
+    monkeypatch.setattr(
+        sys.modules[f"plica.identify.{name}"],
+        "kalman_filter",
+        lambda *given: Filtered(kalman_filter(*given), next(falling)),
+    )
+    rows = np.arange(8, 12)
+    run: Any = {
+        "em": lambda: em(model, y),
+        "structured_em": lambda: structured_em(lambda at: two_springs(at, 0.1), [0, 0], y, noise_rows=rows),
+    }[name]
+    with pytest.raises(plica.SolveFailed, match=rf"^{name}: iteration 1: the log-likelihood falls from 5 to"):
+        run()
 
 
 def test_the_slope_of_the_expected_objective_is_that_of_the_likelihood() -> None:

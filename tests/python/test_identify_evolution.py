@@ -9,6 +9,7 @@ import pytest
 
 import plica
 from gaussian_models import chain, chain_model, draw
+from plica import _engine
 from plica.identify import (
     LinearGaussian,
     compose,
@@ -61,6 +62,17 @@ def test_g_is_a_direct_step(alpha: float) -> None:
         np.testing.assert_allclose(
             stepped / unit, expected / unit, atol=1e-12 * np.abs(expected / unit).max()
         )
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_the_scheme_s_numbers_are_the_engine_s(alpha: float) -> None:
+    """beta and gamma of the step, of the evolution and of the sweep are written once."""
+    found = _engine.scheme_coefficients(_engine.HilberHughesTaylor(alpha=alpha))
+    assert found == pytest.approx((alpha, (1 - alpha) ** 2 / 4, 0.5 - alpha), rel=1e-15, abs=1e-15)
+    evolution, *_ = chain(2, alpha=alpha)
+    assert (evolution.alpha, evolution.beta, evolution.gamma) == found
+    newmark = _engine.Newmark(beta=0.3, gamma=0.55)
+    assert _engine.scheme_coefficients(newmark) == (0.0, 0.3, 0.55)
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)

@@ -82,7 +82,7 @@ def em(
     converged = False
     for _ in range(iterations + 1):
         filtered = kalman_filter(model, y, f)
-        converged = extended(history, filtered.log_likelihood, tolerance)
+        converged = extended("em", history, filtered.log_likelihood, tolerance)
         if converged or len(history) > iterations:
             break
         model = _maximised(model, expected_moments(model, filtered), filtered.input, estimate)
@@ -109,15 +109,15 @@ def check_limits(where: str, iterations: int, tolerance: float) -> None:
         raise InvalidInput(f"{where}: tolerance = {tolerance:g}; must be >= 0.")
 
 
-def extended(history: list[float], value: float, tolerance: float) -> bool:
+def extended(where: str, history: list[float], value: float, tolerance: float) -> bool:
     """Adds a log-likelihood to those of the iterations before; whether it has converged.
 
-    Raises SolveFailed where it falls, which EM cannot do.
+    Raises SolveFailed, which begins with `where`, where it falls, which EM cannot do.
     """
     if history and not value >= history[-1] - _ROUND_OFF * max(1.0, abs(value)):
         raise SolveFailed(
-            f"em: iteration {len(history)}: the log-likelihood falls from {history[-1]:.9g} to {value:.9g}; "
-            "EM cannot lower it. Covariances have lost their digits: is Gamma_w near zero?"
+            f"{where}: iteration {len(history)}: the log-likelihood falls from {history[-1]:.9g} to "
+            f"{value:.9g}; EM cannot lower it. Covariances have lost their digits: is Gamma_w near zero?"
         )
     history.append(value)
     return len(history) > 1 and abs(value - history[-2]) <= tolerance * max(1.0, abs(value))

@@ -125,10 +125,10 @@ def estimate(
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
         promised = float(step @ gradient)
         found = _line_search(likelihood, x, step, value, promised, options)
-        if found is None:
+        if isinstance(found, str):
             raise SolveFailed(
                 f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
-                "Is the start far from the data, or the tolerance of the model too wide?"
+                f"{found or 'Is the start far from the data, or the tolerance of the model too wide?'}"
             )
         gain = (found[2] - value) / promised  # 1/2 where the information is the curvature
         boost = min(2 * boost, LARGEST_BOOST) if gain > 0.6 else max(1.0, boost / 2)
@@ -156,21 +156,26 @@ def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
 
 def _line_search(
     likelihood: MarginalLikelihood, x: Array, step: Array, value: float, slope: float, options: Scoring
-) -> tuple[Array, Evaluation, float] | None:
-    """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises."""
-    share = 1.0
+) -> tuple[Array, Evaluation, float] | str:
+    """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises.
+
+    A step is too long, too, where the density is not there: where a material would store no energy, a camera
+    would look up, a solve fails or a number overflows. If no step is short enough: what failed last, or an
+    empty text.
+    """
+    share, last = 1.0, ""
     for _ in range(options.max_halvings):
         candidate = x + share * step
         try:
             there = likelihood.evaluate(candidate)
-        except InvalidInput:  # a material that would store no energy
-            share /= 2
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError) as error:
+            share, last = share / 2, f"The last that could not be evaluated: {error}"
             continue
         reached = there.value + likelihood.log_prior(candidate)
         if reached >= value + 1e-4 * share * slope:
             return candidate, there, reached
         share /= 2
-    return None
+    return last
 
 
 def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:

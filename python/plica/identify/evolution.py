@@ -103,9 +103,7 @@ def hht_evolution(
         if not (beta > 0 and gamma >= 0.5):
             raise InvalidInput(f"{where}: newmark = ({beta:g}, {gamma:g}); must be beta > 0, gamma >= 1/2.")
     else:
-        if not -1 / 3 - 1e-12 <= alpha <= 0:
-            raise InvalidInput(f"{where}: alpha = {alpha:g}; must be in [-1/3, 0].")
-        beta, gamma = (1 - alpha) ** 2 / 4, 0.5 - alpha
+        alpha, beta, gamma = _engine.scheme_coefficients(_engine.HilberHughesTaylor(alpha=alpha))
     if 3 * m > LARGEST_STATE:
         raise InvalidInput(
             f"{where}: the state has {3 * m} entries; must have at most {LARGEST_STATE}. A filter needs the "

@@ -12,6 +12,10 @@ from scipy import linalg, optimize
 __all__ = ["Noise", "profiled"]
 
 Array = NDArray[np.float64]
+_RATIOS = (-10.0, 30.0)
+"""Of log(sigma_p^2 / sigma_v^2) times the largest eigenvalue of T' W T: its search."""
+_RATIOS_BESIDE = (-12.0, 25.0)
+"""The same where there are two levels, times the mean of the diagonal."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +28,25 @@ class Noise:
     """[-] sigma_v, a factor on the observation's sd"""
     collision: float = 0.0
     """[Pa] sigma_c"""
+    at_least: tuple[str, ...] = ()
+    """Levels, by name, that ended at the lower bound of their search: as good as zero."""
+    at_most: tuple[str, ...] = ()
+    """Levels that ended at the upper bound: as good as infinite beside the flow's error."""
+
+    def sentences(self) -> list[str]:
+        """What a level at a bound of its search means."""
+        kinds = {"pressure": "unknown pressures", "collision": "forces of closed frames"}
+        told = [
+            f"The level of the {kinds[name]} came out at the lower end of its search: the recording shows "
+            "none of them, and the intervals count on there being none."
+            for name in self.at_least
+        ]
+        return told + [
+            f"The level of the {kinds[name]} came out at the upper end of its search: they follow the motion "
+            "whatever the tissue is, so that neither they nor the flow's error are known. Take fewer "
+            "patterns or more points."
+            for name in self.at_most
+        ]
 
 
 def profiled(
@@ -57,12 +80,13 @@ def profiled(
             return math.inf
         return count * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum())
 
-    grid = -math.log(values[-1]) + np.linspace(-10, 30, 41)
+    grid = -math.log(values[-1]) + np.linspace(*_RATIOS, 41)
     best = int(np.argmin([cost(g) for g in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     flow = math.sqrt(level(found.x))
-    return Noise(flow * math.exp(0.5 * found.x), flow)
+    ends = _ends({"pressure": float(found.x)}, (grid[0], grid[-1]))
+    return Noise(flow * math.exp(0.5 * found.x), flow, 0.0, *ends)
 
 
 def _profiled_with_collisions(gram: Array, projected: Array, square: float, count: int, p: int) -> Noise:
@@ -87,7 +111,7 @@ def _profiled_with_collisions(gram: Array, projected: Array, square: float, coun
         ]
         return value, np.array(gradient)
 
-    bounds = [(middle - 12, middle + 25)] * len(classes)
+    bounds = [(middle + _RATIOS_BESIDE[0], middle + _RATIOS_BESIDE[1])] * len(classes)
     starts = [np.full(len(classes), middle + shift) for shift in (2.0, 10.0)]
     ends = [
         optimize.minimize(
@@ -101,7 +125,9 @@ def _profiled_with_collisions(gram: Array, projected: Array, square: float, coun
     inverse_Q = np.concatenate([np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)])
     w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
     flow = math.sqrt((square - float(projected @ w)) / count)
-    return Noise(pressure * flow, flow, collision * flow)
+    names = ("pressure", "collision") if p else ("collision",)
+    found = dict(zip(names, logs.tolist(), strict=True))
+    return Noise(pressure * flow, flow, collision * flow, *_ends(found, bounds[0]))
 
 
 def _profiled_beside(
@@ -130,7 +156,7 @@ def _profiled_beside(
         )
 
     middle, plain = -math.log(float(np.diag(gram).mean())), math.log(square / count)
-    bounds = [(middle - 12, middle + 25)] * bool(p) + [(plain - 30, plain + 5)]
+    bounds = [(middle + _RATIOS_BESIDE[0], middle + _RATIOS_BESIDE[1])] * bool(p) + [(plain - 30, plain + 5)]
     likely = 2 * math.log(max(near.pressure, 1e-150) / near.flow)
     starts = [[likely] * bool(p) + [2 * math.log(near.flow)], [middle + 2] * bool(p) + [plain]]
     ends = [
@@ -146,4 +172,12 @@ def _profiled_beside(
     ]
     logs = min(ends, key=lambda end: float(end.fun)).x
     flow = math.exp(0.5 * logs[-1])
-    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held)
+    found = {"pressure": float(logs[0])} if p else {}
+    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held, *_ends(found, bounds[0]))
+
+
+def _ends(found: dict[str, float], bounds: tuple[float, float]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the log ratios found within a hundredth of the lower and of the upper bound."""
+    low, high = bounds
+    least = tuple(name for name, log_ratio in found.items() if log_ratio <= low + 0.01)
+    return least, tuple(name for name, log_ratio in found.items() if log_ratio >= high - 0.01)

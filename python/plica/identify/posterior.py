@@ -148,7 +148,7 @@ class Posterior:
 
     def warnings(self) -> list[str]:
         """What a reader must know before believing the table."""
-        told = list(self.notes) + self.residuals.sentences()
+        told = list(self.notes) + self.noise.sentences() + self.residuals.sentences()
         shares = self.sd / self.prior_sd
         alone = np.sqrt(np.diag(self.statistical_covariance)) / self.prior_sd
         for j, name in enumerate(self.names):

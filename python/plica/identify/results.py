@@ -179,7 +179,9 @@ def _posterior(stored: dict[str, Any]) -> Posterior:
     stored = {name: stored.get(name) for name in (f.name for f in fields(Posterior))}
     for name in ("names", "units", "notes"):
         stored[name] = tuple(stored[name] or ())
-    stored["noise"], stored["residuals"] = Noise(**stored["noise"]), ResidualTest(**stored["residuals"])
+    noise: dict[str, Any] = stored["noise"]
+    noise |= {name: tuple(noise.get(name, ())) for name in ("at_least", "at_most")}
+    stored["noise"], stored["residuals"] = Noise(**noise), ResidualTest(**stored["residuals"])
     return Posterior(**stored)
 
 

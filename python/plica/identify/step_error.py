@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from plica import _engine
+
 __all__ = ["angular_frequency", "period_error", "stiffness_error"]
 
 Floats = NDArray[np.float64]
@@ -15,7 +17,7 @@ def period_error(angle: float, alpha: float) -> float:
 
     From the eigenvalue of one step's (u, h v, h^2 a); with alpha = 0 it is angle^2 / 12 for small angles.
     """
-    gamma, beta = 0.5 - alpha, (1 - alpha) ** 2 / 4
+    _, beta, gamma = _engine.scheme_coefficients(_engine.HilberHughesTaylor(alpha=alpha))
     u = np.array([1.0, 1.0, 0.5 - beta])
     a = -(angle**2) * ((1 + alpha) * u - [alpha, 0.0, 0.0]) / (1 + (1 + alpha) * angle**2 * beta)
     step = np.array([u + beta * a, [0.0, 1.0, 1 - gamma] + gamma * a, a])

@@ -96,7 +96,7 @@ def structured_em(
         model, f = model_of(theta)
         _check_same(first, model)
         filtered = kalman_filter(model, y, f)
-        converged = extended(history, filtered.log_likelihood, tolerance)
+        converged = extended("structured_em", history, filtered.log_likelihood, tolerance)
         thetas.append(theta)
         if converged or len(history) > iterations:
             break
