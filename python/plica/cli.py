@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from plica import __version__
 from plica.commands import bench, examples, film, identify, keys, larynx, video
-from plica.commands.arguments import add_command, add_threads, joined
+from plica.commands.arguments import Parser, add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
@@ -136,9 +136,7 @@ def _say(text: str, code: int) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        "plica", description=_MAIN_HELP, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser("plica", description=_MAIN_HELP, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "--version", action="version", version=f"plica {__version__}", help="print it and end"
     )

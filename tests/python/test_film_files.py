@@ -135,7 +135,7 @@ def _uneven() -> FilmedFolds:
         (lambda: small().flow(4), r"frame 4; must be in \[0, 4\)"),
         (
             lambda: plica.film(moved(voiced(), TIMES), SMALL, plica.Film(), seed=2),
-            "seed beside options; must be one of both",
+            "seed beside options; must be one or the other",
         ),
         (lambda: plica.Camera(mm_per_px=0), r"mm_per_px = 0 mm; must be a number in \[0.0001, 10\]"),
         (lambda: plica.Camera(width=8), r"width = 8 px; must be a whole number in \[16, 4096\]"),
@@ -213,7 +213,13 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         assert file["film"].attrs["ambient"] == 0.8
         np.testing.assert_allclose(file["camera"].attrs["centre"], [-0.5e-3, 0, 0])
         assert file["time"][0] == pytest.approx(2e-4)
-    assert main([*arguments, "--quiet", "--to", "0.0005"]) == 0
+    again = [*arguments, "--quiet", "--to", "0.0005"]
+    kept = clip.read_bytes()
+    told = refused(again, capsys)
+    assert told.startswith(f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not be.")
+    assert "--overwrite" in told
+    assert clip.read_bytes() == kept
+    assert main([*again, "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
     assert Recording.open(clip).count == 6
 
@@ -245,6 +251,14 @@ def test_the_command_refuses_in_one_line(
     assert "must be <= 10000 /s" in refused(["film", str(stored), "-o", clip, "--fps", "20000"], capsys)
     assert "no tissue is seen" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
     assert "must end in one of" in refused(["film", str(stored), "-o", f"{clip}.gif"], capsys)
+    for option, value, told in (
+        ("--from", "1", "plica: --from = 1 s; must be in"),
+        ("--to", "-1s", "plica: --to = "),
+        ("--noise", "-3", "plica: --noise = -3 grey levels; must be"),
+        ("--size", "8,64", "plica: --size = 8 px; must be"),
+        ("--mm-per-px", "0", "plica: --mm-per-px = 0 mm; must be"),
+    ):
+        assert refused(["film", str(stored), "-o", clip, f"{option}={value}"], capsys).startswith(told)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -104,3 +104,15 @@ def test_a_key_can_be_asked_for_at_its_place(place: str, capsys: pytest.CaptureF
     said = capsys.readouterr().out
     assert said.count(f"\n  {place.rpartition('.')[2]} ") == 1
     assert len(re.findall(r"^\[", said, re.MULTILINE)) == 1
+
+
+def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, whom in (
+        ([], "plica"),
+        (["film"], "plica film"),
+        (["film", "runs", "-o", "a", "--nose"], "plica"),
+    ):
+        with pytest.raises(SystemExit) as end:
+            main(arguments)
+        assert end.value.code == 2
+        assert capsys.readouterr().err.endswith(f". {whom} --help says more.\n")

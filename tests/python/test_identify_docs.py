@@ -1,4 +1,4 @@
-"""The Python of docs/identification.md runs as it stands there."""
+"""The Python of the docs on identification, on filters and on image and mesh runs as it stands there."""
 
 from __future__ import annotations
 
@@ -10,23 +10,27 @@ import pytest
 
 from flow_files import SETTINGS, block_scene, flow_file
 from plica.cli import main
-from plica.identify import identification
-
-_DOCS = (Path(__file__).parents[2] / "docs" / "identification.md").read_text(encoding="utf-8")
+from plica.identify import identification, kalman_filter
 
 
-def _block(number: int) -> str:
-    return re.findall(r"```python\n(.*?)```", _DOCS, re.DOTALL)[number]
+def _block(number: int, page: str = "identification.md") -> str:
+    text = (Path(__file__).parents[2] / "docs" / page).read_text(encoding="utf-8")
+    return re.findall(r"```python\n(.*?)```", text, re.DOTALL)[number]
+
+
+def _run(page: str, where: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """What the first lines of a page leave, where ``plica examples scenes`` was called."""
+    monkeypatch.chdir(where)
+    assert main(["examples", "scenes"]) == 0
+    names: dict[str, Any] = {}
+    exec(compile(_block(0, page), page, "exec"), names)
+    return names
 
 
 def test_the_first_lines_find_the_tissue(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As they stand there, in the directory in which ``plica examples scenes`` was called."""
-    monkeypatch.chdir(tmp_path)
-    assert main(["examples", "scenes"]) == 0
-    names: dict[str, Any] = {}
-    exec(compile(_block(0), "identification.md", "exec"), names)
+    names = _run("identification.md", tmp_path, monkeypatch)
     printed, posterior = capsys.readouterr().out, names["posterior"]
     assert all(name in printed for name in ("cover.mu_fibre", "body.mu_fibre", "body.viscosity", "gain"))
     tissue = names["scene"].tissue
@@ -49,3 +53,19 @@ def test_the_lines_for_files_run(
     exec(compile(block, "identification.md", "exec"), {})
     assert "body.E" in capsys.readouterr().out
     assert identification.load(tmp_path / "tissue").picture.observed.shape[2] == 2
+
+
+def test_the_lines_for_a_filter_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = _run("identification_filter.md", tmp_path, monkeypatch)
+    assert names["f"].shape == (names["frames"], names["model"].states)
+    after = kalman_filter(names["better"], names["y"], names["f"]).log_likelihood
+    assert after > names["filtered"].log_likelihood
+
+
+def test_the_lines_for_a_larynx_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """An ellipse of 7 and 100 px, at 0.06 mm a pixel."""
+    names = _run("image_mesh.md", tmp_path, monkeypatch)
+    section = names["fitted"].section
+    assert section.half_width == pytest.approx(7 * 0.06e-3, abs=0.4 * 0.06e-3)  # 0.4 px: docs/image_mesh.md
+    assert section.r_in == pytest.approx(100 * 0.06e-3, abs=0.06e-3)
+    assert names["scene"].mesh == names["fitted"].larynx

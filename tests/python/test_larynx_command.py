@@ -51,7 +51,13 @@ def test_the_table_it_writes_begins_a_scene(
     assert "contour error: mean 0." in said
     assert "r_in 6.300 mm, r_out 7.300 mm, l_occ 0.200 mm" in said
     assert out.with_suffix(".svg").read_text().startswith("<svg")
-    out.write_text(out.read_text() + _TISSUE)
+    written = out.read_text()
+    assert main(["larynx", frame, *asked]) == 2  # it may have become a scene since
+    assert f"{out}, {out.with_suffix('.svg')} would be overwritten" in capsys.readouterr().err
+    assert out.read_text() == written
+    out.write_text(written + 'tissue = "normal"\ntime = { step = "50 us", duration = "1 ms" }\n')
+    assert plica.Scene.load(out).time.steps == 20  # keys below the mesh are the scene's
+    out.write_text(written + _TISSUE)
     scene = plica.Scene.load(out)
     mesh = plica.build_mesh(scene.mesh)
     points = np.asarray(mesh.points)[np.unique(mesh.surfaces["airway"])]
@@ -64,13 +70,14 @@ def test_wrong_calls_are_refused_in_one_sentence(
     picture: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     frame, mask = picture
-    out = tmp_path / "mesh.toml"
+    out, nothing = tmp_path / "mesh.toml", str(tmp_path / "none.png")
     for asked, told in (
-        ([frame, "--mask", mask], "must be one of both"),
-        ([frame, "--mask", mask, "--mm-per-px", "0"], "mm_per_px = 0.0 mm"),
+        ([frame, "--mask", mask], "plica: --mm-per-px = None, --r-in = None; must be exactly one of the two"),
+        ([frame, "--mask", mask, "--mm-per-px", "0"], "plica: --mm-per-px = 0.0 mm"),
         ([frame, "--frame", "3", "--mm-per-px", "0.06"], "is for analyses"),
         ([str(tmp_path), "--mm-per-px", "0.06"], "must have --frame N"),
-        ([str(tmp_path / "none.png"), "--mm-per-px", "0.06"], "No such file"),
+        ([nothing, "--mm-per-px", "0.06"], f"plica: {nothing} cannot be read: No such file"),
+        ([frame, "--mm-per-px", "0.06", "--heights", "3,2,1,0,-1,-2"], "plica: --heights[1] = 0.002 m; must"),
     ):
         assert main(["larynx", *asked, "-o", str(out)]) == 2
         assert told in capsys.readouterr().err
@@ -91,5 +98,5 @@ def test_an_analysis_gives_mask_and_scale(tmp_path: Path, capsys: pytest.Capture
     assert "0.05 mm a pixel" in said
     anterior, posterior = (float(y) for y in re.findall(r"(?:A|P0) \([\d.]+, ([\d.]+)\)", said))
     assert posterior < 0.3 * 128 < 0.7 * 128 < anterior
-    assert main(["larynx", str(tmp_path / "done"), "--frame", "99", "-o", str(out)]) == 2
+    assert main(["larynx", str(tmp_path / "done"), "--frame", "99", "-o", str(out), "--overwrite"]) == 2
     assert "frame 99" in capsys.readouterr().err

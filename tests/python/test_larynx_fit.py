@@ -232,8 +232,8 @@ def test_the_overlay_names_what_it_shows() -> None:
 @pytest.mark.parametrize(
     ("changed", "told"),
     [
-        ({"mm_per_px": None}, "must be one of both"),
-        ({"r_in": "7 mm"}, "must be one of both"),
+        ({"mm_per_px": None}, "must be exactly one of the two"),
+        ({"r_in": "7 mm"}, "must be exactly one of the two"),
         ({"mm_per_px": 0.0}, "mm_per_px = 0.0 mm; must be a number"),
         ({"mm_per_px": -0.05}, "mm_per_px = -0.05 mm"),
         ({"mm_per_px": "0.05"}, "mm_per_px = '0.05' mm"),

@@ -5,13 +5,52 @@ from __future__ import annotations
 import argparse
 import os
 import re
-from collections.abc import Callable, Sequence
-from typing import Any
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, NoReturn
 
-__all__ = ["add_command", "add_threads", "joined", "numbers", "tolerance", "whole"]
+from plica.errors import InvalidInput
+
+__all__ = ["Parser", "add_command", "add_threads", "as_options", "joined", "numbers", "tolerance", "whole"]
 
 _MAX_THREADS = 1024  # the engine's
 _DEFAULT_THREADS = 8  # at most
+_NAMED = r"\b(?P<name>[a-z][a-z_0-9]*)(?P<rest>(?:\[\d+\])? = )"
+
+
+class Parser(argparse.ArgumentParser):
+    """Says with what is wrong where help is."""
+
+    def error(self, message: str) -> NoReturn:
+        """Ends with exit code 2."""
+        self.print_usage(sys.stderr)
+        self.exit(2, f"{self.prog}: {message}. {self.prog} --help says more.\n")
+
+
+@contextmanager
+def as_options(owners: Sequence[str], names: Mapping[str, str]) -> Iterator[None]:
+    """Lets errors about fields of these owners speak of options, as they were typed.
+
+    ``Film: start = 1 s; ...`` becomes ``--from = 1 s; ...`` where names has ``{"start": "--from"}``; a field
+    that is not in names is the option of its own name.
+    """
+
+    def option(found: re.Match[str]) -> str:
+        name = found["name"]
+        return f"{names.get(name, '--' + name.replace('_', '-'))}{found['rest']}"
+
+    try:
+        yield
+    except InvalidInput as error:
+        text = str(error)
+        for owner in owners:
+            if text.startswith(f"{owner}: "):
+                text = re.sub(_NAMED, option, text.removeprefix(f"{owner}: "))
+                break
+        if text == str(error):
+            raise
+        raise InvalidInput(text) from None
 
 
 def add_command(

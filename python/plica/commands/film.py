@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, numbers, whole
+from plica.commands.arguments import add_command, as_options, numbers, whole
 
 __all__ = ["add_commands"]
 
@@ -86,10 +86,19 @@ def add_commands(commands: Any) -> None:
         help="of the light that comes from everywhere, 0 to 1 (default: 0.35)",
     )
     film.add_argument("--seed", metavar="N", type=int, default=1, help="of texture and noise (default: 1)")
+    film.add_argument("--overwrite", action="store_true", help="replace a clip and its truth that are there")
     film.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
 
 
+_OPTIONS = {"start": "--from", "end": "--to", "width": "--size", "height": "--size", "read_noise": "--noise"}
+
+
 def _film(options: argparse.Namespace) -> int:
+    with as_options(("Film", "Camera"), _OPTIONS):
+        return _filmed(options)
+
+
+def _filmed(options: argparse.Namespace) -> int:
     import plica
 
     centre = tuple(1e-3 * value for value in options.centre)
@@ -114,7 +123,7 @@ def _film(options: argparse.Namespace) -> int:
         **noise,
     )
     clip = plica.film(plica.Run.load(options.directory), camera, chosen)
-    written = clip.write(options.output, progress=not options.quiet)
+    written = clip.write(options.output, overwrite=options.overwrite, progress=not options.quiet)
     if not options.quiet:
         said = f"{clip.count} frames of {camera.width} x {camera.height} px, {clip.fps:.6g} a second"
         print(f"written: {', '.join(map(str, written))}: {said}")

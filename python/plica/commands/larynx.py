@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.arguments import add_command, numbers
+from plica.commands.arguments import add_command, as_options, numbers
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -16,11 +16,11 @@ __all__ = ["add_commands"]
 
 _HELP = """\
 Fits the parametric larynx to the glottis of one picture, taken from above before phonation, with the folds
-apart; writes the [mesh] table of a scene, and beside it a picture of the fit (SVG). FRAME is a picture (PNG,
+apart; writes the mesh of a scene, a line, and beside it a picture of the fit (SVG). FRAME is a picture (PNG,
 TIFF, JPEG, BMP), or the directory of an analysis (plica video) with --frame N, whose mask, size of a pixel
 and anterior end are then taken.
 
-A picture does not tell its scale. Say one of both: the size of a pixel (--mm-per-px), and the length is
+A picture does not tell its scale. Say one of two things: the size of a pixel (--mm-per-px), and the length is
 measured; or half the folds' length (--r-in), and the size of a pixel follows. Nor does it show depth: the
 heights z0 to z5 and the layers' thickness are those of the thesis unless said otherwise.
 
@@ -41,9 +41,7 @@ def add_commands(commands: Any) -> None:
     """Add ``larynx`` to the commands of ``plica``."""
     part = add_command(commands, "larynx", _larynx, "fit a larynx to a picture of the folds", _HELP)
     part.add_argument("frame", metavar="FRAME", type=Path, help="a picture, or DIR of an analysis")
-    part.add_argument(
-        "-o", "--output", metavar="FILE", type=Path, required=True, help="the [mesh] table (TOML)"
-    )
+    part.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="the mesh (TOML)")
     part.add_argument("--mask", metavar="FILE", type=Path, help="picture, white where the glottis is")
     part.add_argument("--frame", dest="number", metavar="N", type=int, help="of an analysis, from 0")
     part.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
@@ -74,12 +72,23 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--larynx", metavar="NAME", help="coarse, demo, fine or finest cells (default: demo)")
     part.add_argument("--order", metavar="1|2", type=int, help="2: quadratic tetrahedra (default)")
     part.add_argument("--largest-error", metavar="SHARE", type=float, help="default: 0.05")
+    part.add_argument("--overwrite", action="store_true", help="replace what was written before")
+
+
+_OPTIONS = {"z": "--heights"}
 
 
 def _larynx(options: argparse.Namespace) -> int:
-    from plica import larynx_fit
-    from plica.storage.files import storage_errors
+    with as_options(("Larynx fit",), _OPTIONS):
+        return _fitted(options)
 
+
+def _fitted(options: argparse.Namespace) -> int:
+    from plica import larynx_fit
+    from plica.storage.files import refuse_overwriting, storage_errors
+
+    picture = options.output.with_suffix(".svg")
+    refuse_overwriting([options.output, picture], options.overwrite)
     frame, mask, known = _of_analysis(options) if options.frame.is_dir() else _of_picture(options)
     names = ("mm_per_px", "r_in", "wall", "l_occ", "layer_thickness", "tilt", "lean", "anterior", "larynx")
     given = {name: getattr(options, name) for name in (*names, "order", "largest_error")}
@@ -92,7 +101,6 @@ def _larynx(options: argparse.Namespace) -> int:
         x, y, other_x, other_y = options.commissures
         given["commissures"] = ((x, y), (other_x, other_y))
     made = larynx_fit.fit_larynx(frame, mask, **(known | given))
-    picture = options.output.with_suffix(".svg")
     with storage_errors(options.output):
         options.output.write_text(_comment(made) + made.scene_text(), encoding="utf-8")
         picture.write_text(larynx_fit.overlay(made).svg, encoding="utf-8")
@@ -102,12 +110,20 @@ def _larynx(options: argparse.Namespace) -> int:
 
 
 def _of_picture(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]:
+    if options.number is not None:
+        raise InvalidInput(f"--frame {options.number} is for analyses; {options.frame} is a picture.")
+    mask = None if options.mask is None else _read(options.mask)
+    return _read(options.frame), None if mask is None else mask > 0.5 * max(float(mask.max()), 1.0), {}
+
+
+def _read(path: Path) -> Any:
+    """A picture; where it cannot be read, the path comes first."""
     from plica.video.image_file import read_image
 
-    if options.number is not None:
-        raise InvalidInput(f"Larynx: --frame {options.number} is for analyses; {options.frame} is a picture.")
-    mask = None if options.mask is None else read_image(options.mask)
-    return read_image(options.frame), None if mask is None else mask > 0.5 * max(float(mask.max()), 1.0), {}
+    try:
+        return read_image(path)
+    except InvalidInput as error:
+        raise InvalidInput(str(error).removeprefix("read_image: ")) from None
 
 
 def _of_analysis(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]:
@@ -115,7 +131,7 @@ def _of_analysis(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]
 
     if options.number is None or options.mask is not None:
         raise InvalidInput(
-            f"Larynx: {options.frame} is a directory; must have --frame N, of an analysis, and no --mask."
+            f"{options.frame} is a directory; must have --frame N, of an analysis, and no --mask."
         )
     found = video.load(options.frame)
     mask = found.mask(options.number)

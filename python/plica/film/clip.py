@@ -51,7 +51,7 @@ def film(run: Filmable, camera: Camera | None = None, options: Film | None = Non
         not tell; where the camera sees no tissue.
     """
     if options is not None and changed:
-        raise InvalidInput(f"Film: {', '.join(changed)} beside options; must be one of both.")
+        raise InvalidInput(f"Film: {', '.join(changed)} beside options; must be one or the other.")
     return Clip(run, camera or Camera(), options or Film(**changed))
 
 
@@ -155,13 +155,15 @@ class Clip:
         place.reshape(-1, 3)[view.raster.pixels] = view.of(self._sight.points)
         return place
 
-    def write(self, path: str | Path, *, progress: bool = False) -> list[Path]:
+    def write(self, path: str | Path, *, overwrite: bool = False, progress: bool = False) -> list[Path]:
         """Write frames and truth: an AVI or NPY file and ``.truth.h5`` beside it, or both in one HDF5 file.
 
         Parameters
         ----------
         path : str or Path
             Ends in .avi (lossless), .npy, .h5 or .hdf5.
+        overwrite : bool
+            Replace a clip, or a truth, that is there.
         progress : bool
             Show a bar on standard error.
 
@@ -173,13 +175,13 @@ class Clip:
         Raises
         ------
         InvalidInput
-            For another ending.
+            For another ending, and where it would overwrite what is there.
         StorageFailed
             Where it cannot be written.
         """
         from plica.film.writing import write
 
-        return write(self, Path(path), progress=progress)
+        return write(self, Path(path), overwrite=overwrite, progress=progress)
 
     @cached_property
     def _vignette(self) -> Floats:

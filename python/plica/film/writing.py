@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from plica._engine import build_info
 from plica.errors import InvalidInput
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import refuse_overwriting, replaced, storage_errors
 
 if TYPE_CHECKING:
     from plica.film.clip import Clip
@@ -29,7 +29,7 @@ Picture = NDArray[np.uint8]
 Add = Callable[[int, Picture], None]
 
 
-def write(clip: Clip, path: Path, *, progress: bool = False) -> list[Path]:
+def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = False) -> list[Path]:
     """Write a clip; see `Clip.write`. Each file appears complete or not at all."""
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
@@ -37,10 +37,11 @@ def write(clip: Clip, path: Path, *, progress: bool = False) -> list[Path]:
     if path.is_dir() or not path.parent.is_dir():
         wrong = f"{path} is a directory" if path.is_dir() else f"{path.parent} is no directory"
         raise InvalidInput(f"Film: {wrong}; must be a file in a directory that is there.")
-    if suffix in (".h5", ".hdf5"):
+    whole, truth = suffix in (".h5", ".hdf5"), path.with_name(path.stem + ".truth.h5")
+    refuse_overwriting([path] if whole else [path, truth], overwrite)
+    if whole:
         replaced(path, lambda draft: _write_both(clip, draft, None, progress))
         return [path]
-    truth = path.with_name(path.stem + ".truth.h5")
     opened = _video if suffix == ".avi" else _array
 
     def both(draft: Path) -> None:

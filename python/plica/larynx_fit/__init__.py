@@ -8,7 +8,7 @@ larynx fitted to it, with the camera that ties its nodes to pixels::
     fitted = larynx_fit.fit_larynx(frame, mask, mm_per_px=0.06, l_occ="1 mm")
     print(fitted.error, fitted.quality)
     column_row = fitted.seen.pixels      # of the nodes fitted.seen.superior
-    text = fitted.scene_text()           # the table [mesh] of a scene
+    text = fitted.scene_text()           # the mesh of a scene
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from plica.larynx_fit.settings import FitSettings
 from plica.phonation.scene.mesh_parts import Larynx, LarynxOptions
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.mesh_summary import dihedral_angles, quality
-from plica.phonation.scene.toml_text import toml_text
+from plica.phonation.scene.toml_text import toml_line
 from plica.view.camera import Camera
 
 __all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
@@ -97,8 +97,8 @@ class LarynxFit:
         return self.section.asymmetry(self.contour.points)
 
     def scene_text(self) -> str:
-        """The table ``[mesh]`` of a scene file, in SI."""
-        return toml_text({"mesh": self.larynx.model_dump(mode="json", exclude_none=True)})
+        """The mesh of a scene file, in SI: one line at its top level, below which anything may stand."""
+        return toml_line("mesh", self.larynx.model_dump(mode="json", exclude_none=True))
 
 
 def fit_larynx(
@@ -134,7 +134,7 @@ def fit_larynx(
     >>> scene = plica.Scene(fitted.larynx, tissue)
     """
     if settings is not None and changed:
-        raise InvalidInput(f"Larynx fit: {', '.join(changed)} beside settings; must be one of both.")
+        raise InvalidInput(f"Larynx fit: {', '.join(changed)} beside settings; must be one or the other.")
     chosen = settings or FitSettings(**changed)
     contour = glottal_contour(frame, mask)
     section = fit_cross_section(contour, chosen, contour.mask.shape)

@@ -69,8 +69,8 @@ class FitSettings:
     def __post_init__(self) -> None:
         if (self.mm_per_px is None) == (self.r_in is None):
             raise InvalidInput(
-                f"Larynx fit: mm_per_px = {self.mm_per_px}, r_in = {self.r_in}; must be one of both. "
-                "A picture does not tell its scale: give the size of a pixel, or half the folds' length."
+                f"Larynx fit: mm_per_px = {self.mm_per_px}, r_in = {self.r_in}; must be exactly one of the "
+                "two. A picture does not tell its scale: give the size of a pixel, or half the folds' length."
             )
         if self.mm_per_px is not None:
             self._number("mm_per_px", 1e-4, 10.0, "mm")

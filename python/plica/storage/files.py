@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from plica.errors import InvalidInput, StorageFailed
 
-__all__ = ["only_writer", "replaced", "require_space", "storage_errors"]
+__all__ = ["only_writer", "refuse_overwriting", "replaced", "require_space", "storage_errors"]
 
 
 @contextmanager
@@ -43,6 +43,16 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
             os.fsync(directory)
         finally:
             os.close(directory)
+
+
+def refuse_overwriting(paths: Sequence[Path], overwrite: bool) -> None:
+    """Raises InvalidInput where one of the files is there, unless they are to be overwritten."""
+    present = [str(path) for path in paths if path.exists()]
+    if present and not overwrite:
+        raise InvalidInput(
+            f"{', '.join(present)} would be overwritten; must not be. Name another file, or ask for it: "
+            "--overwrite, in Python overwrite=True."
+        )
 
 
 def require_space(path: Path, needed: int, hint: str = "") -> None:

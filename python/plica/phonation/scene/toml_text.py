@@ -6,12 +6,17 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-__all__ = ["toml_text"]
+__all__ = ["toml_line", "toml_text"]
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
     """Tables, lists, texts, numbers and truth values as TOML; numbers read back to the same bits."""
     return "\n".join(_table(data, ())).lstrip("\n") + "\n"
+
+
+def toml_line(name: str, value: Mapping[str, Any]) -> str:
+    """One line with a table in it: keys below it are of the table that it stands in."""
+    return f"{_key(name)} = {_value(value)}\n"
 
 
 def _table(data: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
