@@ -101,7 +101,7 @@ class Sight:
         """Faces (p) and weights (p, 6) where the lines of sight meet the curved faces."""
         faces, width = self.surface.faces, self.camera.width
         pixels = np.column_stack([raster.pixels % width, raster.pixels // width]).astype(float)
-        _, start = self.surface.places(raster.shown, raster.share)
+        start = self.surface.places(raster.shown, raster.share)
         place, found = refined(nodes[faces], face, pixels, start)
         lost = np.flatnonzero(~found)  # beside an edge, most of them: the face next to it is met
         met = meet(nodes, faces, pixels[lost])

@@ -48,11 +48,10 @@ class Surface:
         """(v, 3) of positions (k, 3) of `nodes`."""
         return np.asarray(self.weights @ positions)
 
-    def places(self, shown: Ints, share: Floats) -> tuple[Ints, Floats]:
-        """(p) faces and (p, 2) coordinates (r, s) in them, of shares (p, 3) in triangles (p)."""
-        each = self.divisions**2
-        corners = lattice(self.divisions)[_triangles(self.divisions)[shown % each]]
-        return shown // each, np.asarray(np.einsum("pk,pkc->pc", share, corners))
+    def places(self, shown: Ints, share: Floats) -> Floats:
+        """(p, 2) coordinates (r, s) in their faces, of shares (p, 3) in flat triangles (p)."""
+        corners = lattice(self.divisions)[_triangles(self.divisions)[shown % self.divisions**2]]
+        return np.asarray(np.einsum("pk,pkc->pc", share, corners))
 
     def flat(self, shown: Ints, share: Floats) -> Floats:
         """(p, 3 or 6) weights of the faces' nodes at shares (p, 3) in flat triangles (p)."""

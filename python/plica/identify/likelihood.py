@@ -52,7 +52,8 @@ class MarginalLikelihood:
     ----------
     model : MotionModel
     noise : Noise, optional
-        Levels to hold; left out: those that maximise the likelihood, anew at each point.
+        Levels to hold; left out: those that maximise the likelihood, anew at each point. The forcing's
+        `collision_sd` goes before that of the collisions.
 
     Notes
     -----
