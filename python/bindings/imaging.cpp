@@ -15,6 +15,11 @@ struct Names<PenaltyShape> {
   }
 };
 
+template <>
+struct Names<LightChange> {
+  static Named<LightChange> all() { return {{"none", LightChange::none}, {"smooth", LightChange::smooth}}; }
+};
+
 }  // namespace plica::python
 
 using namespace plica;
@@ -64,28 +69,41 @@ void bind_imaging(py::module_& engine) {
       "FlowOptions", option("smoothness", &FlowOptions::smoothness),
       option("data_scale", &FlowOptions::data_scale), option("smooth_scale", &FlowOptions::smooth_scale),
       option("data_penalty", &FlowOptions::data_penalty), option("smooth_penalty", &FlowOptions::smooth_penalty),
-      option("gradient_noise", &FlowOptions::gradient_noise), option("stages", &FlowOptions::stages),
-      option("levels", &FlowOptions::levels), option("spacing", &FlowOptions::spacing),
-      option("fine_levels", &FlowOptions::fine_levels), option("fine_spacing", &FlowOptions::fine_spacing),
-      option("warps", &FlowOptions::warps), option("largest_step", &FlowOptions::largest_step),
-      option("sweeps", &FlowOptions::sweeps), option("relaxation", &FlowOptions::relaxation))
+      option("gradient_noise", &FlowOptions::gradient_noise), option("light", &FlowOptions::light),
+      option("stages", &FlowOptions::stages), option("levels", &FlowOptions::levels),
+      option("spacing", &FlowOptions::spacing), option("fine_levels", &FlowOptions::fine_levels),
+      option("fine_spacing", &FlowOptions::fine_spacing), option("warps", &FlowOptions::warps),
+      option("largest_step", &FlowOptions::largest_step), option("sweeps", &FlowOptions::sweeps),
+      option("relaxation", &FlowOptions::relaxation))
       .bind(engine, &FlowOptions::validate, py::kw_only());
 
   engine.def(
       "dense_flow",
       [](const FloatArray& first, const FloatArray& second, const FlowOptions& options,
-         const std::optional<FloatArray>& used) {
+         const std::optional<FloatArray>& used, const std::optional<FloatArray>& sides,
+         const std::optional<FloatArray>& told, const std::optional<FloatArray>& way,
+         const std::array<double, 2>& across) {
         const std::string where = "dense_flow";
         const Plane one = to_plane(first, where, "first"), two = to_plane(second, where, "second");
-        const Plane counted = used ? to_plane(*used, where, "used") : Plane();
-        Flow flow;
+        const Known known{
+            used ? to_plane(*used, where, "used") : Plane(), sides ? to_plane(*sides, where, "sides") : Plane(),
+            told ? to_plane(*told, where, "told") : Plane(), way ? to_plane(*way, where, "way") : Plane(), across};
+        LitFlow flow;
         {
           const Released released;
-          flow = dense_flow(one, two, options, counted);
+          flow = dense_flow(one, two, options, known);
         }
-        return give_flow(flow);
+        return std::make_tuple(give_flow(flow), flow.light.gain, flow.light.offset);
       },
-      py::arg("first"), py::arg("second"), py::arg("options"), py::arg("used") = std::nullopt);
+      py::arg("first"), py::arg("second"), py::arg("options"), py::arg("used") = std::nullopt,
+      py::arg("sides") = std::nullopt, py::arg("told") = std::nullopt, py::arg("way") = std::nullopt,
+      py::arg("across") = std::array<double, 2>{1, 0});
+  engine.def(
+      "light_gains",
+      [](const std::array<double, 6>& gain, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+        return give(Light{gain, 0}.gains(rows, columns));
+      },
+      py::arg("gain"), py::arg("rows"), py::arg("columns"));
   engine.def(
       "flow_residual",
       [](const FloatArray& first, const FloatArray& second, const FloatArray& flow) {

@@ -61,6 +61,7 @@ __all__: list[str] = [
     "larynx_mesh",
     "larynx_preset",
     "least_jacobian_ratios",
+    "light_gains",
     "matched_airway",
     "pressure_patterns",
     "product",
@@ -230,6 +231,7 @@ class FlowOptions:
         "data_penalty": "lorentzian",
         "smooth_penalty": "lorentzian",
         "gradient_noise": None,
+        "light": "smooth",
         "stages": 3,
         "levels": None,
         "spacing": 2.0,
@@ -251,6 +253,7 @@ class FlowOptions:
         data_penalty: str = "lorentzian",
         smooth_penalty: str = "lorentzian",
         gradient_noise: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        light: str = "smooth",
         stages: typing.SupportsInt | typing.SupportsIndex = 3,
         levels: typing.SupportsInt | typing.SupportsIndex | None = None,
         spacing: typing.SupportsFloat | typing.SupportsIndex = 2.0,
@@ -276,6 +279,8 @@ class FlowOptions:
     def largest_step(self) -> float: ...
     @property
     def levels(self) -> int | None: ...
+    @property
+    def light(self) -> str: ...
     @property
     def relaxation(self) -> float: ...
     @property
@@ -803,7 +808,13 @@ def dense_flow(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     options: FlowOptions,
     used: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
-) -> numpy.typing.NDArray[numpy.float32]: ...
+    sides: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+    told: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+    way: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+    across: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"
+    ] = [1.0, 0.0],
+) -> tuple[numpy.typing.NDArray[numpy.float32], typing.Annotated[list[float], "FixedSize(6)"], float]: ...
 def elasticity_matrix(material: Material) -> numpy.typing.NDArray[numpy.float64]: ...
 def equilibrium(
     mesh: TetMesh,
@@ -854,6 +865,13 @@ def least_jacobian_ratios(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def light_gains(
+    gain: typing.Annotated[
+        collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(6)"
+    ],
+    rows: typing.SupportsInt | typing.SupportsIndex,
+    columns: typing.SupportsInt | typing.SupportsIndex,
+) -> numpy.typing.NDArray[numpy.float32]: ...
 def matched_airway(
     points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     first: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],

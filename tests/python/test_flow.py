@@ -96,7 +96,7 @@ def test_an_option_replaces_the_preset_s(pair: tuple[Frame, Frame]) -> None:
     options = {name: getattr(PRESETS["robust"], name) for name in dir(PRESETS["robust"]) if name[0] != "_"}
     assert engine.FlowOptions().smoothness == 0.045
     assert set(options) >= {"smoothness", "data_scale", "levels", "warps", "data_penalty"}
-    thesis = flow(*pair, smoothness=0.5, sweeps=PRESETS["thesis"].sweeps).flow
+    thesis = flow(*pair, smoothness=0.5, sweeps=PRESETS["thesis"].sweeps, light="none").flow
     assert (thesis == flow(*pair, preset="thesis").flow).all()
     assert (thesis != flow(*pair).flow).any()
     assert flow(*pair, data_penalty="quadratic", smooth_penalty="quadratic", levels=1).flow.shape == (
@@ -106,13 +106,39 @@ def test_an_option_replaces_the_preset_s(pair: tuple[Frame, Frame]) -> None:
     )
 
 
-def test_light_that_changes_does_not_move_a_constant_gradient(pair: tuple[Frame, Frame]) -> None:
+def test_light_that_changes_by_a_slope_does_not_move_a_constant_gradient(pair: tuple[Frame, Frame]) -> None:
     first, second = pair
     y, x = np.mgrid[:60, :80]
     lit = second + 20 + 0.2 * x - 0.1 * y
     inside = np.s_[8:-8, 8:-8]
-    assert np.abs(flow(first, lit).flow[inside] - MOTION).mean() > 0.1
-    assert np.abs(flow(first, lit, preset="gradient").flow[inside] - MOTION).mean() < 0.02
+    assert np.abs(flow(first, lit, light="none").flow[inside] - MOTION).mean() > 0.1
+    assert np.abs(flow(first, lit, preset="gradient", light="none").flow[inside] - MOTION).mean() < 0.02
+
+
+@pytest.mark.parametrize("preset", [name for name in PRESETS if PRESETS[name].light == "smooth"])
+def test_light_that_changes_is_told_and_moves_nothing(preset: str) -> None:
+    first, second = texture(150, 190), texture(150, 190, MOTION)
+    x = np.linspace(-1, 1, 190)
+    gain = 1.06 + 0.03 * x
+    lit = 5 + gain * second
+    found = flow(first, lit, preset=preset, round_trip=True)
+    inside = np.s_[12:-12, 12:-12]
+    assert np.abs(found.flow[inside] - MOTION).mean() < 0.02
+    low, _ = found.intensity
+    modelled = low + found.light.gain * (first - low) + found.light.offset
+    assert np.abs(modelled - (5 + gain * first)).max() < 1
+    assert found.light.change == pytest.approx(((modelled - first) / (first - low).mean()).mean(), abs=1e-3)
+    assert np.nanmedian(np.abs(found.residual)) < 0.5
+    assert found.mismatch is not None
+    assert np.nanmedian(found.mismatch) < 0.02
+
+
+def test_the_published_methods_know_no_light_that_changes() -> None:
+    assert [name for name in PRESETS if PRESETS[name].light == "none"] == ["reference", "thesis"]
+    first = texture(60, 80)
+    found = flow(first, 1.06 * first, preset="reference")
+    assert (found.light.gain == 1).all()
+    assert (found.light.offset, found.light.change) == (0, 0)
 
 
 def test_a_masked_highlight_does_not_hold_the_flow(pair: tuple[Frame, Frame]) -> None:

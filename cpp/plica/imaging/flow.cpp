@@ -15,6 +15,8 @@ namespace {
 
 constexpr std::ptrdiff_t smallest_side = 8;  // px, of a picture
 constexpr double coarsest_side = 16;         // px, of a pyramid's last level
+constexpr float normal_slope = 3;            // the same among channels that are divided by their slope
+constexpr float edge_slope = 30;  // grey levels per px: what a known motion weighs is what a fold's edge does
 
 void require(bool holds, const char* name, double value, const char* unit, const char* relation) {
   if (!holds) throw InvalidInput("FlowOptions", name, value, unit, relation);
@@ -63,29 +65,58 @@ struct Channel {
 };
 
 struct Level {
-  std::vector<Channel> channels;  // brightness, or the two components of its gradient
-  Plane used;
+  Plane first, second;
+  std::vector<Channel> channels;  // brightness, or the two components of its gradient, in the light of the first
+  Plane used, sides;
+  Plane told, way;  // share of the pixel whose motion is known; the motion, in pixels of this level
 };
 
-std::vector<Level> make_levels(const Plane& first, const Plane& second, const Plane& used, int count,
-                               double spacing, bool of_gradient) {
+std::vector<Level> make_levels(const Plane& first, const Plane& second, const Known& known, int count,
+                               double spacing) {
   auto firsts = pyramid(first, count, spacing), seconds = pyramid(second, count, spacing);
   std::vector<Level> levels(firsts.size());
   for (std::size_t i = 0; i < levels.size(); ++i) {
-    if (of_gradient) {
-      Gradient one = gradient(firsts[i]);
-      const Gradient two = gradient(seconds[i]);
-      levels[i].channels.push_back({std::move(one.x), Spline(two.x)});
-      levels[i].channels.push_back({std::move(one.y), Spline(two.y)});
-    } else {
-      levels[i].channels.push_back({std::move(firsts[i]), Spline(seconds[i])});
-    }
+    levels[i].first = std::move(firsts[i]);
+    levels[i].second = std::move(seconds[i]);
   }
-  if (used.size() > 0) {
-    auto weights = pyramid(used, count, spacing);
-    for (std::size_t i = 0; i < levels.size(); ++i) levels[i].used = std::move(weights[i]);
+  const auto spread = [&](const Plane& plane, Plane Level::*to) {
+    if (plane.size() == 0) return;
+    auto planes = pyramid(plane, count, spacing);
+    for (std::size_t i = 0; i < levels.size(); ++i) levels[i].*to = std::move(planes[i]);
+  };
+  spread(known.used, &Level::used);
+  spread(known.sides, &Level::sides);
+  spread(known.told, &Level::told);
+  spread(known.way, &Level::way);
+  for (Level& level : levels) {
+    if (level.told.size() == 0) continue;
+    const double ratio = std::abs(known.across[0]) > std::abs(known.across[1])
+                             ? static_cast<double>(level.first.cols()) / static_cast<double>(first.cols())
+                             : static_cast<double>(level.first.rows()) / static_cast<double>(first.rows());
+    level.way = (level.told > 1e-3F).select(static_cast<float>(ratio) * level.way / level.told, 0.0F);
   }
   return levels;
+}
+
+void set_channels(const Plane& first, const Plane& second, bool of_gradient, Level& level) {
+  level.channels.clear();
+  if (of_gradient) {
+    Gradient one = gradient(first);
+    const Gradient two = gradient(second);
+    level.channels.push_back({std::move(one.x), Spline(two.x)});
+    level.channels.push_back({std::move(one.y), Spline(two.y)});
+  } else {
+    level.channels.push_back({first, Spline(second)});
+  }
+}
+
+/// The light at the present flow, where it may change, and what stays in it.
+void set_light(const FlowOptions& options, const LitFlow& flow, Level& level, Light& light) {
+  const bool of_gradient = options.gradient_noise.has_value();
+  if (options.light == LightChange::none) return set_channels(level.first, level.second, of_gradient, level);
+  light = fit_light(level.first, level.second, Spline(level.second), level.used, flow.u, flow.v);
+  const Relit relit = relight(level.first, level.second, light);
+  set_channels(relit.first, relit.second, of_gradient, level);
 }
 
 /// u0 + (u - u0) with the change bounded.
@@ -97,25 +128,38 @@ void bound_change(const Plane& u0, float largest, Plane& u) {
   });
 }
 
-void solve_stage(const std::vector<Level>& levels, const FlowOptions& options, Weight data_weight,
-                 Weight smooth_weight, Flow& flow) {
+/// The known motion along `across` as one more channel: its error is a distance times `slope`.
+void tell_ways(const Level& level, const std::array<double, 2>& across, float slope, const Flow& flow,
+               Linearisation& result) {
+  const auto x = slope * static_cast<float>(across[0]), y = slope * static_cast<float>(across[1]);
+  result.trust = level.told;
+  result.ix = x * level.told;
+  result.iy = y * level.told;
+  result.it = level.told * (x * flow.u + y * flow.v - slope * level.way);
+}
+
+void solve_stage(std::vector<Level>& levels, const FlowOptions& options, Weight data_weight, Weight smooth_weight,
+                 const std::array<double, 2>& across, LitFlow& flow) {
   const auto lambda = static_cast<float>(options.smoothness);
-  std::vector<Linearisation> data(levels.front().channels.size());
+  const bool told = levels.front().told.size() > 0;
+  std::vector<Linearisation> data((options.gradient_noise ? 2 : 1) + (told ? 1 : 0));
   Flow next;
   for (std::size_t i = levels.size(); i-- > 0;) {
-    const Level& level = levels[i];
-    const std::ptrdiff_t rows = level.channels[0].first.rows(), columns = level.channels[0].first.cols();
+    Level& level = levels[i];
+    const std::ptrdiff_t rows = level.first.rows(), columns = level.first.cols();
     const auto along = static_cast<float>(static_cast<double>(columns) / static_cast<double>(flow.u.cols()));
     const auto down = static_cast<float>(static_cast<double>(rows) / static_cast<double>(flow.u.rows()));
     flow.u = along * resize(flow.u, rows, columns);
     flow.v = down * resize(flow.v, rows, columns);
+    if (level.channels.empty()) set_light(options, flow, level, flow.light);
     FlowSystem system(rows, columns);
     for (int warp = 0; warp < options.warps; ++warp) {
-      for (std::size_t k = 0; k < data.size(); ++k) {
+      for (std::size_t k = 0; k < level.channels.size(); ++k) {
         linearise(level.channels[k].first, level.channels[k].second, level.used, flow.u, flow.v, data[k]);
         if (options.gradient_noise) normalise(static_cast<float>(*options.gradient_noise), data[k]);
       }
-      system.assemble(data, flow.u, flow.v, data_weight, smooth_weight, lambda);
+      if (told) tell_ways(level, across, options.gradient_noise ? normal_slope : edge_slope, flow, data.back());
+      system.assemble(data, flow.u, flow.v, data_weight, smooth_weight, lambda, level.sides);
       system.sweep(options.sweeps, static_cast<float>(options.relaxation));
       system.read(next.u, next.v);
       bound_change(flow.u, static_cast<float>(options.largest_step), next.u);
@@ -148,11 +192,16 @@ void FlowOptions::validate() const {
   require(relaxation > 0 && relaxation < 2, "relaxation", relaxation, "", "in (0, 2)");
 }
 
-Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options, const Plane& used) {
+LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options, const Known& known) {
   options.validate();
   require_size(first, first, "the first picture");
   require_size(second, first, "the second picture");
-  if (used.size() > 0) require_size(used, first, "the mask");
+  if (known.used.size() > 0) require_size(known.used, first, "the mask");
+  if (known.sides.size() > 0) require_size(known.sides, first, "the picture of sides");
+  if (known.told.size() > 0) {
+    require_size(known.told, first, "where motion is told");
+    require_size(known.way, first, "the motion that is told");
+  }
 
   const auto deepest = [&](double spacing) {
     const double side = static_cast<double>(std::min(first.rows(), first.cols()));
@@ -162,18 +211,17 @@ Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& opti
   const int coarse = std::min(options.levels.value_or(20), deepest(options.spacing));
   const int fine = std::min(options.fine_levels, deepest(options.fine_spacing));
 
-  Flow flow{Plane::Zero(first.rows(), first.cols()), Plane::Zero(first.rows(), first.cols())};
+  LitFlow flow{{Plane::Zero(first.rows(), first.cols()), Plane::Zero(first.rows(), first.cols())}, {}};
   std::vector<Level> levels;
   for (int stage = 0; stage < options.stages; ++stage) {
     const double alpha = options.stages == 1 ? 0 : 1 - static_cast<double>(stage) / (options.stages - 1);
     if (stage < 2) {
-      levels =
-          make_levels(first, second, used, stage == 0 ? coarse : fine,
-                      stage == 0 ? options.spacing : options.fine_spacing, options.gradient_noise.has_value());
+      levels = make_levels(first, second, known, stage == 0 ? coarse : fine,
+                           stage == 0 ? options.spacing : options.fine_spacing);
     }
     solve_stage(levels, options,
                 weight(options.data_penalty, alpha, options.data_scale, options.data_scale / options.smooth_scale),
-                weight(options.smooth_penalty, alpha, options.smooth_scale, 1), flow);
+                weight(options.smooth_penalty, alpha, options.smooth_scale, 1), known.across, flow);
   }
   if (!flow.u.isFinite().all() || !flow.v.isFinite().all()) {
     throw SolveFailed("dense_flow: the flow is not finite (smoothness = " + number(options.smoothness) +

@@ -1,11 +1,17 @@
 #pragma once
+#include <array>
 #include <optional>
 
+#include "plica/imaging/light.hpp"
 #include "plica/imaging/plane.hpp"
 
 namespace plica {
 
 enum class PenaltyShape { lorentzian, charbonnier, quadratic };
+
+/// Whether the light may change from the first picture to the second: not at all, or by a gain that varies slowly
+/// over the picture and an offset, which are found with the flow.
+enum class LightChange { none, smooth };
 
 /// Algorithm 1 of Paper C as docs/imaging.md completes it. Intensities are grey levels of a range of 255.
 struct FlowOptions {
@@ -17,6 +23,7 @@ struct FlowOptions {
   PenaltyShape smooth_penalty = PenaltyShape::lorentzian;
   std::optional<double> gradient_noise;  // none: brightness stays as things move. Else its gradient does, and
                                          // slopes of it below this are noise; grey levels per px^2, [1e-3, 1e3]
+  LightChange light = LightChange::smooth;
   int stages = 3;              // of graduated non-convexity, alpha = 1 ... 0; 1: alpha = 0 at once; [1, 20]
   std::optional<int> levels;   // of the first stage's pyramid, [1, 20]; none: down to sides of 16 px
   double spacing = 2;          // of the first stage's pyramid, in (1, 4]
@@ -34,10 +41,26 @@ struct Flow {
   Plane u, v;
 };
 
+/// A flow, and how the light changed.
+struct LitFlow : Flow {
+  Light light;
+};
+
+/// What is known of two pictures beside their brightness. Each plane may be empty: nothing is known.
+struct Known {
+  Plane
+      used;  // 1 where the first picture's data count and 0 where not (darkness, highlights): smoothness fills in
+  Plane sides;  // of the first picture: -1 and 1 on two sides that move apart, between which nothing is smooth;
+                // else 0
+  Plane told;   // 1 where the first picture's motion along `across` is known, else 0
+  Plane way;    // that motion, px; 0 where it is not known. As large as `told`
+  std::array<double, 2> across{1, 0};  // unit vector: right and down
+};
+
 /// The motion from `first` to `second`, both of the same size with sides of at least 8 px and finite values.
-/// `used` is 1 where the data term counts and 0 where not (darkness, highlights): there smoothness alone fills in;
-/// empty: everywhere. The same bits for any number of threads. Throws SolveFailed where single precision
+/// The same bits for any number of threads. Throws SolveFailed where single precision
 /// overflows.
-Flow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options = {}, const Plane& used = {});
+LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options = {},
+                   const Known& known = {});
 
 }  // namespace plica

@@ -6,6 +6,9 @@
 namespace plica {
 namespace {
 
+constexpr float clearly = 0.02F;  // product of two sides, each -1 to 1, blurred on coarse levels
+constexpr float parted = 1e-3F;   // of the weight that is left, so that no pixel is without any
+
 /// lambda w_S(b - a) of n pairs.
 PLICA_INLINE void edge_weights_body(const float* a, const float* b, std::ptrdiff_t n, Weight weight, float lambda,
                                     float* __restrict__ result) {
@@ -18,6 +21,13 @@ PLICA_INLINE void edge_weights_body(const float* a, const float* b, std::ptrdiff
 PLICA_VERSIONS(edge_weights,
                (const float* a, const float* b, std::ptrdiff_t n, Weight weight, float lambda, float* result),
                (a, b, n, weight, lambda, result))
+
+/// Of n pairs: hardly anything between those on opposite sides.
+void part(const float* a, const float* b, std::ptrdiff_t n, float* weight) {
+  for (std::ptrdiff_t x = 0; x < n; ++x) {
+    if (a[x] * b[x] < -clearly) weight[x] *= parted;
+  }
+}
 
 /// trust w_D(e) of n pixels.
 PLICA_INLINE void data_weights_body(const float* e, const float* trust, std::ptrdiff_t n, Weight weight,
@@ -139,7 +149,7 @@ FlowSystem::FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns)
 }
 
 void FlowSystem::assemble(const std::vector<Linearisation>& channels, const Plane& u0, const Plane& v0,
-                          Weight data_weight, Weight smooth_weight, float lambda) {
+                          Weight data_weight, Weight smooth_weight, float lambda, const Plane& sides) {
   for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     const std::ptrdiff_t n = columns_;
     // right_* have an entry before the first: the weight to the left of pixel 0 is 0.
@@ -155,6 +165,9 @@ void FlowSystem::assemble(const std::vector<Linearisation>& channels, const Plan
       }
       edge_weights(line(u0, y), line(u0, y + 1), n, smooth_weight, lambda, to_u.data());
       edge_weights(line(v0, y), line(v0, y + 1), n, smooth_weight, lambda, to_v.data());
+      if (sides.size() == 0) return;
+      part(line(sides, y), line(sides, y + 1), n, to_u.data());
+      part(line(sides, y), line(sides, y + 1), n, to_v.data());
     };
     below(begin - 1, down_u, down_v);
     for (std::ptrdiff_t y = begin; y < end; ++y) {
@@ -163,6 +176,10 @@ void FlowSystem::assemble(const std::vector<Linearisation>& channels, const Plan
       below(y, down_u, down_v);
       edge_weights(line(u0, y), line(u0, y) + 1, n - 1, smooth_weight, lambda, right_u.data() + 1);
       edge_weights(line(v0, y), line(v0, y) + 1, n - 1, smooth_weight, lambda, right_v.data() + 1);
+      if (sides.size() > 0) {
+        part(line(sides, y), line(sides, y) + 1, n - 1, right_u.data() + 1);
+        part(line(sides, y), line(sides, y) + 1, n - 1, right_v.data() + 1);
+      }
       right_u.back() = right_v.back() = 0;
       for (auto* sum : {&xx, &xy, &yy, &determinant, &b1, &b2}) std::fill(sum->begin(), sum->end(), 0.0F);
       for (const Linearisation& channel : channels) {

@@ -34,8 +34,10 @@ class FlowSystem {
  public:
   FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns);
 
+  /// Between neighbours of which `sides` says that they are on opposite ones (a negative product), w_S is a
+  /// thousandth of itself; an empty `sides` knows none.
   void assemble(const std::vector<Linearisation>& channels, const Plane& u0, const Plane& v0, Weight data_weight,
-                Weight smooth_weight, float lambda);
+                Weight smooth_weight, float lambda, const Plane& sides = {});
 
   /// Successive over-relaxation from the present values: 76 bytes a pixel and sweep.
   void sweep(int count, float relaxation);

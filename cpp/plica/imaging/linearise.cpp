@@ -47,6 +47,15 @@ PLICA_INLINE void normalise_body(float noise, std::ptrdiff_t n, float* __restric
 }
 PLICA_VERSIONS(normalise, (float noise, std::ptrdiff_t n, float* ix, float* iy, float* it), (noise, n, ix, iy, it))
 
+/// Linear interpolation at a place in the picture.
+float at(const Plane& image, float x, float y) {
+  const auto i = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(x), 0, image.cols() - 2);
+  const auto j = std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(y), 0, image.rows() - 2);
+  const float s = x - static_cast<float>(i), t = y - static_cast<float>(j);
+  return (1 - t) * ((1 - s) * image(j, i) + s * image(j, i + 1)) +
+         t * ((1 - s) * image(j + 1, i) + s * image(j + 1, i + 1));
+}
+
 /// Continues a row by two on each side.
 void continue_row(float* line, std::ptrdiff_t columns) {
   for (std::ptrdiff_t i = 1; i <= 2; ++i) {
@@ -138,15 +147,8 @@ Flow round_trip(const Flow& forward, const Flow& backward) {
           result.u(y, x) = result.v(y, x) = nan;
           continue;
         }
-        const auto i = std::min(static_cast<std::ptrdiff_t>(to_x), columns - 2);
-        const auto j = std::min(static_cast<std::ptrdiff_t>(to_y), rows - 2);
-        const float s = to_x - static_cast<float>(i), t = to_y - static_cast<float>(j);
-        const auto there = [&](const Plane& b) {
-          return (1 - t) * ((1 - s) * b(j, i) + s * b(j, i + 1)) +
-                 t * ((1 - s) * b(j + 1, i) + s * b(j + 1, i + 1));
-        };
-        result.u(y, x) = forward.u(y, x) + there(backward.u);
-        result.v(y, x) = forward.v(y, x) + there(backward.v);
+        result.u(y, x) = forward.u(y, x) + at(backward.u, to_x, to_y);
+        result.v(y, x) = forward.v(y, x) + at(backward.v, to_x, to_y);
       }
     }
   });

@@ -69,6 +69,7 @@ _VIDEO = (
         "Root mean square of what is left of the brightness difference after the motion, on tissue.",
     ),
     _video("warp_error", "grey levels", "The same over the whole frame, after Granados."),
+    _video("brightness", "", "Share by which the light makes the next frame brighter."),
     _video(
         "mismatch",
         "px",

@@ -231,7 +231,15 @@ class Analysis:
             self["sides/saturated"],
             self["glottis/border"] > 0,
             self["flow/residual"] if self.complete else None,
+            self.brightness if self.complete else None,
         )
+
+    @cached_property
+    def brightness(self) -> Floats:
+        """(frames - 1) share by which the light makes the next frame brighter; not a number in a pair without
+        flow, nor in an analysis of before the light was found."""
+        known = "flow/brightness" in self
+        return np.asarray(self["flow/brightness"]) if known else np.full(self.count - 1, np.nan)
 
     @cached_property
     def edges(self) -> EdgeAgreement:
@@ -322,6 +330,7 @@ class Analysis:
         if self.complete:
             for name in ("flow/residual", "flow/warp_error", "trust/mismatch"):
                 found[name.split("/")[1]] = np.append(self[name], np.nan)
+            found["brightness"] = np.append(self.brightness, np.nan)
             for name in ("coefficients", "round_trip"):
                 values = self[f"modes/{name}"]
                 found[f"mode_{name}"] = np.vstack([values, np.full((1, values.shape[1]), np.nan)])

@@ -28,6 +28,7 @@ from plica.video.flow import flow, warp_error
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
+from plica.video.parting import Folds
 from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
@@ -42,6 +43,7 @@ Mask = npt.NDArray[np.bool_]
 
 _STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # each stands on those before it
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
+_SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
 _BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
 _TRUSTED = 0.5  # confidence from which a pixel counts in the modes
@@ -182,9 +184,12 @@ class Chain:
         pairs = self._count - 1
         if self._flows.exists():
             check_result_file(self._flows)
-        else:
+            if not self._flow_is_current():
+                self._flows.unlink()
+        if not self._flows.exists():
             self._lay_out_flow(pairs)
-        prints = [zlib.crc32(np.packbits(mask).tobytes()) for mask in self._results.masks()]
+        start = zlib.crc32(self._flow_line().tobytes())
+        prints = [zlib.crc32(np.packbits(mask).tobytes(), start) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
         with h5py.File(self._flows, "r+") as file:
             stale = np.flatnonzero(file["checksum"][:] != asked)
@@ -207,9 +212,30 @@ class Chain:
                 lay_out(file, "round_trip", large, "f4", "px", None)
                 lay_out(file, "residual", (pairs,), "f8", "grey levels", np.nan)
                 lay_out(file, "warp_error", (pairs,), "f8", "grey levels", np.nan)
-                lay_out(file, "checksum", (pairs,), "u8", "checksum of both masks; 0: not done", 0)
+                lay_out(file, "brightness", (pairs,), "f8", "1", np.nan)
+                lay_out(file, "unevenness", (pairs,), "f8", "1", np.nan)
+                lay_out(file, "midline", (4,), "f8", "px", np.nan)
+                lay_out(
+                    file, "checksum", (pairs,), "u8", "checksum of both masks and midline; 0: not done", 0
+                )
 
         replaced(self._flows, write)
+
+    def _flow_is_current(self) -> bool:
+        """Whether flow.h5 has all that is stored today."""
+        with h5py.File(self._flows, "r") as file:
+            return "brightness" in file
+
+    def _flow_line(self) -> npt.NDArray[np.float64]:
+        """The midline that the flow is told, x, y of both ends: the one it was told before, but where today's
+        is over a pixel off that: a mask that is corrected moves it by less."""
+        line = np.array([*self._midline().upper, *self._midline().lower])
+        with h5py.File(self._flows, "r+") as file:
+            told = np.asarray(file["midline"][:])
+            if np.abs(told - line).max() <= _SAME_LINE:
+                return told
+            file["midline"][:] = line
+        return line
 
     def _pairs(self, wanted: npt.NDArray[np.int_]) -> Iterator[tuple[int, Seen, Seen]]:
         """Pairs of frames, and what they show."""
@@ -230,7 +256,8 @@ class Chain:
         if before.lost or after.lost or tissue.mean() < _BLIND:
             file["uv"][index] = 0.0
             file["round_trip"][index] = np.nan
-            file["residual"][index] = file["warp_error"][index] = np.nan
+            for name in ("residual", "warp_error", "brightness", "unevenness"):
+                file[name][index] = np.nan
             return
         pair = flow(
             before.frame,
@@ -239,12 +266,15 @@ class Chain:
             mask=informing(before, after),
             intensity=(0.0, 255.0),
             round_trip=True,
+            folds=Folds(before.glottis, after.glottis, Midline.between(file["midline"][:])),
         )
         assert pair.round_trip is not None
         file["uv"][index] = pair.flow
         file["round_trip"][index] = np.where(tissue[..., None], pair.round_trip, np.nan)
         left = pair.residual[tissue & np.isfinite(pair.residual)]
         file["residual"][index] = np.sqrt(np.mean(np.square(left, dtype=float)))
+        file["brightness"][index] = pair.light.change
+        file["unevenness"][index] = np.ptp(pair.light.gain)
         file["warp_error"][index] = warp_error(before.frame, after.frame, pair.flow).rms
 
     def _trust(self) -> None:

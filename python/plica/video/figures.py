@@ -230,7 +230,7 @@ def _trust(found: Analysis) -> Drawing:
     time, name = _time(found)
 
     def paint(figure: Figure) -> None:
-        upper, lower = figure.subplots(2, 1, sharex=True)
+        upper, lower, lowest = figure.subplots(3, 1, sharex=True)
         line(upper, time, waves["residual"], color=purple)
         line(upper, time, waves["warp_error"], color=grey)
         line(lower, time, waves["mismatch"], color=green)
@@ -238,7 +238,9 @@ def _trust(found: Analysis) -> Drawing:
         upper.set_ylim(bottom=0)
         lower.set_ylabel("mismatch (px)")
         lower.set_ylim(bottom=0)
-        lower.set_xlabel(name)
+        line(lowest, time, 100 * waves["brightness"], color=blue)
+        lowest.set_ylabel("light (%)")
+        lowest.set_xlabel(name)
         upper.margins(x=0)
         label_ends(upper, [("residual", purple), ("warp error", grey)])
 
@@ -246,9 +248,10 @@ def _trust(found: Analysis) -> Drawing:
         "Residual: root mean square of what is left of the brightness difference after the motion, on "
         "tissue. Warp error: the measure of Granados (2016), over the whole frame; it rewards smooth flow "
         "and is given for comparison. Mismatch: on the folds, median distance from the start after going "
-        "to the next frame and back, a lower bound of the error."
+        "to the next frame and back, a lower bound of the error. Light: by how much it makes the next frame "
+        "brighter; the flow takes that out."
     )
-    return draw("trust", caption, "Residual, warp error and mismatch over time", (9, 3.2), paint)
+    return draw("trust", caption, "Residual, warp error, mismatch and light over time", (9, 4.4), paint)
 
 
 def _confidence(found: Analysis) -> Drawing:

@@ -13,17 +13,27 @@ from numpy.typing import ArrayLike, NDArray
 from plica import _engine as engine
 from plica.errors import InvalidInput, nearest, one_of
 from plica.video.grey import depth, to_grey
+from plica.video.parting import Folds
 
-__all__ = ["PRESETS", "FlowOptions", "PairFlow", "WarpError", "endpoint_error", "flow", "warp_error"]
+__all__ = [
+    "PRESETS",
+    "FlowOptions",
+    "LightChange",
+    "PairFlow",
+    "WarpError",
+    "endpoint_error",
+    "flow",
+    "warp_error",
+]
 
 FlowOptions = engine.FlowOptions
 
 PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
     {
         "robust": FlowOptions(),
-        "reference": FlowOptions(sweeps=40),
+        "reference": FlowOptions(sweeps=40, light="none"),
         "video": FlowOptions(smoothness=0.5),
-        "thesis": FlowOptions(smoothness=0.5, sweeps=40),
+        "thesis": FlowOptions(smoothness=0.5, sweeps=40, light="none"),
         "fast": FlowOptions(stages=2, warps=3),
         "gradient": FlowOptions(
             smoothness=0.1,
@@ -39,7 +49,30 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
 for noisy recordings, chosen on the synthetic glottis (docs/verification.md). ``thesis``: ``reference`` with
 the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less. ``gradient``: not
-brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md)."""
+brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md). For ``reference`` and
+``thesis``, as published, the light is constant; for the others it may change."""
+
+
+@dataclass(frozen=True)
+class LightChange:
+    """How the light changed from one frame to the next, docs/imaging.md, "Light that changes".
+
+    What has the grey level I in the first frame has low + gain(x) (I - low) + offset in the second, with low
+    the grey level that was stretched to 0.
+
+    Attributes
+    ----------
+    gain : (rows, columns) float32
+    offset : float
+        Grey levels.
+    change : float
+        Mean of what the light adds to the frame where it counts, over its mean above `low`: 0.06 for
+        a second frame that is 6 % brighter.
+    """
+
+    gain: NDArray[np.float32]
+    offset: float
+    change: float
 
 
 @dataclass(frozen=True)
@@ -52,19 +85,21 @@ class PairFlow:
         (u, v) in px, u to the right and v downwards: what is at (x, y) in the first frame is at
         (x + u, y + v) in the second.
     residual : (rows, columns) float32
-        second(x + u, y + v) - first(x, y) in the frames' grey levels; not a number where (x + u, y + v) lies
-        outside the frame.
+        second(x + u, y + v) - first(x, y) in the frames' grey levels, both in the light of the first; not a
+        number where (x + u, y + v) lies outside the frame.
     round_trip : (rows, columns, 2) float32, or None
         Where (px) one lands from the start after going there and back again, f(x) + b(x + f(x)) with b the
         flow from the second frame to the first; not a number where x + f(x) lies outside the frame.
     intensity : (float, float)
         The grey levels that were stretched to 0 and 255.
+    light : LightChange
     """
 
     flow: NDArray[np.float32]
     residual: NDArray[np.float32]
     round_trip: NDArray[np.float32] | None
     intensity: tuple[float, float]
+    light: LightChange
 
     @property
     def mismatch(self) -> NDArray[np.float32] | None:
@@ -80,6 +115,7 @@ def flow(
     mask: ArrayLike | None = None,
     intensity: tuple[float, float] | None = None,
     round_trip: bool = False,
+    folds: Folds | None = None,
     **options: Any,
 ) -> PairFlow:
     """Motion from `first` to `second`: Algorithm 1 of Paper C, completed and corrected (docs/imaging.md).
@@ -100,6 +136,9 @@ def flow(
         the pair's own least and greatest; for the frames of one recording give one pair of levels for all.
     round_trip : bool
         Also find the way back, which takes as long again, and how well the two agree.
+    folds : Folds, optional
+        The glottis of both frames and its midline: where it opens from closed, or closes, the edges' way is
+        told to the flow, and nothing is smooth across the midline.
     **options
         Fields of `FlowOptions` that differ from the preset's, such as ``smoothness=0.1``.
 
@@ -113,16 +152,48 @@ def flow(
     """
     one, two = _grey_pair(first, second)
     chosen = _options(preset, options)
+    _check_folds(folds, one)
     used = None if mask is None else _used(mask, one)
     low, high = _levels(one, two, intensity)
     _check_contrast(one, two, used)
     scale = np.float32(255 / (high - low))
     one, two = (one - np.float32(low)) * scale, (two - np.float32(low)) * scale
-    there = engine.dense_flow(one, two, chosen, used)
+    there, terms, offset = _found(one, two, chosen, used, folds)
+    gain = engine.light_gains(terms, *one.shape)
+    light = LightChange(gain, offset / float(scale), _change(one, gain, offset, used))
     missed = None
     if round_trip:
-        missed = engine.round_trip(there, engine.dense_flow(two, one, chosen, used))
-    return PairFlow(there, engine.flow_residual(one, two, there) / scale, missed, (low, high))
+        back, _, _ = _found(two, one, chosen, used, None if folds is None else folds.back)
+        missed = engine.round_trip(there, back)
+    residual = engine.flow_residual(one, (two - np.float32(offset)) / gain, there)
+    return PairFlow(there, residual / scale, missed, (low, high), light)
+
+
+def _found(
+    one: NDArray[np.float32],
+    two: NDArray[np.float32],
+    options: FlowOptions,
+    used: NDArray[np.float32] | None,
+    folds: Folds | None,
+) -> tuple[NDArray[np.float32], list[float], float]:
+    """The flow, and the light's gain and offset, of grey levels that were stretched."""
+    parting = None if folds is None else folds.parting()
+    if parting is None:
+        return engine.dense_flow(one, two, options, used)
+    kept = ~parting.gone if used is None else (used > 0) & ~parting.gone
+    return engine.dense_flow(
+        one, two, options, kept.astype(np.float32), parting.sides, parting.told, parting.way, parting.across
+    )
+
+
+def _change(
+    one: NDArray[np.float32], gain: NDArray[np.float32], offset: float, used: NDArray[np.float32] | None
+) -> float:
+    """What the light adds to the mean of the first frame, over that mean; 0 where the frame is black."""
+    weight = np.ones_like(one) if used is None else used
+    mean = float((weight * one).sum(dtype=float))
+    added = float((weight * ((gain - 1) * one + np.float32(offset))).sum(dtype=float))
+    return added / mean if mean > 0 else 0.0
 
 
 def endpoint_error(found: ArrayLike, truth: ArrayLike) -> float:
@@ -262,6 +333,17 @@ def _used(mask: ArrayLike, frame: NDArray[np.float32]) -> NDArray[np.float32]:
     if not array.any():
         raise InvalidInput("flow: mask leaves 0 pixels; must leave at least 1.")
     return array.astype(np.float32)
+
+
+def _check_folds(folds: Folds | None, frame: NDArray[np.float32]) -> None:
+    if folds is None:
+        return
+    for name, mask in (("first", folds.first), ("second", folds.second)):
+        if mask.shape != frame.shape or mask.dtype != np.bool_:
+            raise InvalidInput(
+                f"flow: the glottis of the {name} frame is {mask.dtype} of shape {mask.shape}; must be bool "
+                f"of {frame.shape} like the frames."
+            )
 
 
 def _size(array: NDArray[Any]) -> str:

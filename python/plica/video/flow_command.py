@@ -71,6 +71,7 @@ def _summary(found: PairFlow, without: np.ndarray, used: np.ndarray | None) -> l
     low, high = found.intensity
     left, before = rms(found.residual), rms(without)
     lines.append(f"residual  {left:.3g} of {high - low:g} grey levels; {before:.3g} without motion")
+    lines.append(f"light     {100 * found.light.change:+.1f} % from A to B, taken out")
     if found.mismatch is not None:
         missed = found.mismatch[inside]
         lines.append(

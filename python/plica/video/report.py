@@ -19,7 +19,7 @@ from plica.report.wording import tables
 from plica.storage.files import replaced
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
-from plica.video.quality import in_doubt
+from plica.video.quality import in_doubt, lit
 from plica.video.settings import Settings
 
 __all__ = ["write_report"]
@@ -82,6 +82,14 @@ def _quality(found: Analysis) -> tuple[str, str]:
     said = f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}. "
     if not found.complete:
         return light, said + "The motion of the tissue was not looked at (plica video does it)."
+    changes = sum(map(lit, found.flags))
+    if changes:
+        light = "fair" if light == "good" else light
+        most = 100 * float(np.nanmax(np.abs(found.brightness)))
+        said += (
+            f"The light changes by up to {most:.0f} % from frame to frame ({changes} times by over 3 %); the "
+            "flow takes it out. "
+        )
     edges = found.edges
     if not np.isfinite(edges.correlation):
         return light, said + "Too few ways of the folds' edges are seen to hold the flow against them."

@@ -27,7 +27,7 @@ _CHANGES = {
     "anterior": (),
     "patient_left": (),
     "kymogram": ("sides",),
-    "midline": ("sides", "trust", "modes"),
+    "midline": ("sides", "flow", "trust", "paths", "modes"),
     "modes": ("modes",),
 }
 """Settings that may change, each with the groups to be made again."""

@@ -1,0 +1,97 @@
+"""Folds that part and meet: what two masks tell of the motion beside the midline."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from plica.errors import InvalidInput
+from plica.video.flow import flow
+from plica.video.midline import Midline
+from plica.video.parting import Folds
+from plica.video.seen import Seen, informing
+from plica.video.synthetic import Synthetic, SyntheticGlottis
+
+GLOTTIS = SyntheticGlottis(
+    Synthetic(
+        height=96, width=96, frequency=0.08, amplitude=(8, 7), opening=(-2, -2), noise=1.0, highlights=0
+    )
+)
+LINE = Midline((GLOTTIS.midline, 10), (GLOTTIS.midline, 86))
+Mask = npt.NDArray[np.bool_]
+
+
+def folds(t: float) -> Folds:
+    return Folds(GLOTTIS.mask(t), GLOTTIS.mask(t + 1), LINE)
+
+
+def opens() -> float:
+    """The last moment at which the folds are shut before they part."""
+    times = np.arange(0, 20, 0.1)
+    return float(max(t for t in times if sum(GLOTTIS.area(t)) == 0 < sum(GLOTTIS.area(t + 1))))
+
+
+def beside(t: float) -> Mask:
+    """Tissue within 3 px of the edges, that moves."""
+    truth, tissue = GLOTTIS.flow(t, t + 1)
+    y, x = np.mgrid[:96, :96].astype(float)
+    near = np.zeros_like(tissue)
+    for side, sign in ((0, -1), (1, 1)):
+        far = (x - GLOTTIS.midline) * sign - GLOTTIS.edge(side, y, t)
+        near |= (far >= 0) & (far < 3)
+    return near & tissue & (np.abs(truth[..., 0]) > 0.2)
+
+
+def test_the_ways_that_are_told_are_those_of_the_edges() -> None:
+    t = opens()
+    told = folds(t).parting()
+    assert told is not None
+    truth, _ = GLOTTIS.flow(t, t + 1)
+    where = told.told > 0
+    assert where.sum() > 60
+    true, said = truth[where][:, 0], told.way[where]
+    assert np.abs(true).mean() > 0.8
+    assert np.abs(said - true).mean() < 0.25  # masks are of whole pixels
+    assert (np.sign(said) == told.sides[where]).all()
+    assert not told.gone.any()
+
+
+def test_the_way_back_is_the_other_way() -> None:
+    t = opens()
+    there, back = folds(t).parting(), folds(t).back.parting()
+    assert there is not None
+    assert back is not None
+    assert np.array_equal(there.sides, back.sides)
+    assert (np.abs(back.way[back.told > 0]) > 0.2).all()
+    assert (np.sign(back.way[back.told > 0]) == -back.sides[back.told > 0]).all()
+    assert np.array_equal(back.gone, GLOTTIS.mask(t + 1))
+
+
+def test_folds_that_neither_part_nor_meet_tell_nothing() -> None:
+    mask = GLOTTIS.mask(5)
+    assert mask.any()
+    assert Folds(mask, mask, LINE).parting() is None
+    assert Folds(~mask & mask, ~mask & mask, LINE).parting() is None
+
+
+@pytest.mark.parametrize("preset", ["video", "robust", "fast"])
+def test_beside_a_slit_that_opens_the_flow_is_the_folds(preset: str) -> None:
+    t = opens()
+    first, second = GLOTTIS.frame(t), GLOTTIS.frame(t + 1)
+    used = informing(Seen(first, GLOTTIS.mask(t)), Seen(second, GLOTTIS.mask(t + 1)))
+    scale = {"mask": used, "intensity": (0.0, 255.0)}
+    counted = beside(t)
+    true = GLOTTIS.flow(t, t + 1)[0][counted][:, 0]
+    told = flow(first, second, preset=preset, folds=folds(t), **scale).flow[counted][:, 0]
+    untold = flow(first, second, preset=preset, **scale).flow[counted][:, 0]
+    assert 0.9 <= true @ told / (true @ true) < 1.1
+    assert np.corrcoef(true, told)[0, 1] > 0.95
+    assert np.sqrt(np.mean((told - true) ** 2)) < 0.6 * np.sqrt(np.mean((untold - true) ** 2))
+
+
+def test_a_glottis_of_another_size_is_refused() -> None:
+    frame = GLOTTIS.frame(0)
+    wrong = Folds(np.zeros((4, 4), bool), np.zeros((96, 96), bool), LINE)
+    with pytest.raises(InvalidInput, match=r"flow: the glottis of the first frame is bool of shape \(4, 4\)"):
+        flow(frame, frame, folds=wrong)
