@@ -41,8 +41,9 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
             smooth_scale=0.001,
             data_penalty="charbonnier",
             smooth_penalty="charbonnier",
-            gradient_noise=1,
-            warps=5,
+            gradient_noise=0.3,
+            fine_levels=4,
+            warps=4,
         ),
     }
 )
