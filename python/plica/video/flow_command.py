@@ -14,6 +14,7 @@ from plica.video.image_file import read_image, read_pixels
 
 __all__ = ["flow_of_files"]
 
+_SAME_LIGHT = 0.5  # share of A's brightness; light that changes by more is another picture's
 _CLOSES = 1.0  # px; what misses by more on the way there and back was not followed
 
 
@@ -44,8 +45,14 @@ def flow_of_files(
 
 
 def _caution(found: PairFlow, used: np.ndarray | None) -> str:
-    """Where most of what counts does not come back, whatever was found is no motion."""
+    """Where most of what counts does not come back, or the light is another, what was found is no motion."""
     assert found.mismatch is not None
+    change = found.light.change
+    if not abs(change) <= _SAME_LIGHT:
+        return (
+            f"caution: B is {100 * abs(change):.0f} % {'brighter' if change > 0 else 'darker'} than A: this "
+            "flow is not to be trusted. Do both show one thing, at the same scale of brightness?"
+        )
     missed = found.mismatch if used is None else found.mismatch[used]
     returns = float((missed < _CLOSES).mean())  # what leaves the picture does not
     if returns >= 0.5:
