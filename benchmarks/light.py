@@ -59,7 +59,7 @@ PARTED = (
 class Pair:
     one: np.ndarray  # (h, w) grey, steadied
     two: np.ndarray
-    told: np.ndarray  # (h, w) bool
+    counted: np.ndarray  # (h, w) bool
     folds: Folds
     truth: np.ndarray  # (h, w, 2) px
     tissue: np.ndarray  # (h, w) bool, whose flow is counted
@@ -161,9 +161,9 @@ def flows(method: str, given: list[Pair], peers: Path | None) -> list[np.ndarray
                 p.one,
                 p.two,
                 preset=preset,
-                mask=p.told,
+                mask=p.counted,
                 intensity=(0.0, 255.0),
-                folds=None if "edges not told" in how else p.folds,
+                folds=None if "without edges" in how else p.folds,
                 **without,
             ).flow
             for p in given
@@ -232,7 +232,7 @@ def main() -> None:
         before = [f"{preset}, constant light" for preset in ("video", "robust")]
         light_table([*PRESETS, *before, *peers], options.peers)
     if options.part != "light":
-        before = [f"{preset}, edges not told" for preset in PRESETS]
+        before = [f"{preset}, without edges" for preset in PRESETS]
         slit_table([*PRESETS, *before, *peers], options.peers)
 
 

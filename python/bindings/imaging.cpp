@@ -81,13 +81,14 @@ void bind_imaging(py::module_& engine) {
       "dense_flow",
       [](const FloatArray& first, const FloatArray& second, const FlowOptions& options,
          const std::optional<FloatArray>& used, const std::optional<FloatArray>& sides,
-         const std::optional<FloatArray>& told, const std::optional<FloatArray>& way,
+         const std::optional<FloatArray>& measured, const std::optional<FloatArray>& displacement,
          const std::array<double, 2>& across) {
         const std::string where = "dense_flow";
         const Plane one = to_plane(first, where, "first"), two = to_plane(second, where, "second");
-        const Known known{
-            used ? to_plane(*used, where, "used") : Plane(), sides ? to_plane(*sides, where, "sides") : Plane(),
-            told ? to_plane(*told, where, "told") : Plane(), way ? to_plane(*way, where, "way") : Plane(), across};
+        const Known known{used ? to_plane(*used, where, "used") : Plane(),
+                          sides ? to_plane(*sides, where, "sides") : Plane(),
+                          measured ? to_plane(*measured, where, "measured") : Plane(),
+                          displacement ? to_plane(*displacement, where, "displacement") : Plane(), across};
         LitFlow flow;
         {
           const Released released;
@@ -96,7 +97,7 @@ void bind_imaging(py::module_& engine) {
         return std::make_tuple(give_flow(flow), flow.light.gain, flow.light.offset);
       },
       py::arg("first"), py::arg("second"), py::arg("options"), py::arg("used") = std::nullopt,
-      py::arg("sides") = std::nullopt, py::arg("told") = std::nullopt, py::arg("way") = std::nullopt,
+      py::arg("sides") = std::nullopt, py::arg("measured") = std::nullopt, py::arg("displacement") = std::nullopt,
       py::arg("across") = std::array<double, 2>{1, 0});
   engine.def(
       "light_gains",

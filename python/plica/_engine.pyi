@@ -809,8 +809,8 @@ def dense_flow(
     options: FlowOptions,
     used: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
     sides: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
-    told: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
-    way: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+    measured: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
+    displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float32] | None = None,
     across: typing.Annotated[
         collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(2)"
     ] = [1.0, 0.0],

@@ -43,28 +43,28 @@ def beside(t: float) -> Mask:
     return near & tissue & (np.abs(truth[..., 0]) > 0.2)
 
 
-def test_the_ways_that_are_told_are_those_of_the_edges() -> None:
+def test_measured_displacements_are_those_of_the_edges() -> None:
     t = opens()
-    told = folds(t).parting()
-    assert told is not None
+    found = folds(t).parting()
+    assert found is not None
     truth, _ = GLOTTIS.flow(t, t + 1)
-    where = told.told > 0
+    where = found.measured > 0
     assert where.sum() > 60
-    true, said = truth[where][:, 0], told.way[where]
+    true, said = truth[where][:, 0], found.displacement[where]
     assert np.abs(true).mean() > 0.8
     assert np.abs(said - true).mean() < 0.25  # masks are of whole pixels
-    assert (np.sign(said) == told.sides[where]).all()
-    assert not told.gone.any()
+    assert (np.sign(said) == found.sides[where]).all()
+    assert not found.gone.any()
 
 
-def test_the_way_back_is_the_other_way() -> None:
+def test_the_motion_back_is_the_opposite() -> None:
     t = opens()
     there, back = folds(t).parting(), folds(t).back.parting()
     assert there is not None
     assert back is not None
     assert np.array_equal(there.sides, back.sides)
-    assert (np.abs(back.way[back.told > 0]) > 0.2).all()
-    assert (np.sign(back.way[back.told > 0]) == -back.sides[back.told > 0]).all()
+    assert (np.abs(back.displacement[back.measured > 0]) > 0.2).all()
+    assert (np.sign(back.displacement[back.measured > 0]) == -back.sides[back.measured > 0]).all()
     assert np.array_equal(back.gone, GLOTTIS.mask(t + 1))
 
 
@@ -83,11 +83,11 @@ def test_beside_a_slit_that_opens_the_flow_is_the_folds(preset: str) -> None:
     scale = {"mask": used, "intensity": (0.0, 255.0)}
     counted = beside(t)
     true = GLOTTIS.flow(t, t + 1)[0][counted][:, 0]
-    told = flow(first, second, preset=preset, folds=folds(t), **scale).flow[counted][:, 0]
-    untold = flow(first, second, preset=preset, **scale).flow[counted][:, 0]
-    assert 0.9 <= true @ told / (true @ true) < 1.1
-    assert np.corrcoef(true, told)[0, 1] > 0.95
-    assert np.sqrt(np.mean((told - true) ** 2)) < 0.6 * np.sqrt(np.mean((untold - true) ** 2))
+    helped = flow(first, second, preset=preset, folds=folds(t), **scale).flow[counted][:, 0]
+    without = flow(first, second, preset=preset, **scale).flow[counted][:, 0]
+    assert 0.9 <= true @ helped / (true @ true) < 1.1
+    assert np.corrcoef(true, helped)[0, 1] > 0.95
+    assert np.sqrt(np.mean((helped - true) ** 2)) < 0.6 * np.sqrt(np.mean((without - true) ** 2))
 
 
 def test_a_glottis_of_another_size_is_refused() -> None:

@@ -68,7 +68,7 @@ struct Level {
   Plane first, second;
   std::vector<Channel> channels;  // brightness, or the two components of its gradient, in the light of the first
   Plane used, sides;
-  Plane told, way;  // share of the pixel whose motion is known; the motion, in pixels of this level
+  Plane measured, displacement;  // share of the pixel whose motion is known; the motion, in pixels of this level
 };
 
 std::vector<Level> make_levels(const Plane& first, const Plane& second, const Known& known, int count,
@@ -86,14 +86,15 @@ std::vector<Level> make_levels(const Plane& first, const Plane& second, const Kn
   };
   spread(known.used, &Level::used);
   spread(known.sides, &Level::sides);
-  spread(known.told, &Level::told);
-  spread(known.way, &Level::way);
+  spread(known.measured, &Level::measured);
+  spread(known.displacement, &Level::displacement);
   for (Level& level : levels) {
-    if (level.told.size() == 0) continue;
+    if (level.measured.size() == 0) continue;
     const double ratio = std::abs(known.across[0]) > std::abs(known.across[1])
                              ? static_cast<double>(level.first.cols()) / static_cast<double>(first.cols())
                              : static_cast<double>(level.first.rows()) / static_cast<double>(first.rows());
-    level.way = (level.told > 1e-3F).select(static_cast<float>(ratio) * level.way / level.told, 0.0F);
+    level.displacement =
+        (level.measured > 1e-3F).select(static_cast<float>(ratio) * level.displacement / level.measured, 0.0F);
   }
   return levels;
 }
@@ -129,20 +130,20 @@ void bound_change(const Plane& u0, float largest, Plane& u) {
 }
 
 /// The known motion along `across` as one more channel: its error is a distance times `slope`.
-void tell_ways(const Level& level, const std::array<double, 2>& across, float slope, const Flow& flow,
-               Linearisation& result) {
+void add_edge_motion(const Level& level, const std::array<double, 2>& across, float slope, const Flow& flow,
+                     Linearisation& result) {
   const auto x = slope * static_cast<float>(across[0]), y = slope * static_cast<float>(across[1]);
-  result.trust = level.told;
-  result.ix = x * level.told;
-  result.iy = y * level.told;
-  result.it = level.told * (x * flow.u + y * flow.v - slope * level.way);
+  result.trust = level.measured;
+  result.ix = x * level.measured;
+  result.iy = y * level.measured;
+  result.it = level.measured * (x * flow.u + y * flow.v - slope * level.displacement);
 }
 
 void solve_stage(std::vector<Level>& levels, const FlowOptions& options, Weight data_weight, Weight smooth_weight,
                  const std::array<double, 2>& across, LitFlow& flow) {
   const auto lambda = static_cast<float>(options.smoothness);
-  const bool told = levels.front().told.size() > 0;
-  std::vector<Linearisation> data((options.gradient_noise ? 2 : 1) + (told ? 1 : 0));
+  const bool measured = levels.front().measured.size() > 0;
+  std::vector<Linearisation> data((options.gradient_noise ? 2 : 1) + (measured ? 1 : 0));
   Flow next;
   for (std::size_t i = levels.size(); i-- > 0;) {
     Level& level = levels[i];
@@ -158,7 +159,8 @@ void solve_stage(std::vector<Level>& levels, const FlowOptions& options, Weight 
         linearise(level.channels[k].first, level.channels[k].second, level.used, flow.u, flow.v, data[k]);
         if (options.gradient_noise) normalise(static_cast<float>(*options.gradient_noise), data[k]);
       }
-      if (told) tell_ways(level, across, options.gradient_noise ? normal_slope : edge_slope, flow, data.back());
+      if (measured)
+        add_edge_motion(level, across, options.gradient_noise ? normal_slope : edge_slope, flow, data.back());
       system.assemble(data, flow.u, flow.v, data_weight, smooth_weight, lambda, level.sides);
       system.sweep(options.sweeps, static_cast<float>(options.relaxation));
       system.read(next.u, next.v);
@@ -198,9 +200,9 @@ LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& o
   require_size(second, first, "the second picture");
   if (known.used.size() > 0) require_size(known.used, first, "the mask");
   if (known.sides.size() > 0) require_size(known.sides, first, "the picture of sides");
-  if (known.told.size() > 0) {
-    require_size(known.told, first, "where motion is told");
-    require_size(known.way, first, "the motion that is told");
+  if (known.measured.size() > 0) {
+    require_size(known.measured, first, "where motion is measured");
+    require_size(known.displacement, first, "the motion that is measured");
   }
 
   const auto deepest = [&](double spacing) {

@@ -50,10 +50,10 @@ struct LitFlow : Flow {
 struct Known {
   Plane
       used;  // 1 where the first picture's data count and 0 where not (darkness, highlights): smoothness fills in
-  Plane sides;  // of the first picture: -1 and 1 on two sides that move apart, between which nothing is smooth;
-                // else 0
-  Plane told;   // 1 where the first picture's motion along `across` is known, else 0
-  Plane way;    // that motion, px; 0 where it is not known. As large as `told`
+  Plane sides;     // of the first picture: -1 and 1 on two sides that move apart, between which nothing is smooth;
+                   // else 0
+  Plane measured;  // 1 where the first picture's motion along `across` is known, else 0
+  Plane displacement;                  // that motion, px; 0 where it is not known. As large as `measured`
   std::array<double, 2> across{1, 0};  // unit vector: right and down
 };
 

@@ -227,13 +227,13 @@ class Chain:
             return "brightness" in file
 
     def _flow_line(self) -> npt.NDArray[np.float64]:
-        """The midline that the flow is told, x, y of both ends: the one it was told before, but where today's
+        """The midline that the flow takes, x, y of both ends: the one it took before, but where today's
         is over a pixel off that: a mask that is corrected moves it by less."""
         line = np.array([*self._midline().upper, *self._midline().lower])
         with h5py.File(self._flows, "r+") as file:
-            told = np.asarray(file["midline"][:])
-            if np.abs(told - line).max() <= _SAME_LINE:
-                return told
+            taken = np.asarray(file["midline"][:])
+            if np.abs(taken - line).max() <= _SAME_LINE:
+                return taken
             file["midline"][:] = line
         return line
 

@@ -138,8 +138,8 @@ def flow(
     round_trip : bool
         Also find the way back, which takes as long again, and how well the two agree.
     folds : Folds, optional
-        The glottis of both frames and its midline: where it opens from closed, or closes, the edges' way is
-        told to the flow, and nothing is smooth across the midline.
+        The glottis of both frames and its midline: where it opens from closed, or closes, the edges' motion
+        enters the flow, and nothing is smooth across the midline.
     **options
         Fields of `FlowOptions` that differ from the preset's, such as ``smoothness=0.1``.
 
@@ -183,7 +183,14 @@ def _found(
         return engine.dense_flow(one, two, options, used)
     kept = ~parting.gone if used is None else (used > 0) & ~parting.gone
     return engine.dense_flow(
-        one, two, options, kept.astype(np.float32), parting.sides, parting.told, parting.way, parting.across
+        one,
+        two,
+        options,
+        kept.astype(np.float32),
+        parting.sides,
+        parting.measured,
+        parting.displacement,
+        parting.across,
     )
 
 

@@ -82,7 +82,7 @@ TEST_CASE("in the light of the first picture a saturated one is as bright in bot
   CHECK((relit.second - relit.first).abs().maxCoeff() < 1e-3);
 }
 
-TEST_CASE("light that changes by 6 % moves nothing, and is told") {
+TEST_CASE("light that changes by 6 % moves nothing, and is found") {
   const Texture texture;
   const Plane first = texture.picture(rows, columns), second = texture.picture(rows, columns, 1.3, -0.6);
   FlowOptions constant;
@@ -94,17 +94,17 @@ TEST_CASE("light that changes by 6 % moves nothing, and is told") {
   CHECK(apart(lit.light, lamp()) < 1);
 }
 
-TEST_CASE("nothing is smooth between sides, and a way that is told is gone") {
-  // Nothing but noise is seen: the flow is what is told, spread by smoothness.
+TEST_CASE("nothing is smooth between sides, and a measured displacement is gone") {
+  // Nothing but noise is seen: the flow is what is measured, spread by smoothness.
   const Plane blank = 1e-3F * noise(40, 60, 1, 3);
   Known known;
   known.sides = Plane::Constant(40, 60, 1);
   known.sides.leftCols(30) = -1;
-  known.told = Plane::Zero(40, 60);
-  known.told.col(10) = known.told.col(30) = 1;
-  known.way = Plane::Zero(40, 60);
-  known.way.col(10) = -0.8F;
-  known.way.col(30) = 0.5F;
+  known.measured = Plane::Zero(40, 60);
+  known.measured.col(10) = known.measured.col(30) = 1;
+  known.displacement = Plane::Zero(40, 60);
+  known.displacement.col(10) = -0.8F;
+  known.displacement.col(30) = 0.5F;
   FlowOptions options;
   options.smooth_penalty = PenaltyShape::quadratic;
   options.sweeps = 100;
