@@ -127,7 +127,7 @@ class Chain:
 
     def _glottis(self) -> None:
         drawn, steady, lost = self._results.drawn(), self._steady(), self._drifted().lost
-        look = learn(steady, drawn)
+        look = learn(steady, drawn, lost)
 
         def add(file: h5py.File) -> None:
             group = file.create_group("glottis")
@@ -136,6 +136,7 @@ class Chain:
             kept.attrs["units"] = "1"
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             tissue = np.ones(self._shape, dtype=bool)
+            always = np.ones(self._shape, dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
                 mask = drawn.get(index)
                 if mask is not None:
@@ -144,11 +145,14 @@ class Chain:
                     mask = np.zeros(self._shape, dtype=bool)
                     band[index] = np.nan
                 else:
-                    mask = look.mask(frame)
-                    band[index] = [look.mask(frame, share).sum() for share in _BAND]
+                    mask = look.mask(frame, index)
+                    band[index] = [look.mask(frame, index, share).sum() for share in _BAND]
                 kept[index] = mask
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
+                if np.isfinite(band[index, 0]):
+                    always &= mask
+            fill(group, always=always, left_out=look.left_out(~tissue))
             fill(group, least=band.min(axis=1), largest=band.max(axis=1), border=border, tissue=tissue)
 
         self._results.change(add)

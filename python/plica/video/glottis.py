@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +11,14 @@ import numpy.typing as npt
 
 from plica.video.errors import VideoError
 from plica.video.image_file import read_image
+from plica.video.pixel_levels import PixelLevels, pixel_levels
 from plica.video.recording import Frames, Grey, spread
 from plica.video.segmentation import Prior, around, blurred, region_below, segment
 
 __all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
 
 Mask = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
 
 _NOISE = 0.03  # of the contrast
 _LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
@@ -34,37 +36,71 @@ class Look:
         Where it can be.
     blur : float
         px, by which frames are blurred against noise: none that is not needed, as it closes narrow slits.
+    levels : PixelLevels or None
+        What each pixel is where it shows tissue; None: not known, all have one level.
     """
 
     dark: float
     tissue: float
     reach: Mask
     blur: float
+    levels: PixelLevels | None = None
 
-    def mask(self, frame: Grey, share: float = 0.5) -> Mask:
-        """(h, w) where a blurred frame is darker than this share of the way from dark to tissue.
+    @property
+    def near(self) -> Mask:
+        """(h, w) the reach and a little about it: beyond, what is dark is another thing, as a shadow or the
+        rim of the endoscope's view."""
+        from scipy import ndimage
 
-        A half is where a blurred step stands. Beyond the reach, what is dark is another thing: a shadow, the
-        rim of the endoscope's view.
+        margin = max(2, round(0.01 * max(self.reach.shape)))
+        return np.asarray(ndimage.binary_dilation(self.reach, iterations=margin))
+
+    def left_out(self, glottis: Mask) -> Mask:
+        """(h, w) what is dark in every frame and was no glottis in any, though it touches one.
+
+        Parameters
+        ----------
+        glottis : (h, w) bool
+            What is glottis in some frame.
         """
         from scipy import ndimage
 
-        near = ndimage.binary_dilation(self.reach, iterations=max(2, round(0.01 * max(self.reach.shape))))
-        level = self.dark + share * (self.tissue - self.dark)
-        return region_below(np.where(near, blurred(frame, self.blur), np.inf), level, self.reach, _LEAST)
+        if self.levels is None:
+            return np.zeros_like(glottis)
+        dark = self.levels.always_dark & ~glottis
+        labels, _ = ndimage.label(dark, structure=np.ones((3, 3)))
+        beside = np.unique(labels[ndimage.binary_dilation(glottis, iterations=_LEAST // 2) & dark])
+        return np.asarray(np.isin(labels, beside) & dark)
+
+    def mask(self, frame: Grey, index: int | None = None, share: float = 0.5) -> Mask:
+        """(h, w) where a blurred frame is darker than this share of the way from dark to tissue.
+
+        A half is where a blurred step stands. The tissue is the pixel's own in the frame of this `index`;
+        without one, the common one.
+        """
+        level: Floats | float = self.dark + share * (self.tissue - self.dark)
+        if index is not None and self.levels is not None:
+            level = self.levels.level(index, self.dark, self.tissue, share)
+        below = np.where(self.near, blurred(frame, self.blur) - level, np.inf)
+        return region_below(below, 0.0, self.reach, _LEAST)
 
 
-def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
+def learn(
+    recording: Frames, drawn: Mapping[int, Mask] | None = None, lost: npt.NDArray[np.bool_] | None = None
+) -> Look:
     """How the glottis looks, from masks drawn by hand; where none is drawn, from frames segmented alone.
 
     Where a glottis can be is then learnt from how much each pixel varies, and some twenty frames and the
-    darkest are segmented. Reads the frames once, or twice.
+    darkest are segmented. Reads the frames twice, or three times.
 
     Parameters
     ----------
     recording : Frames
     drawn : dict of frame to (h, w) bool, optional
-        An empty mask says that the glottis is closed, and nothing of how it looks.
+        An empty mask says that the glottis is closed, and nothing of how it looks; but nothing that is dark
+        in every frame is glottis then.
+    lost : (frames) bool, optional
+        Frames that show another thing.
 
     Raises
     ------
@@ -89,7 +125,14 @@ def learn(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Look:
             f"the noise {noise:.3g}; must be more than twice as much. Is this a recording of a larynx?"
         )
     reach = np.any([mask for _, mask in clear], axis=0)
-    return Look(dark, tissue, reach, _needed(noise / contrast))
+    look = Look(dark, tissue, reach, _needed(noise / contrast))
+    gone = np.zeros(recording.count, dtype=bool) if lost is None else lost
+    seen = (
+        np.full(frame.shape, np.nan) if gone[k] else blurred(frame, look.blur)
+        for k, frame in enumerate(recording.frames())
+    )
+    levels = pixel_levels(seen, look.near, dark, tissue, list((drawn or {}).values()))
+    return replace(look, levels=levels)
 
 
 def _levels(raw: Grey, mask: Mask) -> tuple[float, float, float]:
@@ -136,7 +179,7 @@ def masks(recording: Frames, drawn: Mapping[int, Mask] | None = None) -> Iterato
     """
     look = learn(recording, drawn)
     for index, frame in enumerate(recording.frames()):
-        yield drawn[index] if drawn and index in drawn else look.mask(frame)
+        yield drawn[index] if drawn and index in drawn else look.mask(frame, index)
 
 
 def _segmented(recording: Frames) -> list[tuple[Grey, Mask]]:

@@ -7,9 +7,11 @@ posterior end. Each edge stands at
     (1 - y)
 
 to the left or right of the midline: where the bracket would be negative the folds touch and stand still, as
-tissue that collides does. Tissue at a distance d outside its edge moves with it by exp(-d / reach), so a
-pixel of tissue comes from the place that solves X + motion(X, t) = x, found by fixed-point iteration.
-Texture is bound to X, light and highlights to x; the glottis is dark.
+tissue that collides does. With jitter and shimmer each cycle has a period and an amplitude of its own, from
+one rise of the sine through zero to the next, so that the edges stay continuous. Tissue at a distance d
+outside its edge moves with it by exp(-d / reach), so a pixel of tissue comes from the place that solves X +
+motion(X, t) = x, found by fixed-point iteration. Texture is bound to X, light, highlights, the crease and
+the shadow to x; the glottis is dark.
 """
 
 from __future__ import annotations
@@ -43,6 +45,12 @@ class Synthetic:
     """rad, of both edges."""
     lag: float = 0.0
     """rad, by which the posterior end lags behind the anterior."""
+    jitter: float = 0.0
+    """Relative standard deviation of the periods, independent of each other."""
+    shimmer: float = 0.0
+    """Relative standard deviation of the amplitudes."""
+    alternation: float = 0.0
+    """Share by which every second cycle's amplitude is less."""
     reach: float = 25.0
     """Distance over which the tissue's motion falls to 1 / e."""
     texture: float = 25.0
@@ -57,6 +65,14 @@ class Synthetic:
     """Standard deviation, grey values of 255."""
     blur: float = 0.8
     """Standard deviation of the lens' Gaussian blur."""
+    crease: float = 0.0
+    """Width of a dark line beside the glottis, as long as it and as dark, that is there in every frame."""
+    shadow: float = 1.0
+    """Share of the light that is left in a shadow to the image's left of the glottis."""
+    shadow_width: float = 30.0
+    """Of the shadow, whose right border lies where the left fold is when the glottis is widest."""
+    shadow_speed: float = 0.0
+    """px to the right a frame; 0: it stays."""
     seed: int = 1
 
 
@@ -79,9 +95,24 @@ class SyntheticGlottis:
         spots = random.uniform(
             [0.1 * o.height, 0.1 * o.width], [0.9 * o.height, 0.9 * o.width], (o.highlights, 2)
         )
+        self._periods, self._amplitudes = self._cycles()
         self._spots = np.zeros((o.height, o.width), dtype=bool)
         for y, x in spots:
             self._spots |= (self._y - y) ** 2 + (self._x - x) ** 2 < 3.0**2
+
+    def _cycles(self) -> tuple[Floats, Floats]:
+        """Period (frames) and relative amplitude of every cycle of the recording, and of one more."""
+        o = self.options
+        random = np.random.default_rng([o.seed, 77])
+        size = int(np.ceil(o.frames * o.frequency / max(1 - 4 * o.jitter, 0.1))) + 2
+        periods = (1 + o.jitter * random.standard_normal(size)) / o.frequency
+        amplitudes = 1 + o.shimmer * random.standard_normal(size)
+        return periods, amplitudes * np.where(np.arange(size) % 2, 1 - o.alternation, 1.0)
+
+    @property
+    def begins(self) -> Floats:
+        """Instants (frames) at which cycles begin: where the sine of a fold of phase 0 rises through zero."""
+        return np.concatenate([[0.0], np.cumsum(self._periods)])
 
     @property
     def count(self) -> int:
@@ -102,8 +133,12 @@ class SyntheticGlottis:
         o = self.options
         s = self.along(y)
         shape = np.where((s > 0) & (s < 1), 4 * s * (1 - s), 0.0)
-        angle = 2 * np.pi * o.frequency * t + o.phase[side] - o.lag * s
-        return shape * np.maximum(0.0, o.opening[side] + o.amplitude[side] * np.sin(angle))
+        begins = self.begins
+        turns = float(np.interp(t, begins, np.arange(begins.size))) if t >= 0 else t * o.frequency
+        angle = 2 * np.pi * turns + o.phase[side] - o.lag * s
+        cycle = np.clip(np.floor(angle / (2 * np.pi)).astype(int), 0, self._amplitudes.size - 1)
+        swing = o.amplitude[side] * self._amplitudes[cycle] * np.sin(angle)
+        return np.asarray(shape * np.maximum(0.0, o.opening[side] + swing))
 
     def _motion(self, x: Floats, y: Floats, t: float) -> Floats:
         """Displacement along x of the tissue whose place with closed folds is x, y."""
@@ -162,10 +197,26 @@ class SyntheticGlottis:
         )
         image = np.where(glottis, 12.0, tissue) * self._light
         image[self._spots & ~glottis] = 255.0
+        image = self._darkened(image, t)
         if o.blur:
             image = ndimage.gaussian_filter(image, o.blur)
         noise = np.random.default_rng([o.seed, round(1000 * t)]).standard_normal(image.shape)
         return np.asarray(np.clip(image + o.noise * noise, 0, 255), dtype=np.float32)
+
+    def _darkened(self, image: Floats, t: float) -> Floats:
+        """With the shadow and the crease."""
+        o = self.options
+        along = self.along(self._y)
+        reach = max(o.opening[0] + o.amplitude[0], 0.0)
+        if o.shadow < 1:
+            right = self.midline - reach + o.shadow_speed * t
+            where = (self._x > right - o.shadow_width) & (self._x <= right) & (along > 0.2) & (along < 0.8)
+            image = np.where(where, np.maximum(o.shadow * image, 12.0 * self._light), image)
+        if o.crease > 0:
+            left = self.midline + o.opening[1] + o.amplitude[1] - 1
+            where = (self._x >= left) & (self._x < left + o.crease) & (along > 0.3) & (along < 0.7)
+            image = np.where(where, 12.0 * self._light, image)
+        return image
 
     def frames(self) -> Iterator[npt.NDArray[np.float32]]:
         """All frames."""
