@@ -304,12 +304,34 @@ def test_measures_over_frames_that_are_not_known_say_so() -> None:
     assert re.fullmatch(r"the area of 1\d\d of 3\d\d frames is not known and taken .*", said)
 
 
-def test_a_record_that_is_lost_at_its_end_says_so_beside_its_silence() -> None:
+def test_cycles_with_a_lost_frame_are_found_and_not_used() -> None:
+    parts = [part.copy() for part in vars(_pulses()).values()]
+    for part in parts:
+        part[[60, 61, 210]] = np.nan  # in two cycles, at their height
+    found, cycles = measures(GlottalArea(*parts), _FPS)
+    assert (found["cycles_found"].value, found["cycles_used"].value) == (cycles.count, cycles.count - 2)
+    whole = measures(_pulses(), _FPS)[0]
+    for name in ("glottal_area_max", "open_quotient", "speed_quotient", "amplitude_left"):
+        assert found[name].cycles == cycles.count - 2
+        assert found[name].value == pytest.approx(whole[name].value, rel=1e-3)
+    assert found["shimmer"].value == pytest.approx(whole["shimmer"].value, abs=1e-3)
+
+
+def test_folds_of_two_frequencies_are_diplophonic() -> None:
+    time = np.arange(600)
+    left, right = (100 * np.maximum(np.sin(2 * np.pi * time / period), 0) for period in (25.0, 19.0))
+    cycles = measures(GlottalArea(left, right, left / 9, right / 9), _FPS)[1]
+    assert cycles.verdict == "diplophonic"
+    assert "left of the midline repeats itself at 160 Hz, right of it at 210" in cycles.note
+    assert measures(GlottalArea(left, left, left / 9, left / 9), _FPS)[1].verdict == "regular"
+
+
+def test_a_record_that_is_lost_at_its_end_has_the_cycles_before() -> None:
     late = np.arange(400) > 250
     parts = (np.where(late, np.nan, part) for part in vars(_pulses()).values())
     found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
-    assert found.value is None
-    assert "the area of 149 of 400 frames is not known" in found.note
+    assert found.cycles == 8  # of 25 frames each in 250; the record begins within the first rise
+    assert found.value == pytest.approx(measures(_pulses(), _FPS)[0]["open_quotient"].value, abs=0.01)
 
 
 def test_what_compares_the_folds_of_a_recording_says_which_is_the_left_one() -> None:

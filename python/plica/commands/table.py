@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from plica.measures.measure import Measure
+from plica.report.wording import digits_of
 
 __all__ = ["MAIN_MEASURES", "measures_table"]
 
@@ -54,4 +55,9 @@ def _line(item: Measure) -> str:
     unit = "" if unit == "1" else unit
     spread = f"+- {item.spread * factor:.2g}" if item.spread is not None else ""
     cycles = f"({item.cycles} cycles)" if item.cycles else ""
-    return f"{item.name:<40} {(item.value or 0.0) * factor:<12.6g} {unit:<8} {spread:<11} {cycles:<12}"
+    if item.interval is not None:
+        low, high = (float(f"{factor * end:.3g}") for end in item.interval)
+        cycles = f"[{low:g}, {high:g}] {cycles}"
+    digits = digits_of(item.value or 0.0, item.interval)
+    value = float(f"{(item.value or 0.0) * factor:.{digits}g}")
+    return f"{item.name:<40} {value:<12.6g} {unit:<8} {spread:<11} {cycles:<12}"

@@ -23,6 +23,7 @@ closed_share_1_percent = 0.01  # the same in open_quotient_1_percent and in open
 contact_share = 0.01  # of a steady cycle's peak force: above it the folds are in contact
 bridged_share = 0.25  # of the period: losses of contact up to this long are within a collision
 bridged_of_record = 0.05  # the same without cycles, of the record
+open_levels = (0.2, 0.5)  # of the way from a cycle's least to its largest area: further open quotients
 pressure_window = 0.2e-3  # s, averaging time of the peak contact pressure
 
 
@@ -84,6 +85,7 @@ _run_vibration = partial(Quantity, group="Vibration", source="run")
 _video_vibration = partial(Quantity, group="Vibration", source="video")
 _glottis = partial(Quantity, group="Glottis", source="both")
 _video_glottis = partial(Quantity, group="Glottis", source="video")
+_perturbation = partial(Quantity, group="Perturbation", source="video")
 _airflow = partial(Quantity, group="Airflow", source="run")
 _contact = partial(Quantity, group="Contact", source="run")
 _energy = partial(Quantity, group="Energy", source="run")
@@ -91,7 +93,11 @@ _solver = partial(Quantity, group="Solver", source="run")
 
 _QUANTITIES = (
     _vibration(
-        "fundamental_frequency", "Fundamental frequency", "Hz", "steady cycles over their time", symbol="f0"
+        "fundamental_frequency",
+        "Fundamental frequency",
+        "Hz",
+        "cycles over their time: of a run the steady ones, of a recording all",
+        symbol="f0",
     ),
     _vibration(
         "fundamental_frequency_autocorrelation",
@@ -104,7 +110,8 @@ _QUANTITIES = (
         "amplitude_growth",
         "Growth per cycle",
         "1",
-        "relative change of the peak-to-peak amplitude from cycle to cycle; 0 once settled",
+        "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; 0 in a "
+        "steady voice",
     ),
     _run_vibration(
         "damping_ratio",
@@ -140,6 +147,89 @@ _QUANTITIES = (
         "1",
         "closing time over period, as in the speed quotient",
         symbol="ClQ",
+    ),
+    _video_vibration(
+        "cycles_found", "Cycles found", "1", "complete ones in the recording, from mark to mark of the area"
+    ),
+    _video_vibration(
+        "cycles_used",
+        "Cycles used",
+        "1",
+        "those of them over which measures are taken: all whose "
+        "frames are all known, or where these are too few, all",
+    ),
+    *(
+        _video_vibration(
+            f"open_quotient_{100 * level:g}_percent",
+            f"Open quotient at {100 * level:g} % of the range",
+            "1",
+            f"share of the cycle with the glottal area above {100 * level:g} % of the way from the cycle's "
+            "least to its largest",
+        )
+        for level in open_levels
+    ),
+    _video_vibration(
+        "closed_quotient", "Closed quotient", "1", "one less the open quotient of the cycle", symbol="CQ"
+    ),
+    _video_vibration(
+        "speed_index",
+        "Speed index",
+        "1",
+        "(opening - closing) / (opening + closing) time, those of the speed quotient (Hirano, Clinical "
+        "Examination of Voice, 1981)",
+        symbol="SI",
+    ),
+    _video_vibration(
+        "rate_quotient",
+        "Rate quotient",
+        "1",
+        "(closed + opening) over closing time: what of the period is not closing, over closing (Kitzing, "
+        "Folia Phoniatr. 34, 1982)",
+        symbol="RQ",
+    ),
+    _perturbation(
+        "jitter",
+        "Jitter (local)",
+        "1",
+        "mean difference of neighbouring periods over the mean period (Praat), from mark to mark; a mark is "
+        "where the area rises through 20 to 40 % of its pulse's height",
+    ),
+    _perturbation(
+        "period_perturbation_quotient",
+        "Period perturbation quotient (five points)",
+        "1",
+        "mean difference of a period from the mean of the five about it, over the mean period (Praat's ppq5)",
+        symbol="PPQ",
+    ),
+    _perturbation(
+        "shimmer",
+        "Shimmer (local)",
+        "1",
+        "mean difference of neighbouring heights over the mean height (Praat), a height being a cycle's "
+        "largest less its least area",
+    ),
+    _perturbation(
+        "amplitude_perturbation_quotient",
+        "Amplitude perturbation quotient (five points)",
+        "1",
+        "mean difference of a height from the mean of the five about it, over the mean height (Praat's apq5)",
+        symbol="APQ",
+    ),
+    _perturbation(
+        "harmonics_to_noise",
+        "Harmonics-to-noise ratio of the area",
+        "dB",
+        "10 log10(r / (1 - r)), r the normalised autocorrelation at the period (Boersma, Proc. Inst. Phon. "
+        "Sci. Amsterdam 17, 1993); cycles that differ count as noise",
+        symbol="HNR",
+    ),
+    _perturbation(
+        "cepstral_peak_prominence",
+        "Cepstral peak prominence of the area",
+        "dB",
+        "height of the cepstrum's peak at the period above the line through the cepstrum, Hamming window, "
+        "quefrencies from four frames to half the record (Hillenbrand, J. Speech Hear. Res. 37, 1994)",
+        symbol="CPP",
     ),
     _vibration("amplitude_left", "Amplitude, left fold", "m", _SIDE.format("left")),
     _vibration("amplitude_right", "Amplitude, right fold", "m", _SIDE.format("right")),
@@ -196,6 +286,19 @@ _QUANTITIES = (
         "Mean glottal area",
         "m^2",
         "of each cycle, without cycles over the last third of the record",
+    ),
+    _video_glottis(
+        "glottal_gap_index",
+        "Glottal gap index",
+        "1",
+        "least over largest area of each cycle (Kunduk, J. Voice 24, 2010)",
+        symbol="GGI",
+    ),
+    _video_glottis(
+        "glottal_gap_relative",
+        "Relative glottal gap",
+        "1",
+        "least area of each cycle over the square of the glottal length (Omori, J. Voice 10, 1996)",
     ),
     _video_glottis("glottal_length", "Glottal length", "m", "of the midline"),
     _video_glottis(

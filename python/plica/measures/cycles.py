@@ -33,7 +33,17 @@ from plica.measures.stationary import (
     stationary_from,
 )
 
-Verdict = Literal["steady", "subharmonic", "irregular", "changing", "ended", "none"]
+Verdict = Literal[
+    "steady",
+    "subharmonic",
+    "irregular",
+    "changing",
+    "ended",
+    "none",
+    "regular",
+    "diplophonic",
+    "aperiodic",
+]
 
 weak = 0.10  # range over the last third, relative to the largest magnitude there
 silent = 0.01  # range over the last third, relative to the largest magnitude of the record
@@ -42,7 +52,7 @@ over = 1.5  # of the longest period: a voice that is silent for longer has ended
 
 @dataclass(frozen=True)
 class Cycles:
-    """Consecutive cycles, the stationary part of a record.
+    """Consecutive cycles: of a run the stationary part, of a recording all (:mod:`plica.measures.recorded`).
 
     Attributes
     ----------
@@ -52,15 +62,28 @@ class Cycles:
     verdict : Verdict
         "steady"; "subharmonic": pulses alternate in a pattern that repeats itself; "irregular": stationary,
         but its cycles differ; "changing": it grows, decays or glides, the last three cycles are used;
-        "ended": it is silent at the end of the record, these are the cycles before; "none": no cycles.
+        "ended": it is silent at the end of the record, these are the cycles before; "none": no cycles. Of a
+        recording "regular", "diplophonic", "aperiodic" or "none".
     pattern : int
-        Pulses after which a subharmonic voice repeats itself; else 1.
+        Pulses after which a subharmonic or diplophonic voice repeats itself; else 1.
+    recorded : bool
+        Of a person's voice: what is averaged over them gets a bootstrap interval.
+    left_out : tuple of int
+        Cycles of a recording, counted from 0, over which nothing is averaged.
     """
 
     starts: Floats
     note: str = ""
     verdict: Verdict = "steady"
     pattern: int = 1
+    recorded: bool = False
+    left_out: tuple[int, ...] = ()
+
+    def used(self, values: Floats) -> Floats:
+        """(c) values of each cycle, not a number where the cycle is left out."""
+        found = np.array(values, dtype=float)
+        found[list(self.left_out)] = np.nan
+        return found
 
     @property
     def settled(self) -> bool:

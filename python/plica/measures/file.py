@@ -17,8 +17,9 @@ __all__ = ["read_measures", "write_measures"]
 def write_measures(measures: Measures, path: Path) -> Path:
     """Write measures as JSON, ``{name: {value, unit, spread, cycles}}``.
 
-    An entry has the definition where the name does not say all, a note where this record adds to it or gives
-    no value, and cautions where something speaks against the value.
+    Of a recording's cycles an entry has the value's interval too. It has the definition where the name
+    does not say all, a note where this record adds to it or gives no value, and cautions where something
+    speaks against the value.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ import numpy as np
 
 from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles
+from plica.measures.interval import slope_interval
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import quotients
@@ -37,7 +38,7 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     return [
         cycle_frequency(cycles, differs),
         per_cycle("period", cycles, cycles.periods),
-        Measure("amplitude_growth", _growth(time, signal, cycles), None, cycles.count, cautions=tuple(said)),
+        _growth(time, signal, cycles, said),
         whole("fundamental_frequency_autocorrelation", other, cautions=said),
     ]
 
@@ -86,8 +87,16 @@ def few_samples(time: Floats, cycles: Cycles) -> list[str]:
     ]
 
 
-def _growth(time: Floats, signal: Floats, cycles: Cycles) -> float:
+def _growth(time: Floats, signal: Floats, cycles: Cycles, said: list[str]) -> Measure:
     """Slope of a line through the cycles' peak-to-peak amplitudes, over their mean."""
     amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
     slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
-    return float(slope / amplitudes.mean())
+    interval = slope_interval(amplitudes) if cycles.recorded else None
+    return Measure(
+        "amplitude_growth",
+        float(slope / amplitudes.mean()),
+        None,
+        cycles.count,
+        cautions=tuple(said),
+        interval=interval,
+    )

@@ -15,6 +15,7 @@ from plica.errors import UnknownName
 from plica.measures.catalogue import CATALOGUE, Quantity, quantity
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles
+from plica.measures.interval import mean_interval, ratio_interval
 from plica.measures.record import Floats
 from plica.measures.scale import SI, Scale
 
@@ -55,6 +56,8 @@ class Measure:
         What speaks against the value.
     scale : Scale
         The units of the record.
+    interval : (float, float) or None
+        Of the value at 95 %, by bootstrap over the cycles of a recording; None of a run.
     """
 
     name: str
@@ -64,6 +67,7 @@ class Measure:
     note: str = ""
     cautions: tuple[str, ...] = ()
     scale: Scale = SI
+    interval: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         quantity(self.name)
@@ -86,6 +90,8 @@ class Measure:
             "spread": self.spread,
             "cycles": self.cycles,
         }
+        if self.interval is not None:
+            entry["interval"] = list(self.interval)
         if self.quantity.meaning:
             entry["definition"] = self.quantity.meaning
         if self.note:
@@ -149,7 +155,12 @@ def per_cycle(
     """Average over cycles with what is unusual about them, or no value and why there are no cycles."""
     if not cycles.count:
         return absent(name, cycles.note)
-    return average(name, values, note, filter(None, [cycles.note, *cautions]))
+    values = cycles.used(values)
+    found = average(name, values, note, filter(None, [cycles.note, *cautions]))
+    if not cycles.recorded or found.value is None:
+        return found
+    finite = np.asarray(values, dtype=float)
+    return replace(found, interval=mean_interval(finite[np.isfinite(finite)]))
 
 
 def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
@@ -171,7 +182,14 @@ def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -
     """Mean direction over cycles with what is unusual about them, or why there are no cycles."""
     if not cycles.count:
         return absent(name, cycles.note)
-    return average_angle(name, values, note, filter(None, [cycles.note]))
+    values = cycles.used(values)
+    found = average_angle(name, values, note, filter(None, [cycles.note]))
+    if not cycles.recorded or found.value is None:
+        return found
+    angles = np.asarray(values, dtype=float)
+    about = (angles[np.isfinite(angles)] - found.value + np.pi) % (2 * np.pi) - np.pi
+    interval = mean_interval(found.value + about)
+    return replace(found, interval=interval)
 
 
 def _joined(*texts: str) -> str:
@@ -185,4 +203,5 @@ def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
         return absent(name, cycles.note)
     spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
     said = tuple(filter(None, [cycles.note, *cautions]))
-    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said)
+    interval = ratio_interval(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
+    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said, interval=interval)

@@ -66,7 +66,13 @@ def rises(time: Floats, signal: Floats, below: float, level: float, above: float
 
 
 def autocorrelation_frequency(signal: Floats, step: float) -> float:
-    """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN if none is positive.
+    """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN without one."""
+    return autocorrelation_peak(signal, step)[0]
+
+
+def autocorrelation_peak(signal: Floats, step: float) -> tuple[float, float]:
+    """Frequency (Hz) and height of the first autocorrelation peak within 10 % of the highest; NaN if none is
+    positive.
 
     The mean is removed, each lag is divided by the norms of the two parts that overlap (so that a periodic
     signal reaches exactly 1), lags go up to half the signal, and a parabola places the peak.
@@ -81,14 +87,14 @@ def autocorrelation_frequency(signal: Floats, step: float) -> float:
     correlation = np.divide(correlation, norms, out=np.zeros_like(correlation), where=norms > 0)
     negative = np.flatnonzero(correlation < 0)
     if not negative.size:
-        return float("nan")
+        return float("nan"), float("nan")
     inner = correlation[1:-1]
     peaks = 1 + np.flatnonzero((inner >= correlation[:-2]) & (inner > correlation[2:]))
     peaks = peaks[(peaks > negative[0]) & (correlation[peaks] > 0)]
     if not peaks.size:
-        return float("nan")
+        return float("nan"), float("nan")
     lag = int(peaks[correlation[peaks] >= 0.9 * correlation[peaks].max()][0])
     before, at, after = correlation[lag - 1 : lag + 2]
     curvature = before - 2 * at + after
     shift = 0.5 * (before - after) / curvature if curvature < 0 else 0.0
-    return float(1.0 / ((lag + shift) * step))
+    return float(1.0 / ((lag + shift) * step)), float(at - 0.25 * (before - after) * shift)

@@ -30,6 +30,7 @@ class Row:
     value: str
     unit: str
     spread: str
+    interval: str
     cycles: str
     cautions: tuple[str, ...]
     note: str
@@ -69,10 +70,22 @@ def number(value: float, digits: int = 4) -> str:
     return text.replace("-", "−")
 
 
+def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6) -> int:
+    """Significant digits of a value that its interval allows: the last is that of the half-width's first."""
+    if interval is None or value == 0:
+        return most
+    half = 0.5 * (interval[1] - interval[0])
+    if not half > 1e-12 * abs(value):
+        return most
+    last = math.floor(math.log10(half))
+    return min(max(math.floor(math.log10(abs(value)) + 1e-12) - last + 1, 1), most)
+
+
 def row(item: Measure) -> Row:
     """A measure in the unit in which people read it."""
     factor, unit = item.quantity.people(item.scale)
-    value = "–" if item.value is None else number(factor * item.value)
+    digits = 4 if item.value is None else min(digits_of(item.value, item.interval), 4)
+    value = "–" if item.value is None else number(factor * item.value, digits)
     spread = "" if item.spread is None else number(factor * item.spread, 2)
     if item.spread is not None and item.value and abs(item.spread) < 1e-9 * abs(item.value):
         spread = "0"  # round-off
@@ -82,10 +95,26 @@ def row(item: Measure) -> Row:
         value=value,
         unit=typeset(unit) if item.value is not None else "",
         spread=spread,
+        interval=_interval(item, factor, digits),
         cycles=str(item.cycles) if item.cycles else "",
         cautions=item.cautions,
         note="; ".join(filter(None, (item.note, item.quantity.meaning))),
     )
+
+
+def _decade(value: float) -> int:
+    return math.floor(math.log10(abs(value)) + 1e-12) if value else 0
+
+
+def _interval(item: Measure, factor: float, digits: int) -> str:
+    """ "0.61 to 0.64" to the place of the value's last digit, or nothing."""
+    if item.interval is None or item.value is None:
+        return ""
+    ends = []
+    last = _decade(item.value) - digits
+    for end in item.interval:
+        ends.append(number(factor * end, max(_decade(end) - last, 1)))
+    return " to ".join(ends)
 
 
 def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:

@@ -13,9 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.measures.catalogue import closed_share
-from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.cycles import Cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, per_cycle, whole
+from plica.measures.perturbation import noise_measures, perturbation_measures
+from plica.measures.pulses import autocorrelation_peak
+from plica.measures.recorded import recorded_cycles
+from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.errors import VideoError
@@ -29,6 +33,9 @@ Mask = npt.NDArray[np.bool_]
 
 _EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
 _PRECISE = 0.05  # of an amplitude: a larger share of it is said
+
+_APART = 0.05  # relative difference of two folds' frequencies
+_PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
 
 many_lost = 0.02  # of the frames: more whose area is not known are said
 
@@ -187,12 +194,17 @@ def measures(
     mm_per_px: float | None = None,
     length: float | None = None,
     sides: tuple[str, str] = ("left in the image", "right in the image"),
+    *,
+    doubts: Sequence[str] = (),
+    cycles: Cycles | None = None,
 ) -> tuple[Measures, Cycles]:
-    """What the glottal area and the edges of the folds tell, each with its spread over cycles.
+    """What the glottal area and the edges of the folds tell, each with its interval over cycles.
 
     Times are in seconds with `fps`, else in frames: a frequency is then in cycles per frame, "1/frame".
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
-    they are given over it and its square too. `sides` says what is left and what is right.
+    they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
+    speaks against the whole area, which all that stands on it repeats. `cycles` are all complete ones unless
+    given.
     """
     known = np.isfinite(area.total)
     area = area.filled()
@@ -200,15 +212,31 @@ def measures(
     time = step * np.arange(area.total.size)
     total = size**2 * area.total
     left, right = size * area.left_edge, size * area.right_edge
-    cycles = find_cycles(time, total, name="glottal area", scale=scale)
-    cycles = replace(cycles, note="; ".join(filter(None, (cycles.note, _lost(known, time, cycles)))))
+    if cycles is None:
+        cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
+        apart = _folds_apart(area, cycles, scale, step)
+        verdict = "diplophonic" if apart else cycles.verdict
+        left_out = _with_lost(known, time, cycles)
+        lost = "" if left_out else _lost(known, time, cycles)
+        said = filter(None, (cycles.note, apart, lost))
+        cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
     between = f"the left fold being the one {sides[0]}"
     found = [
+        *count_measures(cycles),
         *frequency_measures(time, total, cycles, scale),
-        *quotient_measures(time, total, cycles),
+        *_doubted(
+            [
+                *quotient_measures(time, total, cycles),
+                *recorded_quotient_measures(time, total, cycles),
+                *area_measures(time, total, cycles),
+                *gap_measures(time, total, cycles, size * length if length else None),
+            ],
+            doubts,
+        ),
+        *perturbation_measures(time, total, cycles),
+        *noise_measures(time, total, cycles),
         *_placed(side_measures(time, left, right, cycles, sides, between), size),
         _area_asymmetry(time, area, cycles, between),
-        *area_measures(time, total, cycles),
     ]
     if length:
         over = total / (size * length) ** 2
@@ -226,6 +254,36 @@ def measures(
             ),
         ]
     return Measures(found, scale), cycles
+
+
+def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
+    return [
+        item if item.value is None else replace(item, cautions=(*item.cautions, *doubts)) for item in found
+    ]
+
+
+def _folds_apart(area: GlottalArea, cycles: Cycles, scale: Scale, step: float) -> str:
+    """That the areas beside the midline have different frequencies, neither a multiple of the other."""
+    if not cycles.count:
+        return ""
+    left, of_left = autocorrelation_peak(area.left, step)
+    right, of_right = autocorrelation_peak(area.right, step)
+    if not (of_left > _PERIODIC and of_right > _PERIODIC):
+        return ""
+    times = max(left, right) / min(left, right)
+    if abs(times / round(times) - 1) <= _APART:
+        return ""
+    unit = scale.unit("Hz")
+    return (
+        f"diplophonic: the area left of the midline repeats itself at {left:.4g} {unit}, "
+        f"right of it at {right:.4g}"
+    )
+
+
+def _with_lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> tuple[int, ...]:
+    """Cycles some of whose frames are not known; none of them where three, or half, would not be left."""
+    lost = tuple(k for k, part in enumerate(cycles.samples(time)) if not known[part].all())
+    return lost if cycles.count - len(lost) >= max(3, 0.5 * cycles.count) else ()
 
 
 def _lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> str:

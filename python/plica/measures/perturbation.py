@@ -1,0 +1,161 @@
+"""How cycles differ from their neighbours, and how much of a glottal area is noise.
+
+With T_k the periods and A_k the heights (largest less least area) of c cycles, a mean over k and a bar over
+all of them: jitter is mean |T_k - T_(k+1)| / T, shimmer mean |A_k - A_(k+1)| / A; the perturbation quotients
+are mean |T_k - mean(T_(k-2) .. T_(k+2))| / T and likewise of A, over five cycles. These are Praat's local,
+ppq5 and apq5 (manual, "Voice 2. Jitter", "Voice 3. Shimmer"), in percent there, pure numbers here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from plica.measures.cycles import Cycles
+from plica.measures.interval import ratio_interval
+from plica.measures.measure import Measure, absent
+from plica.measures.pulses import autocorrelation_peak
+from plica.measures.record import Floats, time_step
+from plica.measures.recorded import heights
+
+points = 5  # cycles of a perturbation quotient
+_HALF = points // 2
+few_cycles = 20  # with fewer, a perturbation is known to a fifth at best
+frame_jitter = 0.006  # of a regular voice, filmed at 20 frames a cycle: docs/verification.md
+_NEAR = 0.3  # of the period: where the cepstrum's peak is sought about it
+_FIRST = 4  # frames: shorter quefrencies tell of the spectrum's envelope
+
+
+def local_perturbation(values: Floats) -> tuple[Floats, Floats]:
+    """(c - 1) each: differences of neighbours, and the mean of the two that they are relative to."""
+    return np.abs(np.diff(values)), 0.5 * (values[1:] + values[:-1])
+
+
+def quotient_perturbation(values: Floats) -> tuple[Floats, Floats]:
+    """(c - 4) each: differences from the mean of five about each, and the value itself."""
+    smooth = np.convolve(values, np.full(points, 1 / points), mode="valid")
+    return np.abs(values[_HALF:-_HALF] - smooth), values[_HALF:-_HALF]
+
+
+def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure]:
+    """Jitter, shimmer and their five-point quotients, each with its interval over cycles."""
+    names = ("jitter", "period_perturbation_quotient", "shimmer", "amplitude_perturbation_quotient")
+    if not cycles.count:
+        return [absent(name, cycles.note) for name in names]
+    tops = heights(time, signal, cycles)
+    found = []
+    for every, (local, quotient) in ((cycles.periods, names[:2]), (tops, names[2:])):
+        values = cycles.used(every)
+        item = _relative(local, *local_perturbation(values), float(np.nanmean(values)), cycles)
+        found.append(_floored(item) if local == "jitter" else item)
+        if values.size < points + 2:
+            few = f"only {values.size} cycles: at least {points + 2} are needed"
+            found.append(absent(quotient, few))
+        else:
+            found.append(
+                _relative(quotient, *quotient_perturbation(values), float(np.nanmean(values)), cycles)
+            )
+    return found
+
+
+def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycles) -> Measure:
+    said = [cycles.note] if cycles.note else []
+    if cycles.count < few_cycles:
+        said.append(f"only {cycles.count} cycles: perturbations need some {few_cycles}")
+    known = np.isfinite(top) & np.isfinite(bottom)
+    top, bottom = top[known], bottom[known]
+    if not top.size:
+        return absent(name, "no cycles follow each other whose frames are all known")
+    return Measure(
+        name,
+        float(top.mean() / mean),
+        None,
+        cycles.count,
+        cautions=tuple(said),
+        interval=ratio_interval(top, bottom),
+    )
+
+
+def _floored(jitter: Measure) -> Measure:
+    if jitter.value is None or jitter.value >= frame_jitter:
+        return jitter
+    said = f"pixels and frames make up to {100 * frame_jitter:.1g} % of it by themselves"
+    return replace(jitter, cautions=(*jitter.cautions, said))
+
+
+def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure]:
+    """Harmonics-to-noise ratio and cepstral peak of the cycles' part of the record."""
+    names = ("harmonics_to_noise", "cepstral_peak_prominence")
+    if not cycles.count:
+        return [absent(name, cycles.note) for name in names]
+    said = (cycles.note,) if cycles.note else ()
+    part, step = cycles.extent(time), time_step(time)
+    ratio = harmonics_to_noise(signal[part], step)
+    ends = _noise_interval(time, signal, cycles)
+    peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
+    return [
+        Measure(name, value, None, cycles.count, cautions=said, interval=interval)
+        if np.isfinite(value)
+        else absent(name, why)
+        for name, value, interval, why in (
+            (names[0], ratio, ends, "the record is periodic to rounding, or has no period"),
+            (names[1], peak, None, "the record is too short for a cepstrum"),
+        )
+    ]
+
+
+def _noise_interval(time: Floats, signal: Floats, cycles: Cycles) -> tuple[float, float] | None:
+    """Of the ratio: the autocorrelation's products at the period are summed cycle by cycle, and drawn."""
+    part, step = cycles.extent(time), time_step(time)
+    frequency, height = autocorrelation_peak(signal[part], step)
+    if not np.isfinite(frequency):
+        return None
+    centred = signal - signal[part].mean()
+    later = np.interp(time + 1 / frequency, time, centred, right=np.nan)
+    found = [
+        (float(np.sum(centred[k] * later[k])), 0.5 * float(np.sum(centred[k] ** 2 + later[k] ** 2)))
+        for k in cycles.samples(time)
+    ]
+    top, bottom = np.array([pair for pair in found if np.isfinite(pair).all()]).reshape(-1, 2).T
+    ends = ratio_interval(top, bottom)
+    if ends is None:
+        return None
+    shift = height - float(top.sum() / bottom.sum())  # what interpolating between samples costs
+    low, high = (min(max(end + shift, 1e-9), 1 - 1e-9) for end in ends)
+    return float(10 * np.log10(low / (1 - low))), float(10 * np.log10(high / (1 - high)))
+
+
+def harmonics_to_noise(signal: Floats, step: float) -> float:
+    """10 log10(r / (1 - r)) dB, r the normalised autocorrelation at the period (Boersma, 1993).
+
+    NaN for r of zero or less, and within 1e-9 of one.
+    """
+    r = autocorrelation_peak(signal, step)[1]
+    return float(10 * np.log10(r / (1 - r))) if 0 < r < 1 - 1e-9 else float("nan")
+
+
+def cepstral_peak(signal: Floats, period: float) -> float:
+    """Height (dB) of the cepstrum's peak at the period above the line through it (Hillenbrand, 1994).
+
+    The cepstrum is the transform of the log power spectrum (dB) of the signal less its mean under a Hamming
+    window, its magnitude in dB again. The line is fitted from a quefrency of four samples to half the record.
+
+    Parameters
+    ----------
+    signal : (k)
+    period : float
+        Samples; the peak is sought within 30 % of it.
+    """
+    windowed = (signal - signal.mean()) * np.hamming(signal.size)
+    power = np.abs(np.fft.fft(windowed)) ** 2
+    level = 10 * np.log10(np.maximum(power, 1e-20 * power.max()))
+    cepstrum = 20 * np.log10(np.maximum(np.abs(np.fft.ifft(level)), 1e-12))
+    quefrency = np.arange(_FIRST, signal.size // 2)
+    low, high = int(np.ceil((1 - _NEAR) * period)), int((1 + _NEAR) * period)
+    low = max(low, _FIRST)
+    if quefrency.size < 8 or high >= signal.size // 2 or high < low:
+        return float("nan")
+    line = np.polyfit(quefrency, cepstrum[_FIRST : signal.size // 2], 1)
+    peak = low + int(np.argmax(cepstrum[low : high + 1]))
+    return float(cepstrum[peak] - np.polyval(line, peak))

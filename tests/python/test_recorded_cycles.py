@@ -1,0 +1,231 @@
+"""Cycles of a recording, and what is made of them: against exact instants and second implementations."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from plica.measures.cycles import Cycles
+from plica.measures.interval import mean_interval, ratio_interval, slope_interval
+from plica.measures.measure import Measure, per_cycle
+from plica.measures.perturbation import (
+    cepstral_peak,
+    harmonics_to_noise,
+    noise_measures,
+    perturbation_measures,
+)
+from plica.measures.recorded import mark_shares, recorded_cycles
+from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
+from plica.report.wording import digits_of, row
+from voices import Floats, scattered, voice
+
+
+def local(values: Floats) -> float:
+    """Written out: the mean difference of neighbours over the mean."""
+    total = sum(abs(values[k] - values[k + 1]) for k in range(len(values) - 1)) / (len(values) - 1)
+    return float(total / (sum(values) / len(values)))
+
+
+def five_point(values: Floats) -> float:
+    total = 0.0
+    for k in range(2, len(values) - 2):
+        total += abs(values[k] - sum(values[k - 2 : k + 3]) / 5)
+    return float(total / (len(values) - 4) / (sum(values) / len(values)))
+
+
+def exact_marks(periods: Floats) -> Floats:
+    """Of pulses sin^1.5 over 0.6 of the period: the mean of the instants at the shares of their height."""
+    places = [0.6 * np.arcsin(share ** (2 / 3)) / np.pi for share in mark_shares]
+    begins = np.concatenate([[0.0], np.cumsum(periods)[:-1]])
+    return np.asarray(begins + np.mean(places) * periods)
+
+
+@pytest.mark.parametrize(("jitter", "shimmer"), [(0, 0), (0.01, 0.02), (0.03, 0.05), (0.05, 0.05)])
+@pytest.mark.parametrize("samples", [20, 41.3])
+def test_all_complete_cycles_are_found_and_used_however_irregular(
+    jitter: float, shimmer: float, samples: float
+) -> None:
+    for seed in range(5):
+        periods, amplitudes = scattered(60, jitter, shimmer, seed)
+        time, area = voice(periods, amplitudes, samples=samples, seed=seed)
+        cycles = recorded_cycles(time, area)
+        assert cycles.count >= 57  # of 60 the first or the last may be cut by the record
+        assert [item.value for item in count_measures(cycles)] == [cycles.count, cycles.count]
+        exact = exact_marks(periods)
+        first = int(np.argmin(np.abs(exact - cycles.starts[0])))
+        wrong = cycles.starts - exact[first : first + cycles.starts.size]
+        # A flank of a tenth of a period has two samples at 20 a period: a cubic through four errs by less.
+        assert np.abs(wrong).max() < (0.006 if samples == 20 else 0.002) * 5e-3
+
+
+@pytest.mark.parametrize(("jitter", "shimmer"), [(0.005, 0.005), (0.01, 0.02), (0.03, 0.05), (0.05, 0.05)])
+def test_jitter_and_shimmer_are_the_true_ones(jitter: float, shimmer: float) -> None:
+    for seed in range(6):
+        periods, amplitudes = scattered(60, jitter, shimmer, seed)
+        time, area = voice(periods, amplitudes, samples=20, seed=seed)
+        cycles = recorded_cycles(time, area)
+        found = {item.name: item for item in perturbation_measures(time, area, cycles)}
+        exact = exact_marks(periods)
+        first = int(np.argmin(np.abs(exact - cycles.starts[0])))
+        true_periods = np.diff(exact[first : first + cycles.starts.size])
+        heights = amplitudes[first : first + cycles.count]
+        assert found["jitter"].value == pytest.approx(local(true_periods), rel=0.1)
+        assert found["shimmer"].value == pytest.approx(local(heights), rel=0.1)
+        assert found["period_perturbation_quotient"].value == pytest.approx(five_point(true_periods), rel=0.1)
+        assert found["amplitude_perturbation_quotient"].value == pytest.approx(five_point(heights), rel=0.1)
+        for item in found.values():
+            assert item.interval is not None
+            assert item.interval[0] < item.value < item.interval[1]
+
+
+def test_a_silence_or_a_voice_in_half_of_the_record_loses_no_cycle() -> None:
+    time, area = voice(np.full(40, 5e-3), np.ones(40), samples=25)
+    late = np.arange(3 * area.size) * (time[1] - time[0])
+    for begin in (0, area.size, 2 * area.size):
+        padded = np.zeros(3 * area.size)
+        padded[begin : begin + area.size] = area
+        cycles = recorded_cycles(late, padded)
+        assert cycles.count in (37, 38, 39)
+        assert np.ptp(cycles.periods) < 0.01 * 5e-3
+    assert recorded_cycles(late, np.zeros(late.size)).verdict == "none"
+    assert recorded_cycles(late[:6], area[:6]).note == "too short: 6 samples"
+
+
+def test_a_diplophonic_and_an_aperiodic_voice_are_named_as_such() -> None:
+    k = np.arange(60)
+    for depth in (0.2, 0.4):
+        time, area = voice(np.full(60, 5e-3), np.where(k % 2, 1 - depth, 1.0), samples=25)
+        cycles = recorded_cycles(time, area)
+        assert (cycles.verdict, cycles.pattern) == ("diplophonic", 2)
+        assert cycles.count >= 58
+        assert re.search(r"diplophonic: the pulses \(200(\.\d)? Hz\) repeat in a pattern of 2 ", cycles.note)
+    named = 0
+    for seed in range(10):
+        random = np.random.default_rng(seed)
+        periods, amplitudes = random.uniform(2e-3, 9e-3, 60), random.uniform(0.4, 1.0, 60)
+        found = recorded_cycles(*voice(periods, amplitudes, samples=25, seed=seed))
+        named += found.verdict == "aperiodic" and "aperiodic: the largest autocorrelation is" in found.note
+    assert named >= 9
+    for seed in range(10):
+        periods, amplitudes = scattered(60, 0.03, 0.05, seed)
+        assert recorded_cycles(*voice(periods, amplitudes, samples=25, seed=seed)).verdict == "regular"
+
+
+def test_a_glide_is_told_and_its_cycles_all_counted() -> None:
+    periods = 5e-3 / (1 + 0.01) ** np.arange(50)
+    cycles = recorded_cycles(*voice(periods, np.ones(50), samples=25))
+    assert cycles.count >= 48
+    assert "the frequency rises by 1 % a cycle" in cycles.note
+
+
+def pulses(leak: float, samples: float) -> tuple[Floats, Floats]:
+    """Up over 0.36 of a period of 1, down over 0.24, then closed but for a leak."""
+    time = np.arange(int(30 * samples)) / samples
+    phase = (time + 0.123) % 1
+    flank = np.where(phase < 0.36, phase / 0.36, np.clip((0.6 - phase) / 0.24, 0, 1))
+    return time, leak + (1 - leak) * flank
+
+
+def test_quotients_of_triangles_have_their_closed_forms() -> None:
+    time, area = pulses(0.0, 100)
+    cycles = recorded_cycles(time, area)
+    found = {item.name: item.value for item in recorded_quotient_measures(time, area, cycles)}
+    assert found["closed_quotient"] == pytest.approx(1 - 0.95 * 0.6, abs=2e-3)
+    assert found["speed_index"] == pytest.approx((0.36 - 0.24) / (0.36 + 0.24), abs=2e-3)
+    assert found["rate_quotient"] == pytest.approx(1 / (0.95 * 0.24) - 1, rel=0.01)
+    assert found["open_quotient_20_percent"] == pytest.approx(0.8 * 0.6, abs=2e-3)
+    # The largest sample lies up to 1.4 % below the corner, and the level half as much.
+    assert found["open_quotient_50_percent"] == pytest.approx(0.5 * 0.6, abs=5e-3)
+
+
+@pytest.mark.parametrize("leak", [0.0, 0.1, 0.4])
+def test_gaps_are_least_areas(leak: float) -> None:
+    time, area = pulses(leak, 100)
+    cycles = recorded_cycles(time, area)
+    index, relative = gap_measures(time, 300 * area, cycles, 50.0)
+    assert index.value == pytest.approx(leak, abs=0.012 * leak)
+    assert relative.value == pytest.approx(300 * leak / 50**2)
+    levels = {item.name: item.value for item in recorded_quotient_measures(time, area, cycles)}
+    assert levels["open_quotient_50_percent"] == pytest.approx(0.3, abs=5e-3)  # of the range: knows no leak
+
+
+@pytest.mark.parametrize("ratio", [1.0, 10.0, 100.0, 1000.0])
+def test_harmonics_to_noise_of_a_noisy_sine_is_its_ratio_of_powers(ratio: float) -> None:
+    time = np.arange(2000.0)
+    found = []
+    for seed in range(10):
+        noise = np.random.default_rng(seed).standard_normal(2000) * np.sqrt(0.5 / ratio)
+        found.append(harmonics_to_noise(np.sin(2 * np.pi * time / 20) + noise, 1.0))
+    # Ten records of 100 periods: the autocorrelation's scatter is 1 / sqrt(20000) of the noise's share.
+    assert np.mean(found) == pytest.approx(10 * np.log10(ratio), abs=0.5)
+
+
+def test_the_cepstral_peak_is_that_of_sums_written_out() -> None:
+    random = np.random.default_rng(3)
+    size, period = 240, 20
+    signal = np.maximum(np.sin(2 * np.pi * np.arange(size) / period), 0) + 0.05 * random.standard_normal(size)
+    window = 0.54 - 0.46 * np.cos(2 * np.pi * np.arange(size) / (size - 1))
+    x = (signal - np.mean(signal)) * window
+    turn = np.exp(-2j * np.pi * np.outer(np.arange(size), np.arange(size)) / size)
+    level = 10 * np.log10(np.abs(turn @ x) ** 2)
+    cepstrum = 20 * np.log10(np.abs(turn.conj() @ level) / size)
+    quefrency = np.arange(4, size // 2)
+    basis = np.stack([quefrency, np.ones(quefrency.size)], axis=1)
+    line = np.linalg.solve(basis.T @ basis, basis.T @ cepstrum[4 : size // 2])
+    peak = max(range(14, 27), key=lambda q: cepstrum[q])
+    expected = cepstrum[peak] - (line[0] * peak + line[1])
+    assert cepstral_peak(signal, float(period)) == pytest.approx(expected, abs=1e-6)
+    long = np.maximum(np.sin(2 * np.pi * np.arange(2000) / period), 0) + 0.05 * random.standard_normal(2000)
+    noise = [cepstral_peak(random.standard_normal(2000), float(period)) for _ in range(10)]
+    assert cepstral_peak(long, float(period)) > np.mean(noise) + 1
+
+
+def test_the_interval_of_a_ratio_to_noise_holds_the_ratio() -> None:
+    held = 0
+    for seed in range(20):
+        time, area = voice(np.full(60, 5e-3), np.ones(60), samples=25, noise=0.03, seed=seed)
+        (ratio, _) = noise_measures(time, area, recorded_cycles(time, area))
+        power = np.var(voice(np.full(60, 5e-3), np.ones(60), samples=25, seed=seed)[1])
+        assert ratio.interval is not None
+        assert ratio.interval[0] < ratio.value < ratio.interval[1]
+        held += ratio.interval[0] - 0.3 < 10 * np.log10(power / 0.03**2) < ratio.interval[1] + 0.3
+    assert held >= 17
+
+
+@pytest.mark.parametrize("count", [6, 12, 40])
+def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say(count: int) -> None:
+    random = np.random.default_rng(count)
+    held = np.zeros(3)
+    for _ in range(400):
+        values = 5 + random.standard_normal(count)
+        low, high = mean_interval(values)
+        held[0] += low <= 5 <= high
+        bottom = 2 + 0.3 * random.standard_normal(count)
+        low, high = ratio_interval(1.5 * bottom + 0.2 * random.standard_normal(count), bottom)
+        held[1] += low <= 1.5 <= high
+        low, high = slope_interval(5 + 0.1 * np.arange(count) + 0.2 * random.standard_normal(count))
+        held[2] += low <= 0.1 / (5 + 0.05 * (count - 1)) <= high
+    # 400 at 95 %: a standard deviation of 1.1 %; blocks and few cycles cost some coverage.
+    assert (held / 400 > 0.9).all()
+    assert (held / 400 < 0.99).all()
+
+
+def test_only_recordings_have_intervals_and_few_cycles_none() -> None:
+    values = np.array([1.0, 1.1, 0.9, 1.05])
+    starts = np.arange(5.0)
+    assert per_cycle("open_quotient", Cycles(starts), values).interval is None
+    assert "interval" not in per_cycle("open_quotient", Cycles(starts), values).as_json()
+    found = per_cycle("open_quotient", Cycles(starts, recorded=True), values)
+    assert found.as_json()["interval"] == list(found.interval or ())
+    assert mean_interval(values[:2]) is None
+
+
+def test_digits_end_where_the_interval_begins() -> None:
+    assert digits_of(0.52437, (0.511, 0.537)) == 2
+    assert digits_of(0.52437, (0.5233, 0.5255)) == 3
+    assert digits_of(1184.33, (1158.0, 1198.5)) == 3
+    assert digits_of(0.00012, (-0.03, 0.03)) == 1
+    shown = row(Measure("open_quotient", 0.52437, 0.02, 30, interval=(0.5111, 0.5374)))
+    assert (shown.value, shown.interval) == ("0.52", "0.51 to 0.54")
