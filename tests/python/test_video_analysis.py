@@ -443,8 +443,10 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
         assert found.phase[frame] == ""
     for name in ("glottal_area_max", "glottal_area_mean", "open_quotient", "amplitude_left"):
         exact, value = whole.measures[name].value, found.measures[name].value
+        # Two of four cycles have lost frames: too many to leave out, so that these lie between their neighbours.
+        # At 12 frames a cycle an open quotient of any cycle is known to a tenth.
         assert value * (5e-5**2 if "area" in name else 5e-5 if "amp" in name else 1) == pytest.approx(
-            exact, rel=0.03
+            exact, rel=0.05 if name == "open_quotient" else 0.03
         )
     assert "blind" in found.flags[29]
     assert not found.flow(29).any()
@@ -515,8 +517,8 @@ def test_trust_is_what_the_way_there_and_back_says(done: Path) -> None:
     look = learn(found.frames())
     wide = int(found.area.total.argmax())
     frame = found.frames().frame(wide)
-    assert found["glottis/least"][wide] == look.mask(frame, 0.4).sum() < found.area.total[wide]
-    assert found["glottis/largest"][wide] == look.mask(frame, 0.6).sum() > found.area.total[wide]
+    assert found["glottis/least"][wide] == look.mask(frame, wide, 0.4).sum() < found.area.total[wide]
+    assert found["glottis/largest"][wide] == look.mask(frame, wide, 0.6).sum() > found.area.total[wide]
 
 
 @pytest.mark.slow

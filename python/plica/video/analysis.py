@@ -20,6 +20,7 @@ from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
 from plica.storage.result_file import check_result_file
 from plica.video.chain import Chain
+from plica.video.doubts import WholeGlottis, doubts
 from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
@@ -31,6 +32,7 @@ from plica.video.recording import Recording, Region
 from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
+from plica.video.vibrogram import vibrogram
 from plica.video.waveforms import GlottalArea, measures, phases, scale_of
 
 if TYPE_CHECKING:
@@ -187,7 +189,22 @@ class Analysis:
     @cached_property
     def _measured(self) -> tuple[Measures, Cycles]:
         known = self.settings.fps, self.settings.mm_per_px
-        return measures(self.area, *known, self.midline.length, (self.side("left"), self.side("right")))
+        sides = self.side("left"), self.side("right")
+        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts)
+
+    @cached_property
+    def doubts(self) -> list[str]:
+        """What speaks against the glottal area of the whole recording, a sentence each; empty where nothing
+        does."""
+        return doubts(
+            WholeGlottis(
+                self.area.total,
+                self["glottis/always"] > 0,
+                self["glottis/left_out"] > 0,
+                self.midline,
+                self["glottis/border"] > 0,
+            )
+        )
 
     @property
     def scale(self) -> Scale:
@@ -246,6 +263,12 @@ class Analysis:
         """The flow beside the folds' edges against the way of the edges."""
         slope, correlation, count = self["trust/edges"].tolist()
         return EdgeAgreement(slope, correlation, int(count))
+
+    @cached_property
+    def vibrogram(self) -> Floats:
+        """(2, places, frames) px, distance of the left and of the right fold's edge from the midline, from
+        its upper to its lower end; not a number where the area is not known."""
+        return vibrogram(self._results.masks(), self.midline, np.isfinite(self.area.total))
 
     @property
     def drawn(self) -> list[int]:

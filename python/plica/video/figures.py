@@ -23,11 +23,15 @@ __all__ = ["sections"]
 
 _SHADES = {"closed": "#40434a", "opening": "#8fb8dc", "open": "#3b82c4", "closing": "#e0a98f"}
 _MOST_PATHS = 4000
+_PANELS = 10  # pictures of a cycle
 
 
 def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
     """Headings, each with its figures; of the flow where it was found."""
-    glottis = ("Waveforms", [_area(found), _kymograms(found)])
+    glottis = (
+        "Waveforms",
+        [_area(found), *_cycle(found), _vibrogram(found), _kymograms(found), _spectrum(found)],
+    )
     if not found.complete:
         return [glottis]
     drawings = [_modes(found), _coefficients(found)]
@@ -118,6 +122,101 @@ def _kymograms(found: Analysis) -> Drawing:
         f"{_end(found, 'lower')}, frame by frame; the image's left is up."
     )
     return draw("kymograms", caption, "Kymograms", (9, 0.6 + 1.7 * len(places)), paint)
+
+
+def _cycle(found: Analysis) -> list[Drawing]:
+    """One cycle in pictures, the middle one; none without cycles."""
+    cycles, (height, width) = found.cycles, found.frames().shape
+    if not cycles.count:
+        return []
+    chosen = cycles.count // 2
+    begin, end = (int(k) for k in np.searchsorted(found.time, cycles.starts[chosen : chosen + 2]))
+    shown = np.unique(np.linspace(begin, max(end - 1, begin), _PANELS).round().astype(int))
+    line, reach = found.midline, 0.35 * found.midline.length
+    x, y = np.sort([line.upper[0], line.lower[0]]), np.sort([line.upper[1], line.lower[1]])
+    box = (
+        slice(max(int(y[0] - 0.3 * reach), 0), min(int(y[1] + 0.3 * reach) + 1, height)),
+        slice(max(int(x[0] - reach), 0), min(int(x[1] + reach) + 1, width)),
+    )
+    pictures = dict(found.frames().some(set(shown.tolist())))
+    factor, unit = _axis(found, "", "time")
+
+    def paint(figure: Figure) -> None:
+        panels = figure.subplots(1, shown.size, squeeze=False)[0]
+        for axes, k in zip(panels, shown.tolist(), strict=True):
+            axes.imshow(pictures[k][box], cmap="gray", vmin=0, vmax=255)
+            mask = found.mask(k)[box]
+            if mask.any() and not mask.all():
+                axes.contour(mask, levels=[0.5], colors=["#ff8c28"], linewidths=0.8)
+            passed = factor * (found.time[k] - cycles.starts[chosen])
+            axes.set_title(f"{passed:.3g}", fontsize=7.5)
+            axes.set_axis_off()
+
+    caption = (
+        f"Cycle {chosen + 1} of {cycles.count}, from its mark on; above each picture the time since "
+        f"then{unit}. Orange: outline of the glottis."
+    )
+    return [draw("cycle", caption, "Pictures of one cycle", (9, 2.2), paint)]
+
+
+def _vibrogram(found: Analysis) -> Drawing:
+    left, right = found.vibrogram
+    size, unit = _length(found)
+    time, name = _time(found)
+    anterior = found.settings.anterior
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        both = size * np.concatenate([left[::-1], right])  # the upper ends meet in the middle
+        largest = max(float(np.nanmax(both)), 1e-12)
+        shown = axes.imshow(
+            both,
+            cmap="inferno",
+            aspect="auto",
+            extent=(float(time[0]), float(time[-1]), 1, -1),
+            vmin=0,
+            vmax=largest,
+        )
+        axes.axhline(0, color=grey, lw=0.6)
+        axes.set_yticks(
+            [-0.5, 0.5], [found.side("left"), found.side("right")], rotation=90, va="center", fontsize=7
+        )
+        axes.set_xlabel(name)
+        figure.colorbar(shown, ax=axes, label=f"edge from the midline ({unit})")
+
+    end = "anterior" if anterior == "upper" else "posterior" if anterior == "lower" else "upper"
+    caption = (
+        "Phonovibrogram: distance of the folds' edges from the midline, along it and over time; the image's "
+        f"left fold above, its right one below, both with the midline's {end} end in the middle."
+    )
+    return draw("vibrogram", caption, "Phonovibrogram", (9, 3.0), paint)
+
+
+def _spectrum(found: Analysis) -> Drawing:
+    total = found.area.filled().total
+    window = np.hanning(total.size)
+    power = np.abs(np.fft.rfft((total - total.mean()) * window)) ** 2
+    step = found.time[1] - found.time[0]
+    frequency = np.fft.rfftfreq(total.size, step)
+    level = 10 * np.log10(np.maximum(power[1:], 1e-12 * max(power.max(), 1e-300)) / max(power.max(), 1e-300))
+    unit = found.scale.unit("Hz")
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        line(axes, frequency[1:], level, color=blue)
+        if found.cycles.count:
+            axes.axvline(found.cycles.frequency, color=red, lw=0.8)
+        axes.set_xlabel(f"frequency ({unit})")
+        axes.set_ylabel("power (dB)")
+        axes.set_ylim(-90, 3)
+        axes.margins(x=0)
+
+    caption = (
+        "Spectrum of the glottal area (Hann window, dB below its largest line); red: the cycles' frequency. "
+        "Lines between its multiples are those of a diplophonic voice, a raised floor is "
+        "irregularity and noise."
+    )
+    return draw("spectrum", caption, "Spectrum of the glottal area", (9, 2.4), paint)
 
 
 def coloured(pattern: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:

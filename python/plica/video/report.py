@@ -64,7 +64,9 @@ def _remark(found: Analysis) -> str:
         f"{found.count} frames",
         f"{settings.fps:g} frames/s" if settings.fps else "frame rate unknown: times in frames",
         f"{settings.mm_per_px:g} mm/px" if settings.mm_per_px else "pixel size unknown: lengths in pixels",
-        f"{cycles.count} cycles" if cycles.count else f"no cycles: {cycles.note}",
+        f"{cycles.count} complete cycles found, {cycles.count - len(cycles.left_out)} used, {cycles.verdict}"
+        if cycles.count
+        else f"no cycles: {cycles.note}",
     ]
     if settings.patient_left is None:
         parts.append("patient's left unknown: sides are those of the image")
@@ -80,6 +82,9 @@ def _quality(found: Analysis) -> tuple[str, str]:
     reasons = Counter(reason for flag in doubtful for reason in flag.split(", ") if in_doubt(reason))
     why = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
     said = f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}. "
+    if found.doubts:
+        light = "bad" if light == "bad" else "fair"
+        said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
     if not found.complete:
         return light, said + "The motion of the tissue was not looked at (plica video does it)."
     changes = sum(map(lit, found.flags))

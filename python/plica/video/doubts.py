@@ -1,0 +1,92 @@
+"""What speaks against the glottal area of a whole recording, in sentences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.measures.pulses import autocorrelation_frequency
+from plica.video.midline import Midline
+
+__all__ = ["WholeGlottis", "doubts"]
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_LEAK = 0.05  # least over largest area
+_STILL = 6  # px: fewer are noise
+_LEFT_OUT = 0.02  # of the largest area
+_COARSE = 8.0  # frames a cycle
+_MARGIN = 2.0  # px from the frame's border
+_CUT = 0.05  # share of the frames
+
+
+@dataclass(frozen=True)
+class WholeGlottis:
+    """What the glottis of a recording was found to be.
+
+    Attributes
+    ----------
+    total : (frames) px^2
+        Not a number where it is not known.
+    always : (h, w) bool
+        Glottis in every frame.
+    left_out : (h, w) bool
+        Dark in every frame beside the glottis, and taken for a shadow.
+    midline : Midline
+    border : (frames) bool
+        Where the frame's border cuts the glottis.
+    """
+
+    total: Floats
+    always: Mask
+    left_out: Mask
+    midline: Midline
+    border: Mask
+
+
+def doubts(seen: WholeGlottis) -> list[str]:
+    """A sentence for each reason; empty where there is none."""
+    known = seen.total[np.isfinite(seen.total)]
+    if not known.size or not known.max() > 0:
+        return []
+    largest, found = float(known.max()), []
+    least = float(known.min()) / largest
+    if least > _LEAK:
+        found.append(
+            f"the least glottal area is {100 * least:.3g} % of the largest: a glottis that never closes, or "
+            "a shadow taken for one"
+        )
+    still, dark = int(seen.always.sum()), int(seen.left_out.sum())
+    if still >= _STILL:
+        found.append(
+            f"{still} px ({100 * still / largest:.3g} % of the largest area) are glottis in every frame: a "
+            "gap, or a shadow between the folds"
+        )
+    if dark >= _STILL and dark > _LEFT_OUT * largest:
+        found.append(
+            f"{dark} px beside the glottis ({100 * dark / largest:.3g} % of the largest area) are dark in "
+            "every frame and taken for a shadow; if they are a gap, draw the mask of one frame"
+        )
+    frequency = autocorrelation_frequency(known, 1.0) if known.size >= 8 else float("nan")
+    if frequency > 1 / _COARSE:
+        found.append(
+            f"a cycle has only {1 / frequency:.2g} frames: below {_COARSE:g}, opening and closure fall "
+            "between them"
+        )
+    ends = _ends(seen)
+    if ends:
+        found.append(f"{ends}: area, length and what is relative to it are those of a part of the glottis")
+    return found
+
+
+def _ends(seen: WholeGlottis) -> str:
+    height, width = seen.always.shape
+    line = seen.midline
+    for name, (x, y) in (("upper", line.upper), ("lower", line.lower)):
+        if min(x, y, width - 1 - x, height - 1 - y) < _MARGIN:
+            return f"the {name} end of the folds lies at the picture's border"
+    cut = float(np.mean(seen.border))
+    return f"the picture's border cuts the glottis in {100 * cut:.2g} % of the frames" if cut > _CUT else ""
