@@ -443,11 +443,11 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
         assert found.phase[frame] == ""
     for name in ("glottal_area_max", "glottal_area_mean", "open_quotient", "amplitude_left"):
         exact, value = whole.measures[name].value, found.measures[name].value
-        # Two of four cycles have lost frames: too many to leave out, so that these lie between their neighbours.
-        # At 12 frames a cycle an open quotient of any cycle is known to a tenth.
-        assert value * (5e-5**2 if "area" in name else 5e-5 if "amp" in name else 1) == pytest.approx(
-            exact, rel=0.05 if name == "open_quotient" else 0.03
-        )
+        # Three of five cycles have no lost frame. At 12 frames a cycle their largest sample lies up to 15
+        # degrees off the top (3 %), and edges are in pixels.
+        close = {"open_quotient": 0.05, "amplitude_left": 0.06}.get(name, 0.03)
+        size = 5e-5**2 if "area" in name else 5e-5 if "amp" in name else 1
+        assert value * size == pytest.approx(exact, rel=close)
     assert "blind" in found.flags[29]
     assert not found.flow(29).any()
     assert np.isnan(found.modes.coefficients[[29, 30]]).all()

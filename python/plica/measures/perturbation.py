@@ -22,7 +22,7 @@ from plica.measures.recorded import heights
 points = 5  # cycles of a perturbation quotient
 _HALF = points // 2
 few_cycles = 20  # with fewer, a perturbation is known to a fifth at best
-frame_jitter = 0.006  # of a regular voice, filmed at 20 frames a cycle: docs/verification.md
+frame_jitter = 0.005  # of a regular voice, filmed at 20 frames a cycle: docs/verification.md
 _NEAR = 0.3  # of the period: where the cepstrum's peak is sought about it
 _FIRST = 4  # frames: shorter quefrencies tell of the spectrum's envelope
 
@@ -78,9 +78,9 @@ def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycle
 
 
 def _floored(jitter: Measure) -> Measure:
-    if jitter.value is None or jitter.value >= frame_jitter:
+    if jitter.value is None or jitter.value >= 2 * frame_jitter:
         return jitter
-    said = f"pixels and frames make up to {100 * frame_jitter:.1g} % of it by themselves"
+    said = f"pixels and frames make some {100 * frame_jitter:.1g} % by themselves, added in squares"
     return replace(jitter, cautions=(*jitter.cautions, said))
 
 
