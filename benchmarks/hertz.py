@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from airway import air_between
 
 from plica import _engine as engine
+from plica.verify.contact.airway import air_between
 
 E, NU, RADIUS = 1e4, 0.3, 1.0
 FACES = ("nodes", "mortar")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plica import __version__
-from plica.commands import bench, examples, film, identify, keys, larynx, video
+from plica.commands import bench, examples, film, identify, keys, larynx, verify, video
 from plica.commands.arguments import Parser, add_command, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
@@ -55,6 +55,7 @@ a unit:
   duration = "0.1 s"
 
 Every key with its unit and default: plica keys
+What this installation is proved to compute, row by row: plica verify
 
 Exit codes: 0 done, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
 """
@@ -170,6 +171,7 @@ def _parser() -> argparse.ArgumentParser:
         )
     measures.add_argument("--from", dest="start", metavar="TIME", help='of a run, e.g. "0.1s" or 0.1')
     measures.add_argument("--to", dest="end", metavar="TIME", help="likewise (default: the end)")
+    verify.add_commands(commands)
     bench.add_commands(commands)
     return parser
 

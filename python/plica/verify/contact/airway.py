@@ -1,4 +1,4 @@
-"""Air between two surfaces that face each other along x, for the benchmarks whose meshes need not match."""
+"""Air between two surfaces that face each other along x."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ import numpy as np
 
 from plica import _engine as engine
 
+__all__ = ["air_between"]
+
 
 def air_between(points: np.ndarray, first: np.ndarray, second: np.ndarray) -> Any:
     """A tetrahedron of air for each node and the triangle that it lies over: it names them as candidates."""
 
     def cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+        return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
     first, second = (engine.flat_triangles(np.asarray(faces)) for faces in (first, second))
     tets = []

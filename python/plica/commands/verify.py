@@ -1,0 +1,117 @@
+"""``plica verify``: this installation against closed forms, with value, reference, error and tolerance."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from plica.commands.arguments import add_command, add_threads
+
+__all__ = ["add_commands"]
+
+_HELP = """\
+Proves on this machine what this installation computes: every row holds a value against a closed form, a
+second algorithm or a published number, with the error, the tolerance and its reason. It takes about half a
+minute.
+
+Subjects:
+  tissue          constant strains, rigid motion, moduli, creep, natural frequencies
+  dynamics        time schemes, energy, momentum, the same bits whatever the threads
+  airflow         Bernoulli's and viscous flow, the work of pressures
+  contact         impacts, contact at rest, what bodies keep through a collision
+  video           motion between frames, the glottis, pitch, quotients and phases
+  identification  filter, smoother, likelihood, gradient, a tissue found again
+
+An error is relative to the reference ("rel.") or in the unit of the row. --json prints an array with one
+object a row: name, subject, case, quantity, unit, value, reference, error, tolerance, error_of ("reference"
+or "unit"), because (why this tolerance), source (of the reference), failure, pass. A case that stops has a
+row without numbers.
+
+examples:
+  plica verify
+  plica verify --subject contact airflow
+  plica verify --json > rows.json
+  plica verify -o proof            also writes proof/verification.html, .json, .csv and .md
+  plica verify --list              what is proved, without computing
+
+Exit codes: 0 all rows pass, 1 one does not, 2 bad input.
+"""
+
+
+def add_commands(commands: Any) -> None:
+    """Add it to the commands of ``plica``."""
+    part = add_command(commands, "verify", _verify, "prove this installation against closed forms", _HELP)
+    part.add_argument("--subject", metavar="NAME", nargs="+", help="default: all")
+    part.add_argument("--list", action="store_true", help="say what each case proves, and compute nothing")
+    part.add_argument("--json", action="store_true", help="print the rows as JSON instead of the table")
+    part.add_argument(
+        "-o", "--output", dest="directory", metavar="DIR", type=Path, help="also store the report"
+    )
+    part.add_argument("--quiet", action="store_true", help="no progress")
+    add_threads(part)
+
+
+def _verify(options: argparse.Namespace) -> int:
+    from tqdm import tqdm
+
+    import plica
+    from plica.verify.installation import this_installation
+    from plica.verify.subjects import cases, chosen, verify
+    from plica.verify.text import case_lines, conclusion
+
+    subjects = chosen(options.subject)
+    if options.list:
+        return _list(subjects, as_json=options.json)
+    plica.set_threads(options.threads)
+    installation, began = this_installation(), time.perf_counter()
+    total = sum(len(cases(subject)) for subject in subjects)
+    made, subject = [], ""
+    with tqdm(
+        total=total, unit=" cases", file=sys.stderr, disable=options.quiet, delay=2, leave=False
+    ) as bar:
+        for case, rows in verify(subjects):
+            made.append((case, rows))
+            bar.update()
+            if options.json:
+                continue
+            bar.clear()
+            if rows[0].subject != subject:
+                subject = rows[0].subject
+                print(f"\n{subject.upper()}" if len(made) > 1 else subject.upper())
+            print("\n" + "\n".join(case_lines(case, rows)), flush=True)
+    seconds = time.perf_counter() - began
+    rows = [row for _, theirs in made for row in theirs]
+    if options.json:
+        print(json.dumps([row.as_json() for row in rows], indent=2, allow_nan=False))
+    else:
+        print(f"\n{conclusion(rows, seconds)}\n{installation}")
+    if options.directory is not None:
+        from plica.verify.files import write
+
+        page = write(made, installation, seconds, options.directory)
+        print(f"report: {page}", file=sys.stderr if options.json else sys.stdout)
+    return 0 if all(row.passed for row in rows) else 1
+
+
+def _list(subjects: list[str], *, as_json: bool) -> int:
+    from plica.commands.text import hanging
+    from plica.verify.subjects import SUBJECTS, cases
+
+    if as_json:
+        fields = ("name", "proves", "source")
+        listed = [
+            {"subject": name} | {field: getattr(case, field) for field in fields}
+            for name in subjects
+            for case in cases(name)
+        ]
+        print(json.dumps(listed, indent=2))
+        return 0
+    for number, name in enumerate(subjects):
+        print(("\n" if number else "") + f"{name}: {SUBJECTS[name]}")
+        for case in cases(name):
+            print(hanging(f"  {case.name}", case.proves, 26))
+    return 0

@@ -1,0 +1,126 @@
+"""What a case of verification is: checks of values against references, and the rows that they become."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["Case", "Check", "Row", "judged", "worst"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Check:
+    """One value beside its reference."""
+
+    name: str
+    """Within the case."""
+    quantity: str
+    unit: str
+    """SI; "1" for a pure number."""
+    value: float
+    reference: float
+    tolerance: float
+    because: str
+    """The reason of the tolerance: rounding, an order of convergence, a sampling."""
+    of: Literal["reference", "unit"] = "reference"
+    """What error and tolerance are counted in: the reference's size, or the unit."""
+
+    @property
+    def error(self) -> float:
+        """|value - reference|, over |reference| or in the unit."""
+        off = abs(self.value - self.reference)
+        return off / abs(self.reference) if self.of == "reference" else off
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is computed, and what it proves."""
+
+    name: str
+    proves: str
+    """One sentence."""
+    source: str
+    """Where the reference comes from."""
+    checks: Callable[[], Iterable[Check]]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A check as it is reported; a case that failed before its checks has one without a value."""
+
+    name: str
+    subject: str
+    case: str
+    quantity: str
+    unit: str
+    value: float | None
+    reference: float | None
+    error: float | None
+    tolerance: float | None
+    error_of: str
+    because: str
+    source: str
+    failure: str
+    passed: bool
+
+    def as_json(self) -> dict[str, Any]:
+        """An object of strict JSON: numbers are finite, or null; whether it passed is under "pass"."""
+        fields = dict(vars(self))
+        fields["pass"] = fields.pop("passed")
+        return fields
+
+
+def judged(subject: str, case: Case) -> list[Row]:
+    """The rows of a case: of every check that it yields, and of what stopped it, if something did."""
+    rows: list[Row] = []
+    try:
+        for check in case.checks():
+            rows.append(_row(subject, case, check))
+        if not rows:
+            raise ValueError("the case has no check")
+    except Exception as error:
+        failure = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        nothing = (None, None, None, None)
+        rows.append(
+            Row(case.name, subject, case.name, "result", "1", *nothing, "", "", case.source, failure, False)
+        )
+    return rows
+
+
+def _row(subject: str, case: Case, check: Check) -> Row:
+    error, tolerance = check.error, check.tolerance
+    passed = bool(math.isfinite(error) and math.isfinite(tolerance) and error <= tolerance)
+    return Row(
+        name=f"{case.name}.{check.name}",
+        subject=subject,
+        case=case.name,
+        quantity=check.quantity,
+        unit=check.unit,
+        value=_finite(check.value),
+        reference=_finite(check.reference),
+        error=_finite(error),
+        tolerance=_finite(tolerance),
+        error_of=check.of,
+        because=check.because,
+        source=case.source,
+        failure="" if math.isfinite(error) else "not a number",
+        passed=passed,
+    )
+
+
+def _finite(number: float) -> float | None:
+    return float(number) if math.isfinite(number) else None
+
+
+def worst(values: ArrayLike, references: ArrayLike) -> tuple[float, float]:
+    """The value that is furthest from its reference, in units of that, and the reference."""
+    found, exact = np.ravel(np.asarray(values, float)), np.ravel(np.asarray(references, float))
+    if found.shape != exact.shape or not found.size:
+        raise ValueError(f"{found.size} values beside {exact.size} references")
+    k = int(np.argmax(np.abs(found - exact) / np.abs(exact)))  # a value that is not a number is the worst
+    return float(found[k]), float(exact[k])

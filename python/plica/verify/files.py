@@ -1,0 +1,75 @@
+"""A verification as files: JSON, CSV, Markdown, and one HTML page that fetches nothing."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+
+from plica.storage.files import replaced, storage_errors
+from plica.storage.json_file import write_json
+from plica.verify.case import Case, Row
+from plica.verify.installation import Installation
+from plica.verify.subjects import SUBJECTS
+from plica.verify.text import as_markdown, conclusion, shown, within
+
+__all__ = ["write"]
+
+_LABELS = {
+    "version": "Plica",
+    "commit": "commit",
+    "compiler": "compiler",
+    "backend": "factorisation",
+    "python": "Python",
+    "processor": "processor",
+    "system": "system",
+    "threads": "threads",
+    "date": "date",
+}
+
+
+def write(
+    made: Sequence[tuple[Case, Sequence[Row]]], installation: Installation, seconds: float, directory: Path
+) -> Path:
+    """Write verification.json, .csv, .md and .html to the directory; returns the path of the page."""
+    rows = [row for _, theirs in made for row in theirs]
+    with storage_errors(directory, "made"):
+        directory.mkdir(parents=True, exist_ok=True)
+    write_json([row.as_json() for row in rows], directory / "verification.json")
+    replaced(directory / "verification.csv", lambda draft: _table(rows, draft))
+    _text(as_markdown(made, installation), directory / "verification.md")
+    template = files("plica.verify").joinpath("report.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    page = environment.from_string(template).render(
+        subjects=[(name, said, _of(name, made)) for name, said in SUBJECTS.items() if _of(name, made)],
+        conclusion=conclusion(rows, seconds),
+        good=all(row.passed for row in rows),
+        installation=[(_LABELS[name], value or "not known") for name, value in asdict(installation).items()],
+        shown=shown,
+        within=within,
+    )
+    return _text(page, directory / "verification.html")
+
+
+def _of(subject: str, made: Sequence[tuple[Case, Sequence[Row]]]) -> list[tuple[Case, Sequence[Row]]]:
+    return [(case, rows) for case, rows in made if rows[0].subject == subject]
+
+
+def _table(rows: Sequence[Row], path: Path) -> None:
+    made = [row.as_json() for row in rows]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, fieldnames=list(made[0]))
+        writer.writeheader()
+        writer.writerows(made)
+
+
+def _text(text: str, path: Path) -> Path:
+    def fill(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(path, fill)
+    return path

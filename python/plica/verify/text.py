@@ -1,0 +1,74 @@
+"""The rows of a verification as text for a terminal, and as a page of Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from plica.verify.case import Case, Row
+from plica.verify.installation import Installation
+
+__all__ = ["as_markdown", "case_lines", "conclusion", "shown", "within"]
+
+Judged = Sequence[tuple[Case, Sequence[Row]]]
+
+
+def shown(number: float | None, digits: int = 6) -> str:
+    """A number, or a dash."""
+    return "-" if number is None else f"{number:.{digits}g}"
+
+
+def within(row: Row) -> tuple[str, str]:
+    """Error and tolerance with what they are counted in, which goes without saying for a pure number."""
+    unit = {"reference": " rel.", "unit": f" {row.unit}" if row.unit != "1" else ""}.get(row.error_of, "")
+    return shown(row.error, 2) + unit, shown(row.tolerance, 2) + unit
+
+
+def case_lines(case: Case, rows: Sequence[Row]) -> list[str]:
+    """What a case proves, and its rows below it."""
+    lines = [f"{case.name}: {case.proves}"]
+    for row in rows:
+        if row.failure and row.value is None:
+            lines.append(f"  FAIL  {row.quantity}: {row.failure}")
+            continue
+        error, tolerance = within(row)
+        unit = f" {row.unit}" if row.unit != "1" else ""
+        mark = "pass" if row.passed else "FAIL"
+        value, reference = (f"{shown(number)}{unit}" for number in (row.value, row.reference))
+        lines.append(
+            f"  {mark}  {value:<22} of {reference:<22} error {error:<14} <= {tolerance:<14} {row.quantity}"
+        )
+    return lines
+
+
+def conclusion(rows: Sequence[Row], seconds: float) -> str:
+    """How many pass, and which do not."""
+    failed = [row.name for row in rows if not row.passed]
+    said = f"{len(rows) - len(failed)} of {len(rows)} pass, in {seconds:.0f} s."
+    return said if not failed else f"{said} Failed: {', '.join(failed)}."
+
+
+def as_markdown(made: Judged, installation: Installation) -> str:
+    """A table for each subject, with the engine that made it named above."""
+    lines = [f"Made by {installation}."]
+    subject = ""
+    for _, rows in made:
+        for row in rows:
+            if row.subject != subject:
+                subject = row.subject
+                lines += ["", f"### {subject.capitalize()}", ""]
+                lines += [
+                    "| row | quantity | value | reference | error | tolerance | pass |",
+                    "|" + " --- |" * 7,
+                ]
+            unit = f" {row.unit}" if row.unit != "1" else ""
+            mark = "yes" if row.passed else f"**no** {row.failure}".strip()
+            cells = (
+                row.name,
+                row.quantity,
+                shown(row.value) + unit,
+                shown(row.reference) + unit,
+                *within(row),
+                mark,
+            )
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
