@@ -9,10 +9,13 @@
 #define PLICA_WIDE __attribute__((target("avx2")))
 /// AVX2 with it: the last digits may be others.
 #define PLICA_FUSED __attribute__((target("avx2,fma")))
+/// AVX-512 with it: the bits of PLICA_FUSED.
+#define PLICA_LARGEST __attribute__((target("avx512f,avx512vl,avx512dq,avx2,fma")))
 #else
 #define PLICA_INLINE inline
 #define PLICA_WIDE
 #define PLICA_FUSED
+#define PLICA_LARGEST
 #endif
 
 namespace plica {
@@ -31,6 +34,16 @@ inline bool takes_wide() {
 inline bool takes_fused() {
 #if defined(__x86_64__) && defined(__GNUC__)
   return takes_wide() && __builtin_cpu_supports("fma");
+#else
+  return false;
+#endif
+}
+
+/// Whether it takes what is compiled as PLICA_LARGEST.
+inline bool takes_largest() {
+#if defined(__x86_64__) && defined(__GNUC__)
+  return takes_fused() && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+         __builtin_cpu_supports("avx512dq");
 #else
   return false;
 #endif

@@ -11,6 +11,13 @@ constexpr int w = 8;
 /// GCC's and Clang's.
 #if defined(__GNUC__)
 typedef float Floats __attribute__((vector_size(4 * w), aligned(4), may_alias));
+// A template argument would lose the alignment of a vector type: it takes a struct that has the type.
+struct EightLanes {
+  typedef Floats Register;
+};
+struct SixteenLanes {
+  typedef float Register __attribute__((vector_size(8 * w), aligned(4), may_alias));
+};
 typedef double Doubles __attribute__((vector_size(32), aligned(8), may_alias));
 #else
 #error "plica: panel_kernels.cpp needs the vector types of GCC or Clang"
@@ -75,46 +82,58 @@ PLICA_INLINE void backward_body(const float* panel, std::ptrdiff_t groups, std::
   }
 }
 
+/// `parts` registers side by side hold the vectors of a row; the panel's tiles stay in cache from part to part.
+template <typename Width, int parts>
 PLICA_INLINE void forward_packed_body(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f) {
+  typedef typename Width::Register Register;
+  constexpr int lanes = sizeof(Register) / sizeof(float);
   for (std::ptrdiff_t g = 0; g < groups; ++g) {
-    Floats* top = reinterpret_cast<Floats*>(f + w * w * g);
-    Floats y[w];
-    for (int i = 0; i < w; ++i) {
-      y[i] = panel[i] * top[0];
-      for (int j = 1; j <= i; ++j) y[i] += panel[w * j + i] * top[j];
-    }
-    for (int i = 0; i < w; ++i) top[i] = y[i];
-    for (std::ptrdiff_t k = g + 1; k < tiles; ++k) {
-      panel += w * w;
-      Floats* rows = reinterpret_cast<Floats*>(f + w * w * k);
+    for (int part = 0; part < parts; ++part) {
+      const float* t = panel;
+      Register* top = reinterpret_cast<Register*>(f + w * lanes * parts * g + lanes * part);
+      Register y[w];
       for (int i = 0; i < w; ++i) {
-        Floats a = panel[i] * y[0], b = panel[w + i] * y[1];
-        for (int j = 2; j < w; j += 2) a += panel[w * j + i] * y[j], b += panel[w * (j + 1) + i] * y[j + 1];
-        rows[i] -= a + b;
+        y[i] = t[i] * top[0];
+        for (int j = 1; j <= i; ++j) y[i] += t[w * j + i] * top[parts * j];
+      }
+      for (int i = 0; i < w; ++i) top[parts * i] = y[i];
+      for (std::ptrdiff_t k = g + 1; k < tiles; ++k) {
+        t += w * w;
+        Register* rows = reinterpret_cast<Register*>(f + w * lanes * parts * k + lanes * part);
+        for (int i = 0; i < w; ++i) {
+          Register a = t[i] * y[0], b = t[w + i] * y[1];
+          for (int j = 2; j < w; j += 2) a += t[w * j + i] * y[j], b += t[w * (j + 1) + i] * y[j + 1];
+          rows[parts * i] -= a + b;
+        }
       }
     }
-    panel += w * w;
+    panel += w * w * (tiles - g);
   }
 }
 
+template <typename Width, int parts>
 PLICA_INLINE void backward_packed_body(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f) {
+  typedef typename Width::Register Register;
+  constexpr int lanes = sizeof(Register) / sizeof(float);
   panel += w * w * (groups * tiles - groups * (groups - 1) / 2);
   for (std::ptrdiff_t g = groups - 1; g >= 0; --g) {
     panel -= w * w * (tiles - g);
-    const float* t = panel;
-    Floats s[w] = {};
-    for (std::ptrdiff_t k = g + 1; k < tiles; ++k) {
-      t += w * w;
-      const Floats* rows = reinterpret_cast<const Floats*>(f + w * w * k);
-      for (int i = 0; i < w; ++i)
-        for (int j = 0; j < w; ++j) s[j] += t[w * j + i] * rows[i];
-    }
-    Floats* top = reinterpret_cast<Floats*>(f + w * w * g);
-    for (int j = 0; j < w; ++j) s[j] = top[j] - s[j];
-    for (int j = 0; j < w; ++j) {
-      Floats x = panel[w * j + j] * s[j];
-      for (int i = j + 1; i < w; ++i) x += panel[w * j + i] * s[i];
-      top[j] = x;
+    for (int part = 0; part < parts; ++part) {
+      const float* t = panel;
+      Register s[w] = {};
+      for (std::ptrdiff_t k = g + 1; k < tiles; ++k) {
+        t += w * w;
+        const Register* rows = reinterpret_cast<const Register*>(f + w * lanes * parts * k + lanes * part);
+        for (int i = 0; i < w; ++i)
+          for (int j = 0; j < w; ++j) s[j] += t[w * j + i] * rows[parts * i];
+      }
+      Register* top = reinterpret_cast<Register*>(f + w * lanes * parts * g + lanes * part);
+      for (int j = 0; j < w; ++j) s[j] = top[parts * j] - s[j];
+      for (int j = 0; j < w; ++j) {
+        Register x = panel[w * j + j] * s[j];
+        for (int i = j + 1; i < w; ++i) x += panel[w * j + i] * s[i];
+        top[parts * j] = x;
+      }
     }
   }
 }
@@ -149,35 +168,56 @@ PLICA_INLINE void subtract_body(const double* const* x, const double* a, double*
   for (std::ptrdiff_t i = 0; i < count; ++i) y[i] -= (a[0] * x0[i] + a[1] * x1[i]) + (a[2] * x2[i] + a[3] * x3[i]);
 }
 
-#define PLICA_PANEL_KERNELS(suffix, target)                                                                     \
-  target void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {                  \
-    forward_body(p, g, t, f);                                                                                   \
-  }                                                                                                             \
-  target void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {                 \
-    backward_body(p, g, t, f);                                                                                  \
-  }                                                                                                             \
-  target void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {           \
-    forward_packed_body(p, g, t, f);                                                                            \
-  }                                                                                                             \
-  target void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {          \
-    backward_packed_body(p, g, t, f);                                                                           \
-  }                                                                                                             \
-  target void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {               \
-    strip_body(a, b, count, c);                                                                                 \
-  }                                                                                                             \
-  target void subtract_##suffix(const double* const* x, const double* a, double* y, std::ptrdiff_t count) {     \
-    subtract_body(x, a, y, count);                                                                              \
-  }                                                                                                             \
-  constexpr PanelKernels kernels_##suffix{forward_##suffix,         backward_##suffix, forward_packed_##suffix, \
-                                          backward_packed_##suffix, strip_##suffix,    subtract_##suffix};
+// What one vector takes, for the two versions there are of it.
+#define PLICA_PANEL_KERNELS(suffix, target)                                                                 \
+  target void forward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {              \
+    forward_body(p, g, t, f);                                                                               \
+  }                                                                                                         \
+  target void backward_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {             \
+    backward_body(p, g, t, f);                                                                              \
+  }                                                                                                         \
+  target void forward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {       \
+    forward_packed_body<EightLanes, 1>(p, g, t, f);                                                         \
+  }                                                                                                         \
+  target void backward_packed_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {      \
+    backward_packed_body<EightLanes, 1>(p, g, t, f);                                                        \
+  }                                                                                                         \
+  target void strip_##suffix(const double* a, const double* b, std::ptrdiff_t count, double* c) {           \
+    strip_body(a, b, count, c);                                                                             \
+  }                                                                                                         \
+  target void subtract_##suffix(const double* const* x, const double* a, double* y, std::ptrdiff_t count) { \
+    subtract_body(x, a, y, count);                                                                          \
+  }
+// Sixteen vectors: two registers a row, or one of a processor with AVX-512.
+#define PLICA_WIDE_PANELS(suffix, Width, parts, target)                                              \
+  target void forward_wide_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) {  \
+    forward_packed_body<Width, parts>(p, g, t, f);                                                   \
+  }                                                                                                  \
+  target void backward_wide_##suffix(const float* p, std::ptrdiff_t g, std::ptrdiff_t t, float* f) { \
+    backward_packed_body<Width, parts>(p, g, t, f);                                                  \
+  }
+#define PLICA_PANEL_TABLE(name, suffix, wide)                                                         \
+  constexpr PanelKernels name{forward_##suffix,         backward_##suffix,   forward_packed_##suffix, \
+                              backward_packed_##suffix, forward_wide_##wide, backward_wide_##wide,    \
+                              strip_##suffix,           subtract_##suffix};
 PLICA_PANEL_KERNELS(any, )
 PLICA_PANEL_KERNELS(fused, PLICA_FUSED)
+PLICA_WIDE_PANELS(any, EightLanes, 2, )
+PLICA_WIDE_PANELS(fused, EightLanes, 2, PLICA_FUSED)
+PLICA_WIDE_PANELS(largest, SixteenLanes, 1, PLICA_LARGEST)
+PLICA_PANEL_TABLE(kernels_any, any, any)
+PLICA_PANEL_TABLE(kernels_fused, fused, fused)
+PLICA_PANEL_TABLE(kernels_largest, fused, largest)
+#undef PLICA_PANEL_TABLE
+#undef PLICA_WIDE_PANELS
 #undef PLICA_PANEL_KERNELS
 
 }  // namespace
 
 const PanelKernels& panel_kernels() {
-  static const PanelKernels& chosen = takes_fused() ? kernels_fused : kernels_any;
+  static const PanelKernels& chosen = takes_largest() ? kernels_largest
+                                      : takes_fused() ? kernels_fused
+                                                      : kernels_any;
   return chosen;
 }
 

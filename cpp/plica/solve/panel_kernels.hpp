@@ -14,6 +14,9 @@ struct PanelKernels {
   /// The same for 8 vectors at once, f[8 * row + vector]; every vector takes the same arithmetic.
   void (*forward_packed)(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f);
   void (*backward_packed)(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f);
+  /// The same for 16 vectors at once, f[16 * row + vector].
+  void (*forward_wide)(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f);
+  void (*backward_wide)(const float* panel, std::ptrdiff_t groups, std::ptrdiff_t tiles, float* f);
   /// c[j][i] = sum_k a[8 k + i] b[4 k + j] for the 8 x 4 block of a product of packed strips.
   void (*strip_product)(const double* a, const double* b, std::ptrdiff_t count, double* c);
   /// y -= sum of four columns times a factor each: y[i] -= sum_k a[k] x[k][i].

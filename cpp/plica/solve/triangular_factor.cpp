@@ -244,12 +244,18 @@ void TriangularFactor::solve(const Vector& b, Vector& x) const {
 
 void TriangularFactor::solve_packed(const double* b, double* x) const { apply<pack>(b, x); }
 
+void TriangularFactor::solve_wide(const double* b, double* x) const { apply<wide>(b, x); }
+
 template <int lanes>
 void TriangularFactor::apply(const double* b, double* x) const {
   const Supernodes& tree = plan_.tree;
   const PanelKernels& kernels = panel_kernels();
-  const auto forward = lanes == 1 ? kernels.forward : kernels.forward_packed;
-  const auto backward = lanes == 1 ? kernels.backward : kernels.backward_packed;
+  const auto forward = lanes == 1      ? kernels.forward
+                       : lanes == pack ? kernels.forward_packed
+                                       : kernels.forward_wide;
+  const auto backward = lanes == 1      ? kernels.backward
+                        : lanes == pack ? kernels.backward_packed
+                                        : kernels.backward_wide;
   // Each right-hand side is brought to the size of one, so that single precision neither overflows nor vanishes.
   const auto unknowns = static_cast<std::ptrdiff_t>(scale_.size());
   double largest[lanes] = {}, shrink[lanes], grow[lanes];
@@ -259,15 +265,17 @@ void TriangularFactor::apply(const double* b, double* x) const {
     grow[v] = largest[v] > 0.0 ? largest[v] : 1.0;
     shrink[v] = 1.0 / grow[v];
   }
-  Eigen::VectorXf f(lanes * front_.back());
+  static thread_local Eigen::VectorXf kept;  // a new one a call would be cleared by the kernel page by page
+  if (kept.size() < lanes * front_.back()) kept.resize(lanes * front_.back());
+  float* const f = kept.data();
   subtrees_.upward([&](std::int32_t s) {
     const std::ptrdiff_t columns = tree.columns(s), rows = tree.rows(s);
-    float* own = f.data() + lanes * front_[s];
+    float* own = f + lanes * front_[s];
     std::fill_n(own, lanes * (front_[s + 1] - front_[s]), 0.0f);
     for (const std::int32_t child : tree.children[s]) {  // taken in order, whoever computed it
-      const float* below = f.data() + lanes * (front_[child] + padded(tree.columns(child)));
+      const float* below = f + lanes * (front_[child] + padded(tree.columns(child)));
       for (std::ptrdiff_t k = tree.row_start[child]; k < tree.row_start[child + 1]; ++k, below += 3 * lanes) {
-        float* out = f.data() + lanes * in_parent_[k];
+        float* out = f + lanes * in_parent_[k];
         for (int c = 0; c < 3 * lanes; ++c) out[c] += below[c];
       }
     }
@@ -283,10 +291,10 @@ void TriangularFactor::apply(const double* b, double* x) const {
   });
   subtrees_.downward([&](std::int32_t s) {
     const std::ptrdiff_t columns = tree.columns(s), rows = tree.rows(s);
-    float* own = f.data() + lanes * front_[s];
+    float* own = f + lanes * front_[s];
     float* below = own + lanes * padded(columns);
     for (std::ptrdiff_t k = tree.row_start[s]; k < tree.row_start[s + 1]; ++k, below += 3 * lanes)
-      std::copy_n(f.data() + lanes * as_column_[k], 3 * lanes, below);
+      std::copy_n(f + lanes * as_column_[k], 3 * lanes, below);
     const std::ptrdiff_t groups = padded(columns) / tile, tiles = groups + padded(rows) / tile;
     backward(values_.data() + panel_[s], groups, tiles, own);
     for (std::ptrdiff_t k = 0; k < columns; ++k) {

@@ -29,6 +29,9 @@ class TriangularFactor {
   /// and each takes the same arithmetic whatever its company.
   void solve_packed(const double* b, double* x) const;
   static constexpr int pack = BlockMatrix::pack;
+  /// The same for `wide` of them, b[wide * unknown + vector]: the bits of solve_packed.
+  void solve_wide(const double* b, double* x) const;
+  static constexpr int wide = 2 * pack;
   const FactorPlan& plan() const { return plan_; }
 
  private:
