@@ -4,6 +4,7 @@
     python benchmarks/identify.py refined --draws 30    # no inverse crime: a finer mesh, half the step
     python benchmarks/identify.py wrong --draws 12      # what the model has wrong
     python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
+    python benchmarks/identify.py larynx --preset fine --size 6.5e-4 --before coarse    # and at over 30,000
 
 A layered block is seen from above by 66 points at 4000 frames/s, 20 px/mm, with 0.1 px noise in the flow.
 Known pressures on its medial face, and unknown ones of 30 Pa, drive it. In each draw the noise is new and
@@ -382,29 +383,52 @@ def wrong(arguments: argparse.Namespace) -> dict[str, Any]:
     return out
 
 
-def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Time and memory of one estimate in the larynx."""
-    made = plica.Scene(
-        plica.Larynx(larynx=arguments.preset, order=2),
-        {name: plica.Tissue(**fields) for name, fields in TISSUE.items()},
-        time=plica.Stepping(step=STEP, duration=STEP),
-    )
-    mesh = plica.build_mesh(made.mesh)
-    x, faces = np.asarray(mesh.points), np.asarray(mesh.surfaces["airway"])
-    centres = x[faces[:, :3]].mean(axis=1)
-    upward = np.cross(*np.moveaxis(x[faces[:, 1:3]] - x[faces[:, :1]], 1, 0))[:, 2] > 0
-    near = upward & (np.abs(centres[:, 0]) < 3.5e-3) & (np.abs(centres[:, 1]) < 6e-3)
-    points = SurfacePoints.at_nodes(np.unique(faces[near])[:: max(1, len(np.unique(faces[near])) // 80)])
-    patterns = Forcing.on_surface(mesh, "airway", [-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3])[:, 1:3]
-    steps = arguments.frames * round(1 / (FRAME_RATE * STEP))
-    waves = drive(STEP * (np.arange(steps) + 0.7), arguments.drive)
-    named = parameters(SEVEN, np.zeros(7))
+class LarynxBench:
+    """One mesh of the larynx, and its points seen from above."""
 
-    def model(flow: np.ndarray) -> MotionModel:
+    def __init__(self, preset: str, size: float | None, frames: int, amplitude: float) -> None:
+        options = {} if size is None else {"options": {"size": size}}
+        self.scene = plica.Scene(
+            plica.Larynx(larynx=preset, order=2, **options),
+            {name: plica.Tissue(**fields) for name, fields in TISSUE.items()},
+            time=plica.Stepping(step=STEP, duration=STEP),
+        )
+        self.frames, self.mesh = frames, plica.build_mesh(self.scene.mesh)
+        self.patterns = Forcing.on_surface(self.mesh, "airway", [-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3])[:, 1:3]
+        steps = frames * round(1 / (FRAME_RATE * STEP))
+        self.waves = drive(STEP * (np.arange(steps) + 0.7), amplitude)
+
+    @property
+    def unknowns(self) -> int:
+        """Free ones: the wall is held."""
+        return 3 * (len(np.asarray(self.mesh.points)) - len(self.mesh.node_sets["wall"]))
+
+    def image(self) -> np.ndarray:
+        """(r, 2) m in the picture: some 80 nodes of the surface about the glottis."""
+        x, faces = np.asarray(self.mesh.points), np.asarray(self.mesh.surfaces["airway"])
+        centres = x[faces[:, :3]].mean(axis=1)
+        upward = np.cross(*np.moveaxis(x[faces[:, 1:3]] - x[faces[:, :1]], 1, 0))[:, 2] > 0
+        near = upward & (np.abs(centres[:, 0]) < 3.5e-3) & (np.abs(centres[:, 1]) < 6e-3)
+        nodes = np.unique(faces[near])
+        return np.ascontiguousarray(x[nodes[:: max(1, len(nodes) // 80)], :2])
+
+    def model(self, image: np.ndarray, flow: np.ndarray) -> MotionModel:
+        """Of the flow (N, r, 2) at these points of the picture."""
+        points = SurfacePoints.seen(self.mesh, "airway", CAMERA, image)
         seen = Observation(points, CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
-        return MotionModel(made, named, seen, Forcing(patterns, waves, gain_sd=GAIN_SD), mesh=mesh)
+        forcing = Forcing(self.patterns, self.waves, gain_sd=GAIN_SD)
+        return MotionModel(self.scene, parameters(SEVEN, np.zeros(7)), seen, forcing, mesh=self.mesh)
 
-    first = model(np.ones((arguments.frames, len(points.nodes), 2)))
+
+def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Time and memory of one estimate in the larynx; with --before, of one on a coarser mesh that it starts
+    from."""
+    fine = LarynxBench(arguments.preset, arguments.size, arguments.frames, arguments.drive)
+    benches = [LarynxBench(name, None, arguments.frames, arguments.drive) for name in arguments.before] + [
+        fine
+    ]
+    image = fine.image()
+    first = fine.model(image, np.ones((arguments.frames, len(image), 2)))
     rng = np.random.default_rng(7)
     truth = first.responses(first.tissue.prior_mean, derivatives=False)
     pressures = rng.normal(0, PRESSURE_SD, (arguments.frames * 2, 1))
@@ -412,21 +436,41 @@ def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
         truth.mean[0].shape
     )
     flow = (rows + rng.normal(0, FLOW_SD, rows.shape)).reshape(arguments.frames, -1, 2)
-    likelihood = MarginalLikelihood(model(flow))
-    start = likelihood.prior_mean + rng.normal(0, 0.3, 8)
-    began = time.perf_counter()
-    found = estimate(
-        likelihood, start, progress=lambda i: print(i.number, f"{i.value:.3f} {i.step:.3g} sd", flush=True)
-    )
-    seconds = time.perf_counter() - began
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(
-        f"{3 * len(x)} unknowns, {len(points.nodes)} points, {arguments.frames} frames: {seconds:.1f} s, "
-        f"{found.iterations} iterations, peak {memory:.0f} MB of the process, {plica._engine.threads()} "
-        "threads"
-    )
+    start = np.append(first.tissue.prior_mean, 0.0) + rng.normal(0, 0.3, 8)
+    out: dict[str, Any] = {"meshes": []}
+    began, busy = time.perf_counter(), time.process_time()
+    for bench in benches:
+        likelihood = MarginalLikelihood(bench.model(image, flow))
+        found = estimate(
+            likelihood,
+            start,
+            progress=lambda i: print(
+                i.number, f"{i.value:.3f} {i.step:.3g} sd {time.perf_counter() - began:.1f} s", flush=True
+            ),
+        )
+        seconds, processor = time.perf_counter() - began, time.process_time() - busy
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(
+            f"{bench.unknowns} free unknowns, {len(image)} points, {arguments.frames} frames: {seconds:.1f} "
+            f"s so far, {processor:.1f} s of processors, {found.iterations} iterations, peak {memory:.0f} MB "
+            f"of the process, {plica._engine.threads()} threads",
+            flush=True,
+        )
+        out["meshes"].append(
+            {
+                "unknowns": bench.unknowns,
+                "seconds": seconds,
+                "processor": processor,
+                "iterations": found.iterations,
+                "peak_MB": memory,
+            }
+        )
+        if bench is not fine:
+            coarse, start = found, found.mean
+    if len(benches) > 1:
+        found = coarse.refined_by(found)
     print(found.table(), "\n".join(found.warnings()), sep="\n")
-    return {"unknowns": 3 * len(x), "seconds": seconds, "iterations": found.iterations, "peak_MB": memory}
+    return out
 
 
 def main() -> None:
@@ -440,6 +484,8 @@ def main() -> None:
     parser.add_argument("--drive", type=float, default=800.0, help="Pa, of the known pressure")
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--preset", default="coarse")
+    parser.add_argument("--size", type=float, help="m, of the larynx's edges instead of the preset's")
+    parser.add_argument("--before", nargs="*", default=[], help="presets to start from")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()

@@ -1,111 +1,138 @@
 #include "plica/estimation/sweep.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <variant>
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
-#include "plica/estimation/packed_solver.hpp"
+#include "plica/estimation/lane_solver.hpp"
 
 namespace plica {
 namespace {
 
 constexpr int pack = BlockMatrix::pack;
-using Packed = std::vector<double>;  // [pack * unknown + lane]
+using Packed = std::vector<double>;  // [lanes * unknown + lane]
 
-/// Motion of `pack` columns.
-struct Columns {
-  explicit Columns(std::size_t length)
-      : u(length, 0.0),
-        v(length, 0.0),
-        a(length, 0.0),
-        a1(length, 0.0),
-        a2(length, 0.0),
-        U(length, 0.0),
-        V(length, 0.0),
-        source(length, 0.0),
-        force(length),
-        product(length) {}
-  Packed u, v, a;
-  Packed a1, a2;  // of the two steps before: the next solve starts from 3 a - 3 a1 + a2
-  Packed U, V;    // (1+al) u1 - al u0 and likewise v1
-  Packed source;  // force of the step, N
-  Packed force, product;
+/// The finished step of the undifferentiated columns, `pack` of them at a time: what the derivatives are driven
+/// by.
+struct Base {
+  Packed U, V;  // (1+al) u1 - al u0 and likewise v1
 };
+
+/// Motion of 8 or 16 columns that share each pass over the factor; column `first` is lane 0.
+template <int lanes_>
+struct Columns {
+  static constexpr int lanes = lanes_;
+  Columns(std::ptrdiff_t first_column, std::size_t unknowns)
+      : first(first_column), u(lanes * unknowns, 0.0), v(u), a(u), U(u), V(u), source(u) {
+    f.r = f.d = u;
+  }
+  std::ptrdiff_t first;
+  Packed u, v, a;
+  Packed U, V;    // (1+al) u1 - al u0 of the predictors, likewise v1
+  Packed source;  // force of the step, N
+  LaneForce<lanes> f;
+};
+using Group = std::variant<Columns<8>, Columns<16>>;
 
 struct Marching {
   const LinearMotion& m;
-  const PackedSolver& solver;
+  const LaneSolver& solver;
 
-  /// One step under c.source; leaves U and V of the finished step.
-  void advance(Columns& c, std::ptrdiff_t step) const {
+  /// One step under c.source; leaves U and V of the finished step of column i < q in base[i / pack].
+  template <typename C>
+  void advance(C& c, std::ptrdiff_t step, std::ptrdiff_t q, std::vector<Base>& base) const {
     const double h = m.step, al = m.alpha;
     const double ua = h * h * (0.5 - m.beta), va = (1 - m.gamma) * h;
-    for (std::size_t i = 0; i < c.u.size(); ++i) {
-      const double u0 = c.u[i], v0 = c.v[i];
-      c.u[i] += h * v0 + ua * c.a[i];
-      c.v[i] += va * c.a[i];
-      c.U[i] = (1 + al) * c.u[i] - al * u0;
-      c.V[i] = (1 + al) * c.v[i] - al * v0;
-    }
-    c.force = c.source;
-    subtract(m.K, c.U, c.product, c.force);
-    if (m.C) subtract(*m.C, c.V, c.product, c.force);
-    project(c.force);
-    for (std::size_t i = 0; i < c.a.size(); ++i) {
-      const double guess = 3 * (c.a[i] - c.a1[i]) + c.a2[i];
-      c.a2[i] = c.a1[i];
-      c.a1[i] = c.a[i];
-      c.a[i] = guess;
-    }
-    solver.solve(c.force, c.a, step);
+    for_slices(length(c.u), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+      for (auto i = static_cast<std::size_t>(at); i < static_cast<std::size_t>(at + count); ++i) {
+        const double u0 = c.u[i], v0 = c.v[i], a0 = c.a[i];
+        c.u[i] = u0 + h * v0 + ua * a0;
+        c.v[i] = v0 + va * a0;
+        c.U[i] = (1 + al) * c.u[i] - al * u0;
+        c.V[i] = (1 + al) * c.v[i] - al * v0;
+      }
+    });
+    solver.force(c.U, c.V, c.source, c.f);
+    solver.solve(c.f, c.a, step);
     const double du = m.beta * h * h, dv = m.gamma * h;
-    for (std::size_t i = 0; i < c.u.size(); ++i) {
-      c.u[i] += du * c.a[i];
-      c.v[i] += dv * c.a[i];
-      c.U[i] += (1 + al) * du * c.a[i];
-      c.V[i] += (1 + al) * dv * c.a[i];
-    }
+    const std::ptrdiff_t own = std::clamp<std::ptrdiff_t>(q - c.first, 0, C::lanes);
+    for_slices(length(c.u) / C::lanes, [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+      for (auto k = static_cast<std::size_t>(at); k < static_cast<std::size_t>(at + count); ++k) {
+        for (std::size_t i = C::lanes * k; i < C::lanes * (k + 1); ++i) {
+          c.u[i] += du * c.a[i];
+          c.v[i] += dv * c.a[i];
+        }
+        for (std::ptrdiff_t lane = 0; lane < own; ++lane) {
+          const std::ptrdiff_t column = c.first + lane;
+          const std::size_t from = C::lanes * k + static_cast<std::size_t>(lane),
+                            to = pack * k + static_cast<std::size_t>(column % pack);
+          Base& target = base[static_cast<std::size_t>(column / pack)];
+          target.U[to] = c.U[from] + (1 + al) * du * c.a[from];
+          target.V[to] = c.V[from] + (1 + al) * dv * c.a[from];
+        }
+      }
+    });
   }
 
-  /// force -= A x
-  static void subtract(const BlockMatrix& A, const Packed& x, Packed& product, Packed& force) {
-    for_chunks(A.rows() / 3, BlockMatrix::chunk_rows,
+  static std::ptrdiff_t length(const Packed& x) { return static_cast<std::ptrdiff_t>(x.size()); }
+};
+
+/// All columns: the q of the patterns, then those of the derivatives, which follow one step behind.
+class Columnwise {
+ public:
+  Columnwise(std::ptrdiff_t q, std::ptrdiff_t width, std::size_t unknowns)
+      : q_(q), width_(width), unknowns_(unknowns) {
+    std::ptrdiff_t first = 0;
+    for (; width - first > 8; first += 16) groups_.emplace_back(std::in_place_type<Columns<16>>, first, unknowns);
+    if (width > first) groups_.emplace_back(std::in_place_type<Columns<8>>, first, unknowns);
+    base_.resize(static_cast<std::size_t>((q + pack - 1) / pack));
+    for (Base& base : base_) base.U = base.V = Packed(pack * unknowns, 0.0);
+  }
+
+  /// The patterns push in the first step alone.
+  void push(const RowMatrix& patterns) {
+    for (std::ptrdiff_t i = 0; i < q_; ++i)
+      write_source(i, 0, patterns.rows(), [&](std::ptrdiff_t k) { return patterns(k, i); });
+  }
+  void release() {
+    for (std::ptrdiff_t i = 0; i < q_; ++i)
+      write_source(i, 0, static_cast<std::ptrdiff_t>(unknowns_), [](std::ptrdiff_t) { return 0.0; });
+  }
+
+  /// source = -(dK U + dC V) of the finished step, one direction after another.
+  void take_sources(const std::vector<Direction>& directions) {
+    elastic_.resize(static_cast<std::size_t>(pack) * unknowns_);
+    viscous_.resize(elastic_.size());
+    for_chunks(static_cast<std::ptrdiff_t>(unknowns_) / 3, BlockMatrix::chunk_rows,
                [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-                 A.multiply_rows_packed(begin, end, x.data(), product.data());
-                 for (std::ptrdiff_t i = 3 * pack * begin; i < 3 * pack * end; ++i)
-                   force[static_cast<std::size_t>(i)] -= product[static_cast<std::size_t>(i)];
+                 for (std::size_t j = 0; j < directions.size(); ++j)
+                   for (std::size_t p = 0; p < base_.size(); ++p) {
+                     const auto& [dK, dC] = directions[j];
+                     if (dK) dK->multiply_rows_packed(begin, end, base_[p].U.data(), elastic_.data());
+                     if (dC) dC->multiply_rows_packed(begin, end, base_[p].V.data(), viscous_.data());
+                     const auto first = static_cast<std::ptrdiff_t>(p) * pack;
+                     for (std::ptrdiff_t i = first; i < std::min(q_, first + pack); ++i)
+                       write_source((1 + static_cast<std::ptrdiff_t>(j)) * q_ + i, 3 * begin, 3 * (end - begin),
+                                    [&](std::ptrdiff_t k) {
+                                      const auto at = static_cast<std::size_t>(pack * k + i % pack);
+                                      return -(dK ? elastic_[at] : 0.0) - (dC ? viscous_[at] : 0.0);
+                                    });
+                   }
                });
   }
 
-  void project(Packed& force) const {
-    for (std::ptrdiff_t k = 0; k < m.supports.size(); ++k)
-      if (m.supports.fixed(k)) std::fill_n(force.begin() + pack * k, pack, 0.0);
-  }
-};
-
-/// Packs of columns one after another: column c is lane c % pack of pack c / pack.
-struct Group {
-  Group(std::ptrdiff_t columns, std::size_t length)
-      : count(columns), packs(static_cast<std::size_t>((columns + pack - 1) / pack), Columns(length)) {}
-  std::ptrdiff_t count;
-  std::vector<Columns> packs;
-  Columns& of(std::ptrdiff_t column) { return packs[static_cast<std::size_t>(column / pack)]; }
-
-  void clear_sources() {
-    for (Columns& c : packs) std::fill(c.source.begin(), c.source.end(), 0.0);
-  }
   void advance(const Marching& marching, std::ptrdiff_t step) {
-    if (packs.size() == 1) {  // the kernels inside take the threads
-      marching.advance(packs.front(), step);
-      return;
-    }
-    std::vector<std::string> failed(packs.size());  // work must not throw
-    for_chunks(static_cast<std::ptrdiff_t>(packs.size()), 1,
+    const auto one = [&](Group& group) {
+      std::visit([&](auto& columns) { marching.advance(columns, step, q_, base_); }, group);
+    };
+    if (groups_.size() == 1) return one(groups_.front());  // the kernels inside take the threads
+    std::vector<std::string> failed(groups_.size());       // work must not throw
+    for_chunks(static_cast<std::ptrdiff_t>(groups_.size()), 1,
                [&](std::ptrdiff_t k, std::ptrdiff_t, std::ptrdiff_t) {
                  try {
-                   marching.advance(packs[static_cast<std::size_t>(k)], step);
+                   one(groups_[static_cast<std::size_t>(k)]);
                  } catch (const std::exception& error) {
                    failed[static_cast<std::size_t>(k)] = error.what();
                  }
@@ -113,37 +140,39 @@ struct Group {
     for (const std::string& text : failed)
       if (!text.empty()) throw SolveFailed(text);
   }
-  void record(const Indices& observed, std::ptrdiff_t first, std::ptrdiff_t width, double* out) const {
-    for (std::ptrdiff_t o = 0; o < observed.size(); ++o)
-      for (std::ptrdiff_t c = 0; c < count; ++c)
-        out[o * width + first + c] =
-            packs[static_cast<std::size_t>(c / pack)].u[static_cast<std::size_t>(pack * observed[o] + c % pack)];
-  }
-};
 
-/// source = -(dK U + dC V) of the base columns, one direction after another.
-void take_sources(const std::vector<Direction>& directions, const Group& base, Group& derivatives) {
-  const std::ptrdiff_t q = base.count;
-  for_chunks(static_cast<std::ptrdiff_t>(directions.size()), 1,
-             [&](std::ptrdiff_t j, std::ptrdiff_t, std::ptrdiff_t) {
-               const Direction& direction = directions[static_cast<std::size_t>(j)];
-               for (std::size_t p = 0; p < base.packs.size(); ++p) {
-                 Packed force(base.packs[p].u.size(), 0.0), product(force.size());
-                 if (direction.stiffness)
-                   Marching::subtract(*direction.stiffness, base.packs[p].U, product, force);
-                 if (direction.viscosity)
-                   Marching::subtract(*direction.viscosity, base.packs[p].V, product, force);
-                 const auto from = static_cast<std::ptrdiff_t>(p) * pack;
-                 for (std::ptrdiff_t i = from; i < std::min(q, from + pack); ++i) {
-                   const std::ptrdiff_t column = j * q + i;
-                   Packed& target = derivatives.of(column).source;
-                   for (std::size_t k = 0; k < force.size() / pack; ++k)
-                     target[pack * k + static_cast<std::size_t>(column % pack)] =
-                         force[pack * k + static_cast<std::size_t>(i % pack)];
-                 }
-               }
-             });
-}
+  /// Displacements of the columns [begin, end), out[o * width + column].
+  void record(const Indices& observed, std::ptrdiff_t begin, std::ptrdiff_t end, double* out) const {
+    for (const Group& group : groups_)
+      std::visit(
+          [&](const auto& c) {
+            const std::ptrdiff_t from = std::max(begin, c.first), to = std::min(end, c.first + c.lanes);
+            for (std::ptrdiff_t o = 0; o < observed.size(); ++o)
+              for (std::ptrdiff_t column = from; column < to; ++column)
+                out[o * width_ + column] = c.u[static_cast<std::size_t>(
+                    c.lanes * static_cast<std::ptrdiff_t>(observed[o]) + column - c.first)];
+          },
+          group);
+  }
+
+ private:
+  /// value(k) into the unknowns k of [from, from + count).
+  template <typename Value>
+  void write_source(std::ptrdiff_t column, std::ptrdiff_t from, std::ptrdiff_t count, const Value& value) {
+    std::visit(
+        [&](auto& c) {
+          double* lane = c.source.data() + (column - c.first);
+          for (std::ptrdiff_t k = from; k < from + count; ++k) lane[c.lanes * k] = value(k);
+        },
+        groups_[static_cast<std::size_t>(column / 16)]);
+  }
+
+  std::ptrdiff_t q_, width_;
+  std::size_t unknowns_;
+  std::vector<Group> groups_;
+  std::vector<Base> base_;
+  Packed elastic_, viscous_;  // products of one direction, [pack * unknown + lane]
+};
 
 void require_sizes(const LinearMotion& motion, const RowMatrix& patterns, const Indices& observed,
                    std::ptrdiff_t steps, double tolerance) {
@@ -178,6 +207,13 @@ BlockMatrix step_matrix(const LinearMotion& m) {
 
 }  // namespace
 
+FactorPlan sweep_plan(const Pattern& pattern, const Supports& supports) {
+  BlockMatrix full(pattern);
+  std::fill(full.values().begin(), full.values().end(), 1.0);
+  supports.constrain(full);
+  return FactorPlan(full);
+}
+
 BlockMatrix without_zero_blocks(const BlockMatrix& A) {
   const NodePattern& all = *A.pattern();
   auto kept = std::make_shared<NodePattern>();
@@ -200,27 +236,25 @@ BlockMatrix without_zero_blocks(const BlockMatrix& A) {
 
 RowMatrix impulse_responses(const LinearMotion& motion, const RowMatrix& patterns,
                             const std::vector<Direction>& directions, const Indices& observed,
-                            std::ptrdiff_t steps, double tolerance) {
+                            std::ptrdiff_t steps, double tolerance, const FactorPlan* plan) {
   require_sizes(motion, patterns, observed, steps, tolerance);
   const std::ptrdiff_t q = patterns.cols(), width = (1 + static_cast<std::ptrdiff_t>(directions.size())) * q;
-  const auto length = static_cast<std::size_t>(pack * motion.K.rows());
+  const std::ptrdiff_t behind = directions.empty() ? 0 : 1;
+  std::vector<double> free(static_cast<std::size_t>(motion.K.rows()));
+  for (std::size_t k = 0; k < free.size(); ++k)
+    free[k] = motion.supports.fixed(static_cast<std::ptrdiff_t>(k)) ? 0.0 : 1.0;
   const BlockMatrix A = step_matrix(motion);
-  const PackedSolver solver(A, tolerance);
+  const LaneSolver solver(motion.K, motion.C, A, plan ? *plan : FactorPlan(A), free, tolerance);
   const Marching marching{motion, solver};
-  Group base(q, length), derivatives(width - q, length);
-  for (std::ptrdiff_t i = 0; i < q; ++i)
-    for (std::ptrdiff_t k = 0; k < patterns.rows(); ++k)
-      base.of(i).source[static_cast<std::size_t>(pack * k + i % pack)] = patterns(k, i);
+  Columnwise columns(q, width, free.size());
   RowMatrix out(steps, observed.size() * width);
-  for (std::ptrdiff_t s = 0; s < steps; ++s) {
-    base.advance(marching, s);
-    base.record(observed, 0, width, out.row(s).data());
-    if (!directions.empty()) {
-      take_sources(directions, base, derivatives);
-      derivatives.advance(marching, s);
-      derivatives.record(observed, q, width, out.row(s).data());
-    }
-    if (s == 0) base.clear_sources();
+  for (std::ptrdiff_t s = 0; s < steps + behind; ++s) {
+    if (s == 0) columns.push(patterns);
+    if (s == 1) columns.release();
+    if (s > 0) columns.take_sources(directions);
+    columns.advance(marching, s);
+    if (s < steps) columns.record(observed, 0, q, out.row(s).data());
+    if (behind && s > 0) columns.record(observed, q, width, out.row(s - 1).data());
   }
   return out;
 }

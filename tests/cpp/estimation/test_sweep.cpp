@@ -2,9 +2,11 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/estimation/node_order.hpp"
 #include "plica/estimation/sweep.hpp"
 
 using namespace plica;
@@ -87,11 +89,12 @@ Indices everything(std::ptrdiff_t unknowns) {
   return Indices::LinSpaced(unknowns, 0, static_cast<std::int32_t>(unknowns) - 1);
 }
 
-RowMatrix swept(const Chain& chain, const RowMatrix& patterns, std::ptrdiff_t steps) {
+RowMatrix swept(const Chain& chain, const RowMatrix& patterns, std::ptrdiff_t steps, double tolerance = 1e-13,
+                const FactorPlan* plan = nullptr) {
   const std::optional<BlockMatrix> C = chain.C;
   const LinearMotion motion{chain.M, C, chain.K, chain.supports, alpha, beta, gamma, step};
   const std::vector<Direction> directions{{without_zero_blocks(chain.dK), without_zero_blocks(chain.dC)}};
-  return impulse_responses(motion, patterns, directions, everything(chain.K.rows()), steps, 1e-13);
+  return impulse_responses(motion, patterns, directions, everything(chain.K.rows()), steps, tolerance, plan);
 }
 
 }  // namespace
@@ -119,6 +122,56 @@ TEST_CASE("responses and derivatives are those of dense marching, in more column
     CHECK((found_u - u).cwiseAbs().maxCoeff() < 1e-11 * u.cwiseAbs().maxCoeff());
     CHECK((found_du - du).cwiseAbs().maxCoeff() < 1e-8 * du.cwiseAbs().maxCoeff());  // of the difference, h^4
   }
+}
+
+TEST_CASE("residuals that are not computed are below the tolerance all the same") {
+  const Chain chain(40);
+  std::srand(6);
+  const RowMatrix patterns = RowMatrix::Random(chain.K.rows(), 9);
+  const RowMatrix exact = swept(chain, patterns, 50), loose = swept(chain, patterns, 50, 1e-5);
+  // A residual of 1e-5 of the force each step; the chain's condition number is some 10.
+  CHECK((loose - exact).cwiseAbs().maxCoeff() < 1e-4 * exact.cwiseAbs().maxCoeff());
+  const RowMatrix fine = swept(chain, patterns, 50, 1e-10);
+  CHECK((fine - exact).cwiseAbs().maxCoeff() < 1e-9 * exact.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("one plan of the factor serves other values, of blocks that were zero too") {
+  Chain chain(12);
+  const FactorPlan plan = sweep_plan(chain.pattern, chain.supports);
+  std::srand(7);
+  const RowMatrix patterns = RowMatrix::Random(chain.K.rows(), 2);
+  for (const double scale : {1.0, 3.0}) {
+    CAPTURE(scale);
+    for (double& value : chain.K.values()) value *= scale;
+    const RowMatrix own = swept(chain, patterns, 20), planned = swept(chain, patterns, 20, 1e-13, &plan);
+    CHECK(own.cwiseAbs().maxCoeff() > 1e-4);
+    CHECK((planned - own).cwiseAbs().maxCoeff() < 1e-11 * own.cwiseAbs().maxCoeff());
+  }
+  for (const auto& [r, c] : {std::pair{5, 6}, {6, 5}})  // a plan of these values would drop the block
+    for (BlockMatrix* A : {&chain.K, &chain.C})
+      std::fill_n(A->block(static_cast<std::ptrdiff_t>(chain.entry(r, c))), 9, 0.0);
+  const RowMatrix own = swept(chain, patterns, 20), planned = swept(chain, patterns, 20, 1e-13, &plan);
+  CHECK((planned - own).cwiseAbs().maxCoeff() < 1e-11 * own.cwiseAbs().maxCoeff());
+}
+
+TEST_CASE("a chain in any order is numbered from end to end") {
+  const std::int32_t nodes = 30;
+  std::vector<std::int32_t> name(nodes);  // of the k-th node along the chain
+  for (std::int32_t k = 0; k < nodes; ++k) name[k] = 7 * k % nodes;
+  std::vector<std::vector<std::int32_t>> rows(nodes);
+  for (std::int32_t k = 0; k < nodes; ++k)
+    for (std::int32_t j = std::max(0, k - 1); j <= std::min(nodes - 1, k + 1); ++j)
+      rows[name[k]].push_back(name[j]);
+  NodePattern graph;
+  graph.row_start.push_back(0);
+  for (auto& row : rows) {
+    std::sort(row.begin(), row.end());
+    graph.column.insert(graph.column.end(), row.begin(), row.end());
+    graph.row_start.push_back(static_cast<std::int32_t>(graph.column.size()));
+  }
+  const Order order = near_neighbours(graph);
+  std::vector<std::int32_t> found(order.begin(), order.end()), backward(name.rbegin(), name.rend());
+  CHECK((found == name || found == backward));
 }
 
 TEST_CASE("threads do not change a bit of the sweep") {
