@@ -1,22 +1,25 @@
-"""From a run without collision to its tissue, link by link: what film and flow cost an estimate.
+"""From a run to its tissue, link by link: what film and flow cost an estimate.
 
-    python benchmarks/chain.py                       # all links, two meshes
-    python benchmarks/chain.py --keep DIR            # film and analysis are kept, and used again
+    python benchmarks/chain.py --seeds 1 2 3           # three draws, each with its own film
+    python benchmarks/chain.py --seeds 1 --whole       # whole estimates in place of the first-order model
+    python benchmarks/chain.py --seeds 11 --colliding  # folds that touch
+    python benchmarks/chain.py --keep DIR              # films and analyses are kept, and used again
 
 Folds of the coarse larynx are moved from rest by known pressures and by small unknown ones, filmed from
 above, and the film is analysed by plica's video tools. Tissue is identified from (1) the true displacement
 of points, (2) the film's true flow, both with white noise as large as the error of the flow found, (3) the
-flow found, with one sd for all, (4) the same with an sd from the trust maps, (5) with a third of the points
-and (6) with every other pair of frames too, since the flow's errors are correlated along both. The error of
-a flow is told from its truth.
+flow found, its error taken for white, (4) the flow found, its error learned from the residuals
+(`plica.identify.estimate_from_flow`). Truth tells the error. The model's responses are those at the truth and
+their first derivatives there, so that a draw costs no sweep; `--whole` shows what that is worth.
 """
 
 from __future__ import annotations
 
 import argparse
+import copy
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +39,9 @@ from plica.identify import (
     SurfacePoints,
     TissueParameter,
     estimate,
+    estimate_from_flow,
 )
+from plica.identify.model import Responses
 from plica.video.trajectories import follow
 
 SCENE = Path(__file__).resolve().parents[1] / "examples" / "normal_phonation.toml"
@@ -53,25 +58,27 @@ OFFSET = (0.3, -0.3, 0.3)  # of the prior's medians, in log theta
 PRIOR_SD, GAIN_SD = 0.7, 0.3
 UNKNOWN = 10.0  # Pa, sd of the unknown pressures
 GRID = (8, 9)  # points across both folds and along them
-THINNED = 3  # of the points, where they are thinned
+TOUCHING = 1e-5  # m, of the skin from the middle
 
 
-def scene(preset: str, order: int) -> plica.Scene:
-    """The demo's tissue in another larynx, without airflow and contact."""
-    bare = {"airflow": None, "contact": None, "initial": None, "output": plica.Output()}
+def scene(preset: str, order: int, contact: bool = False) -> plica.Scene:
+    """The demo's tissue in another larynx, without airflow, with or without contact."""
+    bare = {"airflow": None, "initial": None, "output": plica.Output()}
+    if not contact:
+        bare["contact"] = None
     loaded = plica.Scene.load(SCENE).replace(bare)
     mesh = plica.Larynx(larynx=preset, order=order)
     return loaded.replace({"mesh": mesh, "time": plica.Stepping(step=STEP, duration=STEP)})
 
 
-def drive(frames: int, amplitude: float) -> np.ndarray:
+def drive(frames: int, amplitude: float, mean: float = 2.0) -> np.ndarray:
     """(steps, 2) Pa, at t + (1 + alpha) h of each step: a mean that opens the glottis, and waves of 110 and
     250 Hz, the upper section a quarter period later."""
     times = STEP * (np.arange(frames * STEPS_A_FRAME) + 0.7)
     phase = 2 * np.pi * 110 * times
     ramp = np.minimum(times / 4e-3, 1) ** 2
-    waves = [2 + np.sin(phase - lag) + 0.5 * np.sin(250 / 110 * (phase - lag)) for lag in (0, 1.6)]
-    return amplitude * ramp[:, None] * np.column_stack(waves)
+    waves = [mean + np.sin(phase - lag) + 0.5 * np.sin(250 / 110 * (phase - lag)) for lag in (0, 1.6)]
+    return np.asarray(amplitude * ramp[:, None] * np.column_stack(waves))
 
 
 def patterns(mesh: Any) -> np.ndarray:
@@ -101,13 +108,13 @@ def run(made: plica.Scene, pressures: np.ndarray) -> Moved:
     return Moved(mesh, {"time": times, "displacement": np.array(stored)})
 
 
-def least_gap(moved: Moved) -> float:
-    """m: the least distance of a fold's skin from the plane between the folds; below 0 they would touch."""
+def gaps(moved: Moved) -> np.ndarray:
+    """(N + 1) m: the least distance of a fold's skin from the plane between the folds."""
     nodes = np.unique(np.asarray(moved.mesh.surfaces["airway"]))
     x = np.asarray(moved.mesh.points)[nodes]
     inner = (np.abs(x[:, 1]) < 6e-3) & (np.abs(x[:, 0]) > 1e-6)
     now = x[inner, 0] + moved.fields["displacement"][:, nodes[inner], 0]
-    return float((np.sign(x[inner, 0]) * now).min())
+    return np.asarray((np.sign(x[inner, 0]) * now).min(axis=1))
 
 
 def image_points() -> np.ndarray:
@@ -139,13 +146,35 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(np.square(values))))
 
 
-class Estimator:
-    """One mesh on which tissue is identified."""
+class FirstOrder(MotionModel):
+    """A model by its responses and their derivatives at one tissue."""
 
-    def __init__(self, made: plica.Scene, waves: np.ndarray, image: np.ndarray) -> None:
+    def __init__(self, model: MotionModel, at: np.ndarray) -> None:
+        self.__dict__.update(model.__dict__)
+        self._at, self._known = at, model.responses(at)
+
+    def responses(
+        self, log_theta: np.ndarray, derivatives: bool = True, tilt: tuple[float, float] = (0.0, 0.0)
+    ) -> Responses:
+        """To first order, no farther than 1.5 in log theta."""
+        off = np.clip(log_theta - self._at, -1.5, 1.5)
+        mean, lags = self._known.mean.copy(), self._known.lags.copy()
+        mean[0] += np.tensordot(off, mean[1:], 1)
+        lags[0] += np.tensordot(off, lags[1:], 1)
+        kinds = None if derivatives else 1
+        return Responses(mean[:kinds], np.ascontiguousarray(lags[:kinds]))
+
+
+class Estimator:
+    """The mesh on which tissue is identified."""
+
+    def __init__(self, made: plica.Scene, waves: np.ndarray, closed: np.ndarray, whole: bool) -> None:
         self.scene, self.mesh = made, plica.build_mesh(made.mesh)
-        self.forcing = Forcing(patterns(self.mesh), waves, gain_sd=GAIN_SD)
-        self.image = image
+        surface = patterns(self.mesh)
+        x = np.asarray(self.mesh.points)[:, 1]
+        middle = np.repeat(np.clip(1 - (x / np.abs(x).max()) ** 2, 0, None), 3)[:, None]
+        collision = np.ascontiguousarray(surface * middle) if closed.any() else None
+        self.forcing = Forcing(surface, waves, gain_sd=GAIN_SD, collision=collision)
         self.parameters, truth = [], []
         for (name, targets), off in zip(NAMED.items(), OFFSET, strict=True):
             layer, value = targets[0].split(".")
@@ -153,28 +182,23 @@ class Estimator:
             truth.append(np.log(true))
             self.parameters.append(TissueParameter(targets, Prior(true * np.exp(off), PRIOR_SD), name))
         self.truth = np.array([*truth, 0.0])
+        self.points = SurfacePoints.seen(self.mesh, "airway", CAMERA, image_points())
+        blank = np.random.default_rng(0).normal(size=(len(closed), len(image_points()), 2))
+        seen = Observation(self.points, CAMERA, blank, frame_rate=FRAME_RATE, closed=closed)
+        model = MotionModel(self.scene, self.parameters, seen, self.forcing, mesh=self.mesh)
+        self._model = model if whole else FirstOrder(model, self.truth[:-1])
 
-    @property
-    def unknowns(self) -> int:
-        """Displacement components, the held ones included."""
-        return 3 * len(np.asarray(self.mesh.points))
-
-    def points(self, chosen: np.ndarray) -> SurfacePoints:
-        """Those of `image` that are chosen."""
-        return SurfacePoints.seen(self.mesh, "airway", CAMERA, self.image[chosen])
-
-    def estimate(
-        self, flow: np.ndarray, sd: Any, chosen: np.ndarray, start: np.ndarray | None
-    ) -> tuple[Posterior, float]:
+    def estimate(self, flow: np.ndarray, sd: float, learn: bool) -> tuple[Posterior, float]:
         """The posterior, and what it took (s)."""
         began = time.perf_counter()
-        seen = Observation(self.points(chosen), CAMERA, flow[:, chosen], sd=sd, frame_rate=FRAME_RATE)
-        model = MotionModel(self.scene, self.parameters, seen, self.forcing, mesh=self.mesh)
-        found = estimate(MarginalLikelihood(model), start)
+        model = copy.copy(self._model)
+        model.observation = replace(model.observation, flow=flow, sd=sd)
+        likelihood = MarginalLikelihood(model)
+        found = estimate_from_flow(likelihood)[0] if learn else estimate(likelihood)
         return found, time.perf_counter() - began
 
 
-def line(title: str, kind: str, found: Posterior, truth: np.ndarray, seconds: float) -> None:
+def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: float) -> None:
     """Error, sd and whether the interval holds the truth; then the residual test and the time."""
     error = found.mean - truth
     cells = [
@@ -183,17 +207,19 @@ def line(title: str, kind: str, found: Posterior, truth: np.ndarray, seconds: fl
     ]
     r = found.residuals
     scores = f"{r.in_time:+.1f} {r.in_space:+.1f} {r.tails:+.1f} {r.level:+.1f}"
-    noise = f"{found.noise.flow:.2f}, {found.noise.pressure:.0f} Pa"
+    noise = f"{found.noise.flow:.2f}, {found.noise.pressure:.0f} Pa, {found.noise.gain:.2f}"
+    wider = "" if found.inflation is None else f", sd times {found.inflation.max():.1f} at most"
     passed = "passed" if r.passed else "failed"
     print(
-        f"| {title} | {kind} | {' | '.join(cells)} | {noise} | {passed} ({scores}) | {seconds:.0f} |",
+        f"| {title} | {draw} | {' | '.join(cells)} | {noise} | {passed} ({scores}){wider} | {seconds:.0f} |",
         flush=True,
     )
 
 
-def filmed(moved: Moved, directory: Path) -> tuple[Clip, Any]:
+def filmed(moved: Moved, directory: Path, seed: int) -> tuple[Clip, Any]:
     """The clip, and its analysis by plica's video tools; in diffuse light, as shades do not move."""
-    clip = plica.film(moved, CAMERA, ambient=0.8)
+    directory.mkdir(parents=True, exist_ok=True)
+    clip = plica.film(moved, CAMERA, ambient=0.8, seed=seed)
     if not (directory / "clip.avi").exists():
         clip.write(directory / "clip.avi")
     settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False)
@@ -201,31 +227,41 @@ def filmed(moved: Moved, directory: Path) -> tuple[Clip, Any]:
 
 
 def measure(arguments: argparse.Namespace, directory: Path) -> None:
-    """All links."""
-    made, coarser = scene(*arguments.mesh), scene(*arguments.coarser)
-    waves = drive(arguments.frames, arguments.drive)
-    rng = np.random.default_rng(arguments.seed)
-    unknown = np.repeat(rng.normal(0, UNKNOWN, (arguments.frames, 2)), STEPS_A_FRAME, axis=0)
-    began = time.perf_counter()
-    moved = run(made, waves + unknown)
-    gap = least_gap(moved)
-    print(f"run: {time.perf_counter() - began:.0f} s, least gap of a fold from the middle {1e3 * gap:.3f} mm")
-    if gap <= 0:
-        raise SystemExit("chain: the folds would touch; take a smaller --drive.")
-    image = image_points()
-    everything = np.arange(len(image))
-    estimators = [Estimator(coarser, waves, image), Estimator(made, waves, image)]
-    fine = estimators[1]
-    seen = fine.points(everything)
-    u = np.einsum("rk,trkc->trc", seen.weights, moved.fields["displacement"][:, seen.nodes])
-    true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
-    print(f"points move by {rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f} px a frame (rms)", flush=True)
+    """All draws."""
+    estimators: dict[bytes, Estimator] = {}
+    titles = " | ".join([*NAMED, "gain"])
+    print(f"| Link | Draw | {titles} | noise, gains | residual test (time, space, tails, level) | s |")
+    print("|---|---|" + "---|" * (len(NAMED) + 4), flush=True)
+    for seed in arguments.seeds:
+        waves = drive(arguments.frames, arguments.drive, arguments.mean)
+        rng = np.random.default_rng(seed)
+        unknown = np.repeat(rng.normal(0, UNKNOWN, (arguments.frames, 2)), STEPS_A_FRAME, axis=0)
+        moved = run(scene(arguments.mesh[0], arguments.mesh[1], contact=arguments.colliding), waves + unknown)
+        gap = gaps(moved)
+        if gap.min() <= TOUCHING and not arguments.colliding:
+            raise SystemExit("chain: the folds would touch; take a smaller --drive, or --colliding.")
+        touching = gap < TOUCHING
+        closed = (touching[:-1] | touching[1:]) & arguments.colliding
+        print(f"draw {seed}: least gap {1e3 * gap.min():.3f} mm, {closed.sum()} frames closed", flush=True)
+        key = closed.tobytes()
+        if key not in estimators:
+            estimators[key] = Estimator(scene(*arguments.mesh), waves, closed, arguments.whole)
+        draw(arguments, estimators[key], moved, directory / f"{seed}", seed, rng)
 
-    began = time.perf_counter()
-    clip, analysis = filmed(moved, directory)
-    print(
-        f"film and plica video: {time.perf_counter() - began:.0f} s (0 s and a little where kept)", flush=True
-    )
+
+def draw(
+    arguments: argparse.Namespace,
+    estimator: Estimator,
+    moved: Moved,
+    directory: Path,
+    seed: int,
+    rng: np.random.Generator,
+) -> None:
+    """All links of one."""
+    image, points = image_points(), estimator.points
+    u = np.einsum("rk,trkc->trc", points.weights, moved.fields["displacement"][:, points.nodes])
+    true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
+    clip, analysis = filmed(moved, directory, seed)
     film_flow, _ = along_paths((np.nan_to_num(clip.flow(k)[0]) for k in range(arguments.frames)), image)
     found_flow, places = along_paths((analysis.flow(k) for k in range(arguments.frames)), image)
     trips = np.array([analysis.round_trip(k) for k in range(arguments.frames)])
@@ -233,59 +269,27 @@ def measure(arguments: argparse.Namespace, directory: Path) -> None:
     trust = at_paths(np.hypot(trips[..., 0], trips[..., 1]) / 2, places)
     unseen = ~np.isfinite(trust)
     found_flow[unseen] = np.nan
-    lag = found_flow - true
-    error, kind = rms(lag), rms(trust)
-    floor = np.where(unseen, 1.0, np.maximum(trust, np.nanmedian(trust)))
-    factor = error / rms(floor[~unseen])
+    error = rms(found_flow - true)
     print(
-        f"error at the points (rms, a component): true flow of the film {rms(film_flow - true):.5f} px, flow "
-        f"found {error:.4f} px, missing {100 * unseen.mean():.1f} %; trust maps {kind:.4f} px (rms), "
-        f"{np.nanmedian(trust):.4f} px (median), {error / kind:.1f} times too kind; sd of link 4: the map, "
-        f"no smaller than its median, times {factor:.1f}"
-    )
-    square = np.nanmean(lag**2)
-    grid = lag.reshape(arguments.frames, *GRID[::-1], 2)
-    products = (lag[1:] * lag[:-1], grid[:, 1:] * grid[:, :-1], grid[:, :, 1:] * grid[:, :, :-1])
-    frame, along, across = (np.nanmean(product) / square for product in products)
-    print(
-        f"correlation from a frame to the next {frame:+.2f}, to the next point along a fold {along:+.2f}, "
-        f"across {across:+.2f}; regression on the true flow {np.nansum(lag * true) / np.sum(true**2):+.3f}",
+        f"motion {rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f} px a frame (rms); error (rms, a component): "
+        f"true flow of the film {rms(film_flow - true):.4f} px, flow found {error:.4f} px, missing "
+        f"{100 * unseen.mean():.1f} %; trust maps {error / rms(trust):.1f} times too kind",
         flush=True,
     )
-    thinned = everything[::THINNED]
-    sd4 = (factor * floor)[..., None]
-    white = rng.normal(
-        0, error, true.shape
-    )  # the same in both links, as large as the error of the flow found
-    alternate = found_flow.copy()
-    alternate[1::2] = np.nan
+    white = rng.normal(0, error, true.shape)  # the same in both links
     links = (
-        ("true displacement, white noise", true + white, error, everything),
-        ("true flow of the film, the same noise", film_flow + white, error, everything),
-        ("flow found, one sd", found_flow, error, everything),
-        ("flow found, sd of the trust maps", found_flow, sd4, everything),
-        ("flow found, a third of the points", found_flow, error, thinned),
-        ("the same, every other pair of frames", alternate, error, thinned),
+        ("true displacement, white noise", true + white, False),
+        ("true flow of the film, the same noise", film_flow + white, False),
+        ("flow found, error taken for white", found_flow, False),
+        ("flow found, error learned", found_flow, True),
     )
-    print(f"\n{fine.unknowns} unknowns, {estimators[0].unknowns} on the coarser mesh")
-    titles = " | ".join([*NAMED, "gain"])
-    print(f"\n| Link | Mesh | {titles} | noise | residual test (time, space, tails, level) | s |")
-    print("|---|---|" + "---|" * (len(NAMED) + 4), flush=True)
-    starts: list[np.ndarray | None] = [None, None]
-    for title, flow, sd, chosen in links:
-        posteriors: list[Posterior | None] = [None, None]
-        for k in (1, 0):
-            kind = ("coarser", "same")[k]
-            try:
-                one, seconds = estimators[k].estimate(flow, sd, chosen, starts[k])
-            except (plica.SolveFailed, plica.InvalidInput) as failure:
-                print(f"| {title} | {kind} | {failure} |", flush=True)
-                continue
-            posteriors[k], starts[k] = one, one.mean
-            line(title, kind, one, fine.truth, seconds)
-        coarse, same = posteriors
-        if coarse is not None and same is not None:
-            line(title, "with the shift", coarse.refined_by(same), fine.truth, 0.0)
+    for title, flow, learn in links[arguments.links :]:
+        try:
+            one, seconds = estimator.estimate(flow, error, learn)
+        except (plica.SolveFailed, plica.InvalidInput) as failure:
+            print(f"| {title} | {seed} | {failure} |", flush=True)
+            continue
+        line(title, seed, one, estimator.truth, seconds)
 
 
 def mesh(text: str) -> tuple[str, int]:
@@ -300,10 +304,13 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--mesh", type=mesh, default=("coarse", 2), help="preset:order")
-    parser.add_argument("--coarser", type=mesh, default=("coarse", 1), help="preset:order")
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--drive", type=float, default=200.0, help="Pa, of the known pressure")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--mean", type=float, default=2.0, help="of it, in units of --drive")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
+    parser.add_argument("--links", type=int, default=0, help="the first that is estimated")
+    parser.add_argument("--whole", action="store_true", help="whole estimates, a sweep each iteration")
+    parser.add_argument("--colliding", action="store_true", help="with contact; closed frames are given")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="directory of film and analysis")
     arguments = parser.parse_args()

@@ -340,7 +340,7 @@ def test_what_does_not_fit_is_refused(changes: dict[str, Any], text: str) -> Non
         ),
         (
             lambda: MarginalLikelihood(model_with(), Noise(1.0, 0.0)),
-            "noise = 1 Pa, 0, 0 Pa; must",
+            "noise = 1 Pa, 0, 0 Pa, 0; must",
         ),
     ],
 )

@@ -11,6 +11,8 @@ them with a scene; `MarginalLikelihood` is a function of log theta, and `estimat
 from plica.identify.em import EMResult, em
 from plica.identify.estimate import Iteration, Scoring, estimate
 from plica.identify.evolution import Evolution, hht_evolution
+from plica.identify.flow_error import FlowError
+from plica.identify.flow_estimate import estimate_from_flow
 from plica.identify.forcing import Forcing
 from plica.identify.frames import compose, frame_difference
 from plica.identify.identification import Identification, identify, load
@@ -35,6 +37,7 @@ __all__ = [
     "Evaluation",
     "Evolution",
     "Filtered",
+    "FlowError",
     "Forcing",
     "Identification",
     "Iteration",
@@ -60,6 +63,7 @@ __all__ = [
     "compose",
     "em",
     "estimate",
+    "estimate_from_flow",
     "frame_difference",
     "hht_evolution",
     "identify",

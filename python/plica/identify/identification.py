@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.identify.coarser import coarser_scene, remainder, require_coarser
-from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.estimate import Iteration, Scoring
+from plica.identify.flow_estimate import estimate_from_flow
 from plica.identify.iterates import Iterates, Marks
 from plica.identify.likelihood import Evaluation, MarginalLikelihood
 from plica.identify.model import MotionModel, require_linear
@@ -99,10 +100,11 @@ def identify(
         directory.mkdir(parents=True, exist_ok=True)
     with only_writer(directory), storage_errors(directory):
         if "coarser" in tasks and "coarser" not in iterates.ended:
-            found, _ = _estimated(tasks["coarser"], "coarser", iterates, settings, None, progress)
+            found, _, _ = _estimated(tasks["coarser"], "coarser", iterates, settings, None, progress)
             iterates.end("coarser", found.mean)
         begin = iterates.ended.get("coarser")
-        found, at = _estimated(fine, "scene", iterates, settings, begin, progress)
+        found, likelihood, at = _estimated(fine, "scene", iterates, settings, begin, progress)
+        fine = replace(fine, likelihood=likelihood)
         if begin is not None:
             found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
@@ -140,25 +142,24 @@ def _estimated(
     settings: Settings,
     begin: list[float] | None,
     progress: bool,
-) -> tuple[Posterior, Evaluation]:
-    """The posterior of one mesh, and the likelihood at the last point of the iteration."""
-    last: list[Floats] = []
+) -> tuple[Posterior, MarginalLikelihood, Evaluation]:
+    """The posterior of one mesh, and the likelihood at the last point of the iteration. The error of a flow
+    that was found in pictures is learned from the residuals."""
     resumed = iterates.start(name)
 
     def kept(at: Iteration) -> None:
         if resumed is None or at.number:
             iterates.add(name, at)
-        last[:] = [at.point]
 
     words = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
     start = resumed if resumed is not None else None if begin is None else np.array(begin)
-    found = estimate(
+    return estimate_from_flow(
         task.likelihood,
         start,
         Scoring(max_iterations=settings.max_iterations),
         _shown(kept, words) if progress else kept,
+        learn=task.recorded.found,
     )
-    return found, task.likelihood.evaluate(last[0])  # which is the one that it remembers
 
 
 def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration], None]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, sparse
 
 from plica import _engine
 from plica.identify.forcing import Forcing
@@ -16,23 +17,33 @@ from plica.identify.observation import Observation
 __all__ = ["InputSpace", "Solved"]
 
 Array = NDArray[np.float64]
+_AT_ONCE = 32  # columns of gains, dense
 
 
 class InputSpace:
-    """Which pressures of which frames are unknown: i of them, those of collisions last.
+    """Which pressures of which frames are unknown: i of them, those of collisions after the others, and the
+    gains of the flow's points last.
 
     Attributes
     ----------
     weights : (N, m) 1/px^2, W, zero where nothing is seen
     count : of what is seen
-    chosen : (i) positions among all N (q + c) columns of T
-    scale : (i) of the columns: the noise of their pattern
+    chosen : positions of the pressures among all N (q + c) columns of T
+    scale : of these columns: the noise of their pattern
+    classes : (3) how many inputs have the level of the pressures, of the collisions, and of the gains
     pressures : of the i, how many are no forces of collisions
     held_collision_sd : Pa; None where it is estimated or there are no collisions
     """
 
-    def __init__(self, observation: Observation, forcing: Forcing) -> None:
-        self.weights = observation.weights
+    def __init__(
+        self,
+        observation: Observation,
+        forcing: Forcing,
+        weights: Array | None = None,
+        gains: sparse.csc_array | None = None,
+    ) -> None:
+        """weights (N, m) of rows other than the observation's; gains (N m, k) of the flow's points."""
+        self.weights = observation.weights if weights is None else weights
         self.count = int(np.count_nonzero(self.weights))
         frames, q = observation.frames, forcing.patterns.shape[1]
         c = 0 if forcing.collision is None else forcing.collision.shape[1]
@@ -47,27 +58,77 @@ class InputSpace:
         self.scale = np.concatenate([scale.ravel()[pressures], np.ones(len(collisions))])
         self.pressures = len(pressures)
         self.held_collision_sd = forcing.collision_sd if len(collisions) else None
+        self._gains = gains
+        self.classes = (len(pressures), len(collisions), 0 if gains is None else gains.shape[1])
+        if gains is not None:
+            self._weighted_gains = sparse.csc_array(gains.multiply(self.weights.reshape(-1, 1)))
+            self._gain_gram = (gains.T @ self._weighted_gains).toarray()
 
-    def gram(self, first: Array, second: Array) -> Array:
-        """first' W second of the inputs there are, (i, i)."""
+    def gram(self, first: Array, second: Array, gains: tuple[bool, bool] = (True, True)) -> Array:
+        """first' W second of the inputs there are, (i, i); `gains`: whether the columns of the gains stand
+        beside first and second, or zeros, as beside derivatives of T."""
         whole = _engine.toeplitz_gram(first, second, self.weights)
         chosen: Array = np.asarray(whole)[np.ix_(self.chosen, self.chosen)]
         chosen *= self.scale[:, None]
         chosen *= self.scale
-        return chosen
+        if self._gains is None:
+            return chosen
+        i, k = len(chosen), self._gains.shape[1]
+        made = np.zeros((i + k, i + k))
+        made[:i, :i] = chosen
+        if gains[1]:
+            made[:i, i:] = self._beside_gains(first)
+        if gains[0]:
+            made[i:, :i] = made[:i, i:].T if gains[1] and second is first else self._beside_gains(second).T
+        if all(gains):
+            made[i:, i:] = self._gain_gram
+        return made
 
-    def gathered(self, lags: Array, rows: Array) -> Array:
-        """lags' rows of the inputs there are, (i, k); rows (N, m, k) or (N, m)."""
+    def _beside_gains(self, lags: Array) -> Array:
+        """lags' W gains, (pressures, k)."""
+        width = self._weighted_gains.shape[1]
+        parts = [self._weighted_gains[:, a : a + _AT_ONCE].toarray() for a in range(0, width, _AT_ONCE)]
+        return np.hstack([self._of_pressures(lags, part) for part in parts])
+
+    def _of_pressures(self, lags: Array, rows: Array) -> Array:
         flat = np.ascontiguousarray(rows.reshape(self.weights.size, -1))
         whole = np.asarray(_engine.toeplitz_transposed_product(lags, flat))
-        gathered: Array = whole[self.chosen] * self.scale[:, None]
-        return gathered
+        return np.asarray(whole[self.chosen] * self.scale[:, None])
+
+    def gathered(self, lags: Array, rows: Array, gains: bool = True) -> Array:
+        """lags' rows of the inputs there are, (i, k); rows (N, m, k) or (N, m); without `gains` theirs are
+        zero."""
+        found = self._of_pressures(lags, rows)
+        if self._gains is None:
+            return found
+        flat = rows.reshape(self.weights.size, -1)
+        own = self._gains.T @ flat if gains else np.zeros((self._gains.shape[1], flat.shape[1]))
+        return np.vstack([found, own])
 
     def spread(self, lags: Array, inputs: Array) -> Array:
-        """lags times inputs (i), (N, m)."""
+        """lags times inputs (i), and the gains' columns times theirs, (N, m)."""
+        found = self.moved(lags, inputs)
+        if self._gains is not None:
+            found += (self._gains @ inputs[len(self.chosen) :]).reshape(found.shape)
+        return found
+
+    def moved(self, lags: Array, inputs: Array) -> Array:
+        """(N, m) What the pressures alone move, of rows that need not be those of the weights."""
         whole = np.zeros((self.weights.shape[0] * lags.shape[2], 1))
-        whole[self.chosen, 0] = self.scale * inputs
-        return np.asarray(_engine.toeplitz_product(lags, whole)).reshape(self.weights.shape)
+        whole[self.chosen, 0] = self.scale * inputs[: len(self.chosen)]
+        return np.asarray(_engine.toeplitz_product(lags, whole)).reshape(lags.shape[:2])
+
+    def gain_columns(self, frame: int) -> Array:
+        """(m, k) The rows of one frame."""
+        m = self.weights.shape[1]
+        if self._gains is None:
+            return np.zeros((m, 0))
+        return np.asarray(self._by_rows[frame * m : (frame + 1) * m].toarray())
+
+    @cached_property
+    def _by_rows(self) -> sparse.csr_array:
+        assert self._gains is not None
+        return self._gains.tocsr()
 
 
 class Solved:
@@ -85,13 +146,16 @@ class Solved:
     ) -> None:
         self.mean, self.lags, self.noise = mean, lags, noise
         weights, n = space.weights, space.count
-        p, c = space.pressures, len(space.chosen) - space.pressures
         held = space.held_collision_sd
-        ratios = np.array([noise.pressure, noise.collision if held is None else held]) / noise.flow
+        ratios = [
+            noise.pressure / noise.flow,
+            (noise.collision if held is None else held) / noise.flow,
+            noise.gain / noise.flow,
+        ]
         least = 1e-20 / max(
             float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
         )  # a level of zero: no input
-        self.prior_variance = np.maximum(np.repeat(np.square(ratios), [p, c]), least)
+        self.prior_variance = np.maximum(np.repeat(np.square(ratios), space.classes), least)
         S = gram + np.diag(1 / self.prior_variance)
         self._factor = linalg.cho_factor(S, lower=True)
         self.inputs: Array = linalg.cho_solve(self._factor, projected)

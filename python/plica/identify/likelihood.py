@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput
+from plica.identify.flow_error import FlowError, Whitening
 from plica.identify.input_space import InputSpace, Solved
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise, profiled
@@ -22,6 +23,8 @@ from plica.identify.noise_levels import Noise, profiled
 __all__ = ["Evaluation", "MarginalLikelihood"]
 
 Array = NDArray[np.float64]
+_NO_GAINS = 1e-3
+"""Of all gains together, degrees of freedom below which there are none and their level is not estimated."""
 _TILT = ("tilt", "lean")
 
 
@@ -41,7 +44,7 @@ class Evaluation:
     inputs: Array
     """(i) Pa, the expected unknown pressures"""
     residual: Array
-    """(N, m) px/frame, y - mu - T w at those; zero where y is missing"""
+    """(N, m) px/frame, y - mu - T w at those, the gains' part still in it; zero where y is missing"""
     responses: Responses
 
 
@@ -54,6 +57,9 @@ class MarginalLikelihood:
     noise : Noise, optional
         Levels to hold; left out: those that maximise the likelihood, anew at each point. The forcing's
         `collision_sd` goes before that of the collisions.
+    flow_error : FlowError, optional
+        What the flow's error is like, in place of the observation's independent errors of its sd. The gains
+        of the points join the unknown inputs.
 
     Notes
     -----
@@ -67,17 +73,28 @@ class MarginalLikelihood:
     One call costs one sweep of (1 + p) (q + c) columns; the last point is kept.
     """
 
-    def __init__(self, model: MotionModel, noise: Noise | None = None) -> None:
-        if noise is not None and not (noise.pressure >= 0 and noise.flow > 0 and noise.collision >= 0):
+    def __init__(
+        self, model: MotionModel, noise: Noise | None = None, flow_error: FlowError | None = None
+    ) -> None:
+        if noise is not None and not (
+            noise.flow > 0 and min(noise.pressure, noise.collision, noise.gain) >= 0
+        ):
             raise InvalidInput(
                 f"MarginalLikelihood: noise = {noise.pressure:g} Pa, {noise.flow:g}, {noise.collision:g} "
-                "Pa; must be >= 0, > 0 and >= 0."
+                f"Pa, {noise.gain:g}; must be >= 0, > 0, >= 0 and >= 0."
             )
-        self.model, self.fixed_noise = model, noise
+        self.model, self.fixed_noise, self.flow_error = model, noise, flow_error
         observation, forcing = model.observation, model.forcing
+        self.whitening: Whitening | None = None
         self._y = observation.rows
-        self.inputs = InputSpace(observation, forcing)
+        weights, gains = None, None
+        if flow_error is not None:
+            self.whitening = Whitening(flow_error, observation.weights)
+            self._y, weights = self.whitening(self._y), self.whitening.weights
+            gains = self.whitening.gains(flow_error.motion)
+        self.inputs = InputSpace(observation, forcing, weights, gains)
         self._last: Evaluation | None = None
+        self._kept: tuple[Evaluation, Solved] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -144,7 +161,7 @@ class MarginalLikelihood:
         """log p(y | x) without the prior and without derivatives: a sweep shorter by the factor 1 + p."""
         at = self._point(x)
         responses = self._responses(at, derivatives=False)
-        return self._solved(at, responses).value
+        return self._solved(at, self._whitened(responses)).value
 
     def evaluate(self, x: ArrayLike) -> Evaluation:
         """The log-likelihood at x (p), its gradient and Fisher information, without the prior."""
@@ -167,6 +184,53 @@ class MarginalLikelihood:
             raise InvalidInput(f"MarginalLikelihood: x must be {len(self.names)} finite numbers.")
         return at
 
+    def last(self) -> Evaluation:
+        """The evaluation at the last point; it is kept."""
+        if self._last is None:
+            raise InvalidInput("MarginalLikelihood: last: nothing was evaluated; must be.")
+        return self._last
+
+    def motion(self, at: Evaluation) -> Array:
+        """(N, m) px/frame, mu + T w at the expected inputs, of all that is observed, seen or not."""
+        gain = math.exp(at.point[-1]) if self._has_gain else 1.0
+        inputs = self.solved(at).inputs
+        return np.asarray(gain * at.responses.mean[0] + self.inputs.moved(at.responses.lags[0], inputs))
+
+    def gain_part(self, at: Evaluation) -> Array:
+        """(N, m) px/frame, what the expected gains of the flow's points add to that motion."""
+        if self.flow_error is None:
+            return np.zeros(self.model.observation.weights.shape)
+        motion = self.flow_error.motion
+        own = self.solved(at).inputs[len(self.inputs.chosen) :].reshape(-1, 2, 2)
+        return np.asarray(np.einsum("pcd,tpd->tpc", own, motion).reshape(len(motion), -1))
+
+    def error(self, at: Evaluation) -> Array:
+        """(N, m') y - mu of the rows whose errors are independent; zero where missing."""
+        s = self.solved(at)
+        return np.where(self.inputs.weights > 0, s.residual + self.inputs.spread(s.lags, s.inputs), 0.0)
+
+    def sensitivities(self, at: Evaluation) -> Array:
+        """(N, m', p) derivatives of mu + T w of these rows at the expected inputs."""
+        rows, s = self._whitened(at.responses), self.solved(at)
+        gain = math.exp(at.point[-1]) if self._has_gain else 1.0
+        tissue = rows.lags.shape[0] - 1
+        found = [gain * d for d in rows.mean[1:]]
+        for j in range(tissue):
+            found[j] = found[j] + self.inputs.moved(rows.lags[1 + j], s.inputs)
+        return np.stack(found + ([s.mean] if self._has_gain else []), axis=-1)
+
+    def solved(self, at: Evaluation) -> Solved:
+        """What follows from the factor of S at a point that was evaluated; that of the last is kept."""
+        if self._kept is None or self._kept[0] is not at:
+            self._kept = (at, self._solved(at.point, self._whitened(at.responses)))
+        return self._kept[1]
+
+    def _whitened(self, responses: Responses) -> Responses:
+        """Of the rows whose errors are independent."""
+        if self.whitening is None:
+            return responses
+        return Responses(self.whitening(responses.mean, axis=1), self.whitening(responses.lags, axis=1))
+
     def _solved(self, at: Array, responses: Responses) -> Solved:
         gain = math.exp(at[-1]) if self._has_gain else 1.0
         mean, lags = gain * responses.mean[0], responses.lags[0]
@@ -175,15 +239,15 @@ class MarginalLikelihood:
         gram = self.inputs.gram(lags, lags)
         projected = self.inputs.gathered(lags, weighted)[:, 0]
         square = float(np.sum(weighted * error))
-        pressures = self.inputs.pressures
         noise = self.fixed_noise or profiled(
-            gram, projected, square, self.inputs.count, pressures, self.inputs.held_collision_sd
+            gram, projected, square, self.inputs.count, self.inputs.classes, self.inputs.held_collision_sd
         )
         return Solved(self.inputs, mean, lags, error, gram, projected, noise)
 
     # ---- Gradient and information ------------------------------------------------------------
 
-    def _differentiated(self, at: Array, responses: Responses) -> Evaluation:
+    def _differentiated(self, at: Array, observed: Responses) -> Evaluation:
+        responses = self._whitened(observed)
         s = self._solved(at, responses)
         gain = math.exp(at[-1]) if self._has_gain else 1.0
         tissue = responses.lags.shape[0] - 1
@@ -199,38 +263,44 @@ class MarginalLikelihood:
         information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ S_T_moved) / variance
         # the covariance moves as well
         D = responses.lags[1:]
-        X = [self.inputs.gram(s.lags, D[j]) for j in range(tissue)]
+        X = [self.inputs.gram(s.lags, D[j], gains=(True, False)) for j in range(tissue)]
         SX = [s.solve(x) for x in X]
         wide = s.prior_variance  # Q
         excess = np.diag(wide) - s.inverse
         traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (count - tissue))
         for j in range(tissue):
-            gathered = self.inputs.gathered(D[j], residual_weighted)[:, 0]
+            gathered = self.inputs.gathered(D[j], residual_weighted, gains=False)[:, 0]
             gradient[j] += s.inputs @ gathered / variance - traces[j]
             X_excess = X[j] @ excess
             for i in range(j + 1):
-                Z = np.sum(self.inputs.gram(D[j], D[i]) * excess) - np.sum(X_excess * SX[i])
+                squares = self.inputs.gram(D[j], D[i], gains=(False, False))
+                Z = np.sum(squares * excess) - np.sum(X_excess * SX[i])
                 second = np.sum(SX[i] * SX[j].T) + Z
                 information[i, j] += second
                 if i != j:
                     information[j, i] += second
         if self.fixed_noise is None:
             information = self._without_noise(information, s, SX, traces)
-        return Evaluation(
-            at, s.value, gradient, information, s.noise, s.inputs * self.inputs.scale, s.residual, responses
-        )
+        inputs = s.inputs[: len(self.inputs.scale)] * self.inputs.scale
+        residual = s.residual
+        if self.whitening is not None:
+            left = self.model.observation.rows - gain * observed.mean[0]
+            left = left - self.inputs.moved(observed.lags[0], s.inputs)
+            residual = np.where(self.model.observation.weights > 0, left, 0.0)
+        return Evaluation(at, s.value, gradient, information, s.noise, inputs, residual, observed)
 
     def _without_noise(self, information: Array, s: Solved, SX: list[Array], traces: Array) -> Array:
         """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
         information. A sigma_c that is held has a Q that falls as sigma_v^2 rises."""
-        p, i = self.inputs.pressures, len(s.inverse)
-        classes = []
-        if p and s.noise.pressure > 0:
-            classes.append(slice(0, p))
-        held = self.inputs.held_collision_sd is not None
-        if i > p and (held or s.noise.collision > 0):
-            classes.append(slice(p, i))
+        ends = np.cumsum([0, *self.inputs.classes])
+        i = int(ends[-1])
         shrunk = np.eye(i) - s.inverse / s.prior_variance  # S^-1 T' W T
+        held = self.inputs.held_collision_sd is not None
+        used = [s.noise.pressure > 0, held or s.noise.collision > 0, s.noise.gain > 0]
+        parts = [slice(int(ends[c]), int(ends[c + 1])) for c in range(3)]
+        used[2] = used[2] and float(np.trace(shrunk[parts[2], parts[2]])) >= _NO_GAINS
+        numbers = [c for c in range(3) if used[c] and self.inputs.classes[c]]
+        classes = [parts[c] for c in numbers]
         levels = len(classes) + 1
         own, cross = np.zeros((levels, levels)), np.zeros((len(information), levels))
         own[-1, -1], cross[:, -1] = 0.5 * self.inputs.count, traces
@@ -241,8 +311,9 @@ class MarginalLikelihood:
             for j, sx in enumerate(SX):
                 cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
         if held:
-            rises = np.delete(np.eye(levels), -2, axis=0)
-            rises[-1, -2] = -1.0
+            own_level = numbers.index(1)
+            rises = np.delete(np.eye(levels), own_level, axis=0)
+            rises[-1, own_level] = -1.0
             own, cross = rises @ own @ rises.T, cross @ rises.T
         reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
         return reduced

@@ -20,7 +20,7 @@ _RATIOS_BESIDE = (-12.0, 25.0)
 
 @dataclass(frozen=True)
 class Noise:
-    """The levels of the two noises."""
+    """The levels of the noises."""
 
     pressure: float
     """[Pa] sigma_p"""
@@ -28,6 +28,8 @@ class Noise:
     """[-] sigma_v, a factor on the observation's sd"""
     collision: float = 0.0
     """[Pa] sigma_c"""
+    gain: float = 0.0
+    """[-] sigma_g, of the gains of the flow's points"""
     at_least: tuple[str, ...] = ()
     """Levels, by name, that ended at the lower bound of their search: as good as zero."""
     at_most: tuple[str, ...] = ()
@@ -50,7 +52,12 @@ class Noise:
 
 
 def profiled(
-    gram: Array, projected: Array, square: float, count: int, pressures: int, held: float | None
+    gram: Array,
+    projected: Array,
+    square: float,
+    count: int,
+    classes: tuple[int, int, int],
+    held: float | None,
 ) -> Noise:
     """The levels of the highest likelihood: their ratios are searched, sigma_v is closed.
 
@@ -58,10 +65,13 @@ def profiled(
     ----------
     gram, projected, square : T' W T (i, i), T' W e (i) and e' W e
     count : of what is seen
-    pressures : how many inputs come first; the others are forces of collisions
+    classes : how many inputs are pressures, forces of collisions, and gains of the flow's points
     held : sigma_c (Pa) where it is not estimated
     """
-    p = pressures
+    p, c, g = classes
+    if g:
+        near = profiled(gram[: p + c, : p + c], projected[: p + c], square, count, (p, c, 0), held)
+        return _profiled_with_gains(gram, projected, square, count, classes, held, near)
     if len(gram) > p:
         free = _profiled_with_collisions(gram, projected, square, count, p)
         return free if held is None else _profiled_beside(gram, projected, square, count, p, held, free)
@@ -86,7 +96,7 @@ def profiled(
     found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
     flow = math.sqrt(level(found.x))
     ends = _ends({"pressure": float(found.x)}, (grid[0], grid[-1]))
-    return Noise(flow * math.exp(0.5 * found.x), flow, 0.0, *ends)
+    return Noise(flow * math.exp(0.5 * found.x), flow, 0.0, 0.0, *ends)
 
 
 def _profiled_with_collisions(gram: Array, projected: Array, square: float, count: int, p: int) -> Noise:
@@ -127,7 +137,7 @@ def _profiled_with_collisions(gram: Array, projected: Array, square: float, coun
     flow = math.sqrt((square - float(projected @ w)) / count)
     names = ("pressure", "collision") if p else ("collision",)
     found = dict(zip(names, logs.tolist(), strict=True))
-    return Noise(pressure * flow, flow, collision * flow, *_ends(found, bounds[0]))
+    return Noise(pressure * flow, flow, collision * flow, 0.0, *_ends(found, bounds[0]))
 
 
 def _profiled_beside(
@@ -173,7 +183,67 @@ def _profiled_beside(
     logs = min(ends, key=lambda end: float(end.fun)).x
     flow = math.exp(0.5 * logs[-1])
     found = {"pressure": float(logs[0])} if p else {}
-    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held, *_ends(found, bounds[0]))
+    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held, 0.0, *_ends(found, bounds[0]))
+
+
+def _profiled_with_gains(
+    gram: Array,
+    projected: Array,
+    square: float,
+    count: int,
+    sizes: tuple[int, int, int],
+    held: float | None,
+    near: Noise,
+) -> Noise:
+    """All levels at once, by the gradient of -2 log p in the free log(sigma^2 / sigma_v^2) and log sigma_v^2,
+    from those without gains. A level of the gains at the lower bound is none."""
+    ends = np.cumsum([0, *sizes])
+    free = [k for k in range(3) if sizes[k] and not (k == 1 and held is not None)]
+    classes = [slice(ends[k], ends[k + 1]) for k in free]
+    fixed = slice(ends[1], ends[2]) if held is not None else slice(0, 0)
+
+    def cost(logs: Array) -> tuple[float, Array]:
+        variance = math.exp(logs[-1])
+        inverse_Q = np.full(len(gram), 1.0 if held is None else variance / held**2)
+        for k, log_ratio in zip(classes, logs, strict=False):
+            inverse_Q[k] = math.exp(-log_ratio)
+        factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
+        w = linalg.cho_solve(factor, projected)
+        shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(len(gram))))
+        by_level = 1 - shares - w**2 * inverse_Q / variance  # of -2 log p by each log Q
+        misfit = (square - float(projected @ w)) / variance
+        log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
+        last = count - misfit - float(by_level[fixed].sum())
+        gradient = np.array([*(float(by_level[k].sum()) for k in classes), last])
+        return count * logs[-1] + log_det + misfit, gradient
+
+    middle = [-math.log(max(float(np.diag(gram)[k].mean()), 1e-300)) for k in classes]
+    plain = math.log(square / count)
+    bounds = [(m + _RATIOS_BESIDE[0], m + _RATIOS_BESIDE[1]) for m in middle] + [(plain - 30, plain + 5)]
+    known = {0: near.pressure, 1: near.collision}
+    likely = [2 * math.log(max(known[k], 1e-150) / near.flow) for k in free if k in known]
+    found = [
+        optimize.minimize(
+            cost,
+            np.clip([*likely, middle[-1] + shift, 2 * math.log(near.flow)], *np.transpose(bounds)),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"ftol": 1e-15, "gtol": 1e-7},
+        )
+        for shift in (0.0, 6.0)
+    ]
+    logs = min(found, key=lambda end: float(end.fun)).x
+    flow = math.exp(0.5 * logs[-1])
+    levels = [0.0, held or 0.0, 0.0]
+    names = ("pressure", "collision")
+    at_end: list[tuple[str, ...]] = [(), ()]
+    for k, log_ratio, bound in zip(free, logs, bounds, strict=False):
+        levels[k] = flow * math.exp(0.5 * log_ratio)
+        if k < 2:
+            low, high = _ends({names[k]: float(log_ratio)}, bound)
+            at_end = [at_end[0] + low, at_end[1] + high]
+    return Noise(levels[0], flow, levels[1], levels[2], at_end[0], at_end[1])
 
 
 def _ends(found: dict[str, float], bounds: tuple[float, float]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -43,6 +43,9 @@ class Posterior:
     logarithmic: NDArray[np.bool_] | None = None
     """(p) Whether the coordinate is a logarithm, as all are but angles; None: all"""
     notes: tuple[str, ...] = field(default=())
+    inflation: Array | None = None
+    """(p) >= 1 by which the residuals, which fail their test, make the sd on this mesh larger; None: they
+    do not fail, or it was not asked for"""
 
     def _values(self, x: Array) -> Array:
         """Coordinates (p) or (p, k) in `units`."""
@@ -52,8 +55,9 @@ class Posterior:
 
     @property
     def statistical_covariance(self) -> Array:
-        """(p, p) of log theta, on this mesh: (I + P)^-1."""
-        return np.asarray(np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2)))
+        """(p, p) of log theta, on this mesh: (I + P)^-1, times the inflation of both coordinates."""
+        alone = np.asarray(np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2)))
+        return alone if self.inflation is None else alone * np.outer(self.inflation, self.inflation)
 
     @property
     def covariance(self) -> Array:
@@ -89,6 +93,13 @@ class Posterior:
         """(p) Whose statistical sd the mesh shift exceeds."""
         shift = self.shift_in_sd
         return np.zeros(len(self.names), dtype=bool) if shift is None else np.abs(shift) > BELIEVED
+
+    @property
+    def refused(self) -> NDArray[np.bool_]:
+        """(p) Whose sd is not printed: the mesh shift exceeds it, or the residuals fail their test and
+        nothing was done about it."""
+        unanswered = not self.residuals.passed and self.inflation is None
+        return self.belied | unanswered
 
     def interval(self, level: float = 0.95) -> Array:
         """(p, 2) theta, equal-tailed, with the mesh shift in it."""
@@ -132,6 +143,8 @@ class Posterior:
         """One line a parameter: median, sd, 95 % interval, prior; an sd that the mesh belies is not
         printed."""
         lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
+        if self.inflation is not None:
+            lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals ask for.")
         low_high = self.interval()
         spread = 1.959964 * self.prior_sd
         priors = self._values(np.column_stack([self.prior_mean - spread, self.prior_mean + spread]))
@@ -139,16 +152,41 @@ class Posterior:
             prior = priors[j]
             relative = self.logarithmic is None or self.logarithmic[j]
             sd = f"{100 * self.sd[j]:.1f} %" if relative else f"{self.sd[j]:.2g}"
-            sd = "refused" if self.belied[j] else sd
+            sd = "refused" if self.refused[j] else sd
             lines.append(
                 f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  {low_high[j, 0]:10.4g} - "
                 f"{low_high[j, 1]:10.4g}  {prior[0]:10.4g} - {prior[1]:10.4g}"
             )
         return "\n".join(lines)
 
+    def residual_warnings(self) -> list[str]:
+        """What the failed residual test does to the intervals."""
+        if self.residuals.passed:
+            return []
+        if self.inflation is None:
+            return [
+                "The residual test failed: the sd are those of independent errors, which these are not. Do "
+                "not believe them."
+            ]
+        told = [
+            "The residual test failed: the intervals are wider than the information says, by a factor of "
+            f"{self.inflation.min():.2g} to {self.inflation.max():.2g}, as the residuals' own correlations "
+            "ask for. What the model misses at all points and times alike is not in them."
+        ]
+        alone = self.sd / self.inflation < LEARNED * self.prior_sd
+        lost = [
+            n
+            for n, was, sd in zip(self.names, alone, self.sd > LEARNED * self.prior_sd, strict=True)
+            if was and sd
+        ]
+        if lost:
+            told.append(f"With that nothing is known any more of {', '.join(lost)}.")
+        return told
+
     def warnings(self) -> list[str]:
         """What a reader must know before believing the table."""
-        told = list(self.notes) + self.noise.sentences() + self.residuals.sentences()
+        told = list(self.notes) + self.noise.sentences() + self.residual_warnings()
+        told += self.residuals.sentences()
         shares = self.sd / self.prior_sd
         alone = np.sqrt(np.diag(self.statistical_covariance)) / self.prior_sd
         for j, name in enumerate(self.names):

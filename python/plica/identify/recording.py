@@ -49,6 +49,7 @@ class Recorded:
     first : frame of the recording after them
     rest : (r, 2) px, of the points at rest
     notes : of what was assumed
+    found : whether the flow was found in pictures, so that its error is to be learned from the residuals
     """
 
     observation: Observation
@@ -60,6 +61,7 @@ class Recorded:
     first: int
     rest: Floats
     notes: tuple[str, ...]
+    found: bool = False
 
     def on(self, mesh: _engine.TetMesh, seen: str) -> Recorded:
         """The same points on the surface `seen` of another mesh of the same shape."""
@@ -129,7 +131,16 @@ def observe(
         tilt_sd=placement.tilt_sd,
     )
     return Recorded(
-        observation, placement, start[kept], spacing, correlation, lead, first, rest[kept], placement.notes
+        observation,
+        placement,
+        start[kept],
+        spacing,
+        correlation,
+        lead,
+        first,
+        rest[kept],
+        placement.notes,
+        found=motion.error is not None,
     )
 
 

@@ -101,7 +101,7 @@ def rows(found: Identification) -> list[Row]:
                 name,
                 posterior.units[j],
                 number(float(posterior.median[j]), 3),
-                "refused" if posterior.belied[j] else sd,
+                "refused" if posterior.refused[j] else sd,
                 " – ".join(number(float(v), 3) for v in interval[j]),
                 " – ".join(number(float(v), 3) for v in prior),
                 verdict,

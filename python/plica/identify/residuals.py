@@ -11,7 +11,7 @@ from scipy import linalg
 
 from plica.identify.likelihood import Evaluation, MarginalLikelihood
 
-__all__ = ["ResidualTest", "residual_test", "whitened"]
+__all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "whitened"]
 
 Array = NDArray[np.float64]
 LIMIT = 3.3
@@ -76,43 +76,53 @@ def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
     The recursion runs over the posterior of the inputs, of which a frame sees those before it alone.
     O(N m (N q)^2).
     """
-    space = likelihood.inputs
-    solved, weights = likelihood._solved(at.point, at.responses), space.weights
-    frames, m = weights.shape
-    q = solved.lags.shape[2]
-    chosen, scale = space.chosen, space.scale
+    return innovations(likelihood, at, likelihood.error(at)[..., None])[..., 0] / at.noise.flow
+
+
+def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) -> Array:
+    """What `whitened` does to y - mu, done to columns (N, m', k) of the rows that the likelihood takes: their
+    part in independent numbers of variance sigma_v^2, (N, m, k) of the observed rows, nan where missing.
+    """
+    space, solved = likelihood.inputs, likelihood.solved(at)
+    weights, chosen, scale = space.weights, space.chosen, space.scale
+    q, kinds = solved.lags.shape[2], columns.shape[2]
+    gains = space.classes[2]
     order = np.argsort(chosen, kind="stable")
     frame_of = chosen[order] // q
-    mean = np.zeros(len(order))
-    covariance = np.diag(solved.prior_variance[order])
-    error = solved.residual + space.spread(solved.lags, solved.inputs)
-    out = np.full((frames, m), np.nan)
-    for k in range(frames):
+    variances = solved.prior_variance  # the gains act in all frames, so they come first
+    covariance = np.diag(np.append(variances[len(chosen) :], variances[order]))
+    mean = np.zeros((len(variances), kinds))
+    out = np.full((*weights.shape, kinds), np.nan)
+    for k in range(len(weights)):
         seen = np.flatnonzero(weights[k] > 0)
         if not len(seen):
             continue
         i = int(np.searchsorted(frame_of, k, side="right"))
         used = chosen[order[:i]]
-        T = solved.lags[k - used // q, :, used % q].T[seen] * scale[order[:i]]
+        moved = solved.lags[k - used // q, :, used % q].T[seen] * scale[order[:i]]
+        T = np.hstack([space.gain_columns(k)[seen], moved])
+        i += gains
         P = covariance[:i, :i]
         PT = P @ T.T
         C = T @ PT + np.diag(1 / weights[k, seen])
         factor = linalg.cholesky(C, lower=True)
-        z = linalg.solve_triangular(factor, error[k, seen] - T @ mean[:i], lower=True)
+        z = linalg.solve_triangular(factor, columns[k, seen] - T @ mean[:i], lower=True)
         gain = linalg.solve_triangular(factor, PT.T, lower=True)
         mean[:i] += gain.T @ z
         P -= gain.T @ gain
-        out[k, seen] = z / at.noise.flow
-    return out
+        out[k, seen] = z
+    if likelihood.whitening is None:
+        return out
+    rows = likelihood.model.observation.weights.shape[1]
+    unfolded = [likelihood.whitening.unfolded(out[..., j], rows) for j in range(kinds)]
+    return np.stack(unfolded, axis=-1)
 
 
 def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTest:
     """The scores of the whitened residuals at one point."""
     z = whitened(likelihood, at)
     frames = len(z)
-    points = likelihood.model.observation.points
-    image = _image_positions(likelihood, points.nodes, points.weights)
-    neighbour = _nearest(image)
+    neighbour = _nearest(image_positions(likelihood))
     by_point = z.reshape(frames, -1, 2)
     time = (z[1:] * z[:-1]).ravel()
     # A point alone has no neighbour to be correlated with.
@@ -142,9 +152,12 @@ def _score(products: Array) -> float:
     return float(there.sum() / math.sqrt(len(there))) if len(there) else 0.0
 
 
-def _image_positions(likelihood: MarginalLikelihood, nodes: NDArray[np.int32], weights: Array) -> Array:
-    x = likelihood.model.points[nodes]
-    at: Array = likelihood.model.observation.camera.project(np.einsum("rk,rkc->rc", weights, x))[:, :2]
+def image_positions(likelihood: MarginalLikelihood) -> Array:
+    """(r, 2) px, column and row of the points at rest."""
+    observation = likelihood.model.observation
+    x = likelihood.model.points[observation.points.nodes]
+    rest = np.einsum("rk,rkc->rc", observation.points.weights, x)
+    at: Array = observation.camera.project(rest)[:, :2]
     return at
 
 
@@ -152,6 +165,6 @@ def _nearest(image: Array) -> NDArray[np.intp]:
     """The nearest other point of each; of one point itself."""
     if len(image) == 1:
         return np.zeros(1, dtype=np.intp)
-    square = np.sum((image[:, None] - image) ** 2, axis=2)
+    square = np.asarray(np.sum((image[:, None] - image) ** 2, axis=2))
     np.fill_diagonal(square, np.inf)
     return np.asarray(np.argmin(square, axis=1))

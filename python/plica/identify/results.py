@@ -244,7 +244,7 @@ def _write_csv(path: Path, posterior: Posterior) -> None:
         rows = csv.writer(out)
         rows.writerow(_COLUMNS)
         for j, name in enumerate(posterior.names):
-            sd = "" if posterior.belied[j] else float(posterior.sd[j])
+            sd = "" if posterior.refused[j] else float(posterior.sd[j])
             numbers = [float(value) for value in (*interval[j], *prior[j], share[j])]
             moved = "" if shift is None else float(shift[j])
             row = [name, posterior.units[j], float(posterior.median[j]), sd, *numbers, moved]

@@ -1,0 +1,149 @@
+"""What the error of a flow is like: not white, not alike at all points, in part proportional to the motion.
+
+The error of point p in frame k is e = B_p (T w + mu) + v. B_p (2, 2) is a gain of the point's own, with
+independent entries N(0, sigma_g^2): regularised flow mixes a point's motion with that of its surroundings.
+v is Gaussian with the covariance K_time x (s_p s_p' rho(|x_p - x_p'|)) of each component: autoregressive in
+time with innovations of a size of each frame, and in space a share that decays with the distance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+
+__all__ = ["FlowError", "Whitening"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class FlowError:
+    """Of r points over N frames."""
+
+    sd: Array
+    """(r) px, up to a common factor, which is estimated with the tissue"""
+    by_frame: Array
+    """(N) factor on the size of what is white in time"""
+    in_time: Array
+    """(a) phi: v_k = sum_l phi[l] v_{k-1-l} + what is white"""
+    share: float
+    """[-] in [0, 1): correlation of two points next to each other"""
+    length: float
+    """[px] over which it falls by e"""
+    neighbours: NDArray[np.intp]
+    """(r, j) points before each in order, on which it is conditioned; -1: none"""
+    distances: Array
+    """(r, r) px in the image"""
+    motion: Array
+    """(N, r, 2) px a frame to which gains apply: what the model followed when the error was learned"""
+    outliers: Mask
+    """(N, r) values taken as missing"""
+
+
+class Whitening:
+    """Rows that are seen as combinations of observed ones with independent errors.
+
+    Each value is taken less its expectation from the frames before it and from its neighbours of the same
+    frame (A. V. Vecchia, J. R. Stat. Soc. B 50, 1988), as far as these are seen. The same combination of lags
+    keeps T block-Toeplitz; where other neighbours are seen, the combination is another row. A value whose own
+    past is not seen is left out. The determinant of the transformation is one.
+
+    Attributes
+    ----------
+    weights : (N, m') 1/px^2; zero where a row is not what a frame shows
+    source : (m') row among the observed ones, (2 r), that each stands for
+    """
+
+    def __init__(self, error: FlowError, weights: Array) -> None:
+        frames, m = weights.shape
+        seen = (weights > 0) & ~np.repeat(error.outliers, 2, axis=1)
+        self._phi = error.in_time
+        there = seen.copy()
+        for lag in range(1, len(self._phi) + 1):
+            there[lag:] &= seen[:-lag]
+            there[:lag] = False
+        rows: list[int] = []
+        columns: list[int] = []
+        values: list[float] = []
+        source: list[int] = []
+        made: list[Array] = []
+        for j in range(m):
+            p, c = divmod(j, 2)
+            near = error.neighbours[p][error.neighbours[p] >= 0]
+            known = there[:, 2 * near + c] & there[:, [j]]
+            for pattern in np.unique(known[there[:, j]], axis=0):
+                used = near[pattern]
+                factors, variance = _conditioned(error, p, used)
+                row = len(source)
+                rows += [row] * (1 + len(used))
+                columns += [j, *(2 * used + c)]
+                values += [1.0, *(-factors)]
+                source.append(j)
+                made.append(
+                    np.where(
+                        there[:, j] & (known == pattern).all(axis=1), 1 / (variance * error.by_frame**2), 0.0
+                    )
+                )
+        self._mix = sparse.csr_array((values, (rows, columns)), shape=(len(source), m))
+        self.source = np.array(source, dtype=int)
+        self.weights = np.ascontiguousarray(np.array(made).T.reshape(frames, len(source)))
+
+    def __call__(self, values: Array, axis: int = 0) -> Array:
+        """Of values (..., N, m, ...) with frames along `axis` and rows along the next."""
+        moved = np.moveaxis(values, (axis, axis + 1), (0, 1))
+        filtered = _filtered(moved, self._phi)
+        flat = np.moveaxis(filtered, 1, 0).reshape(filtered.shape[1], -1)
+        mixed = (self._mix @ flat).reshape(-1, filtered.shape[0], *filtered.shape[2:])
+        return np.ascontiguousarray(np.moveaxis(np.moveaxis(mixed, 1, 0), (0, 1), (axis, axis + 1)))
+
+    def gains(self, motion: Array) -> sparse.csc_array:
+        """(N m', 4 r) of motion (N, r, 2) px: how the rows answer the gains of the points, xx, xy, yx, yy."""
+        filtered = _filtered(motion, self._phi)
+        mix = self._mix.tocoo()
+        frames, width = self.weights.shape
+        rows, columns, values = [], [], []
+        for row, j, share in zip(mix.row, mix.col, mix.data, strict=True):
+            shown = np.flatnonzero(self.weights[:, row] > 0)
+            for d in (0, 1):
+                rows.append(shown * width + row)
+                columns.append(np.full(len(shown), 2 * j + d))
+                values.append(share * filtered[shown, j // 2, d])
+        entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+        return sparse.coo_array(entries, shape=(frames * width, 4 * motion.shape[1])).tocsc()
+
+    def unfolded(self, values: Array, rows: int) -> Array:
+        """(N, m) of the observed rows from (N, m') of these; nan where a value has no row."""
+        out = np.full((len(values), rows), np.nan)
+        for row, j in enumerate(self.source):
+            shown = self.weights[:, row] > 0
+            out[shown, j] = values[shown, row]
+        return out
+
+
+def _filtered(values: Array, phi: Array) -> Array:
+    """Frames along the first axis, each less what those before it tell of it."""
+    filtered = values.copy()
+    for lag, factor in enumerate(phi, start=1):
+        filtered[lag:] -= factor * values[:-lag]
+    return filtered
+
+
+def _conditioned(error: FlowError, point: int, used: NDArray[np.intp]) -> tuple[Array, float]:
+    """Factors of the neighbours in the expectation of a point's error; the variance that is left (px^2)."""
+    own = float(error.sd[point])
+    if not len(used):
+        return np.zeros(0), own**2
+
+    def correlation(distance: Array) -> Array:
+        near: Array = error.share * np.exp(-distance / error.length)
+        return near
+
+    K = correlation(error.distances[np.ix_(used, used)])
+    np.fill_diagonal(K, 1.0)
+    k = correlation(error.distances[used, point])
+    factors = linalg.solve(K, k, assume_a="pos")
+    return factors * own / error.sd[used], own**2 * (1 - float(k @ factors))
