@@ -261,10 +261,10 @@ def test_a_level_at_a_bound_of_its_search_is_told() -> None:
     assert "upper end of its search" in all_of_it.sentences()[0]
     plain = profiled(gram, pushed, whole_of_it + 10.0, count, (3, 0, 0), None)
     assert plain.sentences() == []
-    beside = profiled(gram, pushed * [1, 1, 0], 20.0, count, 2, None)
+    beside = profiled(gram, pushed * [1, 1, 0], 20.0, count, (2, 1, 0), None)
     assert beside.at_least == ("collision",)
     assert "forces of closed frames" in beside.sentences()[0]
-    assert profiled(gram, 0 * pushed, 20.0, count, 2, 1.0).at_least == ("pressure",)
+    assert profiled(gram, 0 * pushed, 20.0, count, (2, 1, 0), 1.0).at_least == ("pressure",)
 
 
 def test_a_held_level_of_collisions_is_in_pascal() -> None:

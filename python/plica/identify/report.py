@@ -72,6 +72,7 @@ def remark(found: Identification) -> str:
         f"{100 * missing:.0f} % missing",
         f"{int(picture.closed.sum())} frames closed",
         f"flow's error {posterior.noise.flow:.2g} times as stated ({np.median(picture.sd):.2g} px)",
+        *([f"gains of the points of {posterior.noise.gain:.2g}"] if posterior.noise.gain else []),
         f"unknown pressures of {posterior.noise.pressure:.3g} Pa",
         f"{posterior.iterations} iterations",
     ]
@@ -127,5 +128,14 @@ def _residuals(posterior: Posterior) -> str:
     verdict = "passed" if test.passed else "failed"
     return (
         f"Residual test {verdict}: scores {shown} of {test.count} residuals; each is within 3.3 where the "
-        "model and the stated errors hold."
+        f"model and the stated errors hold.{_widened(posterior)}"
+    )
+
+
+def _widened(posterior: Posterior) -> str:
+    if posterior.inflation is None:
+        return ""
+    return (
+        f" Intervals are {posterior.inflation.min():.2g} to {posterior.inflation.max():.2g} times as wide as "
+        "the information says, as the residuals ask for."
     )
