@@ -209,3 +209,6 @@ def test_a_failed_test_is_told_and_widens() -> None:
     assert any("wider than the information says" in told for told in found.warnings())
     assert alone.refused.all()
     assert "refused" in alone.table()
+    lost = replace(found, follows=0.2)
+    assert lost.refused.all()
+    assert lost.table().count("refused") == 2 * len(lost.names)

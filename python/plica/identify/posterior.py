@@ -16,6 +16,8 @@ from plica.identify.residuals import ResidualTest
 __all__ = ["Posterior"]
 
 Array = NDArray[np.float64]
+FOLLOWED = 0.5
+"""Share of the motion's variance."""
 BELIEVED = 1.0
 """A shift on refining the mesh by more posterior sd than this belies the sd."""
 LEARNED = 0.7
@@ -46,6 +48,14 @@ class Posterior:
     inflation: Array | None = None
     """(p) >= 1 by which the residuals, which fail their test, make the sd on this mesh larger; None: they
     do not fail, or it was not asked for"""
+
+    follows: float | None = None
+    """Share of the motion's variance that the model follows; None: not looked at"""
+
+    @property
+    def carried(self) -> bool:
+        """Whether the model follows half of the motion or more; else no number is carried by the data."""
+        return self.follows is None or self.follows >= FOLLOWED
 
     def _values(self, x: Array) -> Array:
         """Coordinates (p) or (p, k) in `units`."""
@@ -96,9 +106,9 @@ class Posterior:
 
     @property
     def refused(self) -> NDArray[np.bool_]:
-        """(p) Whose sd is not printed: the mesh shift exceeds it, or the residuals fail their test and
-        nothing was done about it."""
-        unanswered = not self.residuals.passed and self.inflation is None
+        """(p) Whose sd is not printed: the mesh shift exceeds it, the residuals fail their test and nothing
+        was done about it, or the model does not follow the motion."""
+        unanswered = not self.carried or (not self.residuals.passed and self.inflation is None)
         return self.belied | unanswered
 
     def interval(self, level: float = 0.95) -> Array:
@@ -140,10 +150,12 @@ class Posterior:
     # ---- Words -------------------------------------------------------------------------------
 
     def table(self) -> str:
-        """One line a parameter: median, sd, 95 % interval, prior; an sd that the mesh belies is not
-        printed."""
+        """One line a parameter: median, sd, 95 % interval, prior; an sd that is belied is not printed,
+        nor an interval where the model does not follow the motion."""
         lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
-        if self.inflation is not None:
+        if not self.carried:
+            lines.insert(0, "The model does not follow the motion: no number below is carried by the data.")
+        elif self.inflation is not None:
             lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals ask for.")
         low_high = self.interval()
         spread = 1.959964 * self.prior_sd
@@ -153,9 +165,10 @@ class Posterior:
             relative = self.logarithmic is None or self.logarithmic[j]
             sd = f"{100 * self.sd[j]:.1f} %" if relative else f"{self.sd[j]:.2g}"
             sd = "refused" if self.refused[j] else sd
+            interval = f"{low_high[j, 0]:10.4g} - {low_high[j, 1]:10.4g}" if self.carried else "refused"
             lines.append(
-                f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  {low_high[j, 0]:10.4g} - "
-                f"{low_high[j, 1]:10.4g}  {prior[0]:10.4g} - {prior[1]:10.4g}"
+                f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  {interval:>23}  "
+                f"{prior[0]:10.4g} - {prior[1]:10.4g}"
             )
         return "\n".join(lines)
 

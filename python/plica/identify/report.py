@@ -103,7 +103,7 @@ def rows(found: Identification) -> list[Row]:
                 posterior.units[j],
                 number(float(posterior.median[j]), 3),
                 "refused" if posterior.refused[j] else sd,
-                " – ".join(number(float(v), 3) for v in interval[j]),
+                " – ".join(number(float(v), 3) for v in interval[j]) if posterior.carried else "refused",
                 " – ".join(number(float(v), 3) for v in prior),
                 verdict,
             )

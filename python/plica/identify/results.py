@@ -16,7 +16,7 @@ from plica._engine import build_info
 from plica.errors import InvalidInput
 from plica.identify.iterates import Iterates
 from plica.identify.noise_levels import Noise
-from plica.identify.posterior import Posterior
+from plica.identify.posterior import FOLLOWED, Posterior
 from plica.identify.residuals import ResidualTest
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
@@ -26,8 +26,6 @@ __all__ = ["Identification", "Picture", "load", "store"]
 
 Floats = NDArray[np.float64]
 
-FOLLOWED = 0.5
-"""Share of the motion's variance."""
 _UNITS = {
     "posterior/mean": "log of the unit, or the unit",
     "recording/start": "px: column, row",
@@ -235,7 +233,7 @@ _COLUMNS = (
 
 def _write_csv(path: Path, posterior: Posterior) -> None:
     """A row a parameter, in its unit; the sd is that of the logarithm, but of an angle's its own. An sd that
-    the mesh belies is an empty cell."""
+    is refused is an empty cell, and so is an interval where the model does not follow the motion."""
     spread = 1.959964 * posterior.prior_sd
     prior = posterior._values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
     interval, shift = posterior.interval(), posterior.shift_in_sd
@@ -246,6 +244,7 @@ def _write_csv(path: Path, posterior: Posterior) -> None:
         for j, name in enumerate(posterior.names):
             sd = "" if posterior.refused[j] else float(posterior.sd[j])
             numbers = [float(value) for value in (*interval[j], *prior[j], share[j])]
+            cells = numbers if posterior.carried else ["", "", *numbers[2:]]
             moved = "" if shift is None else float(shift[j])
-            row = [name, posterior.units[j], float(posterior.median[j]), sd, *numbers, moved]
+            row = [name, posterior.units[j], float(posterior.median[j]), sd, *cells, moved]
             rows.writerow(row)
