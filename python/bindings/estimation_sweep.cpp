@@ -3,7 +3,6 @@
 #include "plica/airflow/load_patterns.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/dynamics/scheme.hpp"
-#include "plica/estimation/node_order.hpp"
 #include "plica/estimation/sweep.hpp"
 #include "plica/estimation/toeplitz.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -18,11 +17,9 @@ using Released = py::gil_scoped_release;
 using Held = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
-/// The matrices of a mesh and its grouping of cells, affine in the tissue's coefficients. Within, nodes are
-/// numbered so that neighbours are near each other; outside, as in the mesh.
+/// The matrices of a mesh and its grouping of cells, affine in the tissue's coefficients.
 struct AffineTissue {
-  std::unique_ptr<TetMesh> mesh;    // renumbered, points and cells alone
-  std::vector<std::int32_t> place;  // (n) within, of the mesh's nodes
+  std::shared_ptr<TetMesh> mesh;
   Tissue tissue;
   Supports supports;
   Assembler assembler;
@@ -31,17 +28,6 @@ struct AffineTissue {
   FactorPlan plan;  // of the step's matrix, whatever the coefficients
 
   std::ptrdiff_t groups() const { return static_cast<std::ptrdiff_t>(tissue.materials.size()); }
-  std::ptrdiff_t within(std::ptrdiff_t unknown) const {
-    return 3 * static_cast<std::ptrdiff_t>(place[static_cast<std::size_t>(unknown / 3)]) + unknown % 3;
-  }
-  /// In the numbers of the mesh.
-  SparseMatrix outside(const SparseMatrix& matrix) const {
-    Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, std::int32_t> back(matrix.rows());
-    for (std::ptrdiff_t k = 0; k < matrix.rows(); ++k) back.indices()[within(k)] = static_cast<std::int32_t>(k);
-    SparseMatrix renumbered;
-    renumbered = matrix.twistedBy(back);
-    return renumbered;
-  }
 };
 
 std::unique_ptr<AffineTissue> make_affine(const std::shared_ptr<TetMesh>& mesh, std::vector<Material> materials,
@@ -49,32 +35,21 @@ std::unique_ptr<AffineTissue> make_affine(const std::shared_ptr<TetMesh>& mesh, 
                                           const Held& fixed) {
   if (fixed.ndim() != 2 || fixed.shape(0) != mesh->node_count() || fixed.shape(1) != 3)
     wrong_shape("AffineTissue", "fixed", fixed, "(" + std::to_string(mesh->node_count()) + ", 3)");
+  Supports supports(mesh->node_count());
+  for (std::int32_t i = 0; i < mesh->node_count(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (fixed.at(i, c)) supports.fix(i, c);
   Tissue tissue{std::move(materials), std::move(names),
                 to_indices(cell_material, "AffineTissue", "cell_material")};
-  const auto held = fixed.unchecked<2>();
   const Released released;
   tissue.validate(*mesh);
-  auto near = std::make_unique<TetMesh>();
-  near->points.resize(mesh->points.rows(), 3);
-  near->cells = mesh->cells;
-  const Order order = near_neighbours(*Assembler(*mesh).pattern());
-  std::vector<std::int32_t> place(order.size());
-  Supports supports(mesh->node_count());
-  for (std::int32_t k = 0; k < mesh->node_count(); ++k) {
-    place[static_cast<std::size_t>(order[static_cast<std::size_t>(k)])] = k;
-    near->points.row(k) = mesh->points.row(order[static_cast<std::size_t>(k)]);
-    for (int c = 0; c < 3; ++c)
-      if (held(order[static_cast<std::size_t>(k)], c)) supports.fix(k, c);
-  }
-  for (Eigen::Index i = 0; i < near->cells.size(); ++i)
-    near->cells.data()[i] = place[static_cast<std::size_t>(near->cells.data()[i])];
-  Assembler assembler(*near);
+  Assembler assembler(*mesh);
   NodalMatrix mass = assembler.mass(tissue);
   AffineStiffness affine(assembler, tissue);
   FactorPlan plan = sweep_plan(mass.pattern(), supports);
-  return std::unique_ptr<AffineTissue>(new AffineTissue{std::move(near), std::move(place), std::move(tissue),
-                                                        std::move(supports), std::move(assembler), std::move(mass),
-                                                        std::move(affine), std::move(plan)});
+  return std::unique_ptr<AffineTissue>(new AffineTissue{mesh, std::move(tissue), std::move(supports),
+                                                        std::move(assembler), std::move(mass), std::move(affine),
+                                                        std::move(plan)});
 }
 
 void require_shape(const RealArray& array, const std::vector<py::ssize_t>& shape, const std::string& name) {
@@ -108,14 +83,8 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
   require_shape(viscosity_derivatives, {p, g}, "viscosity_derivatives");
   if (patterns.ndim() != 2) wrong_shape("AffineTissue", "patterns", patterns, "(3 n, q)");
   const SchemeCoefficients scheme = plica::coefficients(HilberHughesTaylor{alpha});
-  Indices unknowns = to_indices(observed, "AffineTissue", "observed");
-  const auto all = static_cast<std::ptrdiff_t>(3 * self.place.size());
-  for (auto& unknown : unknowns)  // what is out of range is refused below
-    if (unknown >= 0 && unknown < all) unknown = static_cast<std::int32_t>(self.within(unknown));
-  RowMatrix forces(patterns.shape(0), patterns.shape(1));
-  for (std::ptrdiff_t k = 0; k < forces.rows(); ++k)
-    forces.row(forces.rows() == all ? self.within(k) : k) =
-        Eigen::Map<const Eigen::RowVectorXd>(patterns.data() + k * forces.cols(), forces.cols());
+  const Indices unknowns = to_indices(observed, "AffineTissue", "observed");
+  const RowMatrix forces = Eigen::Map<const RowMatrix>(patterns.data(), patterns.shape(0), patterns.shape(1));
   RowMatrix out;
   {
     const Released released;
@@ -227,13 +196,13 @@ void bind_estimation_sweep(py::module_& engine) {
       .def(py::init(&make_affine), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
            py::arg("cell_material"), py::arg("fixed"))
       .def_property_readonly("groups", &AffineTissue::groups)
-      .def("mass", [](const AffineTissue& self) { return give_csr(self.outside(self.mass.to_sparse())); })
+      .def("mass", [](const AffineTissue& self) { return give_csr(self.mass.to_sparse()); })
       .def(
           "stiffness",
           [](const AffineTissue& self, const RealArray& coefficients) {
             require_shape(coefficients, {self.groups(), 6}, "coefficients");
-            return give_csr(self.outside(
-                self.affine.stiffness(coefficients_at(coefficients.data(), self.groups())).to_sparse()));
+            return give_csr(
+                self.affine.stiffness(coefficients_at(coefficients.data(), self.groups())).to_sparse());
           },
           py::arg("coefficients"))
       .def(
@@ -241,7 +210,7 @@ void bind_estimation_sweep(py::module_& engine) {
           [](const AffineTissue& self, const RealArray& viscosity) {
             require_shape(viscosity, {self.groups()}, "viscosity");
             const Vector eta = Eigen::Map<const Vector>(viscosity.data(), self.groups());
-            return give_csr(self.outside(self.affine.viscosity(eta).to_sparse()));
+            return give_csr(self.affine.viscosity(eta).to_sparse());
           },
           py::arg("viscosity"))
       .def("impulse_responses", &responses, py::kw_only(), py::arg("coefficients"), py::arg("viscosity"),

@@ -6,7 +6,6 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
-#include "plica/estimation/node_order.hpp"
 #include "plica/estimation/sweep.hpp"
 
 using namespace plica;
@@ -152,26 +151,6 @@ TEST_CASE("one plan of the factor serves other values, of blocks that were zero 
       std::fill_n(A->block(static_cast<std::ptrdiff_t>(chain.entry(r, c))), 9, 0.0);
   const RowMatrix own = swept(chain, patterns, 20), planned = swept(chain, patterns, 20, 1e-13, &plan);
   CHECK((planned - own).cwiseAbs().maxCoeff() < 1e-11 * own.cwiseAbs().maxCoeff());
-}
-
-TEST_CASE("a chain in any order is numbered from end to end") {
-  const std::int32_t nodes = 30;
-  std::vector<std::int32_t> name(nodes);  // of the k-th node along the chain
-  for (std::int32_t k = 0; k < nodes; ++k) name[k] = 7 * k % nodes;
-  std::vector<std::vector<std::int32_t>> rows(nodes);
-  for (std::int32_t k = 0; k < nodes; ++k)
-    for (std::int32_t j = std::max(0, k - 1); j <= std::min(nodes - 1, k + 1); ++j)
-      rows[name[k]].push_back(name[j]);
-  NodePattern graph;
-  graph.row_start.push_back(0);
-  for (auto& row : rows) {
-    std::sort(row.begin(), row.end());
-    graph.column.insert(graph.column.end(), row.begin(), row.end());
-    graph.row_start.push_back(static_cast<std::int32_t>(graph.column.size()));
-  }
-  const Order order = near_neighbours(graph);
-  std::vector<std::int32_t> found(order.begin(), order.end()), backward(name.rbegin(), name.rend());
-  CHECK((found == name || found == backward));
 }
 
 TEST_CASE("threads do not change a bit of the sweep") {
