@@ -10,9 +10,9 @@ import pytest
 
 from plica.video.analysis import Analysis, analyse
 from plica.video.doubts import WholeGlottis, doubts
+from plica.video.light import light_of
 from plica.video.midline import Midline
 from plica.video.pixel_levels import pixel_levels
-from plica.video.light import light_of
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.vibrogram import vibrogram

@@ -5,11 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command, add_pdf
 from plica.commands.video import is_analysis
 from plica.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from plica.phonation.report.comparison import RunComparison
+    from plica.video.comparison import Comparison
 
 __all__ = ["add_commands"]
 
@@ -61,13 +65,7 @@ def _compare(options: argparse.Namespace) -> int:
         )
     if options.pdf:
         require_pdf()
-    recordings = _are_recordings(options.before, options.after)
-    if recordings:
-        from plica.video.comparison import compare
-        from plica.video.comparison_page import sheet_of
-    else:
-        from plica.phonation.report.comparison import compare, sheet_of
-    found = compare(options.before, options.after)
+    found = _compared(options.before, options.after)
     if not options.quiet:
         print(comparison_table(found.changes))
     for remark in found.remarks:
@@ -75,10 +73,21 @@ def _compare(options: argparse.Namespace) -> int:
     if options.output is not None:
         with storage_errors(options.output):
             options.output.mkdir(parents=True, exist_ok=True)
-            page = write_comparison(sheet_of(found), options.output, pdf=options.pdf)
+            page = write_comparison(found.sheet(), options.output, pdf=options.pdf)
         if not options.quiet:
             print(f"report: {page}")
     return 0
+
+
+def _compared(before: Path, after: Path) -> Comparison | RunComparison:
+    if _are_recordings(before, after):
+        from plica.video.comparison import compare
+
+        return compare(before, after)
+    from plica.phonation.report.comparison import compare_runs
+    from plica.phonation.run.results import Run
+
+    return compare_runs([Run.load(before), Run.load(after)], [before, after])
 
 
 def _are_recordings(before: Path, after: Path) -> bool:

@@ -18,9 +18,9 @@ METHOD = (
     "A difference is after less before. Its 95 % interval is that of the differences between 2000 bootstrap "
     "replicates of either side, its cycles drawn with replacement and independently of the other's (with "
     "Welch's degrees of freedom); it is not read off the two intervals beside it. It covers how cycles "
-    "scatter within each recording. It does not cover how a voice differs from one day or one phonation to the next, nor an "
-    "outline that is drawn too wide or too narrow in one of the two. Of twenty measures that did not change, "
-    "one interval leaves zero out by chance."
+    "scatter within each recording. It does not cover how a voice differs from one day or one phonation to "
+    "the next, nor an outline that is drawn too wide or too narrow in one of the two. Of twenty measures "
+    "that did not change, one interval leaves zero out by chance."
 )
 """For people."""
 
@@ -73,6 +73,11 @@ class Change:
     def beyond_scatter(self) -> bool:
         """Whether the interval of the difference leaves zero out."""
         return self.interval is not None and not self.interval[0] <= 0 <= self.interval[1]
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Why there is no difference, or what speaks against it."""
+        return (self.withheld,) if self.withheld else self.cautions
 
     def as_json(self) -> dict[str, Any]:
         """The entry of comparison.json; values in the unit of their own record."""

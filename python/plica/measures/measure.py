@@ -80,7 +80,7 @@ class Measure:
     @property
     def interval(self) -> tuple[float, float] | None:
         """Of the value at 95 %; None where there are no replicates."""
-        return self.replicates and self.replicates.interval
+        return None if self.replicates is None else self.replicates.interval
 
     @property
     def unit(self) -> str:

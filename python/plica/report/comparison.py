@@ -55,12 +55,14 @@ class ChangeRow:
     difference: str
     interval: str
     beyond: bool
-    note: str
-    cautions: tuple[str, ...]
+    notes: tuple[int, ...]
 
 
-def change_row(change: Change) -> ChangeRow:
-    """A change as people read it: difference and interval to the second digit of the half-width."""
+def change_row(change: Change, notes: list[str]) -> ChangeRow:
+    """A change as people read it: difference and interval to the second digit of the half-width.
+
+    What is to be said of it is numbered: its place, from 1, in `notes`, to which it is added where it is new.
+    """
     factor, unit = change.after.quantity.people(change.after.scale)
     difference = interval = ""
     if change.interval is not None and change.difference is not None:
@@ -70,16 +72,22 @@ def change_row(change: Change) -> ChangeRow:
         )
         interval = " to ".join(ends)
     elif change.difference is not None:
-        difference = _signed(factor * change.difference, _places(factor * change.difference, 3))
+        size = max(abs(change.before.value or 0.0), abs(change.after.value or 0.0))
+        difference = _signed(factor * change.difference, _places(factor * size, 4))
     return ChangeRow(
         row(change.before),
         row(change.after),
         f"{difference} {typeset(unit)}".strip() if difference else "",
         interval,
         change.beyond_scatter,
-        change.withheld,
-        change.cautions,
+        tuple(_numbered(text, notes) for text in change.said),
     )
+
+
+def _numbered(text: str, notes: list[str]) -> int:
+    if text not in notes:
+        notes.append(text)
+    return notes.index(text) + 1
 
 
 def _places(size: float, digits: int = 2) -> int:
@@ -94,20 +102,19 @@ def _signed(value: float, places: int) -> str:
 
 
 def comparison_table(changes: Sequence[Change]) -> str:
-    """The changes for a terminal, a * where the interval leaves zero out; below, why others have none."""
+    """The changes for a terminal, a * where the interval leaves zero out; below, what is said of them."""
     lines = [f"{'':<40} {'before':>12} {'after':>12} {'':<6} {'after - before':<14} 95 % interval"]
-    reasons: dict[str, list[str]] = {}
+    notes: list[str] = []
     for change in changes:
-        shown = change_row(change)
-        if change.withheld:
-            reasons.setdefault(change.withheld, []).append(change.name)
+        shown = change_row(change, notes)
         unit = shown.after.unit if shown.after.unit == shown.before.unit else ""
-        star = " *" if shown.beyond else ""
-        interval = f"[{shown.interval}]" if shown.interval else ""
         line = f"{change.name:<40} {shown.before.value:>12} {shown.after.value:>12} {unit:<6} "
-        lines.append((line + f"{shown.difference.removesuffix(unit).strip():<14} {interval}{star}").rstrip())
-    lines += [f"not compared: {', '.join(names)}: {reason}" for reason, names in reasons.items()]
-    return "\n".join(lines)
+        line += f"{shown.difference.removesuffix(unit).strip() or '-':<14} "
+        line += f"[{shown.interval}]" if shown.interval else ""
+        line += " *" if shown.beyond else ""
+        numbers = ", ".join(map(str, shown.notes))
+        lines.append(f"{line}  ({numbers})" if numbers else line.rstrip())
+    return "\n".join([*lines, *(f"({k}) {note}" for k, note in enumerate(notes, 1))])
 
 
 def write_comparison(sheet: Sheet, directory: Path, *, pdf: bool = False) -> Path:
@@ -121,14 +128,19 @@ def write_comparison(sheet: Sheet, directory: Path, *, pdf: bool = False) -> Pat
         There already; files in it of these names are replaced, each as a whole.
     """
     groups: dict[str, list[ChangeRow]] = {}
+    notes: list[str] = []
     for change in sheet.changes:
-        groups.setdefault(change.after.quantity.group, []).append(change_row(change))
+        groups.setdefault(change.after.quantity.group, []).append(change_row(change, notes))
+    before, after = sheet.facts
+    facts = [(name, (before.get(name), after.get(name))) for name in {**before, **after}]
     text = render(
         "report/comparison.html.j2",
         title=f"{sheet.labels[0]} and {sheet.labels[1]}",
         running=f"{sheet.labels[0]} and {sheet.labels[1]}",
         sheet=sheet,
+        facts=facts,
         groups=groups,
+        notes=notes,
         beyond=sum(change.beyond_scatter for change in sheet.changes),
         compared=sum(change.interval is not None for change in sheet.changes),
         method=METHOD,

@@ -123,12 +123,12 @@ def _cycles(both: Comparison) -> Drawing:
         rows = figure.subplots(2, columns, squeeze=False)
         for panels, row, (side, found) in zip(rows, poses, both.both, strict=True):
             period = 1 / found.cycles.frequency
-            for axes in panels:
+            for axes in panels[len(row) :]:
                 axes.set_axis_off()
             for axes, pose in zip(panels, row, strict=False):
                 paint_pose(axes, pose)
                 axes.set_title(f"{pose.passed / period:.2f}", fontsize=7.5)
-            panels[0].set_title(f"{side}  {row[0].passed / period:.2f}", fontsize=7.5, loc="left")
+            panels[0].set_ylabel(side)
 
     caption = (
         "A cycle in pictures, the middle one of each recording, from its mark on; above each picture the "

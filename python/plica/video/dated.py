@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from plica.video.errors import VideoError
 from plica.video.image_file import is_picture
@@ -29,8 +29,8 @@ class FileDate(NamedTuple):
 def check_date(text: str) -> None:
     """VideoError unless it is a day, or a day and a time, of ISO 8601 that is not to come."""
     try:
-        day = datetime.fromisoformat(text).date() if isinstance(text, str) else None
-    except ValueError:
+        day = datetime.fromisoformat(text).date()
+    except (TypeError, ValueError):
         day = None
     if day is None:
         raise VideoError(
@@ -71,7 +71,8 @@ def _stated(path: Path) -> Iterator[tuple[str, object]]:
             yield from _of_picture(pictures[0])
     elif path.suffix.lower() in {".tif", ".tiff"}:
         with open_tiff(path) as stack:
-            tag = stack.pages[0].tags.get(_STORED)
+            first: Any = stack.pages[0]
+            tag = first.tags.get(_STORED)
             if tag is not None:
                 yield "DateTime", tag.value
     elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy"}:

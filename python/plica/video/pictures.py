@@ -53,7 +53,8 @@ def paint_pose(axes: Axes, pose: Pose) -> None:
     axes.imshow(pose.picture)
     if pose.mask.any() and not pose.mask.all():
         axes.contour(pose.mask, levels=[0.5], colors=[outline], linewidths=0.8)
-    axes.set_axis_off()
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
 
 
 @dataclass(frozen=True)

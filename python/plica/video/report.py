@@ -29,6 +29,7 @@ def write_report(found: Analysis) -> Path:
     """Write report.html beside the results, of the flow where it was found; returns its path."""
     shown = np.unique(np.linspace(0, found.count - 1, _MOST_FRAMES).round().astype(int))
     pictures = [_picture(image) for image in _overlays(found, shown)]
+    widest = int(np.argmax(np.nan_to_num(found.area.total[shown])))
     text = render(
         "video/report.html.j2",
         title=found.label,
@@ -36,6 +37,7 @@ def write_report(found: Analysis) -> Path:
         remark=_remark(found),
         quality=light_of(found),
         frames=pictures,
+        first=widest,
         frames_json=json.dumps(pictures),
         labels=json.dumps([f"frame {k} {found.flags[k]}" for k in shown]),
         shown="Every frame" if shown.size == found.count else f"{shown.size} of {found.count} frames",
