@@ -13,7 +13,7 @@ from plica._engine import build_info
 from plica.measures.comparison import METHOD, Change
 from plica.report.drawing import Drawing
 from plica.report.page import pdf_of, render, write_page
-from plica.report.wording import Row, row, typeset
+from plica.report.wording import Row, numbered, row, typeset
 from plica.storage.json_file import write_json
 from plica.storage.table import write_table
 
@@ -80,14 +80,8 @@ def change_row(change: Change, notes: list[str]) -> ChangeRow:
         f"{difference} {typeset(unit)}".strip() if difference else "",
         interval,
         change.beyond_scatter,
-        tuple(_numbered(text, notes) for text in change.said),
+        numbered(change.said, notes),
     )
-
-
-def _numbered(text: str, notes: list[str]) -> int:
-    if text not in notes:
-        notes.append(text)
-    return notes.index(text) + 1
 
 
 def _places(size: float, digits: int = 2) -> int:

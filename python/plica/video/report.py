@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from plica._engine import build_info
 from plica.report.page import render, write_page
-from plica.report.wording import tables
+from plica.report.wording import numbered, tables
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
 from plica.video.light import light_of
@@ -30,6 +30,8 @@ def write_report(found: Analysis) -> Path:
     shown = np.unique(np.linspace(0, found.count - 1, _MOST_FRAMES).round().astype(int))
     pictures = [_picture(image) for image in _overlays(found, shown)]
     widest = int(np.argmax(np.nan_to_num(found.area.total[shown])))
+    measured, notes = tables(found.measures), list[str]()
+    marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
     text = render(
         "video/report.html.j2",
         title=found.label,
@@ -41,7 +43,9 @@ def write_report(found: Analysis) -> Path:
         frames_json=json.dumps(pictures),
         labels=json.dumps([f"frame {k} {found.flags[k]}" for k in shown]),
         shown="Every frame" if shown.size == found.count else f"{shown.size} of {found.count} frames",
-        tables=tables(found.measures),
+        tables=measured,
+        marks=marks,
+        notes=notes,
         sections=sections(found),
         command=_command(found),
         version=build_info()["version"],

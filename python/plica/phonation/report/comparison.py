@@ -73,8 +73,8 @@ def compare_runs(runs: Sequence[RunData], directories: Sequence[Path]) -> RunCom
     for run, directory in zip(runs, directories, strict=True):
         if run.failure or run.time.size < run.steps_asked:
             raise InvalidInput(
-                f"Compare: the run in {directory} came to {run.time.size} of {run.steps_asked} steps; must be "
-                f"finished. Go on with it: plica run SCENE -o {directory} --resume."
+                f"Compare: the run in {directory} came to {run.time.size} of {run.steps_asked} steps; must "
+                f"be finished. Go on with it: plica run SCENE -o {directory} --resume."
             )
     return RunComparison((runs[0], runs[1]), (directories[0], directories[1]))
 
