@@ -32,11 +32,11 @@ class Pose:
 
 
 def cycle_poses(found: Analysis, instants: Floats) -> list[Pose]:
-    """Frames nearest to these shares of the middle one of the cycles, in the recording's colours."""
+    """The frames from these shares of the middle one of the cycles on, in the recording's colours."""
     cycles, (height, width) = found.cycles, found.frames().shape
     begin, end = cycles.starts[cycles.count // 2 : cycles.count // 2 + 2]
     step = found.time[1] - found.time[0]
-    frames = np.round((begin + instants * (end - begin)) / step).astype(int)
+    frames = np.ceil((begin + instants * (end - begin)) / step - 1e-9).astype(int)
     frames = np.unique(np.clip(frames, 0, found.count - 1))
     line, reach = found.midline, 0.35 * found.midline.length
     x, y = np.sort([line.upper[0], line.lower[0]]), np.sort([line.upper[1], line.lower[1]])

@@ -150,17 +150,26 @@ class Recording:
     def pictures(self, wanted: Collection[int]) -> Iterator[tuple[int, Picture]]:
         """Of these frames each with its number, in order, in their colours: to be looked at, not measured.
 
-        On the scale of `frames`, which each colour has alike; a grey frame has three that are equal.
+        A grey frame has three that are equal, as of `frames`. Coloured ones are as bright as leaves their
+        strongest colour its differences: on the scale of grey alone, red tissue would be bleached.
         """
         last = max(wanted, default=-1) + 1
         for index, (_, raw) in enumerate(self.source.pixels(0, last)):
             if index in wanted:
                 deep = raw[..., None] if raw.ndim == 2 else raw[..., :3]
                 colours = np.broadcast_to(deep, (*deep.shape[:2], 3))
-                yield index, self._used(colours.astype(np.float32))
+                yield index, self._used(colours.astype(np.float32), self._bleached)
 
-    def _used(self, raw: Grey) -> Grey:
-        low, high = self.scale
+    @cached_property
+    def _bleached(self) -> float:
+        """Level that becomes 255 in pictures."""
+        if not self.coloured:
+            return self.scale[1]
+        _, first = next(iter(self.source.pixels(0, 1)))
+        return max(self.scale[1], float(np.percentile(first[..., :3].max(axis=2), _BRIGHT)))
+
+    def _used(self, raw: Grey, white: float | None = None) -> Grey:
+        low, high = self.scale[0], self.scale[1] if white is None else white
         image = (raw - np.float32(low)) * np.float32(255.0 / (high - low))
         if self.rotation:
             from scipy import ndimage
