@@ -71,6 +71,8 @@ def test_what_cannot_be_compared_has_its_reason_and_no_difference() -> None:
     none = Measures([Measure("glottal_length", None, note="no midline")], px)
     (change,) = changes(Measures([whole("glottal_length", 80.0)], px), none)
     assert change.withheld == "no value after: no midline"
+    (change,) = changes(none, none)
+    assert change.withheld == "no value before and after: no midline"
     (change,) = changes(one, one, {"glottal_length": "of two places"})[:1]
     assert (change.difference, change.withheld) == (None, "of two places")
 

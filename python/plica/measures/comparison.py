@@ -111,9 +111,9 @@ def changes(before: Measures, after: Measures, withheld: Mapping[str, str] | Non
 
 
 def _change(before: Measure, after: Measure, withheld: str) -> Change:
-    for side, item in (("before", before), ("after", after)):
-        if item.value is None:
-            withheld = f"no value {side}: {item.note}"
+    lacking = {side: item.note for side, item in (("before", before), ("after", after)) if item.value is None}
+    if lacking:
+        withheld = f"no value {' and '.join(lacking)}: {'; '.join(dict.fromkeys(lacking.values()))}"
     if not withheld and before.unit != after.unit:
         withheld = f"in {before.unit} before and in {after.unit} after"
     if withheld or before.value is None or after.value is None:

@@ -9,7 +9,7 @@ from plica.measures.scale import SI, shown_unit
 from plica.report.drawing import Drawing, blue, draw, grey, red
 from plica.video.analysis import Analysis
 from plica.video.comparison import Comparison
-from plica.video.pictures import cycle_poses, kymograms, mean_cycle, paint_pose
+from plica.video.pictures import cycle_poses, kymograms, mean_cycle, paint_pose, row_height
 
 __all__ = ["sections"]
 
@@ -135,7 +135,8 @@ def _cycles(both: Comparison) -> Drawing:
         "share of the cycle. Orange: outline of the glottis. As in the image, neither turned nor to one "
         "scale."
     )
-    return draw("cycles", caption, "Pictures of a cycle, before and after", (9, 5.2), paint)
+    height = sum(row_height(row, 8.7) for row in poses)
+    return draw("cycles", caption, "Pictures of a cycle, before and after", (9, height), paint)
 
 
 def _vibrograms(both: Comparison) -> Drawing:

@@ -16,7 +16,7 @@ from plica.measures.waveforms import RECORDED
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.report.wording import axis
 from plica.video.analysis import Analysis
-from plica.video.pictures import cycle_poses, kymograms, paint_pose
+from plica.video.pictures import cycle_poses, kymograms, paint_pose, row_height
 from plica.video.trajectories import spacing
 from plica.video.waveforms import wide_share
 
@@ -141,7 +141,7 @@ def _cycle(found: Analysis) -> list[Drawing]:
         f"Cycle {cycles.count // 2 + 1} of {cycles.count}, from its mark on; above each picture the time "
         f"since then{unit}. Orange: outline of the glottis."
     )
-    return [draw("cycle", caption, "Pictures of one cycle", (9, 2.2), paint)]
+    return [draw("cycle", caption, "Pictures of one cycle", (9, row_height(poses, 9)), paint)]
 
 
 def _vibrogram(found: Analysis) -> Drawing:

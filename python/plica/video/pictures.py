@@ -10,7 +10,16 @@ from matplotlib.axes import Axes
 
 from plica.video.analysis import Analysis
 
-__all__ = ["Kymogram", "MeanCycle", "Pose", "cycle_poses", "kymograms", "mean_cycle", "paint_pose"]
+__all__ = [
+    "Kymogram",
+    "MeanCycle",
+    "Pose",
+    "cycle_poses",
+    "kymograms",
+    "mean_cycle",
+    "paint_pose",
+    "row_height",
+]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -55,6 +64,12 @@ def paint_pose(axes: Axes, pose: Pose) -> None:
         axes.contour(pose.mask, levels=[0.5], colors=[outline], linewidths=0.8)
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
+
+
+def row_height(poses: list[Pose], width: float) -> float:
+    """Inches of a row of poses that is so wide, with their titles."""
+    tallest = max(pose.picture.shape[0] / pose.picture.shape[1] for pose in poses)
+    return 0.4 + tallest * width / len(poses)
 
 
 @dataclass(frozen=True)
