@@ -265,6 +265,7 @@ def _info(options: argparse.Namespace) -> int:
         "matplotlib",
         "pillow",
         "av",
+        "weasyprint",
     ):
         try:
             rows[name] = metadata.version(name)
