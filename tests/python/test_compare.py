@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
+import plica
 from analytic_run import Phonation
 from plica.cli import main
 from plica.errors import InvalidInput
@@ -219,6 +220,20 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     unfinished = type(one)(**{**vars(one), "time": one.time[:700]})
     with pytest.raises(InvalidInput, match=r"came to 700 of 1200 steps; must be finished"):
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
+
+
+@pytest.mark.slow
+def test_stored_runs_are_compared_by_the_command(
+    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("one", "other"):
+        plica.run(bar, tmp_path / name, progress=False)
+    command = ["compare", str(tmp_path / "one"), str(tmp_path / "other"), "-o", str(tmp_path / "change")]
+    assert main(command) == 0
+    assert re.search(r"^kinetic_energy .* 0(\.0*)?$", capsys.readouterr().out, re.MULTILINE)
+    stored = json.loads((tmp_path / "change" / "comparison.json").read_text())
+    assert stored["measures"]["kinetic_energy"]["difference"] == 0
+    assert "interval" not in stored["measures"]["kinetic_energy"]
 
 
 def test_a_pdf_needs_its_library_before_anything_is_computed(
