@@ -68,7 +68,7 @@ def paint_pose(axes: Axes, pose: Pose) -> None:
 
 def row_height(poses: list[Pose], width: float) -> float:
     """Inches of a row of poses that is so wide, with their titles."""
-    tallest = max(pose.picture.shape[0] / pose.picture.shape[1] for pose in poses)
+    tallest: float = max(pose.picture.shape[0] / pose.picture.shape[1] for pose in poses)
     return 0.4 + tallest * width / len(poses)
 
 
