@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput, SolveFailed
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import residual_test
 

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
 
 __all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "whitened"]
 
