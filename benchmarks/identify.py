@@ -3,7 +3,7 @@
     python benchmarks/identify.py same --draws 100      # the truth on the mesh of the estimate
     python benchmarks/identify.py refined --draws 30    # no inverse crime: a finer mesh, half the step
     python benchmarks/identify.py wrong --draws 12      # what the model has wrong
-    python benchmarks/identify.py calibration --draws 60 --frames 60    # whole estimates, truth from the prior
+    python benchmarks/identify.py calibration --draws 60 --frames 60    # whole, truth from the prior
     python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
     python benchmarks/identify.py larynx --preset fine --size 6.5e-4 --before coarse    # and at over 30,000
 

@@ -15,11 +15,9 @@ import numpy as np
 from identify_block import (
     GAIN_SD,
     PRIOR_SD,
-    SEVEN,
     SIZE,
     STEP,
     THICKNESS,
-    VISCOSITY,
     Bench,
     Divisions,
     offsets,
@@ -61,7 +59,7 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
         errors.append(found.mean - truth)
         sds.append(np.sqrt(np.diag(found.covariance)))
         print(
-            f"draw {draw}: {found.iterations} iterations, {time.process_time() - began:.1f} s of a processor; "
+            f"draw {draw}: {found.iterations} iterations, {time.process_time() - began:.1f} s busy; "
             f"errors in sd {np.round(errors[-1] / sds[-1], 2)}",
             flush=True,
         )
@@ -83,7 +81,8 @@ def ranks(names: tuple[str, ...], scores: np.ndarray) -> dict[str, Any]:
         inner = float(np.mean(np.abs(scores[:, j]) < 0.6745))
         shown = " ".join(f"{k:3d}" for k in tenths)
         print(
-            f"{name:20} tenths {shown}; p {p_value:.2f}, mean square {square:.2f}, 50 % covers {100 * inner:.0f} %"
+            f"{name:20} tenths {shown}; p {p_value:.2f}, mean square {square:.2f}, "
+            f"50 % covers {100 * inner:.0f} %"
         )
         rows[name] = {"tenths": tenths.tolist(), "p": p_value, "mean_square": square, "covers_50": inner}
     return rows

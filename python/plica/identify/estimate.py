@@ -101,6 +101,11 @@ def estimate(
         information = now.information + precision
         step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
         length = math.sqrt(max(float(step @ information @ step), 0.0))
+        if curvature is None and length < NEAR:
+            curvature = information
+        if curvature is not None:
+            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
+            length = math.sqrt(max(float(step @ information @ step), 0.0))
         if progress is not None:
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
@@ -117,11 +122,7 @@ def estimate(
                 residuals=residual_test(likelihood, now),
                 logarithmic=likelihood.logarithmic,
             )
-        if curvature is None and length < NEAR:
-            curvature = information
-        if curvature is not None:
-            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
-        else:
+        if curvature is None:
             step *= boost
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
         promised = float(step @ gradient)

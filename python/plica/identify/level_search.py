@@ -53,7 +53,7 @@ class LevelDensity:
             row[inputs] = -1.0
         self._turns[-1, held] = 1.0
 
-    def _inverse_Q(self, logs: Array) -> Array:
+    def _inverse(self, logs: Array) -> Array:
         inverse = np.full(len(self._gram), math.exp(logs[-1]) / self._held_sd**2)
         for inputs, log_ratio in zip(self._free, logs, strict=False):
             inverse[inputs] = math.exp(-log_ratio)
@@ -61,14 +61,14 @@ class LevelDensity:
 
     def flow_level(self, ratios: Array) -> float:
         """The best log sigma_v^2 at these log ratios where no level is held."""
-        S = self._gram + np.diag(self._inverse_Q(np.append(ratios, 0.0)))
+        S = self._gram + np.diag(self._inverse(np.append(ratios, 0.0)))
         w = linalg.solve(S, self._projected, assume_a="pos")
         left = max(self._square - float(self._projected @ w), 1e-13 * self._square)  # round-off, if all of it
         return math.log(left / self._count)
 
     def at(self, logs: Array) -> tuple[float, Array, Array]:
         """Value, gradient (k) and Hessian (k, k). O(i^3), most of it for S^-1."""
-        variance, inverse_Q = math.exp(logs[-1]), self._inverse_Q(logs)
+        variance, inverse_Q = math.exp(logs[-1]), self._inverse(logs)
         factor = linalg.cho_factor(self._gram + np.diag(inverse_Q), lower=True)
         inverse_S = linalg.cho_solve(factor, np.eye(len(inverse_Q)))
         w = linalg.cho_solve(factor, self._projected)
@@ -105,11 +105,12 @@ def least(density: LevelDensity, start: Array, bounds: Sequence[tuple[float, flo
             break
         step = np.zeros(len(x))
         step[inside] = _downhill(gradient[inside], hessian[np.ix_(inside, inside)])
-        slack = 1e-13 * max(1.0, abs(value))
-        for halving in range(_HALVINGS):
+        slack = 1e-11 * max(1.0, abs(value))  # what round-off may make of the value
+        promised = -float(gradient @ step)
+        for halving in range(_HALVINGS if promised > slack else 1):
             tried = np.clip(x + 0.5**halving * step, low, high)
             there = density.at(tried)
-            flatter = np.abs(there[1][inside]).max() < np.abs(gradient[inside]).max()
+            flatter = np.abs(there[1][inside]).max() < 0.5 * np.abs(gradient[inside]).max()
             if there[0] < value - slack or (there[0] <= value + slack and flatter):
                 break
         else:

@@ -146,8 +146,8 @@ def _logs(noise: Noise, classes: list[int]) -> list[float]:
 
 
 def _noise(logs: Array, free: list[int], bounds: Sequence[tuple[float, float]], held: float | None) -> Noise:
-    """From the logarithms of the free levels, that of the flow's last. A level of the gains at the lower bound
-    is none; one of the others within a hundredth of a bound is told."""
+    """From the logarithms of the free levels, that of the flow's last; a level within a hundredth of a bound
+    is told, but that of the gains, which may be none."""
     flow = math.exp(0.5 * logs[-1])
     levels, at_least, at_most = [0.0, held or 0.0, 0.0], [], []
     for k, log_ratio, (low, high) in zip(free, logs, bounds, strict=False):
