@@ -40,7 +40,7 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
     bench = Bench(SMALL, STEP, arguments.frames, SIZE, THICKNESS)
     middle = parameters(names, np.zeros(1 + len(names)))
     print(f"{bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
-    errors, sds, failed = [], [], []
+    errors, sds, told, failed = [], [], [], []
     for draw in range(arguments.draws):
         rng = np.random.default_rng(5000 + draw)
         truth = true_log(names) + offsets(names, bench, rng)
@@ -56,16 +56,25 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
             failed.append((draw, str(error)))
             print(f"draw {draw}: {error}", flush=True)
             continue
+        told.append(not found.residuals.passed or not found.gaussian)
         errors.append(found.mean - truth)
         sds.append(np.sqrt(np.diag(found.covariance)))
         print(
             f"draw {draw}: {found.iterations} iterations, {time.process_time() - began:.1f} s busy; "
-            f"errors in sd {np.round(errors[-1] / sds[-1], 2)}",
+            f"errors in sd {np.round(errors[-1] / sds[-1], 2)}{', warned' * told[-1]}",
             flush=True,
         )
     out = report("whole estimates of tissues drawn from the prior", titles, np.array(errors), np.array(sds))
-    out["failed"] = failed
-    out["ranks"] = ranks(titles, np.array(errors) / np.array(sds))
+    scores, kept = np.array(errors) / np.array(sds), ~np.array(told)
+    out["failed"], out["warned"] = failed, int(np.sum(told))
+    out["ranks"] = ranks(titles, scores)
+    far = np.abs(scores).max(axis=1) > 4
+    print(
+        f"{len(failed)} did not converge; {int(np.sum(told))} warned of residuals or shape; {int(far.sum())} "
+        f"off by more than 4 sd, {int((far & kept).sum())} of these without a warning"
+    )
+    print("\nwithout those warned of:")
+    out["ranks, not warned"] = ranks(titles, scores[kept])
     return out
 
 

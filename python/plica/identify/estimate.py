@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,8 @@ from the information, and plain scoring would swing about the maximum."""
 
 LARGEST_BOOST = 8.0
 """Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
-pressures, for more than there is: steps that gain more than they promise are lengthened."""
+pressures, for more than there is. Near it, where the density is not concave, it has no curvature to tell.
+Steps by the information that gain more than they promise are lengthened."""
 
 
 @dataclass(frozen=True)
@@ -101,28 +102,17 @@ def estimate(
         information = now.information + precision
         step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
         length = math.sqrt(max(float(step @ information @ step), 0.0))
-        if curvature is None and length < NEAR:
-            curvature = information
+        plain = curvature is None
         if curvature is not None:
             step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
             length = math.sqrt(max(float(step @ information @ step), 0.0))
+        elif length < NEAR:
+            curvature = information
         if progress is not None:
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
-            return Posterior(
-                names=likelihood.names,
-                units=likelihood.units,
-                mean=x + step,
-                information=now.information,
-                prior_mean=likelihood.prior_mean,
-                prior_sd=likelihood.prior_sd,
-                noise=now.noise,
-                log_likelihood=now.value,
-                iterations=number,
-                residuals=residual_test(likelihood, now),
-                logarithmic=likelihood.logarithmic,
-            )
-        if curvature is None:
+            return _posterior(likelihood, now, x + step, number)
+        if plain:
             step *= boost
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
         promised = float(step @ gradient)
@@ -143,6 +133,37 @@ def estimate(
         f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
         f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
     )
+
+
+def _posterior(likelihood: MarginalLikelihood, now: Evaluation, mean: Array, iterations: int) -> Posterior:
+    found = Posterior(
+        names=likelihood.names,
+        units=likelihood.units,
+        mean=mean,
+        information=now.information,
+        prior_mean=likelihood.prior_mean,
+        prior_sd=likelihood.prior_sd,
+        noise=now.noise,
+        log_likelihood=now.value,
+        iterations=iterations,
+        residuals=residual_test(likelihood, now),
+        logarithmic=likelihood.logarithmic,
+    )
+    return replace(found, falls=_falls(likelihood, found))
+
+
+def _falls(likelihood: MarginalLikelihood, found: Posterior) -> Array:
+    """(2) By how much the log density falls from the estimate to either end of the 95 % interval of the
+    combination that is known least; inf where no density is."""
+
+    def density(x: Array) -> float:
+        try:
+            return likelihood.value(x) + likelihood.log_prior(x)
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
+            return -math.inf
+
+    half = 1.959964 * found.least_known
+    return density(found.mean) - np.array([density(found.mean - half), density(found.mean + half)])
 
 
 def _updated(curvature: Array, step: Array, change: Array) -> Array | None:

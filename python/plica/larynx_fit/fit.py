@@ -94,8 +94,8 @@ class LarynxFit:
 
     @property
     def asymmetry(self) -> float:
-        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0. Unless the
-        commissures are given the midline is fitted, and this is next to 0 whatever the folds."""
+        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0. Unless
+        the commissures are given the midline is fitted, and this is next to 0 whatever the folds."""
         return self.section.asymmetry(self.contour.points)
 
     @property
