@@ -35,7 +35,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Ends with exit code 2."""
         self.print_usage(sys.stderr)
-        self.exit(2, f"{self.prog}: {message}. {self.prog} --help says more.\n")
+        self.exit(2, f"{self.prog}: {message.rstrip('.')}. {self.prog} --help says more.\n")
 
 
 @contextmanager

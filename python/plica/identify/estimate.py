@@ -71,7 +71,7 @@ def estimate(
 
     Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
     the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until
-    the density rises. The last one, which is short, is taken unseen.
+    the density rises. The last one, which is short, is taken if it does.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def estimate(
         if progress is not None:
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
-            return _posterior(likelihood, now, x + step, number)
+            return _posterior(likelihood, now, value, step, number)
         if plain:
             step *= boost
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
@@ -135,11 +135,23 @@ def estimate(
     )
 
 
-def _posterior(likelihood: MarginalLikelihood, now: Evaluation, mean: Array, iterations: int) -> Posterior:
+def _posterior(
+    likelihood: MarginalLikelihood, now: Evaluation, value: float, step: Array, iterations: int
+) -> Posterior:
+    """At the end of a last step from a point of this log density, or at that point if the density falls."""
+
+    def density(x: Array) -> float:
+        try:
+            return likelihood.value(x) + likelihood.log_prior(x)
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
+            return -math.inf
+
+    reached = density(now.point + step)
+    rises = reached >= value
     found = Posterior(
         names=likelihood.names,
         units=likelihood.units,
-        mean=mean,
+        mean=now.point + step if rises else now.point,
         information=now.information,
         prior_mean=likelihood.prior_mean,
         prior_sd=likelihood.prior_sd,
@@ -149,21 +161,9 @@ def _posterior(likelihood: MarginalLikelihood, now: Evaluation, mean: Array, ite
         residuals=residual_test(likelihood, now),
         logarithmic=likelihood.logarithmic,
     )
-    return replace(found, falls=_falls(likelihood, found))
-
-
-def _falls(likelihood: MarginalLikelihood, found: Posterior) -> Array:
-    """(2) By how much the log density falls from the estimate to either end of the 95 % interval of the
-    combination that is known least; inf where no density is."""
-
-    def density(x: Array) -> float:
-        try:
-            return likelihood.value(x) + likelihood.log_prior(x)
-        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
-            return -math.inf
-
     half = 1.959964 * found.least_known
-    return density(found.mean) - np.array([density(found.mean - half), density(found.mean + half)])
+    ends = np.array([density(found.mean - half), density(found.mean + half)])
+    return replace(found, falls=max(reached, value) - ends)
 
 
 def _updated(curvature: Array, step: Array, change: Array) -> Array | None:

@@ -214,8 +214,8 @@ def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple
     told = []
     if posterior.noise.flow > 2:
         told.append(
-            f"The flow is off by {posterior.noise.flow:.1f} times its stated error: the trust is too "
-            "kind, or the model does not follow the motion. The intervals count with the larger error."
+            f"The flow is off by {posterior.noise.flow:.3g} times its stated error: that is too small, or "
+            "the model does not follow the motion. The intervals count with the larger error."
         )
     if not picture.carried:
         told.append(

@@ -149,11 +149,12 @@ class Posterior:
 
     @property
     def gaussian(self) -> bool:
-        """Whether the density falls as a Gaussian's at both ends of that combination's 95 % interval, to within
-        a factor of two."""
-        return self.falls is None or bool(
-            np.all(np.abs(np.log(self.falls / wording.GAUSSIAN_FALL)) < math.log(2))
-        )
+        """Whether the density falls as a Gaussian's at both ends of that combination's 95 % interval, to
+        within a factor of two."""
+        if self.falls is None:
+            return True
+        share = self.falls / wording.GAUSSIAN_FALL
+        return bool(np.all((share > 0.5) & (share < 2)))
 
     def _scaled(self) -> tuple[Array, Array]:
         values, vectors = np.linalg.eigh(self.information * np.outer(self.prior_sd, self.prior_sd))

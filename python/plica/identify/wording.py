@@ -49,7 +49,8 @@ def widened(posterior: Posterior) -> str:
         return "no wider than the information says, as the residuals' own correlations ask for no more"
     least, most = f"{posterior.inflation.min():.2g}", f"{posterior.inflation.max():.2g}"
     factor = most if least == most else f"{least} to {most}"
-    return f"wider than the information says, by a factor of {factor}, as the residuals' own correlations ask for"
+    asked = "as the residuals' own correlations ask for"
+    return f"wider than the information says, by a factor of {factor}, {asked}"
 
 
 def residual_warnings(posterior: Posterior) -> list[str]:
@@ -113,7 +114,7 @@ def _shape_words(posterior: Posterior) -> list[str]:
     """Where the density is no Gaussian's."""
     if posterior.gaussian or posterior.falls is None:
         return []
-    low, high = (f"{fall:.2g}" if np.isfinite(fall) else "without end" for fall in posterior.falls)
+    low, high = (f"{fall:.2g}" if np.isfinite(fall) else "infinity" for fall in posterior.falls)
     along = _words(posterior, posterior.least_known / posterior.prior_sd)
     return [
         f"The density is not Gaussian along {along}: at the ends of the 95 % interval its logarithm falls by "
