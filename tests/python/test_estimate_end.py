@@ -73,7 +73,7 @@ def test_a_density_that_is_no_gaussian_is_told() -> None:
     fall = 20 * (math.hypot(half, 0.02) - 0.02)
     assert found.falls == pytest.approx([fall, fall], abs=0.02)
     assert not found.gaussian
-    assert any('not Gaussian along "cover.E" up' in told for told in found.warnings())
+    assert any('not Gaussian along "cover.E":' in told for told in found.warnings())
 
 
 def test_no_estimate_is_a_tissue_that_stores_no_energy() -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification, Picture
-from plica.identify.wording import LEARNED
+from plica.identify.wording import LEARNED, weakest
 from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
 
 __all__ = ["sections"]
@@ -120,13 +120,6 @@ def hardly_learned(posterior: Posterior) -> NDArray[np.bool_]:
     """(p) whose sd on one mesh is next to that of the prior."""
     sd = np.sqrt(np.diag(posterior.statistical_covariance))
     return np.asarray(sd > LEARNED * posterior.prior_sd)
-
-
-def weakest(posterior: Posterior) -> str:
-    """The direction of which the recording tells least, in words."""
-    share = posterior.weakest_direction / posterior.prior_sd
-    strong = np.flatnonzero(np.abs(share) > 0.3 * np.abs(share).max())
-    return " with ".join(f"{posterior.names[j]} {'up' if share[j] > 0 else 'down'}" for j in strong)
 
 
 def motion(picture: Picture) -> Drawing:

@@ -10,10 +10,10 @@ import jinja2
 import numpy as np
 
 from plica._engine import build_info
-from plica.identify.figures import hardly_learned, sections, weakest
+from plica.identify.figures import hardly_learned, sections
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification
-from plica.identify.wording import widened
+from plica.identify.wording import weakest, widened
 from plica.report.wording import number
 from plica.storage.files import replaced
 
@@ -96,8 +96,10 @@ def rows(found: Identification) -> list[Row]:
             verdict = "hardly learned: this is the prior"
         elif posterior.belied[j]:
             verdict = "the mesh shifts it by more than its noise"
+        elif abs(posterior.mean[j] - posterior.prior_mean[j]) > spread[j]:
+            verdict = "beyond what was believed before"
         else:
-            verdict = "learned"
+            verdict = "learned" if posterior.residuals.passed else "learned, but the residual test failed"
         made.append(
             Row(
                 name,

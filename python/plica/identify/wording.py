@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from plica.identify.posterior import Posterior
 
-__all__ = ["GAUSSIAN_FALL", "LEARNED", "table", "warnings", "widened"]
+__all__ = ["GAUSSIAN_FALL", "LEARNED", "table", "warnings", "weakest", "widened"]
 
 Array = NDArray[np.float64]
 LEARNED = 0.7
@@ -104,7 +104,9 @@ def warnings(posterior: Posterior) -> list[str]:
                 f"the prior's. {'Believe the prior.' if shares[j] > 1 else _PRIOR}"
             )
     if posterior.information_eigenvalues[0] < 1:
-        told.append(f"This recording cannot tell {_weakest_words(posterior)}.")
+        told.append(
+            f"This recording cannot tell where it lies between its prior bounds: {weakest(posterior)}."
+        )
     if posterior.mesh_shift is None:
         told.append("Only one mesh was tried: how far the estimate moves on a finer one is not known.")
     return told
@@ -123,14 +125,14 @@ def _shape_words(posterior: Posterior) -> list[str]:
     ]
 
 
-def _weakest_words(posterior: Posterior) -> str:
-    return "where it lies between its prior bounds: " + _words(
-        posterior, posterior.weakest_direction / posterior.prior_sd
-    )
+def weakest(posterior: Posterior) -> str:
+    """The combination of parameters of which the recording tells least."""
+    return _words(posterior, posterior.weakest_direction / posterior.prior_sd)
 
 
 def _words(posterior: Posterior, direction: Array) -> str:
     """A combination of parameters, by those that have a part in it."""
     strong = np.flatnonzero(np.abs(direction) > 0.3 * np.abs(direction).max())
-    parts = [f'"{posterior.names[j]}" {"up" if direction[j] > 0 else "down"}' for j in strong]
-    return " with ".join(parts)
+    if len(strong) == 1:
+        return f'"{posterior.names[strong[0]]}"'
+    return " with ".join(f'"{posterior.names[j]}" {"up" if direction[j] > 0 else "down"}' for j in strong)
