@@ -23,7 +23,7 @@ NEAR = 2.0
 corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
 from the information, and plain scoring would swing about the maximum."""
 
-LARGEST_BOOST = 8.0
+LARGEST_BOOST = 64.0
 """Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
 pressures, for more than there is. Near it, where the density is not concave, it has no curvature to tell.
 Steps by the information that gain more than they promise are lengthened."""
