@@ -26,14 +26,13 @@ from identify_block import (
     CAMERA,
     COARSE,
     FINE,
-    GAIN_SD,
-    PRIOR_SD,
     SEVEN,
     SIZE,
     STEP,
     THICKNESS,
     TRUTH,
     Bench,
+    Study,
     errors,
     offsets,
     parameters,
@@ -45,35 +44,6 @@ from identify_larynx import larynx
 
 import plica
 from plica.identify import MarginalLikelihood, Responses, estimate, residual_test
-
-
-class Study:
-    """Many recordings of one tissue on one mesh: the sweep at the truth serves all of them.
-
-    The estimate of a recording is one scoring step from the truth, with the recording's own gradient,
-    information and prior: what the iteration would end at but for terms of second order, as `whole` shows
-    draw by draw.
-    """
-
-    def __init__(self, bench: Bench, names: tuple[str, ...], amplitude: float) -> None:
-        self.bench, self.names = bench, names
-        blank = np.ones((bench.frames, len(bench.points.nodes), 2))
-        self.model = bench.model(parameters(names, np.zeros(1 + len(names))), blank, amplitude)
-        self.truth = true_log(names)
-        began = time.perf_counter()
-        self.responses = self.model.responses(self.truth[:-1])
-        self.seconds = time.perf_counter() - began
-
-    def one_step(
-        self, flow: np.ndarray, offset: np.ndarray, known: Responses | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Error (p) of log theta and its covariance (p, p), where the prior's median is off by `offset`
-        (p)."""
-        likelihood = MarginalLikelihood(self.model.seeing(flow))
-        at = likelihood.evaluate_known(self.truth, known or self.responses)
-        precision = np.append(np.full(len(offset) - 1, PRIOR_SD), GAIN_SD) ** -2.0
-        covariance = np.linalg.inv(at.information + np.diag(precision))
-        return covariance @ (at.gradient + precision * offset), covariance
 
 
 def same(arguments: argparse.Namespace) -> dict[str, Any]:
