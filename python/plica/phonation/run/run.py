@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed, StepFailed
@@ -28,11 +29,18 @@ from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, replaced, storage_errors
 
-__all__ = ["run"]
+__all__ = ["run", "run_from"]
 
 _CHUNK_SECONDS = 0.3
 """Wall time between two looks at the keyboard, about."""
-_OUTDATED = ("measures.json", "cautions.json", "waveforms.csv", "report.html")
+_OUTDATED = (
+    "measures.json",
+    "cautions.json",
+    "waveforms.csv",
+    "report.html",
+    "uncertainty.json",
+    "uncertainty.csv",
+)
 """What describes a run as far as it had come; none of it is left beside a run that goes on."""
 
 
@@ -101,6 +109,28 @@ def run(
         if progress:
             for caution in scene_cautions(scene, mesh):
                 print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
+        _Runner(scene, directory, mesh, simulation).run(shown=progress)
+    return Run.load(directory)
+
+
+def run_from(
+    scene: Scene,
+    directory: Path,
+    mesh: _engine.TetMesh,
+    displacement: NDArray[np.float64] | None,
+    velocity: NDArray[np.float64] | None,
+    *,
+    progress: bool,
+) -> Run:
+    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s instead of the scene's.
+
+    None: as the scene has it. What is in the directory is continued, or kept where it has all of it; whoever
+    calls sees to it that it began on this mesh and in this state. Else as `run`.
+    """
+    if holds_run(directory) and has_all(directory, scene):
+        return Run.load(directory)
+    with _made(directory), only_writer(directory):
+        simulation = build_simulation(scene, mesh, displacement, velocity)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
 

@@ -1,0 +1,175 @@
+"""The numerical uncertainty of measures: what refinement says of each, and its file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from plica.storage.files import storage_errors
+from plica.storage.json_file import write_json
+
+__all__ = ["JSON_FILE", "Refinement", "Uncertain", "Uncertainty", "read_uncertainty", "write_uncertainty"]
+
+JSON_FILE = "uncertainty.json"
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What the levels of one kind, of the step or of the mesh, say of a quantity.
+
+    Attributes
+    ----------
+    uncertainty : float
+        In the quantity's unit.
+    verdict : str
+        "asymptotic", "two levels", "scatter", "not asymptotic" or "unchanged" (docs/uncertainty.md).
+    order : float or None
+        Observed, from three levels.
+    extrapolated : float or None
+        The limit, where the verdict is "asymptotic".
+    values : dict of str to float
+        By level, the run's own among them.
+    """
+
+    uncertainty: float
+    verdict: str
+    order: float | None = None
+    extrapolated: float | None = None
+    values: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """One quantity of a run.
+
+    Attributes
+    ----------
+    name, unit : str
+        SI.
+    value : float
+        The run's.
+    step, mesh : Refinement or None
+        None: not estimated.
+    statistical : float or None
+        Of the mean over cycles, 95 %; None where nothing was averaged. No part of `numerical`.
+    spread : float or None
+        Standard deviation between cycles.
+    cycles : int
+    """
+
+    name: str
+    unit: str
+    value: float
+    step: Refinement | None
+    mesh: Refinement | None
+    statistical: float | None = None
+    spread: float | None = None
+    cycles: int = 0
+
+    @property
+    def numerical(self) -> float | None:
+        """Sum of those of step and mesh, as both may err to the same side; None where neither is estimated."""
+        parts = [part.uncertainty for part in (self.step, self.mesh) if part is not None]
+        return sum(parts) if parts else None
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against the uncertainty, as text."""
+        found = []
+        for what, part in (("step", self.step), ("mesh", self.mesh)):
+            if part is None:
+                found.append(f"error of the {what} not estimated")
+            elif part.verdict == "not asymptotic":
+                found.append(f"not in the asymptotic range of the {what}")
+        return tuple(found)
+
+    def as_json(self) -> dict[str, Any]:
+        """The entry of uncertainty.json."""
+        return {"numerical": self.numerical} | asdict(self)
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Of a run: every quantity that has one, and where it came from.
+
+    Attributes
+    ----------
+    steps : int
+        Of the run when it was estimated.
+    source : str
+        One sentence: which levels, and how they were run.
+    levels : list of dict
+        Each other level: name, kind, step, cells, steps, seconds, cycles, status.
+    measures : dict of str to Uncertain
+    waveforms : dict of str to Uncertain
+        Where the run was repeated from its start: relative L2 error, largest value and its instant.
+    remarks : list of str
+        What could not be estimated, and why.
+    """
+
+    steps: int
+    source: str
+    levels: list[dict[str, Any]]
+    measures: dict[str, Uncertain]
+    waveforms: dict[str, Uncertain]
+    remarks: list[str]
+    plica: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """What uncertainty.json holds."""
+        tables = {"measures": self.measures, "waveforms": self.waveforms}
+        return {
+            "format": _FORMAT,
+            "plica": self.plica,
+            "steps": self.steps,
+            "source": self.source,
+            "remarks": self.remarks,
+            "levels": self.levels,
+            **{name: {key: item.as_json() for key, item in table.items()} for name, table in tables.items()},
+        }
+
+
+def write_uncertainty(found: Uncertainty, path: Path) -> Path:
+    """Write it as JSON; a reader sees the old file or the new one."""
+    return write_json(found.as_json(), path)
+
+
+def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
+    """That of the run of so many steps in a directory.
+
+    None where there is none, a damaged file, or one of another length of the run or of another format.
+    """
+    path = directory / JSON_FILE
+    if not path.is_file():
+        return None
+    with storage_errors(path, "read"):
+        text = path.read_bytes()
+    try:
+        data = json.loads(text)
+        if data["format"] != _FORMAT or data["steps"] != steps:
+            return None
+        return Uncertainty(
+            steps=data["steps"],
+            source=data["source"],
+            levels=data["levels"],
+            measures=_uncertain(data["measures"]),
+            waveforms=_uncertain(data["waveforms"]),
+            remarks=data["remarks"],
+            plica=data["plica"],
+        )
+    except (ValueError, KeyError, TypeError):
+        return None
+
+
+def _uncertain(entries: Mapping[str, Mapping[str, Any]]) -> dict[str, Uncertain]:
+    parts: Sequence[str] = ("step", "mesh")
+    found = {}
+    for name, entry in entries.items():
+        fields = {key: value for key, value in entry.items() if key != "numerical"}
+        fields |= {part: None if entry[part] is None else Refinement(**entry[part]) for part in parts}
+        found[name] = Uncertain(**fields)
+    return found

@@ -1,0 +1,151 @@
+"""Levels against the run: each measure, and each waveform, with its uncertainty by step and by mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from plica.measures.uncertainty import Refinement, Uncertain
+from plica.phonation.run.results import Run
+from plica.phonation.scene.scene import Scene
+from plica.uncertainty.convergence import Convergence, Level, converge
+from plica.uncertainty.plan import PlannedLevel
+from plica.uncertainty.sample import Sampled, waves
+
+__all__ = ["Computed", "compared_measures", "compared_waveforms"]
+
+_KINDS = ("step", "mesh")
+_RUN = "run"
+_WHOLE_STEPS = frozenset(("contact_duration",))
+"""Measures that are a number of steps: none is better known than a step."""
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A level that was run, and what was measured of it."""
+
+    level: PlannedLevel
+    run: Run
+    found: Sampled
+
+
+def compared_measures(run: Run, own: Sampled, levels: Sequence[Computed]) -> dict[str, Uncertain]:
+    """Every measure that the run and a level have."""
+    found = {}
+    for name, sample in own.samples.items():
+        values = {
+            one.level.name: (one, one.found.samples[name]) for one in levels if name in one.found.samples
+        }
+        parts = {}
+        for kind in _KINDS:
+            others = {
+                key: Level(
+                    _size(one.run, kind), _near(item.value, sample.value, item.measure.unit), item.scatter
+                )
+                for key, (one, item) in values.items()
+                if one.level.kind == kind
+            }
+            base = Level(_size(run, kind), sample.value, sample.scatter)
+            floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
+            parts[kind] = _refinement(run.scene, kind, base, others, floor=floor)
+        item = sample.measure
+        averaged = bool(sample.scatter)
+        found[name] = Uncertain(
+            name,
+            item.unit,
+            sample.value,
+            parts["step"],
+            parts["mesh"],
+            statistical=sample.scatter if averaged else None,
+            spread=item.spread if averaged else None,
+            cycles=item.cycles,
+        )
+    return found
+
+
+def compared_waveforms(run: Run, levels: Sequence[Computed]) -> dict[str, Uncertain]:
+    """Of each main waveform the relative error in the L2 norm, the largest magnitude, and its instant.
+
+    Levels began as the run did, so that they are compared at the run's times.
+    """
+    times = np.asarray(run.time, dtype=float)[2:-2]
+    if times.size < 2:
+        return {}
+    own = dict(waves(run, run.units, run.scene, times))
+    of_levels = [(one, dict(waves(one.run, one.run.units, one.run.scene, times))) for one in levels]
+    found = {}
+    for name, wave in own.items():
+        size = float(np.linalg.norm(wave.values))
+        if not size > 0:
+            continue
+        for what, unit, value, of in (
+            ("relative_error", "1", 0.0, lambda one: one.values / size),
+            ("peak", wave.unit, wave.peak, lambda one: one.peak),
+            ("peak_time", "s", wave.instant, lambda one: one.instant),
+        ):
+            parts = {}
+            for kind in _KINDS:
+                others = {
+                    one.level.name: Level(_size(one.run, kind), of(its[name]))
+                    for one, its in of_levels
+                    if one.level.kind == kind and name in its
+                }
+                base = Level(_size(run, kind), of(wave))
+                parts[kind] = _refinement(run.scene, kind, base, others)
+            found[f"{name}.{what}"] = Uncertain(f"{name}.{what}", unit, value, parts["step"], parts["mesh"])
+    return found
+
+
+def _refinement(
+    scene: Scene, kind: str, run: Level, others: Mapping[str, Level], *, floor: float = 0.0
+) -> Refinement | None:
+    """None where no level of this kind has the quantity."""
+    if not others:
+        return None
+    found = converge(run, list(others.values()), *_orders(scene, kind))
+    values = {_RUN: run, **others}
+    numbers = {name: float(one.values[0]) for name, one in values.items() if one.values.size == 1}
+    if not numbers:  # of a waveform: how far each level is from the run
+        numbers = {name: float(np.linalg.norm(one.values - run.values)) for name, one in values.items()}
+    return _told(found, numbers, floor)
+
+
+def _told(found: Convergence, numbers: dict[str, float], floor: float) -> Refinement:
+    return Refinement(
+        uncertainty=max(found.uncertainty, floor),
+        verdict=found.verdict,
+        order=found.order,
+        extrapolated=found.extrapolated,
+        values=numbers,
+    )
+
+
+def _orders(scene: Scene, kind: str) -> tuple[float, float]:
+    """The order that the levels surely have and the highest that theory allows (docs/uncertainty.md).
+
+    Of the step: 2 of HHT and of Newmark with gamma = 1/2, 1 of other Newmark schemes and where the load lags; with
+    contact, whose instants fall between steps, no more than 1 is sure. Of the mesh: frequencies and
+    displacements in the mean have 2 on linear and 4 on quadratic cells where all is smooth; corners, clamped
+    edges and rims of contact leave less.
+    """
+    least = 1.0 if scene.contact is not None else 2.0
+    if kind == "mesh":
+        return least, 2.0 * scene.mesh.order
+    newmark = scene.time.scheme.newmark
+    lagged = scene.airflow is not None and scene.airflow.coupling.lagged is not None
+    first = lagged or (newmark is not None and newmark.gamma > 0.5)
+    return (1.0, 1.0) if first else (least, 2.0)
+
+
+def _size(run: Run, kind: str) -> float:
+    """The step, or the edge of a cell by their number."""
+    return run.scene.time.step if kind == "step" else float(len(run.mesh.cells) ** (-1 / 3))
+
+
+def _near(value: float, to: float, unit: str) -> float:
+    """An angle as the one within half a turn of another."""
+    if unit != "rad":
+        return value
+    return to + float((value - to + np.pi) % (2 * np.pi) - np.pi)

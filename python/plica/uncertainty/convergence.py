@@ -1,0 +1,158 @@
+"""From the same quantity on several levels of refinement to its numerical uncertainty.
+
+A level is a step, or an edge of a mesh, and what was found with it: a number, or a waveform. What is wanted is
+a bound on how far the run, one of the levels, is from the limit. It is, by the triangle inequality,
+
+    U = |v_run - v_finest| + F R,    R = |v_finer - v_finest| / (r^p - 1),    r = h_finer / h_finest
+
+the distance to the finest level and the grid convergence index of that one (Roache, J. Fluids Eng. 116, 1994;
+ASME V&V 20-2009), F R:
+
+- three levels that converge monotonically with an observed order p of 1/2 or more: F = 1.25 with that p, but
+  never above what the method can have; where it is above, the coarser two levels have their say too, since
+  two errors that happen to be alike look as if they were gone.
+- two levels: F = 3 with the order that the method surely has.
+- three levels that do not converge so are not in the asymptotic range: U is three times the largest difference
+  of any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014, for what does not converge monotonically).
+
+Where the values are means over cycles, a difference that is within their statistical error tells nothing of an
+order: two levels are taken, and the statistical error of the difference is added to it, root of the sum of
+squares. So an uncertainty is never less than what the cycles let one see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Convergence", "Level", "Verdict", "converge", "observed_order"]
+
+Verdict = Literal["asymptotic", "not asymptotic", "two levels", "scatter", "unchanged"]
+
+of_three = 1.25  # factor of safety, Roache's for three levels
+of_two = 3.0  # the same for two levels, and of the range where there is no convergence
+least_order = 0.5  # observed below it: not in the asymptotic range
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """A quantity on one level.
+
+    Attributes
+    ----------
+    size : float
+        Of the step, or of an edge; only ratios count.
+    value : float or (k)
+        The quantity, or a waveform whose distance to another is the Euclidean norm.
+    scatter : float
+        Statistical error of the value, 95 %; 0 where nothing was averaged.
+    """
+
+    size: float
+    value: ArrayLike
+    scatter: float = 0.0
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The value as a vector."""
+        return np.atleast_1d(np.asarray(self.value, dtype=float))
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What levels say of one of them.
+
+    Attributes
+    ----------
+    uncertainty : float
+        Bound on its distance from the limit, in the unit of the value.
+    order : float or None
+        Observed; None where two levels are used, or nothing can be read.
+    verdict : Verdict
+        "asymptotic", "not asymptotic", "two levels", "scatter": differences are within those between cycles,
+        or "unchanged": there is no difference at all.
+    extrapolated : float or None
+        The limit, of a number and where the verdict is "asymptotic".
+    """
+
+    uncertainty: float
+    order: float | None
+    verdict: Verdict
+    extrapolated: float | None = None
+
+
+def converge(run: Level, others: Sequence[Level], least: float, highest: float) -> Convergence:
+    """The uncertainty of a run by its own level and one or two others.
+
+    Parameters
+    ----------
+    run : Level
+    others : sequence of Level
+        One or two, of other sizes.
+    least : float
+        The order that the method surely has, > 0: taken where none can be observed.
+    highest : float
+        The highest that theory allows it.
+    """
+    levels = sorted((run, *others), key=lambda level: -level.size)
+    noise = max(_noise(a, b) for a, b in combinations(levels, 2))
+    extent = max(_distance(a, b) for a, b in combinations(levels, 2))
+    if extent == 0 and noise == 0:
+        return Convergence(0.0, None, "unchanged")
+    if len(levels) == 2:
+        verdict: Verdict = "scatter" if extent <= noise else "two levels"
+        return Convergence(_by_two(run, others[0], least), None, verdict)
+    coarse, fine, finest = levels
+    if _distance(coarse, fine) <= _noise(coarse, fine) or _distance(fine, finest) <= _noise(fine, finest):
+        nearest = finest if run is not finest else fine
+        return Convergence(_by_two(run, nearest, least), None, "scatter")
+    order = observed_order(coarse, fine, finest)
+    if order is None or order < least_order:
+        return Convergence(float(np.hypot(of_two * extent, noise)), order, "not asymptotic")
+    used = min(order, highest)
+    left = _distance(fine, finest) / ((fine.size / finest.size) ** used - 1)
+    if order > highest:
+        spread = (coarse.size / finest.size) ** used - (fine.size / finest.size) ** used
+        left = max(left, _distance(coarse, fine) / spread)
+    bound = float(np.hypot(_distance(run, finest) + of_three * left, _noise(run, finest)))
+    limit = None
+    if run.values.size == 1:
+        limit = float(finest.values[0] + np.sign(finest.values[0] - fine.values[0]) * left)
+    return Convergence(bound, order, "asymptotic", limit)
+
+
+def observed_order(coarse: Level, fine: Level, finest: Level) -> float | None:
+    """p of v(h) = v_0 + c h^p through three levels, within [-10, 20]; None where they are not monotone.
+
+    A waveform is monotone where its two changes have a positive product.
+    """
+    first, second = coarse.values - fine.values, fine.values - finest.values
+    if not float(first @ second) > 0:
+        return None
+    ratio = float(np.linalg.norm(first) / np.linalg.norm(second))
+    h0, h1 = coarse.size / finest.size, fine.size / finest.size
+    low, high = -10.0, 20.0
+    for _ in range(60):  # (h0^p - h1^p) / (h1^p - 1) grows with p
+        p = 0.5 * (low + high) or 1e-12
+        low, high = (p, high) if (h0**p - h1**p) / (h1**p - 1) < ratio else (low, p)
+    return 0.5 * (low + high)
+
+
+def _by_two(run: Level, other: Level, order: float) -> float:
+    apart = float(np.hypot(_distance(run, other), _noise(run, other)))
+    ratio = (max(run.size, other.size) / min(run.size, other.size)) ** order
+    index = of_two * apart / (ratio - 1)
+    return apart + index if other.size < run.size else index
+
+
+def _distance(a: Level, b: Level) -> float:
+    return float(np.linalg.norm(a.values - b.values))
+
+
+def _noise(a: Level, b: Level) -> float:
+    return float(np.hypot(a.scatter, b.scatter))

@@ -1,0 +1,223 @@
+"""The numerical uncertainty of a run: its scene on other levels, run, measured and compared."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from plica import _engine
+from plica.errors import InvalidInput, SolveFailed
+from plica.measures.uncertainty import JSON_FILE, Uncertainty, write_uncertainty
+from plica.phonation.run.build import probe_nodes
+from plica.phonation.run.results import Run
+from plica.phonation.run.run import run_from
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import only_writer, storage_errors
+from plica.uncertainty.comparison import Computed, compared_measures, compared_waveforms
+from plica.uncertainty.meshes import OtherMesh, given
+from plica.uncertainty.plan import (
+    Plan,
+    PlannedLevel,
+    fewest_cycles,
+    fields_of,
+    lengthened,
+    made_plan,
+    transient,
+)
+from plica.uncertainty.sample import Sampled, sampled
+from plica.uncertainty.start import Start, kept_start
+from plica.uncertainty.text import planned, sentence, write_csv
+
+__all__ = ["estimate_uncertainty"]
+
+_FOLDER = "uncertainty"
+_SAME_PLACE = 1e-6  # of the mesh's extent
+_EXTENSIONS = 2  # of a level whose voice has not settled, each by as many cycles as it is measured over
+
+
+def estimate_uncertainty(
+    directory: str | Path,
+    *,
+    budget: float = 4.0,
+    mesh: Scene | str | Path | Literal["auto", "none"] = "auto",
+    progress: bool = True,
+) -> Uncertainty:
+    """How far the measures of a run are from those of a finer step and a finer mesh.
+
+    The scene is computed with half the step and, as far as the budget goes, on a finer and a coarser mesh and
+    with a quarter of the step; a settled voice from its own orbit, anything else from its start. What is computed
+    is kept in ``DIR/uncertainty``, so that a call that was stopped goes on. Writes ``uncertainty.json`` and
+    ``uncertainty.csv``. docs/uncertainty.md says by which rule, and how often it held.
+
+    Parameters
+    ----------
+    directory : str or Path
+        Of a finished run, computed by this version.
+    budget : float
+        What all levels together may take, in units of what the run took; a minute is always allowed, and so is half
+        the step.
+    mesh : Scene, path, "auto" or "none"
+        A scene that differs in its mesh alone, to be compared with instead of a mesh that is made; "none": the
+        error of the mesh is not estimated.
+    progress : bool
+        Show the plan with its cost, and a bar for each level, on standard error.
+
+    Returns
+    -------
+    Uncertainty
+
+    Raises
+    ------
+    InvalidInput
+        There is no run, it is not finished, or another version computed it.
+    KeyboardInterrupt
+        Stopped; the same call goes on.
+    """
+    if not budget >= 0:
+        raise InvalidInput(
+            f"estimate_uncertainty: budget = {budget:g}; must be >= 0, times the run's own time."
+        )
+    run = _finished(Path(directory))
+    other = _other(run.scene, mesh)
+    folder = run.directory / _FOLDER
+    with storage_errors(folder):
+        folder.mkdir(exist_ok=True)
+    with only_writer(folder):
+        own = sampled(run, of_cycles=False)
+        start = kept_start(run, folder / "start.h5") if _orbits(run, own) else None
+        plan = made_plan(run, own.cycles, start, folder, budget=budget, other=other)
+        _say(planned(plan, run, start), shown=progress)
+        found, remarks = _computed(plan, run, own, start, folder, shown=progress)
+        made = _compared(run, own, start, found, [*plan.remarks, *remarks])
+        write_uncertainty(made, run.directory / JSON_FILE)
+        write_csv(made, run.directory / "uncertainty.csv")
+    return made
+
+
+def _finished(directory: Path) -> Run:
+    run = Run.load(directory)
+    if run.status != "finished":
+        how = f": {run.failure}" if run.failure else ""
+        raise InvalidInput(
+            f"{directory}: its run is {run.status} after {run.steps} of {run.steps_asked} steps; must be "
+            f"finished{how}. Finish it (plica run --resume), or run a scene that comes to its end."
+        )
+    version = _engine.build_info()["version"]
+    if run.versions["plica"] != version:
+        raise InvalidInput(
+            f"{directory}: its run was computed by plica {run.versions['plica']}; must be {version}, this one, or "
+            "differences between versions would count as errors of the step. Run the scene anew."
+        )
+    return run
+
+
+def _other(scene: Scene, mesh: Scene | str | Path) -> OtherMesh | Literal["auto", "none"]:
+    if mesh == "auto":
+        return "auto"
+    if mesh == "none":
+        return "none"
+    return given(scene, mesh if isinstance(mesh, Scene) else Scene.load(mesh))
+
+
+def _orbits(run: Run, own: Sampled) -> bool:
+    """Whether the run ends in an orbit of its own, in which its levels may begin, whatever the time is."""
+    driven = any(load.frequency > 0 for load in run.scene.loads)
+    settled = own.cycles.settled and own.cycles.count >= fewest_cycles
+    return settled and "minimum_area" in run.waveforms and not driven
+
+
+def _computed(
+    plan: Plan, run: Run, own: Sampled, start: Start | None, folder: Path, *, shown: bool
+) -> tuple[list[Computed], list[str]]:
+    found: list[Computed] = []
+    remarks: list[str] = []
+    for level in plan.levels:
+        _say(f"plica: {level.text()}", shown=shown)
+        try:
+            made = _run_level(level, run, own, start, folder, shown=shown)
+        except SolveFailed as error:
+            remarks.append(f"{level.name} failed and is left out: {error}")
+            continue
+        if own.cycles.settled and not made.found.cycles.settled:
+            why = made.found.cycles.note
+            remarks.append(f"{level.name} is left out, its cycles are not those of a settled voice: {why}")
+            continue
+        found.append(made)
+    return found, remarks
+
+
+def _run_level(
+    level: PlannedLevel, run: Run, own: Sampled, start: Start | None, folder: Path, *, shown: bool
+) -> Computed:
+    fields = fields_of(level, run, start)
+    made = _continued(level, folder, fields, shown=shown)
+    if start is None:
+        return Computed(level, made, sampled(made, of_cycles=False))
+    period = float(own.cycles.periods.mean())
+    for _ in range(_EXTENSIONS + 1):
+        found = sampled(made.between(transient * period, None), of_cycles=True)
+        if found.cycles.settled:
+            break
+        level = lengthened(level, made.steps, own.cycles)
+        made = _continued(level, folder, fields, shown=shown)
+    return Computed(level, made, found)
+
+
+def _continued(level: PlannedLevel, folder: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
+    """The level's run, as long as it asks for or as it is already."""
+    directory = folder / level.name
+    scene = level.scene
+    if (directory / "results.h5").is_file():
+        longest = max(Run.load(directory).steps_asked, scene.time.steps)
+        scene = scene.replace({"time.duration": longest * scene.time.step})
+    return run_from(scene, directory, level.mesh, *fields, progress=shown)
+
+
+def _compared(
+    run: Run, own: Sampled, start: Start | None, levels: list[Computed], remarks: list[str]
+) -> Uncertainty:
+    if start is not None:
+        own = sampled(run, of_cycles=True)
+    return Uncertainty(
+        steps=run.steps,
+        source=sentence(levels, run, start),
+        levels=[_described(one) for one in levels],
+        measures=compared_measures(run, own, levels),
+        waveforms={} if start is not None else compared_waveforms(run, levels),
+        remarks=[*remarks, *_displaced_probes(run, levels)] if start is None else remarks,
+        plica=run.versions["plica"],
+    )
+
+
+def _described(one: Computed) -> dict[str, Any]:
+    return {
+        "name": one.level.name,
+        "kind": one.level.kind,
+        "step": one.run.scene.time.step,
+        "cells": len(one.run.mesh.cells),
+        "steps": one.run.steps,
+        "cycles": one.found.cycles.count,
+        "seconds": one.run.seconds,
+    }
+
+
+def _displaced_probes(run: Run, levels: list[Computed]) -> list[str]:
+    """Probes are at nodes, which another mesh may have elsewhere."""
+    found = []
+    for one in levels:
+        places = [np.asarray(each.mesh.points)[probe_nodes(run.scene, each.mesh)] for each in (run, one.run)]
+        apart = float(np.linalg.norm(places[0] - places[1], axis=1).max(initial=0.0))
+        if apart > _SAME_PLACE * float(np.ptp(np.asarray(run.mesh.points), axis=0).max()):
+            found.append(
+                f"on {one.level.name} the nearest node to a probe lies {1e3 * apart:.3g} mm from that of the run: what "
+                "is measured there differs by as much as the motion does between both"
+            )
+    return found
+
+
+def _say(text: str, *, shown: bool) -> None:
+    if shown:
+        print(text, file=sys.stderr, flush=True)

@@ -1,0 +1,133 @@
+"""Other meshes of the same body: finer and coarser ones, as nearly alike as a scene's mesh allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from plica import _engine
+from plica.errors import InvalidInput, SceneError
+from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
+from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.scene import Scene
+from plica.uncertainty.uniform import refined
+
+__all__ = ["OtherMesh", "coarser", "finer", "given"]
+
+_LEAST_LINES = 8  # around the airway, the engine's
+
+
+@dataclass(frozen=True)
+class OtherMesh:
+    """A mesh that differs from the scene's in its edges alone.
+
+    Attributes
+    ----------
+    factor : float
+        How many times as short the edges are meant to be; below 1 they are longer.
+    scene : Scene
+        The scene with it; of a refined file, the scene as it is.
+    build : callable
+        Builds it.
+    """
+
+    factor: float
+    scene: Scene
+    build: Callable[[], _engine.TetMesh]
+
+
+def finer(scene: Scene) -> OtherMesh | None:
+    """The least refinement of the scene's mesh that keeps its shape, by 1.25 or more."""
+    mesh = scene.mesh
+    if isinstance(mesh, MeshFile):
+        return OtherMesh(2.0, scene, lambda: refined(build_mesh(mesh, scene.source)))
+    if isinstance(mesh, Larynx):
+        return _larynx(scene, mesh, 1.25)
+    return _divided(scene, 1.5 if _halvable(mesh) else 2.0)
+
+
+def coarser(scene: Scene) -> OtherMesh | None:
+    """The least coarsening that keeps the mesh's shape, to edges 1.25 times as long or more; None without one."""
+    mesh = scene.mesh
+    if isinstance(mesh, MeshFile):
+        return None
+    if isinstance(mesh, Larynx):
+        return _larynx(scene, mesh, 1 / 1.25)
+    return _divided(scene, 0.5) if _halvable(mesh) else None
+
+
+def given(scene: Scene, other: Scene) -> OtherMesh:
+    """The mesh of another scene, which must be the same in all but its mesh, its step and its output."""
+    ours, theirs = scene.resolved(), other.resolved()
+    for name in sorted((ours.keys() | theirs.keys()) - {"mesh", "time", "output", "solver"}):
+        if ours.get(name) != theirs.get(name):
+            raise InvalidInput(
+                f"{other.source}: {name} differs from that of the run; must be the same: only the mesh may be "
+                "another."
+            )
+    replaced = Scene.model_validate({**scene.resolved(), "mesh": theirs["mesh"]})
+    built = build_mesh(replaced.mesh, other.source)
+    ratio = (len(built.cells) / len(build_mesh(scene.mesh, scene.source).cells)) ** (1 / 3)
+    if 1 / 1.1 < ratio < 1.1:
+        raise InvalidInput(
+            f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be shorter or "
+            "longer by 1.1 or more, or the difference says nothing."
+        )
+    return OtherMesh(ratio, replaced, lambda: built)
+
+
+def _larynx(scene: Scene, larynx: Larynx, factor: float) -> OtherMesh | None:
+    fields = larynx_fields(larynx)
+    found = _triangulated(fields, factor) if "size" in fields else _in_levels(fields, factor)
+    if found is None or found[1]["around"] < _LEAST_LINES:
+        return None
+    exact, changes = found
+    return _changed(scene, exact, {f"mesh.options.{name}": value for name, value in changes.items()})
+
+
+def _triangulated(fields: dict[str, Any], factor: float) -> tuple[float, dict[str, Any]]:
+    """Lines around the airway come in fours: the next number of them sets the factor."""
+    around, step = int(fields["around"]), 4 if factor > 1 else -4
+    lines = around + step
+    while lines > 0 and max(lines / around, around / lines) < max(factor, 1 / factor):
+        lines += step
+    exact = max(lines, 1) / around
+    return exact, {"around": lines, "size": fields["size"] / exact, "growth": fields["growth"] / exact}
+
+
+def _in_levels(fields: dict[str, Any], factor: float) -> tuple[float, dict[str, Any]] | None:
+    """Levels, lines and rings are counted: all are doubled, or halved where that can be done."""
+    exact = 2.0 if factor > 1 else 0.5
+    counts = {name: int(fields[name]) for name in ("around", "cover_rings", "ligament_rings", "body_rings")}
+    levels = [int(n) for n in fields["levels"]]
+    if exact < 1 and (counts["around"] % 8 or any(n % 2 for n in (*counts.values(), *levels))):
+        return None
+    changes: dict[str, Any] = {name: int(n * exact) for name, n in counts.items()}
+    return exact, changes | {"levels": tuple(int(n * exact) for n in levels)}
+
+
+def _halvable(mesh: Mesh) -> bool:
+    return all(n % 2 == 0 for block in _blocks(mesh).values() for n in block.divisions)
+
+
+def _blocks(mesh: Mesh) -> dict[str, Block]:
+    if isinstance(mesh, Blocks):
+        return {f"mesh.blocks.{name}": block for name, block in mesh.blocks.items()}
+    return {"mesh": mesh} if isinstance(mesh, Block) else {}
+
+
+def _divided(scene: Scene, factor: float) -> OtherMesh | None:
+    changes = {
+        f"{path}.divisions": tuple(round(n * factor) for n in block.divisions)
+        for path, block in _blocks(scene.mesh).items()
+    }
+    return _changed(scene, factor, changes)
+
+
+def _changed(scene: Scene, factor: float, changes: dict[str, Any]) -> OtherMesh | None:
+    try:
+        other = scene.replace(changes)
+    except SceneError:
+        return None  # beyond what a mesh of that kind can have
+    return OtherMesh(factor, other, lambda: build_mesh(other.mesh, scene.source))

@@ -1,0 +1,136 @@
+"""What is compared between levels: measures with the statistical error of each, and waveforms at fixed times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.measures.catalogue import CATALOGUE
+from plica.measures.cycles import Cycles
+from plica.measures.instants import highest
+from plica.measures.measure import Measure
+from plica.phonation.measures.measure import measure, steady_cycles
+from plica.phonation.measures.run_data import RunData
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["Sample", "Sampled", "Wave", "sampled", "waves"]
+
+Floats = NDArray[np.float64]
+
+_BLOCK = 4  # cycles; neighbours are not independent: those of a period-doubled orbit alternate
+_FEWEST_BLOCKS = 3
+_WAVES = ("probes", "minimum_area", "flow", "contact_force_first", "kinetic_energy", "elastic_energy")
+_AT_THE_LOAD = ("minimum_area", "flow")  # belong to t_{n+1+alpha}
+_NO_MODEL = frozenset(
+    (
+        "subglottal_pressure",
+        "amplitude_growth",
+        "numerical_loss",
+        "ledger_error",
+        "contact_force_balance",
+        "deepest_gap",
+        "overlap_volume_max",
+        "edge_overlap_volume_max",
+        "largest_multiplier",
+    )
+)
+"""What is put in, or says how well the equations were solved: refinement has no limit of it to find."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A measure with the statistical error of its mean, 95 %; 0 where nothing was averaged."""
+
+    measure: Measure
+    scatter: float
+
+    @property
+    def value(self) -> float:
+        """SI."""
+        assert self.measure.value is not None
+        return self.measure.value
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """Cycles of a level, and its measures that have a value."""
+
+    cycles: Cycles
+    samples: dict[str, Sample]
+
+
+def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
+    """The measures of a level that refinement can say something of.
+
+    Parameters
+    ----------
+    run : RunData
+    of_cycles : bool
+        Only what is averaged over cycles: levels that begin in different states have nothing else in common.
+    """
+    cycles = steady_cycles(run)
+    found = measure(run, cycles)
+    scatter = _scatter(run, cycles) if cycles.settled else {}
+    samples = {}
+    for name, item in found.items():
+        left_out = name in _NO_MODEL or CATALOGUE[name].group == "Solver" or (of_cycles and not item.cycles)
+        if item.value is not None and not left_out:
+            samples[name] = Sample(item, scatter.get(name, 0.0) if item.cycles else 0.0)
+    return Sampled(cycles, samples)
+
+
+def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
+    """Student's interval of the means of blocks of cycles (batch means); of single cycles where these are few."""
+    from scipy import special
+
+    size = _BLOCK if cycles.count >= _BLOCK * _FEWEST_BLOCKS else 1
+    count = cycles.count // size
+    ends = [cycles.starts[cycles.count - size * (k + 1) : cycles.count - size * k + 1] for k in range(count)]
+    blocks = [measure(run, Cycles(starts, verdict=cycles.verdict)) for starts in ends]
+    found = {}
+    for name in blocks[0] if blocks else ():
+        values = np.array([v for block in blocks if (v := block[name].value) is not None])
+        if values.size > 1:
+            half = special.stdtrit(values.size - 1, 0.975) * values.std(ddof=1) / np.sqrt(values.size)
+            found[name] = float(half)
+    return found
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A waveform at fixed times, its largest magnitude and the instant of it.
+
+    Attributes
+    ----------
+    unit : str
+    values : (k)
+        All components, one after the other.
+    peak, instant : float
+    """
+
+    unit: str
+    values: Floats
+    peak: float
+    instant: float
+
+
+def waves(run: RunData, units: dict[str, str], scene: Scene, times: Floats) -> Iterator[tuple[str, Wave]]:
+    """The main waveforms of a run at times (s) within it, each taken at the instants that it is of."""
+    from scipy.interpolate import CubicSpline
+
+    own = np.asarray(run.time, dtype=float)
+    scheme = scene.time.scheme.hht
+    lagged = scene.airflow is not None and scene.airflow.coupling.lagged is not None
+    alpha = -1.0 if lagged else scheme.alpha if scheme is not None else 0.0
+    for name in _WAVES:
+        if name not in run.waveforms or not np.size(run.waveforms[name]):
+            continue
+        values = np.asarray(run.waveforms[name], dtype=float).reshape(own.size, -1)
+        instants = own + alpha * scene.time.step * (name in _AT_THE_LOAD)
+        size = np.linalg.norm(values, axis=1)
+        at, peak = highest(instants, size, int(np.argmax(size)))
+        taken = CubicSpline(instants, values)(times)
+        yield name, Wave(units[name], np.asarray(taken, dtype=float).ravel(), peak, at)

@@ -1,0 +1,107 @@
+"""Where the levels of a settled voice begin: the widest opening after the newest checkpoint of the run.
+
+There nothing touches, so that displacement and velocity can be taken to another mesh. The orbits of the levels
+lie near that of the run, and what is left of the way to them dies out within a few cycles.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.phonation.run import checkpoint
+from plica.phonation.run.build import build_simulation
+from plica.phonation.run.results import Run
+from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import replaced
+from plica.uncertainty.transfer import taken_over
+
+__all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state of the tissue on the run's mesh.
+
+    Attributes
+    ----------
+    time : float
+        s, of the run.
+    displacement, velocity : (n, 3) m and m/s
+    """
+
+    time: float
+    displacement: Floats
+    velocity: Floats
+
+    def on(self, mesh: Any, points: Floats, fixed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+        """Displacement and velocity at the points of another mesh, `mesh` being the run's; zero where held."""
+        if points.shape == np.shape(mesh.points) and np.array_equal(points, mesh.points):
+            return self.displacement, self.velocity
+        displacement, velocity = taken_over(mesh, (self.displacement, self.velocity), points)
+        return np.where(fixed, 0.0, displacement), np.where(fixed, 0.0, velocity)
+
+
+def widest_opening(run: Run, limit: float | None = None) -> Start | None:
+    """The state at the next largest glottal area without contact after the newest checkpoint.
+
+    None where there is no checkpoint that this version continues, or no such opening within `limit` s of it
+    (default: two cycles of 50 Hz).
+    """
+    held = checkpoint.newest(run.directory)
+    if held is None:
+        return None
+    scene: Scene = run.scene
+    simulation = build_simulation(scene, build_mesh(scene.mesh, scene.source))
+    if held.state.keys() != simulation.state().keys():
+        return None
+    simulation.restore(dict(held.state))
+    area = -1.0
+    for _ in range(round((0.04 if limit is None else limit) / scene.time.step)):
+        before = Start(simulation.time, np.array(simulation.displacement), np.array(simulation.velocity))
+        wave = simulation.advance(1)
+        touching = "contact_rows" in wave and wave["contact_rows"][-1] > 0
+        if not touching and 0 < wave["minimum_area"][-1] < area:
+            return before
+        area = float(wave["minimum_area"][-1])
+    return None
+
+
+def kept_start(run: Run, path: Path) -> Start | None:
+    """The widest opening as it was first found, from a file beside the levels that began there."""
+    if path.is_file():
+        with h5py.File(path, "r", locking=False) as file:
+            return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
+    found = widest_opening(run)
+    if found is not None:
+        replaced(path, lambda draft: _write(found, draft))
+    return found
+
+
+def _write(start: Start, path: Path) -> None:
+    with h5py.File(path, "w", locking=False) as file:
+        file.attrs["time"] = start.time
+        for name, unit in (("displacement", "m"), ("velocity", "m/s")):
+            file[name] = getattr(start, name)
+            file[name].attrs["units"] = unit
+
+
+def step_cost(simulation: _engine.Simulation, steps: int = 6) -> float:
+    """s a step, measured: the least of two stretches after the first steps."""
+    simulation.advance(2)
+    found = []
+    for _ in range(2):
+        begin = time.perf_counter()
+        simulation.advance(steps)
+        found.append((time.perf_counter() - begin) / steps)
+    return min(found)

@@ -1,0 +1,127 @@
+"""What is said of an estimate: the plan, the sentence where it comes from, the table, and its file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from plica.measures.catalogue import CATALOGUE
+from plica.measures.scale import shown_unit
+from plica.measures.uncertainty import Refinement, Uncertain, Uncertainty
+from plica.phonation.run.results import Run
+from plica.storage.table import write_table
+from plica.uncertainty.comparison import Computed
+from plica.uncertainty.plan import Plan, clock, transient
+from plica.uncertainty.start import Start
+
+__all__ = ["planned", "sentence", "uncertainty_table", "write_csv"]
+
+
+def planned(plan: Plan, run: Run, start: Start | None) -> str:
+    """The levels with their cost, before they are computed."""
+    total = sum(level.seconds for level in plan.levels)
+    where = (
+        "from the start of the scene"
+        if start is None
+        else f"from the settled voice at {1e3 * start.time:.4g} ms, its first {transient} cycles left out"
+    )
+    lines = [
+        f"plica: {len(plan.levels)} levels {where}: about {clock(total)}, "
+        f"{total / max(run.seconds, 1e-9):.2g} times what the run took",
+        *(f"plica:   {level.text()}" for level in plan.levels),
+        *(f"plica:   {remark}" for remark in plan.remarks),
+    ]
+    return "\n".join(lines)
+
+
+def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
+    """Where the uncertainties come from."""
+    if not levels:
+        return "No level could be computed: nothing is known of the numerical error."
+    cells = len(run.mesh.cells)
+    named = [
+        f"1/{one.level.factor:g} of the step"
+        if one.level.kind == "step"
+        else f"a mesh of {len(one.run.mesh.cells) / cells:.2g} times the cells"
+        for one in levels
+    ]
+    named = [*named[:-2], " and ".join(named[-2:])]
+    where = (
+        "each from the start of the scene"
+        if start is None
+        else f"each from the settled voice at {1e3 * start.time:.4g} ms without its first {transient} cycles"
+    )
+    return f"By comparison with {', '.join(named)}, {where} (docs/uncertainty.md)."
+
+
+def uncertainty_table(found: Uncertainty) -> str:
+    """Measures with their uncertainties in the units of the field, then waveforms, the source and the remarks."""
+    head = f"{'':<40} {'value':<12} {'+-':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
+    lines = [head]
+    for item in (*found.measures.values(), *found.waveforms.values()):
+        factor, unit = _people(item)
+        numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
+        statistical = "" if item.statistical is None else f"{factor * item.statistical:.2g}"
+        value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
+        lines.append(
+            f"{item.name:<40} {value:<12} {numerical:<10} {'' if unit == '1' else unit:<8} "
+            f"{_part(item.step, factor):<24} {_part(item.mesh, factor):<24} {statistical}".rstrip()
+        )
+    lines += ["", found.source, *(f"! {remark}" for remark in found.remarks)]
+    return "\n".join(lines)
+
+
+def _people(item: Uncertain) -> tuple[float, str]:
+    return CATALOGUE[item.name].people() if item.name in CATALOGUE else shown_unit(item.unit, "")
+
+
+def _part(part: Refinement | None, factor: float) -> str:
+    if part is None:
+        return "not estimated"
+    said = (
+        f"order {part.order:.1f}" if part.verdict == "asymptotic" and part.order is not None else part.verdict
+    )
+    return f"{factor * part.uncertainty:.2g} ({said})"
+
+
+def _rounded(value: float, half: float) -> str:
+    """To the place of the uncertainty's second digit, at most six digits."""
+    if value == 0 or not half > 0:
+        return f"{value:.6g}"
+    digits = math.floor(math.log10(abs(value)) + 1e-12) - math.floor(math.log10(half)) + 2
+    return f"{float(f'{value:.{min(max(digits, 1), 6)}g}'):g}"
+
+
+def write_csv(found: Uncertainty, path: Path) -> None:
+    """A row a quantity, in SI: value, uncertainties, orders and verdicts; an empty cell where there is none."""
+    rows = list(_rows(found))
+    columns = {name: np.array([row[name] for row in rows], dtype=object) for name in rows[0]} if rows else {}
+    write_table(path, columns)
+
+
+def _rows(found: Uncertainty) -> Iterator[Mapping[str, object]]:
+    for item in (*found.measures.values(), *found.waveforms.values()):
+        row: dict[str, object] = {
+            "name": item.name,
+            "unit": item.unit,
+            "value": item.value,
+            "numerical": _or_nan(item.numerical),
+        }
+        for kind, part in (("step", item.step), ("mesh", item.mesh)):
+            row[kind] = _or_nan(None if part is None else part.uncertainty)
+            row[f"{kind}_verdict"] = "not estimated" if part is None else part.verdict
+            row[f"{kind}_order"] = _or_nan(None if part is None else part.order)
+            row[f"{kind}_extrapolated"] = _or_nan(None if part is None else part.extrapolated)
+        row |= {
+            "statistical": _or_nan(item.statistical),
+            "spread": _or_nan(item.spread),
+            "cycles": item.cycles,
+        }
+        yield row
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value

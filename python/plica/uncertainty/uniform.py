@@ -1,0 +1,78 @@
+"""Uniform refinement: every tetrahedron becomes eight, every face of a surface four, and the shape stays.
+
+Straight cells stay straight: the body stays the polyhedron that it is. A quadratic cell is a quadratic map; each
+of the eight is a part of that map, which is quadratic itself, so its nodes are taken from there and curved sides
+stay where they are.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from plica import _engine
+from plica.uncertainty.transfer import SIDES, shape_functions
+
+__all__ = ["refined"]
+
+# Of a quadratic cell's nodes: a tetrahedron at each corner, and four around the line from node 6 to node 8 through
+# the octahedron that is left.
+_CHILDREN = np.array(
+    [
+        (0, 4, 6, 7),
+        (4, 1, 5, 8),
+        (6, 5, 2, 9),
+        (7, 8, 9, 3),
+        (6, 8, 4, 5),
+        (6, 8, 5, 9),
+        (6, 8, 9, 7),
+        (6, 8, 7, 4),
+    ]
+)
+_FACE_CHILDREN = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of a six-node face
+
+
+def refined(mesh: Any) -> _engine.TetMesh:
+    """A mesh of the same order and shape with eight tetrahedra for each, and all its names.
+
+    Parameters
+    ----------
+    mesh : TetMesh
+        Of linear or quadratic tetrahedra.
+    """
+    parent = mesh if np.asarray(mesh.cells).shape[1] == 10 else _engine.to_quadratic(mesh)
+    cells = np.asarray(parent.cells)
+    linear = _engine.TetMesh(
+        points=np.asarray(parent.points),
+        cells=cells[:, _CHILDREN].reshape(-1, 4),
+        cell_layer=np.repeat(np.asarray(parent.cell_layer), len(_CHILDREN)),
+        cell_side=np.repeat(np.asarray(parent.cell_side), len(_CHILDREN)),
+        layer_names=list(parent.layer_names),
+        surfaces={
+            name: np.asarray(faces)[:, _FACE_CHILDREN].reshape(-1, 3)
+            for name, faces in parent.surfaces.items()
+        },
+        node_sets={name: np.asarray(nodes) for name, nodes in parent.node_sets.items()},
+    )
+    if parent is not mesh:
+        return linear
+    fine = _engine.to_quadratic(linear)
+    points = np.array(fine.points)
+    corners = np.eye(4)
+    nodes = np.vstack([corners, *(0.5 * (corners[[a]] + corners[[b]]) for a, b in SIDES)])  # in the parent
+    for number, child in enumerate(_CHILDREN):
+        middles = np.array([0.5 * (nodes[child[a]] + nodes[child[b]]) for a, b in SIDES])
+        of_child = np.asarray(fine.cells)[number :: len(_CHILDREN), 4:]
+        points[of_child] = np.einsum(
+            "ka,mai->mki", shape_functions(middles), np.asarray(parent.points)[cells]
+        )
+    return _engine.TetMesh(
+        points=points,
+        cells=np.asarray(fine.cells),
+        cell_layer=np.asarray(fine.cell_layer),
+        cell_side=np.asarray(fine.cell_side),
+        layer_names=list(fine.layer_names),
+        surfaces=dict(fine.surfaces),
+        node_sets=dict(fine.node_sets),
+    )
