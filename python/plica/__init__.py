@@ -60,6 +60,7 @@ from plica.phonation.scene.parts import (
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.tissue import Tissue, TissueSide
 from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
+from plica.uncertainty import estimate_uncertainty
 from plica.view.camera import Camera
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ __all__ = [
     "build_mesh",
     "build_simulation",
     "equilibrium",
+    "estimate_uncertainty",
     "film",
     "flow",
     "run",

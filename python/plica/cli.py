@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plica import __version__
-from plica.commands import bench, compare, examples, film, identify, keys, larynx, verify, video
+from plica.commands import bench, compare, examples, film, identify, keys, larynx, uncertainty, verify, video
 from plica.commands.arguments import Parser, add_command, add_pdf, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
@@ -33,6 +33,7 @@ A first session:
   plica run scenes/first.toml -o runs/first             compute; ends with a report
   xdg-open runs/first/report.html                       look at it
   paraview runs/first/fields.xdmf                       look at it in 3D
+  plica uncertainty runs/first                          how far its numbers are from those of finer levels
   plica film runs/first -o clip.avi                     film it, with the true motion of every pixel
   plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
   plica compare before after -o change                  two such analyses beside each other
@@ -74,6 +75,9 @@ Computes SCENE and stores the results in DIR as they come:
 
 examples:
   plica run scene.toml -o runs/one
+  plica run scene.toml -o runs/one --uncertainty  then also how far its numbers are from those of finer
+                                                steps and meshes (plica uncertainty --help); takes five times
+                                                as long
   plica run scene.toml -o runs/one --resume     continue after Ctrl-C, a kill or a power failure;
                                                 the results are those of a run without a stop
 
@@ -128,7 +132,8 @@ def _way_on(options: argparse.Namespace) -> str:
         return " The same command goes on from there."
     if options.command is not _run or not (options.directory / "scene.toml").exists():
         return ""
-    return f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume"
+    more = " --uncertainty" if options.uncertainty else ""
+    return f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume{more}"
 
 
 def _say(text: str, code: int) -> int:
@@ -152,6 +157,9 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument(
         "--resume", action="store_true", help="continue the run in DIR, also to a longer duration"
     )
+    run.add_argument(
+        "--uncertainty", action="store_true", help="then estimate the numerical error (plica uncertainty)"
+    )
     add_threads(run)
     run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
@@ -163,6 +171,7 @@ def _parser() -> argparse.ArgumentParser:
     film.add_commands(commands)
     larynx.add_commands(commands)
     identify.add_commands(commands)
+    uncertainty.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
     compare.add_commands(commands)
     report = part("report", _report, "write DIR/report.html anew")
@@ -196,7 +205,8 @@ def _run(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
-    return _say_cautions(run.cautions)
+    _say_cautions(run.cautions)
+    return uncertainty.estimated(options.directory, quiet=options.quiet) if options.uncertainty else 0
 
 
 def _say_cautions(cautions: Sequence[object]) -> int:
@@ -210,7 +220,7 @@ def _concluded(run: Run) -> tuple[Measures, Path]:
 
     measures = _measured(run)
     with storage_errors(run.directory):
-        return measures, write_report(run, run.directory / "report.html")
+        return measures, write_report(run, run.directory / "report.html", run.uncertainty)
 
 
 def _measured(run: Run) -> Measures:
@@ -292,7 +302,8 @@ def _report(options: argparse.Namespace) -> int:
         if video.is_analysis(options.directory):
             page = video.redraw(options.directory)
         else:
-            page = write_report(plica.Run.load(options.directory), options.directory / "report.html")
+            run = plica.Run.load(options.directory)
+            page = write_report(run, options.directory / "report.html", run.uncertainty)
         print(pdf_of(page) if options.pdf else page)
     return 0
 

@@ -26,11 +26,12 @@ class Refinement:
     uncertainty : float
         In the quantity's unit.
     verdict : str
-        "asymptotic", "two levels", "scatter", "not asymptotic" or "unchanged" (docs/uncertainty.md).
+        "asymptotic", "monotone", "two levels", "scatter", "no convergence" or "unchanged"
+        (docs/uncertainty.md).
     order : float or None
         Observed, from three levels.
     extrapolated : float or None
-        The limit, where the verdict is "asymptotic".
+        The limit, where three levels converge.
     values : dict of str to float
         By level, the run's own among them.
     """
@@ -72,7 +73,7 @@ class Uncertain:
 
     @property
     def numerical(self) -> float | None:
-        """Sum of those of step and mesh, as both may err to the same side; None where neither is estimated."""
+        """Sum of those of step and mesh, as both may err to the same side; None where there is neither."""
         parts = [part.uncertainty for part in (self.step, self.mesh) if part is not None]
         return sum(parts) if parts else None
 
@@ -83,8 +84,8 @@ class Uncertain:
         for what, part in (("step", self.step), ("mesh", self.mesh)):
             if part is None:
                 found.append(f"error of the {what} not estimated")
-            elif part.verdict == "not asymptotic":
-                found.append(f"not in the asymptotic range of the {what}")
+            elif part.verdict == "no convergence":
+                found.append(f"not in the asymptotic range of the {what}: differences do not fall")
         return tuple(found)
 
     def as_json(self) -> dict[str, Any]:

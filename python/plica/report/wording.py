@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import Measure
 from plica.measures.scale import SI, Scale, shown_unit
+from plica.measures.uncertainty import Uncertain
 from plica.measures.waveforms import Waveform
 
 headline = (
@@ -34,6 +36,8 @@ class Row:
     cycles: str
     cautions: tuple[str, ...]
     note: str
+    numerical: str = ""
+    doubts: tuple[str, ...] = ()
 
 
 def typeset(unit: str) -> str:
@@ -81,10 +85,13 @@ def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6)
     return min(max(math.floor(math.log10(abs(value)) + 1e-12) - last + 1, 1), most)
 
 
-def row(item: Measure) -> Row:
-    """A measure in the unit in which people read it."""
+def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
+    """A measure in the unit in which people read it, with its numerical uncertainty where there is one."""
     factor, unit = item.quantity.people(item.scale)
     digits = 4 if item.value is None else min(digits_of(item.value, item.interval), 4)
+    half = uncertain.numerical if uncertain is not None else None
+    if item.value is not None and half:
+        digits = min(digits_of(item.value, (item.value - half, item.value + half)) + 1, 6)
     value = "–" if item.value is None else number(factor * item.value, digits)
     spread = "" if item.spread is None else number(factor * item.spread, 2)
     if item.spread is not None and item.value and abs(item.spread) < 1e-9 * abs(item.value):
@@ -99,6 +106,8 @@ def row(item: Measure) -> Row:
         cycles=str(item.cycles) if item.cycles else "",
         cautions=item.cautions,
         note="; ".join(filter(None, (item.note, item.quantity.meaning))),
+        numerical="" if half is None else number(factor * half, 2),
+        doubts=() if uncertain is None else uncertain.doubts,
     )
 
 
@@ -123,15 +132,19 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
     return tuple(notes.index(text) + 1 for text in texts)
 
 
-def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
+def tables(
+    measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
+) -> list[tuple[str, list[Row]]]:
     """The measures that there are by group, in the order of the catalogue."""
     groups: dict[str, list[Row]] = {}
     for name, entry in CATALOGUE.items():
         if name in measures:
-            groups.setdefault(entry.group, []).append(row(measures[name]))
+            groups.setdefault(entry.group, []).append(row(measures[name], uncertain.get(name)))
     return list(groups.items())
 
 
-def headlines(measures: Mapping[str, Measure]) -> Sequence[Row]:
+def headlines(
+    measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
+) -> Sequence[Row]:
     """The few figures at the head of the page."""
-    return [row(measures[name]) for name in headline if name in measures]
+    return [row(measures[name], uncertain.get(name)) for name in headline if name in measures]

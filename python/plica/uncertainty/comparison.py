@@ -6,18 +6,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from plica.measures.uncertainty import Refinement, Uncertain
 from plica.phonation.run.results import Run
 from plica.phonation.scene.scene import Scene
 from plica.uncertainty.convergence import Convergence, Level, converge
 from plica.uncertainty.plan import PlannedLevel
-from plica.uncertainty.sample import Sampled, waves
+from plica.uncertainty.sample import Sampled, Wave, waves
 
 __all__ = ["Computed", "compared_measures", "compared_waveforms"]
 
 _KINDS = ("step", "mesh")
 _RUN = "run"
+_APART = "relative_error"
 _WHOLE_STEPS = frozenset(("contact_duration",))
 """Measures that are a number of steps: none is better known than a step."""
 
@@ -80,22 +82,27 @@ def compared_waveforms(run: Run, levels: Sequence[Computed]) -> dict[str, Uncert
         size = float(np.linalg.norm(wave.values))
         if not size > 0:
             continue
-        for what, unit, value, of in (
-            ("relative_error", "1", 0.0, lambda one: one.values / size),
-            ("peak", wave.unit, wave.peak, lambda one: one.peak),
-            ("peak_time", "s", wave.instant, lambda one: one.instant),
-        ):
+        for what, (unit, value) in _said_of(wave, size).items():
             parts = {}
             for kind in _KINDS:
                 others = {
-                    one.level.name: Level(_size(one.run, kind), of(its[name]))
+                    one.level.name: Level(_size(one.run, kind), _said_of(its[name], size)[what][1])
                     for one, its in of_levels
                     if one.level.kind == kind and name in its
                 }
-                base = Level(_size(run, kind), of(wave))
-                parts[kind] = _refinement(run.scene, kind, base, others)
-            found[f"{name}.{what}"] = Uncertain(f"{name}.{what}", unit, value, parts["step"], parts["mesh"])
+                parts[kind] = _refinement(run.scene, kind, Level(_size(run, kind), value), others)
+            number = 0.0 if what == _APART else float(np.ravel(value)[0])
+            found[f"{name}.{what}"] = Uncertain(f"{name}.{what}", unit, number, parts["step"], parts["mesh"])
     return found
+
+
+def _said_of(wave: Wave, size: float) -> dict[str, tuple[str, ArrayLike]]:
+    """Unit and value of what is compared of a waveform, itself in units of its `size`."""
+    return {
+        _APART: ("1", wave.values / size),
+        "peak": (wave.unit, wave.peak),
+        "peak_time": ("s", wave.instant),
+    }
 
 
 def _refinement(
@@ -125,14 +132,14 @@ def _told(found: Convergence, numbers: dict[str, float], floor: float) -> Refine
 def _orders(scene: Scene, kind: str) -> tuple[float, float]:
     """The order that the levels surely have and the highest that theory allows (docs/uncertainty.md).
 
-    Of the step: 2 of HHT and of Newmark with gamma = 1/2, 1 of other Newmark schemes and where the load lags; with
-    contact, whose instants fall between steps, no more than 1 is sure. Of the mesh: frequencies and
-    displacements in the mean have 2 on linear and 4 on quadratic cells where all is smooth; corners, clamped
-    edges and rims of contact leave less.
+    Of the step: 2 of HHT and of Newmark with gamma = 1/2, 1 of other Newmark schemes and where the load lags;
+    with contact, whose instants fall between steps, no more than 1 is sure. Of the mesh: displacements in the
+    mean have 2 on linear and 3 on quadratic cells where all is smooth; corners, clamped edges and rims of
+    contact leave less, and no more than 2 is sure.
     """
     least = 1.0 if scene.contact is not None else 2.0
     if kind == "mesh":
-        return least, 2.0 * scene.mesh.order
+        return least, 1.0 + scene.mesh.order
     newmark = scene.time.scheme.newmark
     lagged = scene.airflow is not None and scene.airflow.coupling.lagged is not None
     first = lagged or (newmark is not None and newmark.gamma > 0.5)

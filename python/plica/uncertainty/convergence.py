@@ -1,23 +1,25 @@
 """From the same quantity on several levels of refinement to its numerical uncertainty.
 
-A level is a step, or an edge of a mesh, and what was found with it: a number, or a waveform. What is wanted is
-a bound on how far the run, one of the levels, is from the limit. It is, by the triangle inequality,
+A level is a step, or an edge of a mesh, and what was found with it: a number, or a waveform. What is wanted
+is a bound on how far the run, one of the levels, is from the limit. It is, by the triangle inequality,
 
     U = |v_run - v_finest| + F R,    R = |v_finer - v_finest| / (r^p - 1),    r = h_finer / h_finest
 
-the distance to the finest level and the grid convergence index of that one (Roache, J. Fluids Eng. 116, 1994;
-ASME V&V 20-2009), F R:
+the distance to the finest level and the grid convergence index of that one (Roache, J. Fluids Eng. 116,
+1994), F R, with factor and order after Oberkampf and Roy (Verification and Validation in Scientific
+Computing, 2010, Sec. 8.7):
 
-- three levels that converge monotonically with an observed order p of 1/2 or more: F = 1.25 with that p, but
-  never above what the method can have; where it is above, the coarser two levels have their say too, since
-  two errors that happen to be alike look as if they were gone.
+- three levels that converge with an observed order within a tenth of theory's: F = 1.25, p is theory's.
+- three levels that converge monotonically with another order: F = 3 and p is the observed one, not below 1/2
+  and not above theory's. Where it is above, the coarser two levels have their say too: two errors that happen
+  to be alike look as if they were gone.
 - two levels: F = 3 with the order that the method surely has.
-- three levels that do not converge so are not in the asymptotic range: U is three times the largest difference
-  of any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014, for what does not converge monotonically).
+- three levels whose differences do not fall are not in the asymptotic range: U is three times the largest
+  difference of any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014).
 
-Where the values are means over cycles, a difference that is within their statistical error tells nothing of an
-order: two levels are taken, and the statistical error of the difference is added to it, root of the sum of
-squares. So an uncertainty is never less than what the cycles let one see.
+Where the values are means over cycles, a difference that is within their statistical error tells nothing of
+an order: two levels are taken, and the statistical error of the difference is added to it, root of the sum
+of squares. So an uncertainty is never less than what the cycles let one see.
 """
 
 from __future__ import annotations
@@ -32,11 +34,12 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["Convergence", "Level", "Verdict", "converge", "observed_order"]
 
-Verdict = Literal["asymptotic", "not asymptotic", "two levels", "scatter", "unchanged"]
+Verdict = Literal["asymptotic", "monotone", "no convergence", "two levels", "scatter", "unchanged"]
 
-of_three = 1.25  # factor of safety, Roache's for three levels
-of_two = 3.0  # the same for two levels, and of the range where there is no convergence
-least_order = 0.5  # observed below it: not in the asymptotic range
+confirmed = 1.25  # factor of safety where three levels show the order of theory
+cautious = 3.0  # elsewhere, and of the largest difference where there is no convergence
+agrees = 0.1  # of theory's order: the observed one is that
+least_order = 0.5  # taken where a lower one is observed
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +77,10 @@ class Convergence:
     order : float or None
         Observed; None where two levels are used, or nothing can be read.
     verdict : Verdict
-        "asymptotic", "not asymptotic", "two levels", "scatter": differences are within those between cycles,
-        or "unchanged": there is no difference at all.
+        "asymptotic": with the order of theory; "monotone": with another; "no convergence"; "two levels";
+        "scatter": differences are within those between cycles; "unchanged": there is no difference.
     extrapolated : float or None
-        The limit, of a number and where the verdict is "asymptotic".
+        The limit, of a number that converges.
     """
 
     uncertainty: float
@@ -112,18 +115,20 @@ def converge(run: Level, others: Sequence[Level], least: float, highest: float) 
         nearest = finest if run is not finest else fine
         return Convergence(_by_two(run, nearest, least), None, "scatter")
     order = observed_order(coarse, fine, finest)
-    if order is None or order < least_order:
-        return Convergence(float(np.hypot(of_two * extent, noise)), order, "not asymptotic")
-    used = min(order, highest)
+    if order is None or order <= 0:
+        return Convergence(float(np.hypot(cautious * extent, noise)), order, "no convergence")
+    agreed = abs(order - highest) <= agrees * highest
+    used = highest if agreed else min(max(order, least_order), highest)
     left = _distance(fine, finest) / ((fine.size / finest.size) ** used - 1)
     if order > highest:
         spread = (coarse.size / finest.size) ** used - (fine.size / finest.size) ** used
         left = max(left, _distance(coarse, fine) / spread)
-    bound = float(np.hypot(_distance(run, finest) + of_three * left, _noise(run, finest)))
+    factor = confirmed if agreed else cautious
+    bound = float(np.hypot(_distance(run, finest) + factor * left, _noise(run, finest)))
     limit = None
     if run.values.size == 1:
         limit = float(finest.values[0] + np.sign(finest.values[0] - fine.values[0]) * left)
-    return Convergence(bound, order, "asymptotic", limit)
+    return Convergence(bound, order, "asymptotic" if agreed else "monotone", limit)
 
 
 def observed_order(coarse: Level, fine: Level, finest: Level) -> float | None:
@@ -145,8 +150,8 @@ def observed_order(coarse: Level, fine: Level, finest: Level) -> float | None:
 
 def _by_two(run: Level, other: Level, order: float) -> float:
     apart = float(np.hypot(_distance(run, other), _noise(run, other)))
-    ratio = (max(run.size, other.size) / min(run.size, other.size)) ** order
-    index = of_two * apart / (ratio - 1)
+    ratio = float((max(run.size, other.size) / min(run.size, other.size)) ** order)
+    index = cautious * apart / (ratio - 1)
     return apart + index if other.size < run.size else index
 
 

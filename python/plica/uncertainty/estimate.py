@@ -14,6 +14,7 @@ from plica.measures.uncertainty import JSON_FILE, Uncertainty, write_uncertainty
 from plica.phonation.run.build import probe_nodes
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run_from
+from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
 from plica.uncertainty.comparison import Computed, compared_measures, compared_waveforms
@@ -47,21 +48,22 @@ def estimate_uncertainty(
 ) -> Uncertainty:
     """How far the measures of a run are from those of a finer step and a finer mesh.
 
-    The scene is computed with half the step and, as far as the budget goes, on a finer and a coarser mesh and
-    with a quarter of the step; a settled voice from its own orbit, anything else from its start. What is computed
-    is kept in ``DIR/uncertainty``, so that a call that was stopped goes on. Writes ``uncertainty.json`` and
-    ``uncertainty.csv``. docs/uncertainty.md says by which rule, and how often it held.
+    The scene is computed with half the step and, as far as the budget goes, on a finer and a coarser mesh
+    and with a quarter of the step; a settled voice from its own orbit, anything else from its start. What is
+    computed is kept in ``DIR/uncertainty``, so that a call that was stopped goes on. Writes
+    ``uncertainty.json`` and ``uncertainty.csv``. docs/uncertainty.md says by which rule, and how often it
+    held.
 
     Parameters
     ----------
     directory : str or Path
         Of a finished run, computed by this version.
     budget : float
-        What all levels together may take, in units of what the run took; a minute is always allowed, and so is half
-        the step.
+        What all levels together may take, in units of what the run took; a minute is always allowed, and so
+        is half the step.
     mesh : Scene, path, "auto" or "none"
-        A scene that differs in its mesh alone, to be compared with instead of a mesh that is made; "none": the
-        error of the mesh is not estimated.
+        A scene that differs in its mesh alone, to be compared with instead of a mesh that is made; "none":
+        the error of the mesh is not estimated.
     progress : bool
         Show the plan with its cost, and a bar for each level, on standard error.
 
@@ -108,8 +110,8 @@ def _finished(directory: Path) -> Run:
     version = _engine.build_info()["version"]
     if run.versions["plica"] != version:
         raise InvalidInput(
-            f"{directory}: its run was computed by plica {run.versions['plica']}; must be {version}, this one, or "
-            "differences between versions would count as errors of the step. Run the scene anew."
+            f"{directory}: its run was computed by plica {run.versions['plica']}; must be {version}, this "
+            "one, or differences between versions would count as errors of the step. Run the scene anew."
         )
     return run
 
@@ -207,13 +209,14 @@ def _described(one: Computed) -> dict[str, Any]:
 def _displaced_probes(run: Run, levels: list[Computed]) -> list[str]:
     """Probes are at nodes, which another mesh may have elsewhere."""
     found = []
+    own = build_mesh(run.scene.mesh, run.scene.source)
     for one in levels:
-        places = [np.asarray(each.mesh.points)[probe_nodes(run.scene, each.mesh)] for each in (run, one.run)]
+        places = [np.asarray(each.points)[probe_nodes(run.scene, each)] for each in (own, one.level.mesh)]
         apart = float(np.linalg.norm(places[0] - places[1], axis=1).max(initial=0.0))
         if apart > _SAME_PLACE * float(np.ptp(np.asarray(run.mesh.points), axis=0).max()):
             found.append(
-                f"on {one.level.name} the nearest node to a probe lies {1e3 * apart:.3g} mm from that of the run: what "
-                "is measured there differs by as much as the motion does between both"
+                f"on {one.level.name} the nearest node to a probe lies {1e3 * apart:.3g} mm from that of the "
+                "run: what is measured there differs by as much as the motion does between both"
             )
     return found
 

@@ -48,7 +48,7 @@ def finer(scene: Scene) -> OtherMesh | None:
 
 
 def coarser(scene: Scene) -> OtherMesh | None:
-    """The least coarsening that keeps the mesh's shape, to edges 1.25 times as long or more; None without one."""
+    """The least coarsening that keeps the mesh's shape, to edges 1.25 times as long or more; or None."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
         return None
@@ -63,16 +63,16 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
     for name in sorted((ours.keys() | theirs.keys()) - {"mesh", "time", "output", "solver"}):
         if ours.get(name) != theirs.get(name):
             raise InvalidInput(
-                f"{other.source}: {name} differs from that of the run; must be the same: only the mesh may be "
-                "another."
+                f"{other.source}: {name} differs from that of the run; must be the same: only the mesh may "
+                "be another."
             )
     replaced = Scene.model_validate({**scene.resolved(), "mesh": theirs["mesh"]})
     built = build_mesh(replaced.mesh, other.source)
     ratio = (len(built.cells) / len(build_mesh(scene.mesh, scene.source).cells)) ** (1 / 3)
     if 1 / 1.1 < ratio < 1.1:
         raise InvalidInput(
-            f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be shorter or "
-            "longer by 1.1 or more, or the difference says nothing."
+            f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be "
+            "shorter or longer by 1.1 or more, or the difference says nothing."
         )
     return OtherMesh(ratio, replaced, lambda: built)
 

@@ -130,10 +130,8 @@ def _candidates(
         length = (transient + min(cycles.count, most_cycles)) * float(cycles.periods.mean())
         steps = int(np.ceil(length / scene.time.step))
     found = [_step_level(scene, steps, 2)]
-    if other == "auto":
-        meshes = [finer(scene), coarser(scene)]
-    else:
-        meshes = [] if other == "none" else [other]
+    made = (finer(scene), coarser(scene)) if other == "auto" else ()
+    meshes = made if isinstance(other, str) else (other,)
     found += [
         PlannedLevel(f"mesh-{one.factor:.3g}", "mesh", one.factor, _scene(one.scene, steps, 1), one)
         for one in meshes

@@ -1,4 +1,5 @@
-"""What is compared between levels: measures with the statistical error of each, and waveforms at fixed times."""
+"""What is compared between levels: measures with the statistical error of each, and waveforms at fixed
+times."""
 
 from __future__ import annotations
 
@@ -83,8 +84,8 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
 
 
 def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
-    """Student's interval of the means of blocks of cycles (batch means); of single cycles where these are few."""
-    from scipy import special
+    """Student's interval of the means of blocks of cycles (batch means), of single ones where these are
+    few.""" from scipy import special
 
     size = _BLOCK if cycles.count >= _BLOCK * _FEWEST_BLOCKS else 1
     count = cycles.count // size

@@ -1,7 +1,7 @@
 """Where the levels of a settled voice begin: the widest opening after the newest checkpoint of the run.
 
-There nothing touches, so that displacement and velocity can be taken to another mesh. The orbits of the levels
-lie near that of the run, and what is left of the way to them dies out within a few cycles.
+There nothing touches, so that displacement and velocity can be taken to another mesh. The orbits of the
+levels lie near that of the run, and what is left of the way to them dies out within a few cycles.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Start:
     velocity: Floats
 
     def on(self, mesh: Any, points: Floats, fixed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-        """Displacement and velocity at the points of another mesh, `mesh` being the run's; zero where held."""
+        """Displacement and velocity at another mesh's points, zero where held; `mesh` is the run's."""
         if points.shape == np.shape(mesh.points) and np.array_equal(points, mesh.points):
             return self.displacement, self.velocity
         displacement, velocity = taken_over(mesh, (self.displacement, self.velocity), points)

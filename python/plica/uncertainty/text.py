@@ -58,7 +58,7 @@ def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
 
 
 def uncertainty_table(found: Uncertainty) -> str:
-    """Measures with their uncertainties in the units of the field, then waveforms, the source and the remarks."""
+    """Measures with uncertainties in the units of the field, then waveforms, the source and remarks."""
     head = f"{'':<40} {'value':<12} {'+-':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
     lines = [head]
     for item in (*found.measures.values(), *found.waveforms.values()):
@@ -96,10 +96,10 @@ def _rounded(value: float, half: float) -> str:
 
 
 def write_csv(found: Uncertainty, path: Path) -> None:
-    """A row a quantity, in SI: value, uncertainties, orders and verdicts; an empty cell where there is none."""
+    """A row a quantity, in SI: value, uncertainties, orders and verdicts; empty where there is none."""
     rows = list(_rows(found))
-    columns = {name: np.array([row[name] for row in rows], dtype=object) for name in rows[0]} if rows else {}
-    write_table(path, columns)
+    names = rows[0] if rows else ()
+    write_table(path, {name: np.array([row[name] for row in rows], dtype=object) for name in names})
 
 
 def _rows(found: Uncertainty) -> Iterator[Mapping[str, object]]:

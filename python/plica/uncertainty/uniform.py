@@ -1,8 +1,8 @@
 """Uniform refinement: every tetrahedron becomes eight, every face of a surface four, and the shape stays.
 
-Straight cells stay straight: the body stays the polyhedron that it is. A quadratic cell is a quadratic map; each
-of the eight is a part of that map, which is quadratic itself, so its nodes are taken from there and curved sides
-stay where they are.
+Straight cells stay straight: the body stays the polyhedron that it is. A quadratic cell is a quadratic map;
+each of the eight is a part of that map, which is quadratic itself, so its nodes are taken from there and
+curved sides stay where they are.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from plica.uncertainty.transfer import SIDES, shape_functions
 
 __all__ = ["refined"]
 
-# Of a quadratic cell's nodes: a tetrahedron at each corner, and four around the line from node 6 to node 8 through
-# the octahedron that is left.
+# Of a quadratic cell's nodes: a tetrahedron at each corner, and four around the line from node 6 to node 8
+# through the octahedron that is left.
 _CHILDREN = np.array(
     [
         (0, 4, 6, 7),

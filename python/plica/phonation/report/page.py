@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from plica.measures.uncertainty import Uncertainty
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import RunData
 from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
@@ -16,7 +17,7 @@ from plica.report.page import render, write_page
 from plica.report.wording import headlines, number, tables
 
 
-def write_report(run: RunData, path: Path) -> Path:
+def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = None) -> Path:
     """Write the report of a run as one HTML page that fetches nothing.
 
     Parameters
@@ -25,6 +26,8 @@ def write_report(run: RunData, path: Path) -> Path:
         Finished, interrupted or failed; the page says which.
     path : Path
         The page; replaced as a whole.
+    uncertainty : Uncertainty, optional
+        Of its measures: they are shown as value +- uncertainty, with where it came from.
 
     Returns
     -------
@@ -32,14 +35,16 @@ def write_report(run: RunData, path: Path) -> Path:
         The page.
     """
     reading = read(run)
+    uncertain = {} if uncertainty is None else uncertainty.measures
     text = render(
         "phonation/report/page.html.j2",
         title=path.resolve().parent.name or "run",
         banner=banner(reading),
         cautions=cautions(run),
         remark=remark(reading),
-        headlines=headlines(reading.measures),
-        tables=tables(reading.measures),
+        headlines=headlines(reading.measures, uncertain),
+        tables=tables(reading.measures, uncertain),
+        uncertainty=uncertainty,
         sections=sections(reading),
         scene=run.scene_text.strip(),
         versions=dict(run.versions),

@@ -16,6 +16,7 @@ from plica.errors import InvalidInput, UnknownName
 from plica.measures.caution import Caution
 from plica.measures.file import read_measures
 from plica.measures.measure import ByName
+from plica.measures.uncertainty import Uncertainty, read_uncertainty
 from plica.phonation.run import store
 from plica.phonation.run.part import RunPart, part_of
 from plica.phonation.scene.plausibility import scene_cautions
@@ -284,6 +285,11 @@ class Run(Mapping[str, NDArray[Any]]):
         from plica.phonation.measures.measure import measure
 
         return ByName(measure(self).as_json())
+
+    @property
+    def uncertainty(self) -> Uncertainty | None:
+        """The numerical uncertainty of its measures, where `plica.estimate_uncertainty` has found it."""
+        return read_uncertainty(self.directory, self.steps)
 
     def between(self, start: float | str | None = None, end: float | str | None = None) -> RunPart:
         """The part of the run after `start` up to `end`, to be measured on its own.

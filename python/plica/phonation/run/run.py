@@ -122,10 +122,10 @@ def run_from(
     *,
     progress: bool,
 ) -> Run:
-    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s instead of the scene's.
+    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s.
 
-    None: as the scene has it. What is in the directory is continued, or kept where it has all of it; whoever
-    calls sees to it that it began on this mesh and in this state. Else as `run`.
+    None: as the scene has them. What is in the directory is continued, or kept where it has all of it;
+    whoever calls sees to it that it began on this mesh and in this state. Else as `run`.
     """
     if holds_run(directory) and has_all(directory, scene):
         return Run.load(directory)
