@@ -288,8 +288,8 @@ def main() -> None:
         for row in made:
             if options.rows or not row.holds:
                 print(
-                    f"{row.kind}, {row.case}: {row.name}: stated {row.stated:.3g}, true error {row.error:.3g} "
-                    f"of {row.truth:.4g}, {row.ratio:.2g} times ({row.verdicts})",
+                    f"{row.kind}, {row.case}: {row.name}: stated {row.stated:.3g}, true error {row.error:.3g}"
+                    f" of {row.truth:.4g}, {row.ratio:.2g} times ({row.verdicts})",
                     flush=True,
                 )
     print("\n| rows | number | hold | stated over true: 10 % | median | 90 % |\n" + "| --- " * 6 + "|")

@@ -84,8 +84,8 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
 
 
 def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
-    """Student's interval of the means of blocks of cycles (batch means), of single ones where these are
-    few.""" from scipy import special
+    """Student's interval of the means of blocks of cycles (batch means), or of single cycles if few."""
+    from scipy import special
 
     size = _BLOCK if cycles.count >= _BLOCK * _FEWEST_BLOCKS else 1
     count = cycles.count // size
