@@ -293,6 +293,9 @@ def main() -> None:
                     flush=True,
                 )
     print("\n| rows | number | hold | stated over true: 10 % | median | 90 % |\n" + "| --- " * 6 + "|")
+    both = [row for row in rows if "-" not in row.verdicts.split()]
+    print(f"| (of the step alone, left out) | {len(rows) - len(both)} | | | | |")
+    rows = both
     for kind in dict.fromkeys(row.kind for row in rows):
         summary(kind, [row for row in rows if row.kind == kind])
     for verdicts in sorted({row.verdicts for row in rows}):

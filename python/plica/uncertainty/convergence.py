@@ -40,6 +40,7 @@ confirmed = 1.25  # factor of safety where three levels show the order of theory
 cautious = 3.0  # elsewhere, and of the largest difference where there is no convergence
 agrees = 0.1  # of theory's order: the observed one is that
 least_order = 0.5  # taken where a lower one is observed
+falls = 0.01  # observed below it: differences do not fall
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ def converge(run: Level, others: Sequence[Level], least: float, highest: float) 
         nearest = finest if run is not finest else fine
         return Convergence(_by_two(run, nearest, least), None, "scatter")
     order = observed_order(coarse, fine, finest)
-    if order is None or order <= 0:
+    if order is None or order < falls:
         return Convergence(float(np.hypot(cautious * extent, noise)), order, "no convergence")
     agreed = abs(order - highest) <= agrees * highest
     used = highest if agreed else min(max(order, least_order), highest)

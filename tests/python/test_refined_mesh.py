@@ -1,0 +1,119 @@
+"""Other meshes of the same body, and fields taken from one to another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+from conftest import THESIS_TISSUE
+from plica import _engine
+from plica.uncertainty.meshes import coarser, finer, given
+from plica.uncertainty.transfer import shape_functions, taken_over
+from plica.uncertainty.uniform import refined
+
+
+def block(divisions: tuple[int, int, int], order: int = 1) -> Any:
+    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(3.0, 2.0, 1.0), divisions=divisions)
+    return _engine.to_quadratic(mesh) if order == 2 else mesh
+
+
+def volumes(mesh: Any) -> np.ndarray:
+    x = np.asarray(mesh.points)[np.asarray(mesh.cells)[:, :4]]
+    return np.linalg.det(x[:, 1:] - x[:, :1]) / 6
+
+
+def face_area(mesh: Any, name: str) -> float:
+    x = np.asarray(mesh.points)[np.asarray(_engine.flat_triangles(mesh.surfaces[name]))]
+    return float(0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1).sum())
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_uniform_refinement_keeps_shape_labels_and_names(order: int) -> None:
+    mesh = block((2, 2, 1), order)
+    fine = refined(mesh)
+    _engine.check_mesh(fine)
+    assert fine.order == order
+    assert len(fine.cells) == 8 * len(mesh.cells)
+    assert volumes(fine) == pytest.approx(np.repeat(volumes(mesh), 8) / 8)
+    assert list(fine.layer_names) == list(mesh.layer_names)
+    for name in mesh.surfaces:
+        assert len(fine.surfaces[name]) == 4 * len(mesh.surfaces[name])
+        assert face_area(fine, name) == pytest.approx(face_area(mesh, name))
+    x = np.asarray(fine.points)
+    assert set(fine.node_sets["x_min"]) == set(np.flatnonzero(x[:, 0] == 0))
+
+
+def test_curved_sides_stay_where_they_are() -> None:
+    mesh = _engine.larynx_mesh(order=2, **_engine.larynx_preset("coarse"))
+    fine = refined(mesh)
+    _engine.check_mesh(fine)
+    child = np.asarray(fine.points)[np.asarray(fine.cells)[:8]]  # of the parent's first cell
+    parent = np.asarray(mesh.points)[np.asarray(mesh.cells)[0]]
+    corner = np.array([[0.55, 0.15, 0.2, 0.1]])  # in the child at the parent's first corner
+    inside = 2 * corner - [1, 0, 0, 0]
+    assert shape_functions(inside) @ child[0] == pytest.approx(shape_functions(corner) @ parent, abs=1e-15)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_field_that_elements_hold_exactly_is_taken_over_exactly(order: int) -> None:
+    mesh, points = block((3, 2, 2), order), np.random.default_rng(1).uniform(0, 1, (40, 3)) * (3, 2, 1)
+
+    def field(x: np.ndarray) -> np.ndarray:
+        return x @ [[1, 2, 3], [0, 1, 0], [2, 0, 1.0]] + (x[:, :1] ** 2 if order == 2 else 0.0)
+
+    (found,) = taken_over(mesh, [field(np.asarray(mesh.points))], points)
+    assert found == pytest.approx(field(points), abs=1e-12)
+
+
+def larynx(**options: Any) -> plica.Scene:
+    return plica.Scene(
+        plica.Larynx(**options), THESIS_TISSUE, time=plica.Stepping(step="50 us", duration="1 ms")
+    )
+
+
+def test_a_larynx_is_refined_in_all_its_sizes_by_one_factor() -> None:
+    scene = larynx(larynx="demo", order=2)
+    fine, coarse = finer(scene), coarser(scene)
+    assert fine is not None
+    assert coarse is not None
+    assert (fine.factor, coarse.factor) == (pytest.approx(1.4), pytest.approx(0.8))
+    fields = fine.scene.resolved()["mesh"]["options"]
+    assert fields["around"] == 28
+    assert fields["size"] == pytest.approx(1e-3 / 1.4)
+    assert fields["growth"] == pytest.approx(0.3 / 1.4)
+    assert fine.scene.mesh.order == 2
+
+
+def test_a_larynx_in_levels_is_doubled_and_where_it_cannot_be_halved_that_is_known() -> None:
+    scene = larynx(larynx="thesis_coarse")
+    fine = finer(scene)
+    assert fine is not None
+    assert fine.factor == 2
+    assert len(fine.build().cells) == 8 * len(plica.build_mesh(scene.mesh).cells)
+    assert coarser(scene) is None
+
+
+def test_blocks_of_even_divisions_go_up_by_half_and_down_to_half(bar: plica.Scene) -> None:
+    odd = finer(bar)  # 4 x 1 x 1
+    assert odd is not None
+    assert odd.factor == 2
+    assert coarser(bar) is None
+    even = bar.replace({"mesh.divisions": (4, 2, 2)})
+    fine, coarse = finer(even), coarser(even)
+    assert fine is not None
+    assert coarse is not None
+    assert tuple(fine.scene.mesh.divisions) == (6, 3, 3)
+    assert tuple(coarse.scene.mesh.divisions) == (2, 1, 1)
+
+
+def test_another_mesh_of_ones_own_must_be_another_and_all_else_the_same(bar: plica.Scene) -> None:
+    fine = given(bar, bar.replace({"mesh.divisions": (8, 2, 2), "time.step": "50 us"}))
+    assert fine.factor == pytest.approx(2)
+    assert fine.scene.time == bar.time
+    with pytest.raises(plica.InvalidInput, match="tissue differs from that of the run; must be the same"):
+        given(bar, bar.replace({"mesh.divisions": (8, 2, 2), "tissue.body.nu": 0.2}))
+    with pytest.raises(plica.InvalidInput, match=r"its edges are 1 times as long .* by 1\.1 or more"):
+        given(bar, bar)

@@ -1,0 +1,232 @@
+"""The uncertainty of a run: what is computed, kept, said and refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+import plica
+from plica import _engine
+from plica.cli import main
+from plica.phonation.run import store
+from plica.uncertainty import estimate
+from plica.uncertainty.start import widest_opening
+from test_run import StopsAfter
+
+
+@pytest.fixture
+def ringing(bar: plica.Scene, tmp_path: Path) -> Path:
+    """The directory of a finished run of a bar that swings for a while."""
+    scene = bar.replace(
+        {
+            "mesh.divisions": (4, 2, 2),
+            "tissue.body.nu": 0.0,
+            "tissue.body.viscosity": 1.0,
+            "initial.velocity": {"body": (0.1, 0.0, 0.0)},
+            "time.step": "0.2 ms",
+            "time.duration": "44 ms",
+            "output.every": None,
+        }
+    )
+    plica.run(scene, tmp_path / "run", progress=False)
+    return tmp_path / "run"
+
+
+def test_frequency_of_a_rod_holds_that_of_the_continuum(ringing: Path) -> None:
+    found = plica.estimate_uncertainty(ringing, progress=False)
+    frequency = found.measures["fundamental_frequency"]
+    exact = np.sqrt(20e3 / plica.Run.load(ringing).scene.tissue["body"].density) / (4 * 0.01)
+    assert frequency.step is not None
+    assert frequency.mesh is not None
+    assert frequency.numerical is not None
+    assert frequency.numerical == frequency.step.uncertainty + frequency.mesh.uncertainty
+    assert 0 < abs(frequency.value - exact) < frequency.numerical < 0.2 * exact
+    assert set(frequency.step.values) == {"run", "step-2", "step-4"}
+    assert set(frequency.mesh.values) == {"run", "mesh-1.5", "mesh-0.5"}
+    assert found.waveforms["probes.relative_error"].numerical is not None
+    assert "1/2 of the step" in found.source
+    assert "from the start of the scene" in found.source
+
+
+def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert plica.Run.load(ringing).uncertainty is None
+    assert main(["uncertainty", str(ringing), "--mesh", "none"]) == 0
+    said = capsys.readouterr()
+    found = plica.Run.load(ringing).uncertainty
+    assert found is not None
+    assert json.loads((ringing / "uncertainty.json").read_text()) == found.as_json()
+    with (ringing / "uncertainty.csv").open() as file:
+        rows = {row["name"]: row for row in csv.DictReader(file)}
+    item = found.measures["probe_amplitude"]
+    assert float(rows["probe_amplitude"]["numerical"]) == item.numerical
+    assert rows["probe_amplitude"]["mesh_verdict"] == "not estimated"
+    assert rows["probe_amplitude"]["mesh"] == ""
+    assert "the error of the mesh is not estimated: it was not asked for" in said.out
+    assert "2 levels from the start of the scene: about" in said.err
+    assert "440 steps of 100 us" in said.err
+    page = (ringing / "report.html").read_text()
+    assert "numerical uncertainty" in page
+    assert found.source in page
+    assert "error of the mesh not estimated" in page
+    before = page
+    assert main(["report", str(ringing)]) == 0
+    assert (ringing / "report.html").read_text() == before
+
+
+def test_a_run_that_goes_on_has_no_uncertainty_of_the_shorter_one(ringing: Path) -> None:
+    plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    scene = plica.Run.load(ringing).scene.replace({"time.duration": "50 ms"})
+    plica.run(scene, ringing, resume=True, progress=False)
+    assert not (ringing / "uncertainty.json").exists()
+    assert not (ringing / "uncertainty.csv").exists()
+    found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    assert found.steps == 250
+    assert found.levels[0]["steps"] == 500
+
+
+def test_a_call_that_was_stopped_goes_on_and_computes_nothing_twice(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = estimate.run_from
+    calls: list[str] = []
+
+    def stopped(scene: Any, directory: Path, *parts: Any, **options: Any) -> Any:
+        calls.append(directory.name)
+        if len(calls) == 2:
+            raise KeyboardInterrupt("stopped after 3 of 440 steps")
+        return made(scene, directory, *parts, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(estimate, "run_from", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            plica.estimate_uncertainty(ringing, progress=False)
+    first = (ringing / "uncertainty" / "step-2" / "results.h5").read_bytes()
+    found = plica.estimate_uncertainty(ringing, progress=False)
+    assert (ringing / "uncertainty" / "step-2" / "results.h5").read_bytes() == first
+    assert calls[0] == "step-2"
+
+    def refuses(**parts: Any) -> Any:
+        raise AssertionError("a level was computed again")
+
+    monkeypatch.setattr(_engine, "Simulation", refuses)
+    again = plica.estimate_uncertainty(ringing, progress=False)
+    assert again == found
+
+
+def test_ctrl_c_says_how_to_go_on(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(*parts: Any, **options: Any) -> Any:
+        raise KeyboardInterrupt("stopped after 3 of 440 steps")
+
+    monkeypatch.setattr(estimate, "run_from", stopped)
+    assert main(["uncertainty", str(ringing), "--quiet"]) == 130
+    assert "stopped after 3 of 440 steps. The same command goes on from there." in capsys.readouterr().err
+
+
+def test_a_level_without_a_solution_is_left_out_and_said(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(17))
+    found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    assert found.levels == []
+    assert found.source == "No level could be computed: nothing is known of the numerical error."
+    assert "step-2 failed and is left out" in found.remarks[-2]
+    assert found.measures["fundamental_frequency"].numerical is None
+
+
+def test_more_than_the_budget_is_left_out_and_said(ringing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("plica.uncertainty.plan.least_budget", 0.0)
+    found = plica.estimate_uncertainty(ringing, budget=0.0, progress=False)
+    assert [level["name"] for level in found.levels] == ["step-2"]
+    assert any("step / 4 is left out" in remark for remark in found.remarks)
+    assert any(
+        remark.startswith("the error of the mesh is not estimated: allow more") for remark in found.remarks
+    )
+
+
+def test_a_directory_without_a_run_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["uncertainty", str(tmp_path)]) == 2
+    assert "there is no run in it" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_that_did_not_finish_is_refused(ringing: Path) -> None:
+    for status, word in ((store.FAILED, "failed"), (store.INTERRUPTED, "interrupted")):
+        with h5py.File(ringing / "results.h5", "r+") as file:
+            file["progress/status"][()] = status
+        with pytest.raises(
+            plica.InvalidInput, match=rf"its run is {word} after 220 of 220 steps"
+        ):
+            plica.estimate_uncertainty(ringing)
+
+
+def test_a_run_of_another_version_is_refused(ringing: Path) -> None:
+    with h5py.File(ringing / "results.h5", "r+") as file:
+        file.attrs["plica_version"] = "0.0.1"
+    with pytest.raises(plica.InvalidInput, match=r"computed by plica 0\.0\.1; must be .* Run the scene anew"):
+        plica.estimate_uncertainty(ringing)
+
+
+def test_a_budget_that_is_none_is_refused(ringing: Path) -> None:
+    for budget in (-1.0, float("nan")):
+        with pytest.raises(plica.InvalidInput, match="budget = .*; must be >= 0"):
+            plica.estimate_uncertainty(ringing, budget=budget)
+
+
+def test_too_few_cycles_leave_no_frequency_and_a_comparison_of_waveforms(
+    bar: plica.Scene, tmp_path: Path
+) -> None:
+    plica.run(bar, tmp_path / "run", progress=False)
+    found = plica.estimate_uncertainty(tmp_path / "run", mesh="none", progress=False)
+    assert "fundamental_frequency" not in found.measures
+    assert found.waveforms["probes.relative_error"].step is not None
+
+
+def test_collisions_are_compared_too(colliding: plica.Scene, tmp_path: Path) -> None:
+    plica.run(colliding, tmp_path / "run", progress=False)
+    found = plica.estimate_uncertainty(tmp_path / "run", mesh="none", progress=False)
+    duration = found.measures.get("contact_duration")
+    assert duration is None or (duration.numerical or 0) >= colliding.time.step
+    assert found.waveforms["contact_force_first.peak"].numerical is not None
+
+
+def test_a_mesh_file_is_refined_uniformly(tmp_path: Path) -> None:
+    meshio = pytest.importorskip("meshio")
+    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 2.0), divisions=(4, 1, 1))
+    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(tmp_path / "bar.vtu")
+    scene = plica.Scene(
+        plica.MeshFile(
+            file=tmp_path / "bar.vtu",
+            unit="1 mm",
+            surfaces={"left": {"plane": {"point": (0, 0, 0), "normal": (1, 0, 0)}}},
+        ),
+        {"body": plica.Tissue(E="20 kPa", nu=0.3)},
+        time=plica.Stepping(step="0.1 ms", duration="2 ms"),
+        supports=plica.Supports(fixed=["left"]),
+        initial=plica.Initial(velocity={"body": (0.0, 0.0, 0.1)}),
+        output=plica.Output(probes=[("10 mm", 0.0, 0.0)]),
+    )
+    plica.run(scene, tmp_path / "run", progress=False)
+    found = plica.estimate_uncertainty(tmp_path / "run", progress=False)
+    assert found.levels[1]["cells"] == 8 * len(mesh.cells)
+    mesh_part = found.waveforms["probes.relative_error"].mesh
+    assert mesh_part is not None
+    assert mesh_part.verdict == "two levels"
+
+
+def test_the_widest_opening_is_a_state_of_the_run(phonating: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(phonating.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
+    start = widest_opening(run)
+    assert start is not None
+    assert start.time >= run.time[-1]
+    assert start.displacement.shape == start.velocity.shape == run.mesh.points.shape
+    (tmp_path / "run" / "checkpoint-a.h5").unlink()
+    (tmp_path / "run" / "checkpoint-b.h5").unlink()
+    assert widest_opening(run) is None
