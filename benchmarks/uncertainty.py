@@ -72,7 +72,16 @@ class Column:
         """m, m/s at x = L."""
         q, v, k = self.coordinates(time)
         signs = np.sin(k * LENGTH)
-        return q @ signs, v @ signs
+        return q @ signs + self.beyond(time)[0], v @ signs
+
+    def beyond(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """m and J: what the modes that are not summed add; they follow the pull at once."""
+        k = (np.arange(MODES) + 0.5) * np.pi / LENGTH
+        follows = np.cos(2 * np.pi * self.frequency * time)
+        most = self.pull / self.modulus
+        end = most * (LENGTH - (2 / (LENGTH * k**2)).sum())
+        energy = 0.5 * most**2 * self.modulus * WIDTH**2 * (LENGTH - (2 / (LENGTH * k**2)).sum())
+        return end * follows, energy * follows**2
 
     def energies(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """J, kinetic and elastic."""
@@ -80,7 +89,7 @@ class Column:
         volume = LENGTH * WIDTH**2
         return (
             0.25 * RHO * volume * (v**2).sum(axis=1),
-            0.25 * self.modulus * volume * ((k * q) ** 2).sum(axis=1),
+            0.25 * self.modulus * volume * ((k * q) ** 2).sum(axis=1) + self.beyond(time)[1],
         )
 
 

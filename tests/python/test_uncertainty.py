@@ -161,9 +161,7 @@ def test_a_run_that_did_not_finish_is_refused(ringing: Path) -> None:
     for status, word in ((store.FAILED, "failed"), (store.INTERRUPTED, "interrupted")):
         with h5py.File(ringing / "results.h5", "r+") as file:
             file["progress/status"][()] = status
-        with pytest.raises(
-            plica.InvalidInput, match=rf"its run is {word} after 220 of 220 steps"
-        ):
+        with pytest.raises(plica.InvalidInput, match=f"its run is {word} after 220"):
             plica.estimate_uncertainty(ringing)
 
 

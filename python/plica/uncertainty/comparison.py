@@ -33,10 +33,25 @@ class Computed:
     found: Sampled
 
 
-def compared_measures(run: Run, own: Sampled, levels: Sequence[Computed]) -> dict[str, Uncertain]:
-    """Every measure that the run and a level have."""
+def compared_measures(
+    run: Run, own: Sampled, late: Sampled, levels: Sequence[Computed]
+) -> dict[str, Uncertain]:
+    """Every measure that the run and a level have.
+
+    Parameters
+    ----------
+    run : Run
+    own : Sampled
+        What is said of the run.
+    late : Sampled
+        What levels are compared with: of the run's cycles those that are as late as theirs.
+    levels : sequence of Computed
+    """
     found = {}
     for name, sample in own.samples.items():
+        if name not in late.samples:
+            continue
+        compared = late.samples[name]
         values = {
             one.level.name: (one, one.found.samples[name]) for one in levels if name in one.found.samples
         }
@@ -44,12 +59,12 @@ def compared_measures(run: Run, own: Sampled, levels: Sequence[Computed]) -> dic
         for kind in _KINDS:
             others = {
                 key: Level(
-                    _size(one.run, kind), _near(item.value, sample.value, item.measure.unit), item.scatter
+                    _size(one.run, kind), _near(item.value, compared.value, item.measure.unit), item.scatter
                 )
                 for key, (one, item) in values.items()
                 if one.level.kind == kind
             }
-            base = Level(_size(run, kind), sample.value, sample.scatter)
+            base = Level(_size(run, kind), compared.value, compared.scatter)
             floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
             parts[kind] = _refinement(run.scene, kind, base, others, floor=floor)
         item = sample.measure

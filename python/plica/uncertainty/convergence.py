@@ -1,25 +1,32 @@
 """From the same quantity on several levels of refinement to its numerical uncertainty.
 
 A level is a step, or an edge of a mesh, and what was found with it: a number, or a waveform. What is wanted
-is a bound on how far the run, one of the levels, is from the limit. It is, by the triangle inequality,
+is a bound on how far the run, one of the levels, is from the limit. With D = |v_run - v_finest| and what is
+estimated to be left beyond the finest level, R = |v_finer - v_finest| / (r^p - 1), r = h_finer / h_finest,
+it is
 
-    U = |v_run - v_finest| + F R,    R = |v_finer - v_finest| / (r^p - 1),    r = h_finer / h_finest
+    U = max(1.25 (D + R), D + F R)
 
-the distance to the finest level and the grid convergence index of that one (Roache, J. Fluids Eng. 116,
-1994), F R, with factor and order after Oberkampf and Roy (Verification and Validation in Scientific
-Computing, 2010, Sec. 8.7):
+1.25 times the estimated error of the run (the grid convergence index: Roache, J. Fluids Eng. 116, 1994; ASME
+V&V 20-2009), and not less than the distance to the finest level and the index of that one. Factor and order
+are those of Oberkampf and Roy (Verification and Validation in Scientific Computing, 2010, Sec. 8.7):
 
 - three levels that converge with an observed order within a tenth of theory's: F = 1.25, p is theory's.
 - three levels that converge monotonically with another order: F = 3 and p is the observed one, not below 1/2
-  and not above theory's. Where it is above, the coarser two levels have their say too: two errors that happen
-  to be alike look as if they were gone.
+  and not above theory's. Where it is above, U is not less than D and what the coarser two levels say is left
+  at theory's order: two errors that happen to be alike look as if they were gone.
 - two levels: F = 3 with the order that the method surely has.
 - three levels whose differences do not fall are not in the asymptotic range: U is three times the largest
   difference of any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014).
 
-Where the values are means over cycles, a difference that is within their statistical error tells nothing of
-an order: two levels are taken, and the statistical error of the difference is added to it, root of the sum
-of squares. So an uncertainty is never less than what the cycles let one see.
+Values that are means over cycles have a statistical error, and a difference d within that of the difference,
+n, tells nothing of an order; it is at most sqrt(d^2 + n^2), which takes its place:
+
+- the finer two levels are alike, the coarser two are not: as above, F = 3.
+- no two are apart: U is 1.25 times the error by the coarsest and the finest level with the order that is
+  sure.
+
+So an uncertainty is never less than what the cycles let one see.
 """
 
 from __future__ import annotations
@@ -104,32 +111,46 @@ def converge(run: Level, others: Sequence[Level], least: float, highest: float) 
         The highest that theory allows it.
     """
     levels = sorted((run, *others), key=lambda level: -level.size)
-    noise = max(_noise(a, b) for a, b in combinations(levels, 2))
-    extent = max(_distance(a, b) for a, b in combinations(levels, 2))
-    if extent == 0 and noise == 0:
+    pairs = list(combinations(levels, 2))
+    extent = max(_distance(a, b) for a, b in pairs)
+    if extent == 0 and not any(_noise(a, b) for a, b in pairs):
         return Convergence(0.0, None, "unchanged")
     if len(levels) == 2:
-        verdict: Verdict = "scatter" if extent <= noise else "two levels"
-        return Convergence(_by_two(run, others[0], least), None, verdict)
+        left = _most(*levels) / ((levels[0].size / levels[1].size) ** least - 1)
+        verdict: Verdict = "two levels" if _resolved(*levels) else "scatter"
+        return Convergence(_bound(run, levels[-1], left, cautious), None, verdict)
     coarse, fine, finest = levels
-    if _distance(coarse, fine) <= _noise(coarse, fine) or _distance(fine, finest) <= _noise(fine, finest):
-        nearest = finest if run is not finest else fine
-        return Convergence(_by_two(run, nearest, least), None, "scatter")
-    order = observed_order(coarse, fine, finest)
-    if order is None or order < falls:
-        return Convergence(float(np.hypot(cautious * extent, noise)), order, "no convergence")
-    agreed = abs(order - highest) <= agrees * highest
+    if not _resolved(coarse, fine) and not _resolved(fine, finest):
+        share = run.size**least / (coarse.size**least - finest.size**least)
+        return Convergence(confirmed * _most(coarse, finest) * share, None, "scatter")
+    order = observed_order(coarse, fine, finest) if _resolved(fine, finest) else _least_order(*levels)
+    if order is None or order < falls or not _resolved(coarse, fine):
+        return Convergence(cautious * extent, order, "no convergence")
+    resolved = _resolved(fine, finest)
+    agreed = resolved and abs(order - highest) <= agrees * highest
     used = highest if agreed else min(max(order, least_order), highest)
-    left = _distance(fine, finest) / ((fine.size / finest.size) ** used - 1)
-    if order > highest:
+    left = _most(fine, finest) / ((fine.size / finest.size) ** used - 1)
+    bound = _bound(run, finest, left, confirmed if agreed else cautious)
+    if order > highest and not agreed:
         spread = (coarse.size / finest.size) ** used - (fine.size / finest.size) ** used
-        left = max(left, _distance(coarse, fine) / spread)
-    factor = confirmed if agreed else cautious
-    bound = float(np.hypot(_distance(run, finest) + factor * left, _noise(run, finest)))
+        bound = max(bound, _bound(run, finest, _distance(coarse, fine) / spread, 1.0, 1.0))
+    if not resolved:
+        return Convergence(bound, None, "scatter")
     limit = None
     if run.values.size == 1:
         limit = float(finest.values[0] + np.sign(finest.values[0] - fine.values[0]) * left)
     return Convergence(bound, order, "asymptotic" if agreed else "monotone", limit)
+
+
+def _bound(run: Level, finest: Level, left: float, factor: float, least: float = confirmed) -> float:
+    """U of a run from what is left beyond the finest level; the run may be that level itself."""
+    apart = 0.0 if run is finest else _most(run, finest)
+    return max(least * (apart + left), apart + factor * left)
+
+
+def _least_order(coarse: Level, fine: Level, finest: Level) -> float:
+    """The least order that the scatter of the finer two levels allows."""
+    return _order(coarse, fine, finest, _distance(coarse, fine) / _most(fine, finest))
 
 
 def observed_order(coarse: Level, fine: Level, finest: Level) -> float | None:
@@ -140,20 +161,17 @@ def observed_order(coarse: Level, fine: Level, finest: Level) -> float | None:
     first, second = coarse.values - fine.values, fine.values - finest.values
     if not float(first @ second) > 0:
         return None
-    ratio = float(np.linalg.norm(first) / np.linalg.norm(second))
+    return _order(coarse, fine, finest, float(np.linalg.norm(first) / np.linalg.norm(second)))
+
+
+def _order(coarse: Level, fine: Level, finest: Level, ratio: float) -> float:
+    """p at which (h_coarse^p - h_fine^p) / (h_fine^p - h_finest^p) is this ratio of the differences."""
     h0, h1 = coarse.size / finest.size, fine.size / finest.size
     low, high = -10.0, 20.0
-    for _ in range(60):  # (h0^p - h1^p) / (h1^p - 1) grows with p
+    for _ in range(60):  # it grows with p
         p = 0.5 * (low + high) or 1e-12
         low, high = (p, high) if (h0**p - h1**p) / (h1**p - 1) < ratio else (low, p)
     return 0.5 * (low + high)
-
-
-def _by_two(run: Level, other: Level, order: float) -> float:
-    apart = float(np.hypot(_distance(run, other), _noise(run, other)))
-    ratio = float((max(run.size, other.size) / min(run.size, other.size)) ** order)
-    index = cautious * apart / (ratio - 1)
-    return apart + index if other.size < run.size else index
 
 
 def _distance(a: Level, b: Level) -> float:
@@ -162,3 +180,12 @@ def _distance(a: Level, b: Level) -> float:
 
 def _noise(a: Level, b: Level) -> float:
     return float(np.hypot(a.scatter, b.scatter))
+
+
+def _most(a: Level, b: Level) -> float:
+    """The difference, at most."""
+    return float(np.hypot(_distance(a, b), _noise(a, b)))
+
+
+def _resolved(a: Level, b: Level) -> bool:
+    return _distance(a, b) > _noise(a, b)

@@ -181,17 +181,26 @@ def _continued(level: PlannedLevel, folder: Path, fields: tuple[Any, Any], *, sh
 def _compared(
     run: Run, own: Sampled, start: Start | None, levels: list[Computed], remarks: list[str]
 ) -> Uncertainty:
+    late = own
     if start is not None:
         own = sampled(run, of_cycles=True)
+        late = _late(run, own)
     return Uncertainty(
         steps=run.steps,
         source=sentence(levels, run, start),
         levels=[_described(one) for one in levels],
-        measures=compared_measures(run, own, levels),
+        measures=compared_measures(run, own, late, levels),
         waveforms={} if start is not None else compared_waveforms(run, levels),
         remarks=[*remarks, *_displaced_probes(run, levels)] if start is None else remarks,
         plica=run.versions["plica"],
     )
+
+
+def _late(run: Run, own: Sampled) -> Sampled:
+    """The run without the first of its settled cycles, where enough are left: it settles ever more slowly."""
+    first = min(transient, own.cycles.count - fewest_cycles)
+    found = sampled(run.between(float(own.cycles.starts[first]), None), of_cycles=True)
+    return found if found.cycles.settled else own
 
 
 def _described(one: Computed) -> dict[str, Any]:

@@ -21,8 +21,8 @@ __all__ = ["Sample", "Sampled", "Wave", "sampled", "waves"]
 
 Floats = NDArray[np.float64]
 
-_BLOCK = 4  # cycles; neighbours are not independent: those of a period-doubled orbit alternate
-_FEWEST_BLOCKS = 3
+_BLOCK = 2  # cycles at least: neighbours are not independent, those of a period-doubled orbit alternate
+_FEWEST_BLOCKS = 4
 _WAVES = ("probes", "minimum_area", "flow", "contact_force_first", "kinetic_energy", "elastic_energy")
 _AT_THE_LOAD = ("minimum_area", "flow")  # belong to t_{n+1+alpha}
 _NO_MODEL = frozenset(
@@ -87,7 +87,8 @@ def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
     """Student's interval of the means of blocks of cycles (batch means), or of single cycles if few."""
     from scipy import special
 
-    size = _BLOCK if cycles.count >= _BLOCK * _FEWEST_BLOCKS else 1
+    size = max(_BLOCK, cycles.pattern)
+    size = size if cycles.count >= size * _FEWEST_BLOCKS else 1
     count = cycles.count // size
     ends = [cycles.starts[cycles.count - size * (k + 1) : cycles.count - size * k + 1] for k in range(count)]
     blocks = [measure(run, Cycles(starts, verdict=cycles.verdict)) for starts in ends]
