@@ -216,7 +216,7 @@ class Case:
 def cases() -> Iterator[tuple[str, str, Case]]:
     kinds: dict[str, tuple[int, Column, tuple[int, ...]]] = {
         "rod": (0, Column(E, 1.0, speed=SPEED), (8, 16)),
-        "shear": (1, Column(E / 2, 0.5, speed=SPEED), (8, 16)),
+        "shear": (1, Column(E / 2, 0.5, speed=SPEED), (8,)),
         "pulled": (0, Column(E, 1.0, pull=PULL), (8,)),
         "driven": (0, Column(E, 3.0, pull=PULL, frequency=80.0), (8,)),
     }

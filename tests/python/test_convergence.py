@@ -76,10 +76,8 @@ def test_levels_that_scatter_no_more_than_the_finest_two_are_apart_bound_what_is
     found = converge(made[0], made[1:], 1.0, 2.0)
     assert found.verdict == "scatter"
     noise = np.hypot(0.05, 0.05)
-    left = max(np.hypot(0.01, noise) / 3, 0.96 / (16 - 4))
-    assert found.uncertainty == pytest.approx(
-        max(1.25 * (np.hypot(0.97, noise) + left), 0.97 + 3 * left), rel=0.01
-    )
+    left = np.hypot(0.01, noise) / 3
+    assert found.uncertainty == pytest.approx(1.25 * (np.hypot(0.97, noise) + left))
 
 
 def test_no_difference_at_all_is_unchanged_and_not_converged() -> None:

@@ -29,6 +29,7 @@ _MAY_IMPORT = {
     "plica.view": _BASE,
     "plica.film": _BASE | _VIEW | {"plica.storage"},
     "plica.larynx_fit": _BASE | _VIEW | _SHARED | _SCENE | {"plica.film", "plica.video"},
+    "plica.uncertainty": _BASE | _SHARED | _SCENE | _MEASURED | {"plica.phonation.run"},
     "plica.identify": _BASE | _VIEW | _SHARED | _SCENE | {"plica.phonation.run", "plica.video"},
 }
 

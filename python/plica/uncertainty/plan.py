@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plica import _engine
+from plica.errors import InvalidInput
 from plica.measures.cycles import Cycles
 from plica.phonation.run.build import build_simulation, fixed_components
 from plica.phonation.run.results import Run
@@ -106,7 +107,11 @@ def made_plan(
     remarks: list[str] = []
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
-        cost, note = _cost(level, run, start, own, left)
+        try:
+            cost, note = _cost(level, run, start, own, left)
+        except InvalidInput as error:
+            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
+            continue
         if cost > left and not (level.kind == "step" and not chosen):
             remarks.append(
                 f"{_what(level)} is left out: {note}, of {clock(left)} that are left of the budget"

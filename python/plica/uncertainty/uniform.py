@@ -40,6 +40,11 @@ def refined(mesh: Any) -> _engine.TetMesh:
     ----------
     mesh : TetMesh
         Of linear or quadratic tetrahedra.
+
+    Raises
+    ------
+    InvalidInput
+        Of a quadratic cell so curved that not all of the eight are good ones.
     """
     parent = mesh if np.asarray(mesh.cells).shape[1] == 10 else _engine.to_quadratic(mesh)
     cells = np.asarray(parent.cells)
@@ -55,10 +60,16 @@ def refined(mesh: Any) -> _engine.TetMesh:
         },
         node_sets={name: np.asarray(nodes) for name, nodes in parent.node_sets.items()},
     )
-    if parent is not mesh:
-        return linear
+    if parent is mesh:
+        linear = _on_the_map(linear, parent)
+    _engine.check_mesh(linear)
+    return linear
+
+
+def _on_the_map(linear: _engine.TetMesh, parent: Any) -> _engine.TetMesh:
+    """Quadratic cells, the middles of their sides where the map of the parent has them."""
     fine = _engine.to_quadratic(linear)
-    points = np.array(fine.points)
+    cells, points = np.asarray(parent.cells), np.array(fine.points)
     corners = np.eye(4)
     nodes = np.vstack([corners, *(0.5 * (corners[[a]] + corners[[b]]) for a, b in SIDES)])  # in the parent
     for number, child in enumerate(_CHILDREN):
@@ -67,12 +78,5 @@ def refined(mesh: Any) -> _engine.TetMesh:
         points[of_child] = np.einsum(
             "ka,mai->mki", shape_functions(middles), np.asarray(parent.points)[cells]
         )
-    return _engine.TetMesh(
-        points=points,
-        cells=np.asarray(fine.cells),
-        cell_layer=np.asarray(fine.cell_layer),
-        cell_side=np.asarray(fine.cell_side),
-        layer_names=list(fine.layer_names),
-        surfaces=dict(fine.surfaces),
-        node_sets=dict(fine.node_sets),
-    )
+    names = ("cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
+    return _engine.TetMesh(points=points, **{name: getattr(fine, name) for name in names})
