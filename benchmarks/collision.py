@@ -22,56 +22,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 import plica
 from plica.measures.catalogue import contact_share, pressure_window
 from plica.phonation.measures.contact import collisions, moving_average
-from plica.phonation.run import checkpoint
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
+from plica.uncertainty import start
+from plica.uncertainty.transfer import taken_over
 
 MESHES = ("coarse", "demo", "fine")
 LENGTH = 3.2e-3  # s from the widest opening: past the end of the collision
-SIDES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))  # of a tetrahedron, VTK's order
 
 
 def widest_opening(directory: Path) -> tuple[Any, Any, np.ndarray, np.ndarray]:
     """Scene, mesh, displacement and velocity (n, 3) at the widest opening after the newest checkpoint."""
-    scene = plica.Run.load(directory).scene
-    mesh = build_mesh(scene.mesh)
-    simulation = build_simulation(scene, mesh)
-    held = checkpoint.newest(directory)
-    if held is None:
-        raise RuntimeError(f"{directory}: no checkpoint.")
-    simulation.restore(dict(held.state))
-    area = -1.0
-    while True:
-        before = simulation.displacement, simulation.velocity
-        wave = simulation.advance(1)
-        if wave["contact_rows"][-1] == 0 and 0 < wave["minimum_area"][-1] < area:
-            return scene, mesh, *before
-        area = float(wave["minimum_area"][-1])
-
-
-def shape_functions(weights: np.ndarray) -> np.ndarray:
-    """(k, 10) of the quadratic tetrahedron at barycentric coordinates (k, 4)."""
-    corners = weights * (2 * weights - 1)
-    return np.hstack([corners, *(4 * weights[:, [i]] * weights[:, [j]] for i, j in SIDES)])
-
-
-def taken_over(mesh: Any, fields: list[np.ndarray], points: np.ndarray) -> list[np.ndarray]:
-    """Nodal fields (n, 3) of a quadratic mesh at points (k, 3), in the cell that each is in or nearest to."""
-    cells, nodes = np.asarray(mesh.cells), np.asarray(mesh.points)
-    corners = nodes[cells[:, :4]]
-    edges = np.linalg.inv((corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1))
-    _, near = cKDTree(corners.mean(axis=1)).query(points, k=min(60, len(cells)))
-    local = np.einsum("knij,knj->kni", edges[near], points[:, None] - corners[near, 0])
-    weights = np.concatenate([1 - local.sum(axis=2, keepdims=True), local], axis=2)
-    best = weights.min(axis=2).argmax(axis=1)
-    rows = np.arange(len(points))
-    shape = shape_functions(np.clip(weights[rows, best], -0.2, 1.2))
-    return [np.einsum("ka,kai->ki", shape, field[cells[near[rows, best]]]) for field in fields]
+    run = plica.Run.load(directory)
+    found = start.widest_opening(run)
+    if found is None:
+        raise RuntimeError(f"{directory}: no checkpoint, or no opening after it.")
+    return run.scene, build_mesh(run.scene.mesh), found.displacement, found.velocity
 
 
 def run(

@@ -33,6 +33,7 @@ from plica import _engine as engine
 from plica.measures.cycles import Cycles
 from plica.phonation.measures.measure import measure, steady_cycles
 from plica.phonation.run.build import fixed_components
+from plica.uncertainty.convergence import Level, observed_order
 
 # Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
 QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
@@ -206,18 +207,6 @@ def level(case: Case, kind: str) -> float:
     return case.run.scene.time.step if kind == "step" else case.unknowns ** (-1 / 3)
 
 
-def observed_order(h: list[float], values: list[float]) -> float | None:
-    """p of v(h) = v0 + c h^p through three levels, coarse to fine; None where they are not monotone."""
-    ratio = (values[0] - values[1]) / (values[1] - values[2]) if values[1] != values[2] else 0.0
-    if ratio <= 0:
-        return None
-    low, high = -10.0, 20.0
-    for _ in range(200):  # (h0^p - h1^p) / (h1^p - h2^p) grows with p
-        p = 0.5 * (low + high) or 1e-9
-        low, high = (p, high) if (h[0] ** p - h[1] ** p) / (h[1] ** p - h[2] ** p) < ratio else (low, p)
-    return 0.5 * (low + high)
-
-
 def verdict(change: float, doubt: float, limit: float | None) -> str:
     if limit is None:
         return ""
@@ -252,7 +241,7 @@ def show_differences(family: list[Case], kind: str) -> None:
         order, exact = "", ""
         if len(known) >= 3:
             h = [level(case, kind) for case in family[-3:]]
-            p = observed_order(h, known[-3:])
+            p = observed_order(*map(Level, h, known[-3:]))
             order = "not monotone" if p is None else f"{p:.2f}"
             if p is not None and p > 0:
                 rest = (known[-1] - known[-2]) * h[-1] ** p / (h[-2] ** p - h[-1] ** p)

@@ -42,7 +42,7 @@ def test_two_levels_hold_the_limit_of_any_order_that_is_sure(order: float, run: 
     assert abs(float(made[run].values[0]) - LIMIT) <= found.uncertainty
 
 
-@pytest.mark.parametrize("values", [(1.0, 1.1, 1.0), (1.0, 1.1, 1.3), (1.0, 1.1, 1.2)])
+@pytest.mark.parametrize("values", [(1.0, 1.1, 1.0), (1.0, 1.1, 1.3), (1.0, 1.1, 1.2), (1.0, 2.0, 2.0)])
 def test_differences_that_do_not_fall_are_said_to_be_no_convergence(values: tuple[float, ...]) -> None:
     made = [Level(size, value) for size, value in zip((1.0, 0.5, 0.25), values, strict=True)]
     found = converge(made[0], made[1:], 1.0, 2.0)

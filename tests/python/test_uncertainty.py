@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import plica
+from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import _engine
 from plica.cli import main
 from plica.phonation.run import store
@@ -229,3 +230,48 @@ def test_the_widest_opening_is_a_state_of_the_run(phonating: plica.Scene, tmp_pa
     (tmp_path / "run" / "checkpoint-a.h5").unlink()
     (tmp_path / "run" / "checkpoint-b.h5").unlink()
     assert widest_opening(run) is None
+
+
+@pytest.fixture(scope="module")
+def voice(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The directory of a voice of a very coarse larynx that has settled."""
+    scene = plica.Scene(
+        plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
+        {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
+        time=plica.Stepping(step="0.1 ms", duration="0.15 s"),
+        airflow=plica.Airflow(subglottal_pressure="1.5 kPa"),
+        contact=plica.Multipliers(),
+        initial=plica.Initial(opening_velocity=0.1),
+        output=plica.Output(checkpoint_every="50 ms"),
+    )
+    directory = tmp_path_factory.mktemp("voice") / "run"
+    plica.run(scene, directory, progress=False)
+    return directory
+
+
+def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
+    found = plica.estimate_uncertainty(voice, mesh="none", progress=False)
+    run = plica.Run.load(voice)
+    frequency = found.measures["fundamental_frequency"]
+    assert frequency.value == run.measures["fundamental_frequency"]["value"]
+    assert frequency.step is not None
+    assert set(frequency.step.values) == {"run", "step-2", "step-4"}
+    assert found.waveforms == {}
+    assert "from the settled voice at 150" in found.source
+    assert "kinetic_energy" not in found.measures  # of the end of the run alone
+    assert all(level["steps"] < 2 * run.steps for level in found.levels)
+    from_rest = plica.run(run.scene.replace({"time.step": "50 us"}), voice / "half", progress=False)
+    assert frequency.step.values["step-2"] == pytest.approx(
+        from_rest.measures["fundamental_frequency"]["value"], rel=5e-3
+    )
+
+
+def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
+    first = plica.estimate_uncertainty(voice, mesh="none", progress=False)
+    for slot in voice.glob("checkpoint-*.h5"):
+        slot.unlink()  # the state is kept with the levels
+    (voice / "uncertainty" / "step-4" / "results.h5").unlink()
+    for left in (voice / "uncertainty" / "step-4").iterdir():
+        left.unlink()
+    again = plica.estimate_uncertainty(voice, mesh="none", progress=False)
+    assert again.measures == first.measures

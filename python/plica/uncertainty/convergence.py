@@ -188,4 +188,6 @@ def _most(a: Level, b: Level) -> float:
 
 
 def _resolved(a: Level, b: Level) -> bool:
-    return _distance(a, b) > _noise(a, b)
+    """Whether a difference is beyond the scatter; where nothing scatters, any is what it is."""
+    noise = _noise(a, b)
+    return noise == 0 or _distance(a, b) > noise
