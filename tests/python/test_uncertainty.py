@@ -219,6 +219,10 @@ def test_a_mesh_file_is_refined_uniformly(tmp_path: Path) -> None:
     mesh_part = found.waveforms["probes.relative_error"].mesh
     assert mesh_part is not None
     assert mesh_part.verdict == "two levels"
+    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 3.0), divisions=(4, 1, 1))
+    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(tmp_path / "bar.vtu")
+    with pytest.raises(plica.SceneError, match="its points are not those of the run"):
+        plica.estimate_uncertainty(tmp_path / "run", progress=False)
 
 
 def test_the_widest_opening_is_a_state_of_the_run(phonating: plica.Scene, tmp_path: Path) -> None:
@@ -270,8 +274,7 @@ def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> 
     first = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     for slot in voice.glob("checkpoint-*.h5"):
         slot.unlink()  # the state is kept with the levels
-    (voice / "uncertainty" / "step-4" / "results.h5").unlink()
-    for left in (voice / "uncertainty" / "step-4").iterdir():
+    for left in (voice / "uncertainty" / "orbit-step-4").iterdir():
         left.unlink()
     again = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     assert again.measures == first.measures

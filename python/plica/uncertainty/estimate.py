@@ -12,8 +12,10 @@ from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.measures.uncertainty import JSON_FILE, Uncertainty, write_uncertainty
 from plica.phonation.run.build import probe_nodes
+from plica.phonation.run.continuation import require_mesh
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run_from
+from plica.phonation.scene.mesh_parts import MeshFile
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
@@ -113,6 +115,8 @@ def _finished(directory: Path) -> Run:
             f"{directory}: its run was computed by plica {run.versions['plica']}; must be {version}, this "
             "one, or differences between versions would count as errors of the step. Run the scene anew."
         )
+    if isinstance(run.scene.mesh, MeshFile):  # which may be another by now
+        require_mesh(directory, run.scene, build_mesh(run.scene.mesh, run.scene.source))
     return run
 
 
@@ -155,7 +159,8 @@ def _run_level(
     level: PlannedLevel, run: Run, own: Sampled, start: Start | None, folder: Path, *, shown: bool
 ) -> Computed:
     fields = fields_of(level, run, start)
-    made = _continued(level, folder, fields, shown=shown)
+    directory = folder / (level.name if start is None else f"orbit-{level.name}")
+    made = _continued(level, directory, fields, shown=shown)
     if start is None:
         return Computed(level, made, sampled(made, of_cycles=False))
     period = float(own.cycles.periods.mean())
@@ -164,13 +169,12 @@ def _run_level(
         if found.cycles.settled:
             break
         level = lengthened(level, made.steps, own.cycles)
-        made = _continued(level, folder, fields, shown=shown)
+        made = _continued(level, directory, fields, shown=shown)
     return Computed(level, made, found)
 
 
-def _continued(level: PlannedLevel, folder: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
+def _continued(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
     """The level's run, as long as it asks for or as it is already."""
-    directory = folder / level.name
     scene = level.scene
     if (directory / "results.h5").is_file():
         longest = max(Run.load(directory).steps_asked, scene.time.steps)

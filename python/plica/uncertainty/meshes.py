@@ -24,6 +24,8 @@ class OtherMesh:
 
     Attributes
     ----------
+    name : str
+        Of its level.
     factor : float
         How many times as short the edges are meant to be; below 1 they are longer.
     scene : Scene
@@ -32,6 +34,7 @@ class OtherMesh:
         Builds it.
     """
 
+    name: str
     factor: float
     scene: Scene
     build: Callable[[], _engine.TetMesh]
@@ -41,7 +44,7 @@ def finer(scene: Scene) -> OtherMesh | None:
     """The least refinement of the scene's mesh that keeps its shape, by 1.25 or more."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
-        return OtherMesh(2.0, scene, lambda: refined(build_mesh(mesh, scene.source)))
+        return OtherMesh("mesh-2", 2.0, scene, lambda: refined(build_mesh(mesh, scene.source)))
     if isinstance(mesh, Larynx):
         return _larynx(scene, mesh, 1.25)
     return _divided(scene, 1.5 if _halvable(mesh) else 2.0)
@@ -74,7 +77,7 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
             f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be "
             "shorter or longer by 1.1 or more, or the difference says nothing."
         )
-    return OtherMesh(ratio, replaced, lambda: built)
+    return OtherMesh(f"mesh-{replaced.digest()[:8]}", ratio, replaced, lambda: built)
 
 
 def _larynx(scene: Scene, larynx: Larynx, factor: float) -> OtherMesh | None:
@@ -130,4 +133,4 @@ def _changed(scene: Scene, factor: float, changes: dict[str, Any]) -> OtherMesh 
         other = scene.replace(changes)
     except SceneError:
         return None  # beyond what a mesh of that kind can have
-    return OtherMesh(factor, other, lambda: build_mesh(other.mesh, scene.source))
+    return OtherMesh(f"mesh-{factor:.3g}", factor, other, lambda: build_mesh(other.mesh, scene.source))

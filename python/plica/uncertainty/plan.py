@@ -96,7 +96,8 @@ def made_plan(
     What was chosen is kept in the folder, so that a second call with the same options goes on with it.
     """
     candidates = _candidates(run, cycles, start, other)
-    options = {"budget": budget, "other": sorted(candidates), "from_rest": start is None}
+    names = sorted(candidates)
+    options = {"budget": budget, "levels": names, "in_orbit": start is not None, "steps": run.steps}
     path = folder / "plan.json"
     kept = _kept(path, options, candidates)
     if kept is not None:
@@ -138,7 +139,7 @@ def _candidates(
     made = (finer(scene), coarser(scene)) if other == "auto" else ()
     meshes = made if isinstance(other, str) else (other,)
     found += [
-        PlannedLevel(f"mesh-{one.factor:.3g}", "mesh", one.factor, _scene(one.scene, steps, 1), one)
+        PlannedLevel(one.name, "mesh", one.factor, _scene(one.scene, steps, 1), one)
         for one in meshes
         if one is not None
     ]
@@ -217,9 +218,7 @@ def _kept(path: Path, options: Mapping[str, Any], candidates: Mapping[str, Plann
 def _what(level: PlannedLevel) -> str:
     if level.kind == "step":
         return f"step / {level.factor:g}"
-    return f"a mesh with edges {'a' if level.factor > 1 else ''} {level.factor:.3g} times as short".replace(
-        "  ", " "
-    )
+    return f"a mesh with edges {1 / level.factor:.2g} times as long"
 
 
 def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel]) -> str:
