@@ -78,15 +78,17 @@ class Uncertain:
         return sum(parts) if parts else None
 
     @property
+    def alone(self) -> str:
+        """``step alone`` where only that is estimated, ``mesh alone`` likewise; else nothing."""
+        known = [name for name, part in (("step", self.step), ("mesh", self.mesh)) if part is not None]
+        return f"{known[0]} alone" if len(known) == 1 else ""
+
+    @property
     def doubts(self) -> tuple[str, ...]:
         """What speaks against the uncertainty, as text."""
-        found = []
-        for what, part in (("step", self.step), ("mesh", self.mesh)):
-            if part is None:
-                found.append(f"error of the {what} not estimated")
-            elif part.verdict == "no convergence":
-                found.append(f"not in the asymptotic range of the {what}: differences do not fall")
-        return tuple(found)
+        parts = (("step", self.step), ("mesh", self.mesh))
+        found = [name for name, part in parts if part is not None and part.verdict == "no convergence"]
+        return (f"not in the asymptotic range of {' and '.join(found)}",) if found else ()
 
     def as_json(self) -> dict[str, Any]:
         """The entry of uncertainty.json."""

@@ -37,6 +37,7 @@ class Row:
     cautions: tuple[str, ...]
     note: str
     numerical: str = ""
+    alone: str = ""
     doubts: tuple[str, ...] = ()
 
 
@@ -107,6 +108,7 @@ def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
         cautions=item.cautions,
         note="; ".join(filter(None, (item.note, item.quantity.meaning))),
         numerical="" if half is None else number(factor * half, 2),
+        alone="" if uncertain is None else uncertain.alone,
         doubts=() if uncertain is None else uncertain.doubts,
     )
 
