@@ -75,11 +75,11 @@ Computes SCENE and stores the results in DIR as they come:
 
 examples:
   plica run scene.toml -o runs/one
-  plica run scene.toml -o runs/one --uncertainty  then also how far its numbers are from those of finer
-                                                steps and meshes (plica uncertainty --help); takes five times
-                                                as long
   plica run scene.toml -o runs/one --resume     continue after Ctrl-C, a kill or a power failure;
                                                 the results are those of a run without a stop
+  plica run scene.toml -o runs/one --uncertainty
+                                                then say how far its numbers are from those of finer steps
+                                                and meshes (plica uncertainty --help); five times as long
 
 A run that has come to its end before its voice settled is continued in the same way: give SCENE a longer
 duration (and change nothing else), then --resume. The results are those of a run that had it from the start.

@@ -17,21 +17,21 @@ coarser mesh and with a quarter of the step: a settled voice from its own orbit,
 anything else from its start. What that costs is said before it begins. Then it writes, beside measures.json,
 
   uncertainty.json   {source, remarks, levels, measures: {name: {value, unit, numerical, step, mesh,
-  statistical,
-                     spread, cycles}}, waveforms}; step and mesh: {uncertainty, verdict, order, extrapolated,
-                     values}
+                     statistical, spread, cycles}}, waveforms: likewise}; step and mesh are
+                     {uncertainty, verdict, order, extrapolated, values}
   uncertainty.csv    a row a measure, in SI
   report.html        anew, with value +- uncertainty
 
 "numerical" is the sum of the uncertainties by step and by mesh, bounds meant to hold in 95 of 100 cases;
-"statistical", of the mean over the cycles that were measured, is no part of it. The table says how each was
-found:
+"statistical", of the mean over the cycles that were measured, is no part of it. The table says of both parts
+how they were found:
 
-  order 2.0        three levels converge with that order
-  two levels       the order is taken from theory, with a factor of safety of 3
-  scatter          levels differ by less than cycles do: the bound is what the cycles let one see
-  no convergence   differences do not fall: not in the asymptotic range, three times the largest difference
-  unchanged        no difference at all
+  order 2.0          three levels converge with that order, which is theory's
+  monotone, 1.4      they converge with that order, which is not: a factor of safety of 3
+  two levels         the order is taken from theory, with that factor
+  scatter            levels differ by less than cycles do: the bound is what the cycles let one see
+  no convergence     differences do not fall: not in the asymptotic range, three times the largest difference
+  unchanged          no difference at all
 
 Stopped by Ctrl-C, the same command goes on; the levels are kept in DIR/uncertainty and may be deleted.
 docs/uncertainty.md says by which rule, and how often it held the truth.

@@ -81,9 +81,11 @@ def _people(item: Uncertain) -> tuple[float, str]:
 def _part(part: Refinement | None, factor: float) -> str:
     if part is None:
         return "not estimated"
-    said = (
-        f"order {part.order:.1f}" if part.verdict == "asymptotic" and part.order is not None else part.verdict
-    )
+    said: str = part.verdict
+    if part.order is not None and said == "asymptotic":
+        said = f"order {part.order:.1f}"
+    elif part.order is not None and said == "monotone":
+        said = f"monotone, {part.order:.1f}"
     return f"{factor * part.uncertainty:.2g} ({said})"
 
 
