@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,8 @@ _RUN = "run"
 _APART = "relative_error"
 _WHOLE_STEPS = frozenset(("contact_duration",))
 """Measures that are a number of steps: none is better known than a step."""
+_PRESSURES = frozenset(("peak_contact_pressure", "peak_contact_pressure_step"))
+"""Measures that grow as the step falls where surfaces in contact have mass: there they have no limit."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,10 @@ def compared_measures(
             }
             base = Level(_size(run, kind), compared.value, compared.scatter)
             floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
-            parts[kind] = _refinement(run.scene, kind, base, others, floor=floor)
+            part = _refinement(run.scene, kind, base, others, floor=floor)
+            if part is not None and kind == "step" and _has_no_limit(name, run.scene):
+                part = replace(part, verdict="no convergence", extrapolated=None)
+            parts[kind] = part
         item = sample.measure
         averaged = bool(sample.scatter)
         found[name] = Uncertain(
@@ -159,6 +164,10 @@ def _orders(scene: Scene, kind: str) -> tuple[float, float]:
     lagged = scene.airflow is not None and scene.airflow.coupling.lagged is not None
     first = lagged or (newmark is not None and newmark.gamma > 0.5)
     return (1.0, 1.0) if first else (least, 2.0)
+
+
+def _has_no_limit(name: str, scene: Scene) -> bool:
+    return name in _PRESSURES and scene.contact is not None and scene.contact.surface_mass == "kept"
 
 
 def _size(run: Run, kind: str) -> float:
