@@ -195,7 +195,7 @@ def _compared(
         levels=[_described(one) for one in levels],
         measures=compared_measures(run, own, late, levels),
         waveforms={} if start is not None else compared_waveforms(run, levels),
-        remarks=[*remarks, *_displaced_probes(run, levels)] if start is None else remarks,
+        remarks=[*remarks, *_lacking(late, levels), *_displaced_probes(run, levels, start)],
         plica=run.versions["plica"],
     )
 
@@ -219,8 +219,20 @@ def _described(one: Computed) -> dict[str, Any]:
     }
 
 
-def _displaced_probes(run: Run, levels: list[Computed]) -> list[str]:
-    """Probes are at nodes, which another mesh may have elsewhere."""
+def _lacking(late: Sampled, levels: list[Computed]) -> list[str]:
+    """What the run has and a level has not, as collisions of folds that do not touch there."""
+    found = []
+    for one in levels:
+        names = [name for name in late.samples if name not in one.found.samples]
+        if names:
+            found.append(f"{one.level.name} has no {', '.join(names)}: do not rely on what the run has of it")
+    return found
+
+
+def _displaced_probes(run: Run, levels: list[Computed], start: Start | None) -> list[str]:
+    """Probes are at nodes, which another mesh may have elsewhere; they count in runs from the start."""
+    if start is not None:
+        return []
     found = []
     own = build_mesh(run.scene.mesh, run.scene.source)
     for one in levels:
