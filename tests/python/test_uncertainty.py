@@ -15,8 +15,11 @@ import plica
 from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import _engine
 from plica.cli import main
+from plica.measures.cycles import Cycles
 from plica.phonation.run import store
 from plica.uncertainty import estimate
+from plica.uncertainty.plan import PlannedLevel
+from plica.uncertainty.sample import Sampled
 from plica.uncertainty.start import widest_opening
 from test_run import StopsAfter
 
@@ -285,3 +288,36 @@ def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> 
         left.unlink()
     again = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     assert again.measures == first.measures
+
+
+@pytest.mark.parametrize("settles_after", [1, 2, 3, 9])
+def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
+    settles_after: int, bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lengths: list[int] = []
+
+    class Made:
+        def __init__(self, steps: int) -> None:
+            self.steps = steps
+
+        def between(self, start: float, end: None) -> Made:
+            return self
+
+    def continued(level: PlannedLevel, *parts: Any, **options: Any) -> Any:
+        lengths.append(level.scene.time.steps)
+        return Made(level.scene.time.steps)
+
+    def sampled(run: Any, *, of_cycles: bool) -> Sampled:
+        settled = len(lengths) >= settles_after
+        return Sampled(Cycles(np.arange(10.0), verdict="steady" if settled else "changing"), {})
+
+    monkeypatch.setattr(estimate, "_continued", continued)
+    monkeypatch.setattr(estimate, "sampled", sampled)
+    monkeypatch.setattr(estimate, "fields_of", lambda *parts: (None, None))
+    own = Sampled(Cycles(1e-3 * np.arange(10)), {})  # nine cycles of ten steps
+    level = PlannedLevel("step-2", "step", 2, bar)
+    start: Any = object()
+    run: Any = None
+    made = estimate._run_level(level, run, own, start, tmp_path, shown=False)
+    assert lengths == [40, 130, 220][: min(settles_after, 3)]
+    assert made.found.cycles.settled == (settles_after <= 3)

@@ -164,12 +164,13 @@ def _run_level(
     if start is None:
         return Computed(level, made, sampled(made, of_cycles=False))
     period = float(own.cycles.periods.mean())
-    for _ in range(_EXTENSIONS + 1):
-        found = sampled(made.between(transient * period, None), of_cycles=True)
+    found = sampled(made.between(transient * period, None), of_cycles=True)
+    for _ in range(_EXTENSIONS):
         if found.cycles.settled:
             break
         level = lengthened(level, made.steps, own.cycles)
         made = _continued(level, directory, fields, shown=shown)
+        found = sampled(made.between(transient * period, None), of_cycles=True)
     return Computed(level, made, found)
 
 
