@@ -1,0 +1,126 @@
+"""A record in words: cells of its table, for the terminal, for Markdown, for the page, and as CSV."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from plica.bench.front import front
+from plica.bench.record import Record, Row
+from plica.storage.files import replaced
+
+__all__ = ["as_markdown", "cells", "headings", "made_by", "named", "seconds", "write_csv"]
+
+
+def headings(record: Record) -> list[str]:
+    """Of the columns."""
+    return ["method", *_settings(record), "threads", *record.errors, "time", "spread", "memory", "front"]
+
+
+def cells(record: Record) -> list[list[str]]:
+    """A list of texts a row, in the order of `headings`."""
+    best = {row.key for row in front(record.rows, next(iter(record.errors)))}
+    table = []
+    for row in record.rows:
+        values = [str(row.level.get(name, "")) for name in _settings(record)]
+        start = [row.method, *values, str(row.threads)]
+        if row.failure:
+            table.append([*start, row.failure, *[""] * (len(record.errors) + 3)])
+            continue
+        errors = [_number(row.errors.get(name)) for name in record.errors]
+        spread = "" if row.spread is None else f"{100 * row.spread:.0f} %"
+        memory = "" if row.memory is None else f"{row.memory / 1e6:.0f} MB"
+        table.append([*start, *errors, seconds(row.median), spread, memory, "x" if row.key in best else ""])
+    return table
+
+
+def as_markdown(record: Record) -> str:
+    """What was measured, the table, and the engine and machine that it is of."""
+    said = "; ".join(f"{name}: {meaning}" for name, meaning in record.errors.items())
+    lines = [
+        f"{record.does} Reference: {record.reference}. Errors: {said}.",
+        "",
+        _line(headings(record)),
+        "|" + " --- |" * len(headings(record)),
+        *(_line(row) for row in cells(record)),
+        "",
+        f"Made by {made_by(record)}",
+    ]
+    return "\n".join(lines)
+
+
+def made_by(record: Record) -> str:
+    """Engine, machine, packages and what was absent, in one line."""
+    packages = ", ".join(f"{name} {version}" for name, version in record.environment.packages.items())
+    absent = f"; not installed: {', '.join(record.absent)}" if record.absent else ""
+    return f"{record.environment}; {packages}; medians of {record.rounds} rounds in turn{absent}."
+
+
+def named(row: Row) -> str:
+    """Method and level in few words."""
+    level = ", ".join(f"{name} {value}" for name, value in row.level.items())
+    return f"{row.method} ({level}; {row.threads} thread{'s' * (row.threads > 1)})"
+
+
+def seconds(value: float | None) -> str:
+    """A time with a unit that suits it."""
+    if value is None:
+        return ""
+    for factor, unit in ((1.0, "s"), (1e3, "ms")):
+        if factor * value >= 1:
+            return f"{factor * value:.3g} {unit}"
+    return f"{1e6 * value:.3g} us"
+
+
+def write_csv(records: Sequence[Record], path: Path) -> None:
+    """All rows of all records, a column for every setting and error that any has; times in s, memory in B."""
+    rows = [_flat(record, row) for record in records for row in record.rows]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+
+    def fill(draft: Path) -> None:
+        with draft.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=names)
+            writer.writeheader()
+            writer.writerows(rows)
+
+    replaced(path, fill)
+
+
+def _flat(record: Record, row: Row) -> dict[str, object]:
+    made = record.environment
+    return {
+        "family": record.family,
+        "case": record.case,
+        "size": record.size,
+        "method": row.method,
+        "package": row.package,
+        "version": row.version,
+        "threads": row.threads,
+        **row.level,
+        **{f"error: {name}": value for name, value in row.errors.items()},
+        "time (s)": row.median,
+        "spread": row.spread,
+        "readings": len(row.seconds),
+        "memory (B)": row.memory,
+        "failure": row.failure,
+        "engine": made.commit,
+        "compiler": made.compiler,
+        "processor": made.processor,
+        "load": " ".join(f"{load:.2f}" for load in made.load),
+        "date": made.date,
+    }
+
+
+def _settings(record: Record) -> list[str]:
+    return list(dict.fromkeys(name for row in record.rows for name in row.level))
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return "0" if value == 0 else f"{value:.2g}"
+
+
+def _line(texts: Sequence[str]) -> str:
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
