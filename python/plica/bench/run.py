@@ -9,7 +9,7 @@ from contextlib import ExitStack, closing
 from plica import _engine as engine
 from plica.bench.case import Case, Method, Size
 from plica.bench.record import Level, Record, Row, this_environment
-from plica.bench.seat import Apart, Here, Seat
+from plica.bench.seat import Apart, Here, Seat, told
 from plica.bench.words import named
 from plica.errors import InvalidInput
 
@@ -122,7 +122,7 @@ def _turns(
                 seat = held.enter_context(closing(seated(case, method, level, threads, truth)))
                 first = seat.first()
             except Exception as failure:
-                rows[method.name] = row.model_copy(update={"failure": " ".join(str(failure).split())})
+                rows[method.name] = row.model_copy(update={"failure": told(failure)})
                 continue
             seats[method.name] = seat
             errors = {name: _finite(value) for name, value in first.errors.items()}
@@ -154,7 +154,8 @@ def kept_claims(case: Case, record: Record) -> list[str]:
 
 def _judged(case: Case, record: Record) -> Iterator[tuple[str, bool]]:
     """Every claim that the size and the installed peers let be judged."""
+    rows = [row for row in record.rows if not row.failure]
     for claim in case.claims:
-        holds = None if claim.timed and record.size == "small" else claim.holds(record.rows)
+        holds = None if claim.timed and record.size == "small" else claim.holds(rows)
         if holds is not None:
             yield claim.said, holds

@@ -16,7 +16,7 @@ from plica import _engine as engine
 from plica.bench.case import Case, Method
 from plica.bench.record import Level
 
-__all__ = ["Apart", "First", "Here", "Reading", "Seat"]
+__all__ = ["Apart", "First", "Here", "Reading", "Seat", "Stopped", "told"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,16 @@ class Reading:
 
     seconds: float
     processor: float
+
+
+class Stopped(Exception):  # noqa: N818 (what happened)
+    """A method that runs in another process has ended with this message."""
+
+
+def told(error: Exception) -> str:
+    """What happened, in one line."""
+    text = " ".join(str(error).split())
+    return text if isinstance(error, Stopped) else f"{type(error).__name__}: {text}"
 
 
 class Seat(Protocol):
@@ -115,11 +125,11 @@ class Apart:
 
     def _answer(self) -> First | Reading:
         try:
-            answer: First | Reading | Exception = self._line.recv()
+            answer: First | Reading | Stopped = self._line.recv()
         except EOFError:
             self._process.join()
-            raise RuntimeError(f"its process ended with code {self._process.exitcode}.") from None
-        if isinstance(answer, Exception):
+            raise Stopped(f"its process ended with code {self._process.exitcode}.") from None
+        if isinstance(answer, Stopped):
             raise answer
         return answer
 
@@ -137,7 +147,7 @@ def _serve(line: Any, case: str, method: str, level: Level, threads: int, truth:
     except EOFError:
         return
     except Exception as error:
-        line.send(RuntimeError(f"{type(error).__name__}: {' '.join(str(error).split())}"))
+        line.send(Stopped(told(error)))
 
 
 @contextmanager

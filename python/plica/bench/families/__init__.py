@@ -56,6 +56,12 @@ FAMILIES = {
             "Leave the choice to plica: a Cholesky factor while it fits in memory, contact condensed; a "
             "tighter tolerance then costs little, so the default of 1e-8 is no luxury.",
         ),
+        Family(
+            "estimation",
+            "Kalman filter and smoother",
+            "plica's own, whose covariances settle, for long records of one model; a general package where the "
+            "model changes from frame to frame.",
+        ),
     )
 }
 """By name; each is a module of this package."""

@@ -3,117 +3,102 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
-from math import cos, pi, sin, sqrt
+from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from plica import _engine as engine
 from plica.bench.body import SCHEMES, Body
 from plica.bench.case import Case, Claim, Method
-from plica.bench.families.assembly import (
-    DENSITY,
-    MU,
-    NU,
-    OMEGA,
-    Matrices,
-    block,
-    plica_matrices,
-    scikit_fem_matrices,
-    scikit_fem_mesh,
+from plica.bench.families.block import (
+    MATERIAL,
+    Array,
+    Assembled,
+    discrete_mode,
+    mesh_of,
+    ngsolve_assembly,
+    plica_assembly,
+    scikit_fem_assembly,
 )
 from plica.bench.families.newmark import trapezoidal
 from plica.bench.record import Level, Row
 
 __all__ = ["CASES"]
 
-Array = NDArray[np.float64]
-
 PERIODS = 4.125  # where neither displacement nor velocity vanishes
 SWING = 1e-4  # m
 SOLVES = 1e-12
 
 
+@dataclass(frozen=True)
 class Motion:
-    """The mode on all unknowns, its frequency, and displacement and velocity that were found at the end."""
+    """On the free unknowns, over the swing."""
 
-    def __init__(self, mode: Array, omega: float, u: Array, v: Array, free: NDArray[np.intp]) -> None:
-        self.mode, self.omega, self.u, self.v, self.free = mode, omega, u, v, free
-
-
-def _mode(made: Matrices) -> tuple[Array, float]:
-    """The discrete mode next to the exact one, its largest entry 1, on all unknowns; and rad/s."""
-    from scipy.sparse.linalg import eigsh
-
-    free = made.free()
-    stiffness, mass = (m.tocsc()[free][:, free].tocsc() for m in (made.stiffness, made.mass))
-    exact = made.shape()[free]
-    values, modes = eigsh(stiffness, k=4, M=mass, sigma=OMEGA**2, v0=exact)
-    best = int(np.argmax(np.abs(modes.T @ (mass @ exact))))
-    full = np.zeros(len(made.axes))
-    full[free] = modes[:, best] / np.abs(modes[:, best]).max()
-    return full, sqrt(float(values[best]))
+    mode: Array
+    omega: float
+    """rad/s."""
+    u: Array
+    v: Array
+    """Found at the end; 1/s."""
 
 
-@lru_cache(maxsize=2)
-def _plica_mode(cells: int) -> tuple[Any, Array, float, NDArray[np.intp]]:
-    mesh = block({"cells": cells, "elements": "quadratic"})
-    made = plica_matrices(mesh)
-    return mesh, *_mode(made), made.free()
+@lru_cache(maxsize=1)
+def _plica_mode(cells: int) -> tuple[Array, float, Any]:
+    """The discrete mode with a largest entry of 1, its frequency, and the numbers of its unknowns."""
+    made = plica_assembly({"cells": cells, "elements": "quadratic"})()
+    mode, omega = discrete_mode(made)
+    return mode / np.abs(mode).max(), omega, made.free
 
 
-def _end(level: Level, omega: float) -> tuple[float, int]:
+def _span(level: Level, omega: float) -> tuple[float, int]:
     """Step (s) and number of steps."""
     per_period = int(level["steps a period"])
     return 2 * pi / omega / per_period, round(PERIODS * per_period)
 
 
 def _engine(scheme: str, level: Level) -> Callable[[], Motion]:
-    mesh, mode, omega, free = _plica_mode(int(level["cells"]))
-    fixed = np.ones(len(mode), bool)
-    fixed[free] = False
-    material = engine.Material(engine.Isotropic(2 * MU * (1 + NU), NU), DENSITY, 0.0)
-    body = Body(mesh, material, fixed.reshape(-1, 3))
-    step, steps = _end(level, omega)
+    mode, omega, free = _plica_mode(int(level["cells"]))
+    mesh = mesh_of(level)
+    start, fixed = np.zeros(3 * len(mesh.points)), np.ones(3 * len(mesh.points), bool)
+    start[free], fixed[free] = SWING * mode, False
+    body = Body(mesh, MATERIAL, fixed.reshape(-1, 3))
+    step, steps = _span(level, omega)
 
     def run() -> Motion:
         simulation = body.simulation(
             scheme=SCHEMES[scheme],
             step=step,
             solver_tolerance=SOLVES,
-            displacement=SWING * mode.reshape(-1, 3),
+            displacement=start.reshape(-1, 3),
         )
         simulation.advance(steps)
-        u, v = (np.ravel(field) / SWING for field in (simulation.displacement, simulation.velocity))
-        return Motion(mode, omega, u, v, free)
+        u, v = (np.ravel(found)[free] / SWING for found in (simulation.displacement, simulation.velocity))
+        return Motion(mode, omega, u, v)
 
     return run
 
 
-def _scikit_fem(level: Level) -> Callable[[], Motion]:
-    """Its matrices, the trapezoidal rule and SuperLU of SciPy."""
-    from scipy.sparse.linalg import factorized
+def _peer(assembly: Callable[[Level], Callable[[], Assembled]], level: Level) -> Callable[[], Motion]:
+    """A peer's matrices, and the trapezoidal rule with SuperLU of SciPy."""
+    from scipy.sparse.linalg import splu
 
-    mesh = scikit_fem_mesh(level)
-    mode, omega = _mode(scikit_fem_matrices(mesh, True))
-    step, steps = _end(level, omega)
+    make = assembly(level)
+    mode, omega = discrete_mode(make())
+    step, steps = _span(level, omega)
 
     def run() -> Motion:
-        made = scikit_fem_matrices(mesh, True)
-        free = made.free()
-        mass, stiffness = (m.tocsc()[free][:, free].tocsc() for m in (made.mass, made.stiffness))
-        u, v = np.zeros(len(mode)), np.zeros(len(mode))
-        u[free], v[free] = trapezoidal(mass, stiffness, factorized, mode[free], step, steps)
-        return Motion(mode, omega, u, v, free)
+        stiffness, mass = make().on_free()
+        u, v = trapezoidal(mass, stiffness, lambda matrix: splu(matrix).solve, mode, step, steps)
+        return Motion(mode, omega, u, v)
 
     return run
 
 
 def _judge(level: Level, found: Motion, truth: None) -> dict[str, float]:
     """u = mode cos(omega t), v = -omega mode sin(omega t); nothing else may move."""
-    step, steps = _end(level, found.omega)
+    step, steps = _span(level, found.omega)
     angle, size = found.omega * step * steps, float(np.linalg.norm(found.mode))
     return {
         "displacement": float(np.linalg.norm(found.u - cos(angle) * found.mode)) / size,
@@ -170,7 +155,8 @@ CASES = (
         },
         methods=(
             *(Method(scheme, partial(_engine, scheme)) for scheme in SCHEMES),
-            Method("scikit-fem, trapezoidal", _scikit_fem, "skfem", "scikit-fem"),
+            Method("scikit-fem, trapezoidal", partial(_peer, scikit_fem_assembly), "skfem", "scikit-fem"),
+            Method("NGSolve, trapezoidal", partial(_peer, ngsolve_assembly), "ngsolve"),
         ),
         truth=lambda level: None,
         judge=_judge,
