@@ -59,8 +59,8 @@ FAMILIES = {
         Family(
             "estimation",
             "Kalman filter and smoother",
-            "plica's own, whose covariances settle, for long records of one model; a general package where the "
-            "model changes from frame to frame.",
+            "plica's own, whose covariances settle, for long records of one model; a general package where "
+            "the model changes from frame to frame.",
         ),
     )
 }

@@ -27,7 +27,8 @@ Start = Callable[[Level], Callable[[], Any]]
 
 def _energies(level: Level, made: Assembled, truth: None) -> dict[str, float]:
     """Of the mode on the mesh, over those of the mode; and of a rigid turn."""
-    u, turn = made.mode, made.turn
+    unknowns = made.unknowns()
+    u, turn = unknowns.mode, unknowns.turn
     strain = 0.5 * float(u @ (made.stiffness @ u))
     kinetic = 0.5 * float(u @ (made.mass @ u))
     size = float(np.abs(turn) @ (abs(made.stiffness) @ np.abs(turn)))

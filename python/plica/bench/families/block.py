@@ -50,23 +50,30 @@ HELD = {0: ("x_min", "y_min", "y_max"), 1: ("x_min",), 2: ("x_min", "y_min", "y_
 
 
 @dataclass(frozen=True)
+class Unknowns:
+    """What is known of the unknowns in their order, which is that of who assembled."""
+
+    mode: Array
+    """The exact mode."""
+    turn: Array
+    """An infinitesimal turn about z."""
+    free: NDArray[np.intp]
+    """Numbers of those that are not held."""
+
+
+@dataclass(frozen=True)
 class Assembled:
     """Matrices on all unknowns, whoever made them and in whichever order."""
 
     stiffness: Any
     mass: Any
-    mode: Array
-    """The exact mode on these unknowns."""
-    turn: Array
-    """An infinitesimal turn about z."""
-    free: NDArray[np.intp]
-    """Numbers of the unknowns that are not held."""
+    unknowns: Callable[[], Unknowns]
+    """Called after the time was taken."""
 
     def on_free(self) -> tuple[Any, Any]:
         """K and M without what is held, CSC."""
-        stiffness, mass = (
-            matrix.tocsr()[self.free][:, self.free].tocsc() for matrix in (self.stiffness, self.mass)
-        )
+        free = self.unknowns().free
+        stiffness, mass = (matrix.tocsr()[free][:, free].tocsc() for matrix in (self.stiffness, self.mass))
         return stiffness, mass
 
 
@@ -88,9 +95,12 @@ def of_plica(mesh: Any) -> Assembled:
     """The matrices of a mesh."""
     assembly = engine.Assembly(mesh, [MATERIAL], ["tissue"], np.zeros(len(mesh.cells), np.int32))
     size = 3 * len(mesh.points)
-    made = (csr_array(matrix, shape=(size, size)) for matrix in (assembly.stiffness(), assembly.mass()))
+    stiffness, mass = (
+        csr_array(matrix, shape=(size, size)) for matrix in (assembly.stiffness(), assembly.mass())
+    )
     places = np.repeat(np.asarray(mesh.points), 3, axis=0)
-    return Assembled(*made, *_fields(places, np.tile(np.arange(3), len(mesh.points))))
+    axes = np.tile(np.arange(3), len(mesh.points))
+    return Assembled(stiffness, mass, lambda: _of_values(places, axes))
 
 
 def scikit_fem_assembly(level: Level) -> Callable[[], Assembled]:
@@ -107,13 +117,18 @@ def scikit_fem_assembly(level: Level) -> Callable[[], Assembled]:
         basis = skfem.Basis(mesh, skfem.ElementVector(element))
         stiffness = linear_elasticity(LAME, MU).assemble(basis)
         mass = skfem.BilinearForm(lambda u, v, w: DENSITY * dot(u, v)).assemble(basis)
-        axes = np.empty(basis.N, int)
-        for numbers in (basis.nodal_dofs, basis.edge_dofs):
-            for axis, of_axis in enumerate(numbers):
-                axes[of_axis] = axis
-        return Assembled(stiffness, mass, *_fields(basis.doflocs.T, axes))
+        return Assembled(stiffness, mass, lambda: _of_values(basis.doflocs.T, _axes(basis)))
 
     return run
+
+
+def _axes(basis: Any) -> NDArray[np.int_]:
+    """Of each unknown of scikit-fem, values of one component at corners and at the middles of edges."""
+    axes = np.empty(basis.N, int)
+    for numbers in (basis.nodal_dofs, basis.edge_dofs):
+        for axis, of_axis in enumerate(numbers):
+            axes[of_axis] = axis
+    return axes
 
 
 def ngsolve_assembly(level: Level) -> Callable[[], Assembled]:
@@ -134,23 +149,27 @@ def ngsolve_assembly(level: Level) -> Callable[[], Assembled]:
             stiffness = ng.BilinearForm(ng.InnerProduct(stress, tested) * ng.dx).Assemble()
             mass = ng.BilinearForm(DENSITY * ng.InnerProduct(u, v) * ng.dx).Assemble()
         size = space.ndof
-        made = (
-            csr_array(tuple(map(np.asarray, form.mat.CSR())), shape=(size, size))
+        K, M = (
+            csr_array(tuple(map(np.array, form.mat.CSR())), shape=(size, size))
             for form in (stiffness, mass)
         )
-        shape = ng.sin(ACROSS * ng.x) * ng.cos(ALONG * ng.z)
-        free = np.flatnonzero(np.array(list(space.FreeDofs()), bool))
-        return Assembled(*made, _set(space, (0, shape, 0)), _set(space, (-ng.y, ng.x, 0)), free)
+
+        def unknowns() -> Unknowns:
+            shape = ng.sin(ACROSS * ng.x) * ng.cos(ALONG * ng.z)
+            mode, turn = (_interpolated(mesh, order, field) for field in ((0, shape, 0), (-ng.y, ng.x, 0)))
+            return Unknowns(mode, turn, np.flatnonzero(np.array(list(space.FreeDofs()), bool)))
+
+        return Assembled(K, M, unknowns)
 
     return run
 
 
-def _set(space: Any, field: tuple[Any, Any, Any]) -> Array:
-    """Its coefficients in a space of NGSolve, by projection."""
+def _interpolated(mesh: Any, order: int, field: tuple[Any, Any, Any]) -> Array:
+    """Coefficients in NGSolve's space, in which nothing is held: what is held would not be set."""
     import ngsolve as ng
 
-    function = ng.GridFunction(space)
-    function.Set(ng.CoefficientFunction(field))
+    function = ng.GridFunction(ng.VectorH1(mesh, order=order))
+    function.Interpolate(ng.CoefficientFunction(field))
     return np.array(function.vec.FV().NumPy())
 
 
@@ -171,8 +190,8 @@ def _ngsolve_mesh(level: Level) -> Any:
     return ng.Mesh(mesh)
 
 
-def _fields(places: Array, axes: NDArray[np.int_]) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Mode, turn and free unknowns, of unknowns that are values along an axis at a place."""
+def _of_values(places: Array, axes: NDArray[np.int_]) -> Unknowns:
+    """Of unknowns that are values along an axis at a place."""
     x, y, z = places.T
     mode = np.where(axes == 1, np.sin(ACROSS * x) * np.cos(ALONG * z), 0.0)
     turn = np.where(axes == 0, -y, np.where(axes == 1, x, 0.0))
@@ -181,7 +200,7 @@ def _fields(places: Array, axes: NDArray[np.int_]) -> tuple[Array, Array, NDArra
     for axis, names in HELD.items():
         for name in names:
             held |= (axes == axis) & at[name]
-    return mode, turn, np.flatnonzero(~held)
+    return Unknowns(mode, turn, np.flatnonzero(~held))
 
 
 def discrete_mode(made: Assembled) -> tuple[Array, float]:
@@ -192,7 +211,8 @@ def discrete_mode(made: Assembled) -> tuple[Array, float]:
     from scipy.sparse.linalg import eigsh
 
     stiffness, mass = made.on_free()
-    exact = made.mode[made.free]
+    unknowns = made.unknowns()
+    exact = unknowns.mode[unknowns.free]
     values, modes = eigsh(stiffness, k=4, M=mass, sigma=OMEGA**2, v0=exact)
     best = int(np.argmax(np.abs(modes.T @ (mass @ exact))))
     return np.asarray(modes[:, best]), sqrt(float(values[best]))

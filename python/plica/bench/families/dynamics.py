@@ -49,7 +49,7 @@ def _plica_mode(cells: int) -> tuple[Array, float, Any]:
     """The discrete mode with a largest entry of 1, its frequency, and the numbers of its unknowns."""
     made = plica_assembly({"cells": cells, "elements": "quadratic"})()
     mode, omega = discrete_mode(made)
-    return mode / np.abs(mode).max(), omega, made.free
+    return mode / np.abs(mode).max(), omega, made.unknowns().free
 
 
 def _span(level: Level, omega: float) -> tuple[float, int]:
