@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
 from typing import Any, Literal
@@ -16,6 +17,12 @@ Size = Literal["small", "full"]
 Call = Callable[[], Any]
 
 
+@cache
+def _distributions() -> Mapping[str, Sequence[str]]:
+    """What brought each package."""
+    return metadata.packages_distributions()
+
+
 @dataclass(frozen=True)
 class Method:
     """One way to do what a case asks."""
@@ -26,7 +33,7 @@ class Method:
     package: str = "plica"
     """What it is imported from."""
     distribution: str = ""
-    """What that is installed as, where it has another name."""
+    """What people call that, where it has another name."""
     fits: Callable[[Level], bool] = field(default=lambda level: True)
     """Whether the method is run at a level."""
 
@@ -37,8 +44,9 @@ class Method:
 
     @property
     def version(self) -> str:
-        """Of the package."""
-        return metadata.version(self.distribution or self.package)
+        """Of the distribution that brought the package, by whichever of its names it was installed."""
+        names = _distributions().get(self.package.partition(".")[0])
+        return metadata.version(names[0]) if names else ""
 
 
 @dataclass(frozen=True)

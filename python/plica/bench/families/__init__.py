@@ -45,6 +45,12 @@ FAMILIES = {
             "which is of first order, never.",
         ),
         Family(
+            "coupling",
+            "Coupling of flow and tissue",
+            "The iterated coupling, always: it costs one more solve a step and is of second order; lagged "
+            "coupling is of first, and drives what it should not.",
+        ),
+        Family(
             "contact",
             "Enforcement of contact, time scheme, mass of the surfaces",
             "Multipliers with HHT(-0.3): no penetration, no energy made, no stiffness to choose; with the "
@@ -55,6 +61,17 @@ FAMILIES = {
             "Linear and saddle-point solvers against tolerance",
             "Leave the choice to plica: a Cholesky factor while it fits in memory, contact condensed; a "
             "tighter tolerance then costs little, so the default of 1e-8 is no luxury.",
+        ),
+        Family(
+            "phonation",
+            "The whole run",
+            "Steps of 50 us with the default for a voice; 25 us where a collision is looked at.",
+        ),
+        Family(
+            "imaging",
+            "Optical flow and segmentation",
+            "The default (robust) for endoscopic frames, gradient for sharp pictures and fast for a first look; "
+            "where only speed counts, OpenCV's DIS.",
         ),
         Family(
             "estimation",

@@ -150,8 +150,7 @@ def ngsolve_assembly(level: Level) -> Callable[[], Assembled]:
             mass = ng.BilinearForm(DENSITY * ng.InnerProduct(u, v) * ng.dx).Assemble()
         size = space.ndof
         K, M = (
-            csr_array(tuple(map(np.array, form.mat.CSR())), shape=(size, size))
-            for form in (stiffness, mass)
+            csr_array(tuple(map(np.array, form.mat.CSR())), shape=(size, size)) for form in (stiffness, mass)
         )
 
         def unknowns() -> Unknowns:
