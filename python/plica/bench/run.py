@@ -130,8 +130,15 @@ def _turns(
                 update={"errors": errors, "first": first.seconds, "memory": first.memory}
             )
         for turn in range(rounds):
-            for name in seats if turn % 2 == 0 else reversed(seats):
-                reading = seats[name].reading()
+            for name in list(seats) if turn % 2 == 0 else list(reversed(seats)):
+                try:
+                    reading = seats[name].reading()
+                except Exception as failure:
+                    del seats[name]
+                    rows[name] = rows[name].model_copy(
+                        update={"failure": told(failure), "seconds": [], "processor": []}
+                    )
+                    continue
                 rows[name].seconds.append(reading.seconds)
                 rows[name].processor.append(reading.processor)
     yield from rows.values()

@@ -114,8 +114,7 @@ class Apart:
         return answer
 
     def reading(self) -> Reading:
-        self._line.send(True)
-        answer = self._answer()
+        answer = self._answer(asked=True)
         assert isinstance(answer, Reading)
         return answer
 
@@ -123,10 +122,12 @@ class Apart:
         self._line.close()
         self._process.join()
 
-    def _answer(self) -> First | Reading:
+    def _answer(self, *, asked: bool = False) -> First | Reading:
         try:
+            if asked:
+                self._line.send(True)
             answer: First | Reading | Stopped = self._line.recv()
-        except EOFError:
+        except (EOFError, ConnectionError):
             self._process.join()
             raise Stopped(f"its process ended with code {self._process.exitcode}.") from None
         if isinstance(answer, Stopped):

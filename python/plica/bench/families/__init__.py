@@ -70,7 +70,7 @@ FAMILIES = {
         Family(
             "imaging",
             "Optical flow and segmentation",
-            "The default (robust) for endoscopic frames, gradient for sharp pictures and fast for a first look; "
+            "The default (robust) for endoscopic frames, gradient for sharp pictures, fast for a first look; "
             "where only speed counts, OpenCV's DIS.",
         ),
         Family(

@@ -1,7 +1,7 @@
 """Coupling of flow and tissue, where the flow separates at one section throughout and nothing collides.
 
-The folds of the coarse larynx rest in equilibrium with the flow and get a small velocity in the shape of their
-first symmetric mode. The reference is the iterated coupling at a step eight times shorter than the shortest.
+The folds of the coarse larynx rest in equilibrium with the flow and get a small velocity in the shape of
+their first symmetric mode.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["CASES"]
 Array = NDArray[np.float64]
 
 PRESSURE, SPEED, SPAN = 400.0, 0.05, 4e-3  # Pa, m/s, s
-FLOWS = {
+FLOWS: dict[str, tuple[Any, Any]] = {
     "bernoulli": (engine.Bernoulli(), engine.Elliptic()),
     "viscous_slit": (engine.ViscousSlit(), engine.Cut()),
 }
@@ -94,9 +94,7 @@ def _run(flow: str, coupling: Any, steps: int) -> Motion:
     found = simulation.advance(steps)
     sections = np.unique(found["separation"])
     if sections.size != 1 or found["flow_stopped"].any():
-        raise RuntimeError(
-            f"the flow separates at sections {sections}; must be at one: the load is not smooth."
-        )
+        raise RuntimeError(f"the flow separates at sections {sections}; must be at one.")
     return Motion(np.asarray(simulation.displacement) - u, np.array(simulation.velocity))
 
 
@@ -119,7 +117,7 @@ def _judge(level: Level, found: Motion, truth: Motion) -> dict[str, float]:
 
 
 def _order(coupling: str, least: float) -> Callable[[Sequence[Row]], bool | None]:
-    """Whether the displacement's error falls at this order or a higher one, between the two shortest steps."""
+    """Whether the displacement's error falls at this order or more between the two shortest steps."""
 
     def holds(rows: Sequence[Row]) -> bool | None:
         for flow in FLOWS:
