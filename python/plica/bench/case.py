@@ -82,6 +82,9 @@ class Case:
     threads: Sequence[int] = (1, 2)
     """Numbers of threads that it is measured with; (1,) where the size leaves nothing to share."""
 
+    apart: bool = True
+    """Whether each method has a process of its own, where its memory is its own too; small sizes have not."""
+
     def method(self, name: str) -> Method:
         """The method of that name."""
         return next(method for method in self.methods if method.name == name)

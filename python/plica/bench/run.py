@@ -62,7 +62,7 @@ def measure(
 
     `keep` gets the record after every level, `said` every row as it is made.
     """
-    seated = _here if record.size == "small" else _apart
+    seated = _apart if case.apart and record.size == "full" else _here
     made = {row.key for row in record.rows}
     methods = [method for method in case.methods if method.installed]
     for level in case.levels[record.size]:

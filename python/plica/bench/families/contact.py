@@ -96,6 +96,7 @@ CASES = (
             Claim("the default's penetration is below 1e-4 edges", _largest(DEFAULT, "penetration", 1e-4)),
         ),
         threads=(1,),
+        apart=False,
     ),
     Case(
         name="rattle",
@@ -115,5 +116,6 @@ CASES = (
             Claim("the default keeps the momentum", _largest(DEFAULT, "momentum", 1e-5)),
         ),
         threads=(1,),
+        apart=False,
     ),
 )

@@ -207,7 +207,7 @@ CASES = (
         errors={"motion": "of the displacement at the end, relative"},
         levels={
             "small": _linear_levels(2, (50,), (1e-4, 1e-8)),
-            "full": _linear_levels(8, (50, 1000), (1e-4, 1e-6, 1e-8, 1e-10)),
+            "full": _linear_levels(6, (50, 1000), (1e-4, 1e-6, 1e-8, 1e-10)),
         },
         methods=(
             Method("Cholesky", partial(_engine_run, engine.Cholesky())),
