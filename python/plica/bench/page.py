@@ -12,7 +12,7 @@ from plica.bench.families import FAMILIES, find_case
 from plica.bench.pictures import picture
 from plica.bench.record import Record, read
 from plica.bench.run import broken_claims, kept_claims
-from plica.bench.words import cells, headings, made_by, write_csv
+from plica.bench.words import beside_peers, cells, headings, made_by, write_csv
 from plica.errors import InvalidInput
 from plica.storage.files import replaced
 
@@ -48,6 +48,7 @@ def write_page(directory: Path) -> Path:
         headings=headings,
         cells=cells,
         made_by=made_by,
+        beside=beside_peers,
         broken=lambda record: broken_claims(find_case(record.case), record),
         kept=lambda record: kept_claims(find_case(record.case), record),
     )

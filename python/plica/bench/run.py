@@ -106,42 +106,53 @@ def _turns(
     seated: Seated,
 ) -> Iterator[Row]:
     """The rows of a level; a method that stops has its message."""
-    rows: dict[str, Row] = {}
+    rows = {method.name: _begun(method, level, threads) for method in methods}
     with ExitStack() as held:
         seats: dict[str, Seat] = {}
-        for method in methods:
-            row = Row(
-                method=method.name,
-                package=method.distribution or method.package,
-                version=method.version,
-                level=dict(level),
-                threads=threads,
-                errors={},
-            )
+
+        def stopped(name: str, failure: Exception) -> None:
+            seats.pop(name, None)
+            given = {"failure": told(failure), "seconds": [], "processor": []}
+            rows[name] = rows[name].model_copy(update=given)
+
+        for method in methods:  # all, so that processes start side by side
             try:
-                seat = held.enter_context(closing(seated(case, method, level, threads, truth)))
+                seat = seated(case, method, level, threads, truth)
+            except Exception as failure:
+                stopped(method.name, failure)
+            else:
+                seats[method.name] = held.enter_context(closing(seat))
+        for name, seat in list(seats.items()):
+            try:
                 first = seat.first()
             except Exception as failure:
-                rows[method.name] = row.model_copy(update={"failure": told(failure)})
+                stopped(name, failure)
                 continue
-            seats[method.name] = seat
-            errors = {name: _finite(value) for name, value in first.errors.items()}
-            rows[method.name] = row.model_copy(
-                update={"errors": errors, "first": first.seconds, "memory": first.memory}
-            )
+            errors = {error: _finite(value) for error, value in first.errors.items()}
+            given = {"errors": errors, "first": first.seconds, "memory": first.memory}
+            rows[name] = rows[name].model_copy(update=given)
         for turn in range(rounds):
             for name in list(seats) if turn % 2 == 0 else list(reversed(seats)):
                 try:
                     reading = seats[name].reading()
                 except Exception as failure:
-                    del seats[name]
-                    rows[name] = rows[name].model_copy(
-                        update={"failure": told(failure), "seconds": [], "processor": []}
-                    )
+                    stopped(name, failure)
                     continue
                 rows[name].seconds.append(reading.seconds)
                 rows[name].processor.append(reading.processor)
     yield from rows.values()
+
+
+def _begun(method: Method, level: Level, threads: int) -> Row:
+    """What is known before the first call."""
+    return Row(
+        method=method.name,
+        package=method.distribution or method.package,
+        version=method.version,
+        level=dict(level),
+        threads=threads,
+        errors={},
+    )
 
 
 def _finite(value: float) -> float | None:

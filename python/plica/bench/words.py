@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,7 +11,17 @@ from plica.bench.front import front
 from plica.bench.record import Record, Row
 from plica.storage.files import replaced
 
-__all__ = ["as_markdown", "cells", "headings", "made_by", "named", "seconds", "write_csv"]
+__all__ = [
+    "as_markdown",
+    "beside_peers",
+    "cells",
+    "headings",
+    "in_short",
+    "made_by",
+    "named",
+    "seconds",
+    "write_csv",
+]
 
 
 def headings(record: Record) -> list[str]:
@@ -18,11 +29,11 @@ def headings(record: Record) -> list[str]:
     return ["method", *_settings(record), "threads", *record.errors, "time", "spread", "memory", "front"]
 
 
-def cells(record: Record) -> list[list[str]]:
-    """A list of texts a row, in the order of `headings`."""
+def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
+    """A list of texts a row, all or these, in the order of `headings`."""
     best = {row.key for row in front(record.rows, next(iter(record.errors)))}
     table = []
-    for row in record.rows:
+    for row in record.rows if rows is None else rows:
         values = [str(row.level.get(name, "")) for name in _settings(record)]
         start = [row.method, *values, str(row.threads)]
         if row.failure:
@@ -35,15 +46,46 @@ def cells(record: Record) -> list[list[str]]:
     return table
 
 
-def as_markdown(record: Record) -> str:
-    """What was measured, the table, and the engine and machine that it is of."""
+def in_short(record: Record) -> list[Row]:
+    """The rows of the front, and of every method that has none there its most exact one."""
+    error = next(iter(record.errors))
+    kept = {row.key for row in front(record.rows, error)}
+    named = {row.method for row in record.rows if row.key in kept}
+    for method in {row.method for row in record.rows} - named:
+        theirs = [row for row in record.rows if row.method == method]
+        kept.add(min(theirs, key=lambda row: (value := row.errors.get(error)) is None or value).key)
+    return [row for row in record.rows if row.key in kept]
+
+
+def beside_peers(record: Record) -> list[str]:
+    """How many times as long a peer's methods take, at the last level that they share with plica's first.
+
+    Medians of the ratios within the rounds, with the least and the greatest.
+    """
+    ours = {(*row.key[1:],): row for row in reversed(record.rows) if row.method == record.rows[0].method}
+    said = {}
+    for row in record.rows:
+        mine = ours.get(row.key[1:])
+        if row.package != "plica" and mine is not None and row.seconds and mine.seconds:
+            ratios = sorted(a / b for a, b in zip(row.seconds, mine.seconds, strict=True))
+            middle, least, most = (
+                f"{ratio:.2g}" for ratio in (statistics.median(ratios), ratios[0], ratios[-1])
+            )
+            said[row.method, row.threads] = (
+                f"{named(row)} takes {middle} ({least} to {most}) times as long as {mine.method}."
+            )
+    return list(said.values())
+
+
+def as_markdown(record: Record, rows: Sequence[Row] | None = None) -> str:
+    """What was measured, the table of all rows or of these, and the engine and machine that it is of."""
     said = "; ".join(f"{name}: {meaning}" for name, meaning in record.errors.items())
     lines = [
         f"{record.does} Reference: {record.reference}. Errors: {said}.",
         "",
         _line(headings(record)),
         "|" + " --- |" * len(headings(record)),
-        *(_line(row) for row in cells(record)),
+        *(_line(row) for row in cells(record, rows)),
         "",
         f"Made by {made_by(record)}",
     ]

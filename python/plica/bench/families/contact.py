@@ -87,7 +87,7 @@ CASES = (
             "energy": "change of the total until the end, over the start's",
             "penetration": "deepest, in edges",
         },
-        levels={"small": _bars_levels(10, 20), "full": _bars_levels(25, 50, 100)},
+        levels={"small": _bars_levels(10, 20), "full": _bars_levels(20, 40, 80)},
         methods=tuple(Method(str(combination), partial(_bars, combination)) for combination in COMBINATIONS),
         truth=lambda level: None,
         judge=_bars_errors,
