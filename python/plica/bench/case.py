@@ -78,6 +78,8 @@ class Case:
     """The reference at a level; not timed."""
     judge: Callable[[Level, Any, Any], dict[str, float]]
     """Errors by name, of a level, a method's result and the truth."""
+    problem: Sequence[str] = ()
+    """Settings of a level that say what is computed, not how well: rows are compared where these agree."""
     claims: Sequence[Claim] = ()
     threads: Sequence[int] = (1, 2)
     """Numbers of threads that it is measured with; (1,) where the size leaves nothing to share."""

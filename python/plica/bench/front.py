@@ -1,12 +1,18 @@
-"""Which rows nothing beats: no other one is both as quick and as exact."""
+"""Which rows nothing beats: no other one of the same problem is both as quick and as exact."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from plica.bench.record import Row
+from plica.bench.record import Record, Row
 
-__all__ = ["front"]
+__all__ = ["front", "fronts"]
+
+
+def fronts(record: Record) -> list[Row]:
+    """The rows of the front of each problem, in the record's first error."""
+    error = next(iter(record.errors))
+    return [row for rows in record.by_problem().values() for row in front(rows, error)]
 
 
 def front(rows: Sequence[Row], error: str) -> list[Row]:
@@ -23,10 +29,8 @@ def front(rows: Sequence[Row], error: str) -> list[Row]:
     return found
 
 
-def _points(rows: Sequence[Row], error: str) -> list[tuple[float, float, Row]]:
-    points = []
+def _points(rows: Sequence[Row], error: str) -> Iterator[tuple[float, float, Row]]:
     for row in rows:
         seconds, value = row.median, row.errors.get(error)
         if seconds is not None and value is not None:
-            points.append((seconds, value, row))
-    return points
+            yield seconds, value, row

@@ -102,6 +102,8 @@ class Record(_Stored):
     does: str
     reference: str
     errors: dict[str, str]
+    problem: list[str] = []
+    """Settings that say what is computed: rows are compared where these agree."""
     size: Literal["small", "full"]
     rounds: int = Field(ge=1)
     environment: Environment
@@ -109,6 +111,13 @@ class Record(_Stored):
     """Packages of peers that were not installed."""
     finished: bool = False
     rows: list[Row] = []
+
+    def by_problem(self) -> dict[tuple[int | float | str, ...], list[Row]]:
+        """The rows by what they compute, in the order of the record."""
+        found: dict[tuple[int | float | str, ...], list[Row]] = {}
+        for row in self.rows:
+            found.setdefault(tuple(row.level[name] for name in self.problem), []).append(row)
+        return found
 
     def as_json(self) -> dict[str, object]:
         """The fields, and beside each row's readings their median and spread."""

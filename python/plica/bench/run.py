@@ -27,6 +27,7 @@ def blank(case: Case, family: str, size: Size, rounds: int) -> Record:
         does=case.does,
         reference=case.reference,
         errors=dict(case.errors),
+        problem=list(case.problem),
         size=size,
         rounds=rounds,
         environment=this_environment({name: made for name, made in peers.items() if name != "plica"}),

@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from plica.bench.front import front
+from plica.bench.front import fronts
 from plica.bench.record import Record, Row
 from plica.storage.files import replaced
 
@@ -31,7 +31,7 @@ def headings(record: Record) -> list[str]:
 
 def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
     """A list of texts a row, all or these, in the order of `headings`."""
-    best = {row.key for row in front(record.rows, next(iter(record.errors)))}
+    best = {row.key for row in fronts(record)}
     table = []
     for row in record.rows if rows is None else rows:
         values = [str(row.level.get(name, "")) for name in _settings(record)]
@@ -47,14 +47,18 @@ def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
 
 
 def in_short(record: Record) -> list[Row]:
-    """The rows of the front, and of every method that has none there its most exact one."""
+    """Of each problem the rows of the front, and of every method that has none there its most exact one."""
     error = next(iter(record.errors))
-    kept = {row.key for row in front(record.rows, error)}
-    named = {row.method for row in record.rows if row.key in kept}
-    for method in {row.method for row in record.rows} - named:
-        theirs = [row for row in record.rows if row.method == method]
-        kept.add(min(theirs, key=lambda row: (value := row.errors.get(error)) is None or value).key)
+    kept = {row.key for row in fronts(record)}
+    for rows in record.by_problem().values():
+        for method in {row.method for row in rows} - {row.method for row in rows if row.key in kept}:
+            theirs = [row for row in rows if row.method == method]
+            kept.add(min(theirs, key=lambda row: _or_infinite(row.errors.get(error))).key)
     return [row for row in record.rows if row.key in kept]
+
+
+def _or_infinite(value: float | None) -> float:
+    return float("inf") if value is None else value
 
 
 def beside_peers(record: Record) -> list[str]:

@@ -91,6 +91,7 @@ CASES = (
         methods=tuple(Method(str(combination), partial(_bars, combination)) for combination in COMBINATIONS),
         truth=lambda level: None,
         judge=_bars_errors,
+        problem=("problem",),
         claims=(
             Claim("the default's displacement converges on R3", _finest),
             Claim("the default's penetration is below 1e-4 edges", _largest(DEFAULT, "penetration", 1e-4)),

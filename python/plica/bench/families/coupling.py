@@ -177,6 +177,7 @@ CASES = (
         methods=tuple(Method(name, partial(_method, name)) for name in COUPLINGS),
         truth=_truth,
         judge=_judge,
+        problem=("flow",),
         claims=(Claim("the iterated coupling is of order 1.7 or more", _order("iterated", 1.7)),),
         threads=(1,),
     ),

@@ -229,6 +229,7 @@ CASES = (
         methods=_methods("filter"),
         truth=_textbook,
         judge=_judge,
+        problem=("states",),
         claims=(Claim("plica's log-likelihood is right to 1e-9", _exact(["log-likelihood"], 1e-9)),),
     ),
     Case(
@@ -240,6 +241,7 @@ CASES = (
         methods=_methods("smoother"),
         truth=_textbook,
         judge=_judge,
+        problem=("states",),
         claims=(
             Claim("plica's means and covariances are right to 1e-8", _exact(["mean", "covariance"], 1e-8)),
         ),

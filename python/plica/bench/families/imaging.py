@@ -214,6 +214,7 @@ CASES = (
         ),
         truth=lambda level: _frames(level)[2],
         judge=_flow_errors,
+        problem=("scene", "pixels"),
         claims=(
             Claim(
                 "plica's default is within a third of a pixel in the mean",
@@ -241,6 +242,7 @@ CASES = (
         ),
         truth=lambda level: _pictures(level)[1],
         judge=_mask_errors,
+        problem=("noise", "pixels"),
         claims=(Claim("plica's overlap is 0.9 or more", _below("plica", "overlap", 0.1)),),
         threads=(1,),
     ),

@@ -222,6 +222,7 @@ CASES = (
         ),
         truth=lambda level: _refined_motion(int(level["cells"]), 1e-6 * float(level["step (us)"])),
         judge=_motion_error,
+        problem=("step (us)",),
         claims=(
             Claim(
                 "the motion's error is below a hundred tolerances, Cholesky or conjugate gradients",
