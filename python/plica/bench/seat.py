@@ -145,8 +145,8 @@ def _serve(line: Any, case: str, method: str, level: Level, threads: int, truth:
         line.send(seat.measured_first())
         while line.recv():
             line.send(seat.reading())
-    except EOFError:
-        return
+    except (EOFError, ConnectionError):
+        return  # nobody is there any more
     except Exception as error:
         line.send(Stopped(told(error)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -10,7 +10,8 @@ from plica.bench import free, impact
 from plica.bench.bars import PROBLEMS
 from plica.bench.case import Case, Claim, Method
 from plica.bench.combinations import MASSES, Combination
-from plica.bench.record import Level, Row
+from plica.bench.families.claims import at_most, of_order
+from plica.bench.record import Level
 
 __all__ = ["CASES"]
 
@@ -52,25 +53,6 @@ def _box_errors(level: Level, found: dict[str, Any], truth: None) -> dict[str, f
     }
 
 
-def _largest(method: str, error: str, most: float) -> Callable[[Sequence[Row]], bool | None]:
-    """Whether the error of a method is nowhere larger."""
-
-    def holds(rows: Sequence[Row]) -> bool | None:
-        found = [row.errors.get(error) for row in rows if row.method == method]
-        return None if not found else all(value is not None and value <= most for value in found)
-
-    return holds
-
-
-def _finest(rows: Sequence[Row]) -> bool | None:
-    """On the finest bars of R3."""
-    found = {int(r.level["elements"]): r for r in rows if r.method == DEFAULT and r.level["problem"] == "R3"}
-    if len(found) < 2:
-        return None
-    coarse, *_, fine = (found[count].errors["displacement"] for count in sorted(found))
-    return coarse is not None and fine is not None and fine < 0.7 * coarse
-
-
 def _bars_levels(*counts: int) -> tuple[Level, ...]:
     return tuple({"problem": name, "elements": n} for name in ("R1", "R3") for n in counts)
 
@@ -93,8 +75,11 @@ CASES = (
         judge=_bars_errors,
         problem=("problem",),
         claims=(
-            Claim("the default's displacement converges on R3", _finest),
-            Claim("the default's penetration is below 1e-4 edges", _largest(DEFAULT, "penetration", 1e-4)),
+            Claim(
+                "the default's displacement converges on R3",
+                of_order(DEFAULT, "displacement", "elements", 0.5, problem="R3"),
+            ),
+            Claim("the default's penetration is below 1e-4 edges", at_most(DEFAULT, 1e-4, "penetration")),
         ),
         threads=(1,),
         apart=False,
@@ -113,8 +98,8 @@ CASES = (
         truth=lambda level: None,
         judge=_box_errors,
         claims=(
-            Claim("contact by the default makes no energy", _largest(DEFAULT, "gain", 1e-6)),
-            Claim("the default keeps the momentum", _largest(DEFAULT, "momentum", 1e-5)),
+            Claim("contact by the default makes no energy", at_most(DEFAULT, 1e-6, "gain")),
+            Claim("the default keeps the momentum", at_most(DEFAULT, 1e-5, "momentum")),
         ),
         threads=(1,),
         apart=False,

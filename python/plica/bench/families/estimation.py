@@ -5,7 +5,7 @@ The model has n states, spectral radius 0.98, 2 n / 5 rows of independent noise,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.bench.case import Case, Claim, Method
-from plica.bench.record import Level, Row
+from plica.bench.families.claims import at_most
+from plica.bench.record import Level
 from plica.identify import LinearGaussian, kalman_filter, log_likelihood, smooth
 
 __all__ = ["CASES"]
@@ -199,16 +200,6 @@ def _methods(task: str) -> tuple[Method, ...]:
     )
 
 
-def _exact(errors: Sequence[str], most: float) -> Callable[[Sequence[Row]], bool | None]:
-    """Whether plica's errors are nowhere larger."""
-
-    def holds(rows: Sequence[Row]) -> bool | None:
-        found = [row.errors.get(name) for row in rows if row.method == "plica" for name in errors]
-        return None if not found else all(value is not None and value <= most for value in found)
-
-    return holds
-
-
 def _levels(*states: int) -> tuple[Level, ...]:
     return tuple({"states": n, "frames": 200} for n in states)
 
@@ -230,7 +221,7 @@ CASES = (
         truth=_textbook,
         judge=_judge,
         problem=("states",),
-        claims=(Claim("plica's log-likelihood is right to 1e-9", _exact(["log-likelihood"], 1e-9)),),
+        claims=(Claim("plica's log-likelihood is right to 1e-9", at_most("plica", 1e-9, "log-likelihood")),),
     ),
     Case(
         name="smoother",
@@ -243,7 +234,10 @@ CASES = (
         judge=_judge,
         problem=("states",),
         claims=(
-            Claim("plica's means and covariances are right to 1e-8", _exact(["mean", "covariance"], 1e-8)),
+            Claim(
+                "plica's means and covariances are right to 1e-8",
+                at_most("plica", 1e-8, "mean", "covariance"),
+            ),
         ),
     ),
 )

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.case import Case, Claim, Method
-from plica.bench.record import Level, Row
+from plica.bench.families.claims import at_most
+from plica.bench.record import Level
 
 __all__ = ["CASES"]
 
@@ -173,16 +174,6 @@ def _mask_errors(level: Level, found: Sequence[Mask], truth: Sequence[Mask]) -> 
     return {"overlap": float(1 - np.mean(overlap)), "area": float(np.mean(areas))}
 
 
-def _below(method: str, error: str, most: float) -> Callable[[Sequence[Row]], bool | None]:
-    """Whether the error of a method is nowhere larger."""
-
-    def holds(rows: Sequence[Row]) -> bool | None:
-        found = [row.errors.get(error) for row in rows if row.method == method]
-        return None if not found else all(value is not None and value <= most for value in found)
-
-    return holds
-
-
 def _flow_levels(scenes: Sequence[str], sizes: Sequence[int]) -> tuple[Level, ...]:
     return tuple({"scene": scene, "pixels": pixels} for scene in scenes for pixels in sizes)
 
@@ -218,7 +209,7 @@ CASES = (
         claims=(
             Claim(
                 "plica's default is within a third of a pixel in the mean",
-                _below("plica, robust", "end point", 1 / 3),
+                at_most("plica, robust", 1 / 3, "end point"),
             ),
         ),
     ),
@@ -243,7 +234,7 @@ CASES = (
         truth=lambda level: _pictures(level)[1],
         judge=_mask_errors,
         problem=("noise", "pixels"),
-        claims=(Claim("plica's overlap is 0.9 or more", _below("plica", "overlap", 0.1)),),
+        claims=(Claim("plica's overlap is 0.9 or more", at_most("plica", 0.1, "overlap")),),
         threads=(1,),
     ),
 )

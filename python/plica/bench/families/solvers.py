@@ -1,4 +1,4 @@
-"""Linear and saddle-point solvers by tolerance: what a tighter solve costs, and what it gives the motion."""
+"""Linear solvers by tolerance: what a tighter solve costs, and what it gives the motion."""
 
 from __future__ import annotations
 
@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from plica import _engine as engine
 from plica.bench.body import Body, free_block
 from plica.bench.case import Case, Claim, Method
+from plica.bench.families.claims import within_tolerance
+from plica.bench.families.contact_solvers import CONTACT_SOLVER
 from plica.bench.families.newmark import trapezoidal
-from plica.bench.record import Level, Row
+from plica.bench.record import Level
 
 __all__ = ["CASES"]
 
@@ -22,8 +24,6 @@ Array = NDArray[np.float64]
 
 E, NU, DENSITY, SIDE = 20e3, 0.45, 1040.0, 0.01  # Pa, -, kg/m^3, m
 SWING, STEPS = 1e-4, 30  # m
-EXACT = 1e-13
-GAP, SPEED = 0.02, 0.5  # of the side; m/s
 
 
 def _block(cells: int) -> Body:
@@ -126,69 +126,7 @@ def _motion_error(level: Level, found: Array, truth: Array) -> dict[str, float]:
     return {"motion": float(np.linalg.norm(found - truth) / np.linalg.norm(truth))}
 
 
-def _collision(solver: str, tolerance: float, cells: int) -> Callable[[], Array]:
-    """Two cubes that meet flat, without supports; the force between them at the end of each step."""
-    size = (SIDE,) * 3
-    shape: dict[str, Any] = {"size": size, "divisions": (cells,) * 3}
-    left = engine.block_mesh(corner=(-SIDE, 0, 0), **shape)
-    right = engine.block_mesh(corner=(GAP * SIDE / cells, 0, 0), **shape)
-    mesh = engine.combine(left, right, "a.", "b.")
-    airway = engine.matched_airway(mesh.points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
-    body = Body(
-        mesh, engine.Material(engine.Isotropic(E, NU), DENSITY, 0.0), np.zeros((len(mesh.points), 3), bool)
-    )
-    velocity = np.zeros((len(mesh.points), 3))
-    velocity[:, 0] = np.where(np.arange(len(mesh.points)) < len(left.points), SPEED, -SPEED)
-    step = 0.5 * SIDE / cells / float(np.sqrt(E / DENSITY))
-
-    def run() -> Array:
-        simulation = body.simulation(
-            scheme=engine.HilberHughesTaylor(alpha=-0.3),
-            step=step,
-            solver_tolerance=tolerance,
-            contact=engine.Contact(airway=airway, enforcement=engine.Multipliers(solver=solver)),
-            velocity=velocity,
-        )
-        forces = []
-        for _ in range(4 * cells):
-            simulation.advance(1)
-            forces.append(np.ravel(simulation.contact_force).copy())
-        found = np.concatenate(forces)
-        if not found.any():
-            raise RuntimeError("the cubes never touch: nothing is measured.")
-        return found
-
-    return run
-
-
-def _contact(solver: str, level: Level) -> Callable[[], Array]:
-    return _collision(solver, float(level["tolerance"]), int(level["cells"]))
-
-
-@lru_cache(maxsize=1)
-def _exact_forces(cells: int) -> Array:
-    return _collision("saddle", EXACT, cells)()
-
-
-def _force_error(level: Level, found: Array, truth: Array) -> dict[str, float]:
-    return {"force": float(np.linalg.norm(found - truth) / np.linalg.norm(truth))}
-
-
-def _follows_tolerance(
-    error: str, methods: Sequence[str], factor: float
-) -> Callable[[Sequence[Row]], bool | None]:
-    """Whether the error of these is nowhere above so many times the tolerance."""
-
-    def holds(rows: Sequence[Row]) -> bool | None:
-        found = [
-            (row.errors.get(error), float(row.level["tolerance"])) for row in rows if row.method in methods
-        ]
-        return None if not found else all(e is not None and e <= factor * t for e, t in found)
-
-    return holds
-
-
-TIGHT, LOOSE = 1e-10, 1e-4
+LOOSE = 1e-4
 
 
 def _linear_levels(cells: int, steps: Sequence[int], tolerances: Sequence[float]) -> tuple[Level, ...]:
@@ -226,34 +164,9 @@ CASES = (
         claims=(
             Claim(
                 "the motion's error is below a hundred tolerances, Cholesky or conjugate gradients",
-                _follows_tolerance("motion", ("Cholesky", "conjugate gradients"), 100),
+                within_tolerance("motion", ("Cholesky", "conjugate gradients"), 100),
             ),
         ),
     ),
-    Case(
-        name="contact-solver",
-        does="Two free cubes meet flat; contact by multipliers, its equations solved in three ways.",
-        reference=f"forces by the saddle point with solves to {EXACT:g}",
-        errors={"force": "of all contact forces of all steps, relative"},
-        levels={
-            "small": ({"cells": 3, "tolerance": 1e-8},),
-            "full": tuple({"cells": 8, "tolerance": tolerance} for tolerance in (1e-4, 1e-6, 1e-8, 1e-10)),
-        },
-        methods=tuple(
-            Method(said, partial(_contact, name))
-            for said, name in (
-                ("condensed", "condensed"),
-                ("saddle point", "saddle"),
-                ("GMRES, Eq. (29)", "gmres"),
-            )
-        ),
-        truth=lambda level: _exact_forces(int(level["cells"])),
-        judge=_force_error,
-        claims=(
-            Claim(
-                "the forces' error of the condensed solver is below a thousand tolerances",
-                _follows_tolerance("force", ("condensed",), 1000),
-            ),
-        ),
-    ),
+    CONTACT_SOLVER,
 )
