@@ -91,20 +91,25 @@ def test_the_trapezoidal_rule_that_is_written_out_keeps_energy_and_swings_as_it_
 def test_the_command_measures_a_case_goes_on_and_writes_one_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    command = ["bench", "run", "assembly", "--size", "small", "-o", str(tmp_path)]
+    command = ["bench", "run", "frequency", "--size", "small", "-o", str(tmp_path)]
     assert main(command) == 0
     said = capsys.readouterr().out
     assert "| plica | linear | 4 | 1 |" in said
-    written = (tmp_path / "assembly.json").read_bytes()
+    written = (tmp_path / "frequency.json").read_bytes()
     assert main(command) == 0  # nothing is missing: no row is measured again
-    assert (tmp_path / "assembly.json").read_bytes()[:200] == written[:200]
+    assert (tmp_path / "frequency.json").read_bytes()[:200] == written[:200]
     page = (tmp_path / "benchmarks.html").read_text(encoding="utf-8")
-    for part in ("What to use when", FAMILIES["assembly"].advice.split(":")[0], "<svg", "Shown: plica"):
+    for part in (
+        "What to use when",
+        FAMILIES["assembly"].advice.split(":")[0],
+        "<svg",
+        "Shown: the error of plica",
+    ):
         assert part in page
     assert "http" not in page.replace("http://www.w3.org", "")
     table = (tmp_path / "benchmarks.csv").read_text(encoding="utf-8").splitlines()
     assert table[0].startswith(
-        "family,case,size,method,package,version,threads,elements,cells,error: strain energy"
+        "family,case,size,method,package,version,threads,elements,cells,error: frequency"
     )
     assert len(table) == 1 + said.count("| plica | ") + said.count("| scikit-fem | ") + said.count(
         "| NGSolve | "

@@ -60,8 +60,8 @@ class Row(_Stored):
 
     @property
     def spread(self) -> float | None:
-        """Range of the readings over their median."""
-        if not self.seconds:
+        """Range of the readings over their median; None of less than two."""
+        if len(self.seconds) < 2:
             return None
         return (max(self.seconds) - min(self.seconds)) / statistics.median(self.seconds)
 

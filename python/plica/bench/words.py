@@ -100,7 +100,8 @@ def made_by(record: Record) -> str:
     """Engine, machine, packages and what was absent, in one line."""
     packages = ", ".join(f"{name} {version}" for name, version in record.environment.packages.items())
     absent = f"; not installed: {', '.join(record.absent)}" if record.absent else ""
-    return f"{record.environment}; {packages}; medians of {record.rounds} rounds in turn{absent}."
+    rounds = "one round" if record.rounds == 1 else f"medians of {record.rounds} rounds in turn"
+    return f"{record.environment}; {packages}; {rounds}{absent}."
 
 
 def named(row: Row) -> str:
