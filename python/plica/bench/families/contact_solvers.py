@@ -97,4 +97,5 @@ CONTACT_SOLVER = Case(
             within_tolerance("force", ("condensed",), 1000),
         ),
     ),
+    threads=(1,),
 )

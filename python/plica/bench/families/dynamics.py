@@ -154,5 +154,6 @@ CASES = (
                 _far_behind,
             ),
         ),
+        threads=(1,),
     ),
 )
