@@ -75,7 +75,7 @@ FAMILIES = {
         ),
         Family(
             "estimation",
-            "Kalman filter and smoother",
+            "Kalman filter, smoother, EM",
             "plica's own, whose covariances settle, for long records of one model; a general package where "
             "the model changes from frame to frame.",
         ),
