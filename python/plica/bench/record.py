@@ -59,6 +59,11 @@ class Row(_Stored):
         return statistics.median(self.seconds) if self.seconds else None
 
     @property
+    def processor_median(self) -> float | None:
+        """s of processor time, all threads together."""
+        return statistics.median(self.processor) if self.processor else None
+
+    @property
     def spread(self) -> float | None:
         """Range of the readings over their median; None of less than two."""
         if len(self.seconds) < 2:

@@ -24,9 +24,12 @@ __all__ = [
 ]
 
 
+_MEASURED = ("time", "spread", "processor", "memory", "front")
+
+
 def headings(record: Record) -> list[str]:
     """Of the columns."""
-    return ["method", *_settings(record), "threads", *record.errors, "time", "spread", "memory", "front"]
+    return ["method", *_settings(record), "threads", *record.errors, *_MEASURED]
 
 
 def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
@@ -37,12 +40,13 @@ def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
         values = [str(row.level.get(name, "")) for name in _settings(record)]
         start = [row.method, *values, str(row.threads)]
         if row.failure:
-            table.append([*start, row.failure, *[""] * (len(record.errors) + 3)])
+            table.append([*start, row.failure, *[""] * (len(record.errors) + len(_MEASURED) - 1)])
             continue
         errors = [_number(row.errors.get(name)) for name in record.errors]
         spread = "" if row.spread is None else f"{100 * row.spread:.0f} %"
         memory = "" if row.memory is None else f"{row.memory / 1e6:.0f} MB"
-        table.append([*start, *errors, seconds(row.median), spread, memory, "x" if row.key in best else ""])
+        times = seconds(row.median), spread, seconds(row.processor_median)
+        table.append([*start, *errors, *times, memory, "x" if row.key in best else ""])
     return table
 
 
@@ -64,10 +68,11 @@ def _or_infinite(value: float | None) -> float:
 def beside_peers(record: Record) -> list[str]:
     """How many times as long a peer's methods take, at the last level that they share with plica's first.
 
-    Medians of the ratios within the rounds, with the least and the greatest.
+    For each value of the settings that are words. Medians of the ratios within the rounds, with the least and
+    the greatest, and the ratio of processor times.
     """
     ours = {(*row.key[1:],): row for row in reversed(record.rows) if row.method == record.rows[0].method}
-    said = {}
+    said: dict[tuple[object, ...], str] = {}
     for row in record.rows:
         mine = ours.get(row.key[1:])
         if row.package != "plica" and mine is not None and row.seconds and mine.seconds:
@@ -75,10 +80,18 @@ def beside_peers(record: Record) -> list[str]:
             middle, least, most = (
                 f"{ratio:.2g}" for ratio in (statistics.median(ratios), ratios[0], ratios[-1])
             )
-            said[row.method, row.threads] = (
-                f"{named(row)} takes {middle} ({least} to {most}) times as long as {mine.method}."
+            words = [value for value in row.level.values() if isinstance(value, str)]
+            said[row.method, row.threads, *words] = (
+                f"{named(row)} takes {middle} ({least} to {most}) times as long as {mine.method}"
+                f"{_processor_ratio(row, mine)}."
             )
     return list(said.values())
+
+
+def _processor_ratio(row: Row, mine: Row) -> str:
+    """Nothing where the clock is too coarse for either."""
+    theirs, ours = row.processor_median, mine.processor_median
+    return f", and {theirs / ours:.2g} times its processor time" if theirs and ours else ""
 
 
 def as_markdown(record: Record, rows: Sequence[Row] | None = None) -> str:
@@ -147,6 +160,7 @@ def _flat(record: Record, row: Row) -> dict[str, object]:
         **row.level,
         **{f"error: {name}": value for name, value in row.errors.items()},
         "time (s)": row.median,
+        "processor (s)": row.processor_median,
         "spread": row.spread,
         "readings": len(row.seconds),
         "memory (B)": row.memory,
