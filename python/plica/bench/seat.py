@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import re
+import signal
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -120,6 +121,7 @@ class Apart:
 
     def close(self) -> None:
         self._line.close()
+        self._process.terminate()  # it may be in the middle of a call that nobody waits for
         self._process.join()
 
     def _answer(self, *, asked: bool = False) -> First | Reading:
@@ -139,6 +141,9 @@ def _serve(line: Any, case: str, method: str, level: Level, threads: int, truth:
     """Answer a message with a reading, until nobody asks."""
     from plica.bench.families import find_case
 
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # Ctrl-C is for the process that measures, which ends this one
     try:
         found = find_case(case)
         seat = Here(found, found.method(method), level, threads, truth)
