@@ -57,8 +57,10 @@ def row(method: str, readings: list[float], error: float = 0.1, **parts: object)
     return Row(method=method, seconds=readings, processor=readings, **given | parts)
 
 
-def record(*rows: Row, **parts: object) -> Record:
-    return made(toy()).model_copy(update={"rows": list(rows), **parts})
+def record(*rows: Row, load: float = 0.1, **parts: object) -> Record:
+    one = made(toy())
+    environment = one.environment.model_copy(update={"load": [load, 1.0]})
+    return one.model_copy(update={"rows": list(rows), "environment": environment, **parts})
 
 
 def test_a_row_has_its_readings_their_median_and_their_range() -> None:
@@ -210,6 +212,15 @@ def test_a_change_of_time_is_told_from_noise(before: list[float], after: list[fl
     found = compare(record(row("m", before)), record(row("m", after)))
     assert [change.verdict for change in found.changes] == [verdict]
     assert len(found.worse) == (verdict == "slower")
+
+
+def test_processor_times_are_compared_where_a_machine_was_busy() -> None:
+    before = row("m", QUICK).model_copy(update={"processor": QUICK})
+    after = row("m", SLOW).model_copy(update={"processor": QUICK[::-1]})
+    assert [change.verdict for change in compare(record(before), record(after)).changes] == ["slower"]
+    found = compare(record(before), record(after, load=8.0))
+    assert [change.verdict for change in found.changes] == ["noise"]
+    assert found.notes[0] == "after: the machine was busy (load 8.0): processor times are compared"
 
 
 def test_an_error_that_grew_or_a_method_that_stopped_is_worse() -> None:

@@ -21,6 +21,8 @@ LEAST = 0.03
 """Share by which medians must differ beside that."""
 WORSE = 0.01
 """Share by which an error must have grown to be called less exact; round-off is another matter."""
+BUSY = 0.5
+"""Processes that wanted a core before a case began: from here on wall time is that of others, too."""
 ROUND_OFF = 1e-12
 """Errors up to here are not told apart."""
 
@@ -32,7 +34,7 @@ class Change:
     name: str
     before: float | None
     after: float | None
-    """Medians, s."""
+    """Medians, s, of wall time, or of processor time where a machine was busy."""
     verdict: Verdict
     less_exact: tuple[str, ...]
     """Errors that grew, in words."""
@@ -69,12 +71,19 @@ def compare(before: Record, after: Record) -> Comparison:
         raise InvalidInput(f"bench compare: {before.case}: no row is in both; there must be one at least.")
     notes = _notes(before, after)
     timed = not any(note.startswith("times are not compared") for note in notes)
+    busy = any(record.environment.load[0] > BUSY for record in (before, after))
     alone = [
         named(rows[key]) for rows, others in ((old, new), (new, old)) for key in rows if key not in others
     ]
     if alone:
         notes.append(f"only in one of them: {', '.join(alone)}")
-    return Comparison(tuple(notes), tuple(_change(old[key], new[key], timed) for key in common))
+    changes = (_change(_timed(old[key], busy), _timed(new[key], busy), timed) for key in common)
+    return Comparison(tuple(notes), tuple(changes))
+
+
+def _timed(row: Row, busy: bool) -> Row:
+    """The row with processor times for its readings, where the machine was busy."""
+    return row.model_copy(update={"seconds": row.processor}) if busy else row
 
 
 def _notes(before: Record, after: Record) -> list[str]:
@@ -92,8 +101,9 @@ def _notes(before: Record, after: Record) -> list[str]:
         if one.packages[name] != other.packages[name]:
             notes.append(f"another {name}: {one.packages[name]} before, {other.packages[name]} after")
     for when, record in (("before", before), ("after", after)):
-        if record.environment.load[0] > 0.5:
-            notes.append(f"{when}: the machine was busy (load {record.environment.load[0]:.1f} at the start)")
+        load = record.environment.load[0]
+        if load > BUSY:
+            notes.append(f"{when}: the machine was busy (load {load:.1f}): processor times are compared")
         if not record.finished:
             notes.append(f"{when}: the case is not finished")
     return notes

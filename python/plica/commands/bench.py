@@ -63,8 +63,8 @@ _COMPARE_HELP = """\
 Compares two records of a case, or all cases that two directories share. A row is called slower or quicker
 only where its readings differ beyond noise: a rank test at 1 % (Mann and Whitney; it takes five readings of
 both sides) and medians 3 % apart. "too few": so few readings could not show a change. An error that grew by
-more than 1 % is less exact. Different machines are said, and their times not compared; other cases are
-refused.
+more than 1 % is less exact. Where a machine was busy processor times are compared. Different machines are
+said, and their times not compared; other cases are refused.
 
 examples:
   plica bench compare before/assembly.json after/assembly.json
@@ -184,7 +184,7 @@ def _compare(options: argparse.Namespace) -> int:
     from plica.bench.compare import compare
     from plica.bench.pairs import pairs
 
-    worse = 0
+    changes, worse = [], 0
     for before, after in pairs(options.before, options.after):
         found = compare(before, after)
         print(f"{before.case}: engine {before.environment.commit} -> {after.environment.commit}")
@@ -193,7 +193,10 @@ def _compare(options: argparse.Namespace) -> int:
         for change in found.changes:
             print(f"  {change}")
         worse += len(found.worse)
-    print(f"{worse} rows are slower or less exact." if worse else "Nothing is slower or less exact.")
+        changes += [change.verdict for change in found.changes]
+    unknown = sum(verdict in ("too few", "not compared") for verdict in changes)
+    said = f"{worse or 'none'} of {len(changes)} rows {'is' if worse == 1 else 'are'} slower or less exact"
+    print(said + (f"; of {unknown} the time cannot be judged." if unknown else "."))
     return 1 if worse else 0
 
 
