@@ -42,7 +42,8 @@ from plica.phonation.run.build import materials_of
 
 THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
 SIZE = (4e-3, 8e-3, 4e-3)
-CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 4e-3, 4e-3))
+CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 4e-3, 4e-3))  # above the block
+LARYNX_CAMERA = plica.Camera(mm_per_px=0.05)
 FRAME_RATE, STEP = 4000.0, 125e-6
 FLOW_SD, PRESSURE_SD, PRIOR_SD, GAIN_SD = 0.1, 30.0, 0.7, 0.3
 VISCOSITY = tuple(f"{layer}.viscosity" for layer in ("cover", "ligament", "body"))
@@ -404,18 +405,18 @@ class LarynxBench:
         return 3 * (len(np.asarray(self.mesh.points)) - len(self.mesh.node_sets["wall"]))
 
     def image(self) -> np.ndarray:
-        """(r, 2) m in the picture: some 80 nodes of the surface about the glottis."""
+        """(r, 2) px, column and row: some 80 nodes of the surface about the glottis."""
         x, faces = np.asarray(self.mesh.points), np.asarray(self.mesh.surfaces["airway"])
         centres = x[faces[:, :3]].mean(axis=1)
         upward = np.cross(*np.moveaxis(x[faces[:, 1:3]] - x[faces[:, :1]], 1, 0))[:, 2] > 0
         near = upward & (np.abs(centres[:, 0]) < 3.5e-3) & (np.abs(centres[:, 1]) < 6e-3)
         nodes = np.unique(faces[near])
-        return np.ascontiguousarray(x[nodes[:: max(1, len(nodes) // 80)], :2])
+        return LARYNX_CAMERA.project(x[nodes[:: max(1, len(nodes) // 80)]])[:, :2]
 
     def model(self, image: np.ndarray, flow: np.ndarray) -> MotionModel:
         """Of the flow (N, r, 2) at these points of the picture."""
-        points = SurfacePoints.seen(self.mesh, "airway", CAMERA, image)
-        seen = Observation(points, CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
+        points = SurfacePoints.seen(self.mesh, "airway", LARYNX_CAMERA, image)
+        seen = Observation(points, LARYNX_CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
         forcing = Forcing(self.patterns, self.waves, gain_sd=GAIN_SD)
         return MotionModel(self.scene, parameters(SEVEN, np.zeros(7)), seen, forcing, mesh=self.mesh)
 
