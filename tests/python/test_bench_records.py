@@ -194,6 +194,11 @@ def test_nothing_is_quicker_and_as_exact_as_a_row_of_the_front() -> None:
     assert 1 < len(best) < 60
 
 
+def test_errors_of_round_off_are_alike_to_the_front() -> None:
+    rows = [row("quick", [1.0], 3e-14), row("slow", [2.0], 1e-16), row("rough", [0.5], 1e-3)]
+    assert [found.method for found in front(rows, "off")] == ["rough", "quick"]
+
+
 QUICK, SLOW = [1.0, 1.1, 1.05, 1.2, 1.15], [2.0, 2.1, 2.05, 2.2, 2.15]
 
 

@@ -7,6 +7,7 @@ from typing import Literal
 
 from scipy.stats import mannwhitneyu
 
+from plica.bench.front import ROUND_OFF
 from plica.bench.record import Record, Row
 from plica.bench.words import named, seconds
 from plica.errors import InvalidInput
@@ -23,8 +24,6 @@ WORSE = 0.01
 """Share by which an error must have grown to be called less exact; round-off is another matter."""
 BUSY = 0.5
 """Processes that wanted a core before a case began: from here on wall time is that of others, too."""
-ROUND_OFF = 1e-12
-"""Errors up to here are not told apart."""
 
 
 @dataclass(frozen=True)

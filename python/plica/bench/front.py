@@ -6,7 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from plica.bench.record import Record, Row
 
-__all__ = ["front", "fronts"]
+__all__ = ["ROUND_OFF", "front", "fronts"]
+
+ROUND_OFF = 1e-12
+"""Errors up to here are not told apart."""
 
 
 def fronts(record: Record) -> list[Row]:
@@ -33,4 +36,4 @@ def _points(rows: Sequence[Row], error: str) -> Iterator[tuple[float, float, Row
     for row in rows:
         seconds, value = row.median, row.errors.get(error)
         if seconds is not None and value is not None:
-            yield seconds, value, row
+            yield seconds, max(value, ROUND_OFF), row
