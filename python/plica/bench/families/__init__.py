@@ -47,8 +47,8 @@ FAMILIES = {
         Family(
             "coupling",
             "Coupling of flow and tissue",
-            "The iterated coupling, always: it costs one more solve a step and is of second order; lagged "
-            "coupling is of first, and drives what it should not.",
+            "Iterated, or extrapolated, which is as exact at a step and spares the sweeps; lagged, which is of "
+            "first order, only to try things.",
         ),
         Family(
             "contact",
