@@ -20,6 +20,7 @@ _BENCH_HELP = """\
 Error against run time of this installation, beside other packages where they are installed: what is it worth
 to wait longer, and which method is never the right one.
 
+examples:
   plica bench list                          the cases, and which peers are here
   plica bench run -o figures                all of them, some 40 minutes; ends with figures/benchmarks.html
   plica bench run assembly --size small     does it work: seconds, no figures to quote

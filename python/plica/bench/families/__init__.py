@@ -47,8 +47,8 @@ FAMILIES = {
         Family(
             "coupling",
             "Coupling of flow and tissue",
-            "Iterated, or extrapolated, which is as exact at a step and spares the sweeps; lagged, which is of "
-            "first order, only to try things.",
+            "Iterated, or extrapolated, which is as exact at a step and spares the sweeps; lagged, which is "
+            "of first order, only to try things.",
         ),
         Family(
             "contact",
