@@ -70,20 +70,14 @@ class Here:
         self._case, self._level, self._truth = case, level, truth
         self._call = method.prepare(level)
 
-    def first(self) -> First:
-        start = time.perf_counter()
+    def first(self, *, alone: bool = False) -> First:
+        """`alone`: the process is new and nobody else's, so that the growth of its peak is this call's."""
+        if alone:
+            _reset_peak()
+        before, start = _peak(), time.perf_counter()
         result = self._call()
         seconds = time.perf_counter() - start
-        return First(self._case.judge(self._level, result, self._truth), seconds, None)
-
-    def measured_first(self) -> First:
-        """With the growth of this process's peak, which is this call's alone if the process is new."""
-        _reset_peak()
-        before = _peak()
-        start = time.perf_counter()
-        result = self._call()
-        seconds = time.perf_counter() - start
-        grown = _peak() - before
+        grown = _peak() - before if alone else None
         return First(self._case.judge(self._level, result, self._truth), seconds, grown)
 
     def reading(self) -> Reading:
@@ -147,7 +141,7 @@ def _serve(line: Any, case: str, method: str, level: Level, threads: int, truth:
     try:
         found = find_case(case)
         seat = Here(found, found.method(method), level, threads, truth)
-        line.send(seat.measured_first())
+        line.send(seat.first(alone=True))
         while line.recv():
             line.send(seat.reading())
     except (EOFError, ConnectionError):
