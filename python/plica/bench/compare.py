@@ -7,12 +7,12 @@ from typing import Literal
 
 from scipy.stats import mannwhitneyu
 
-from plica.bench.front import ROUND_OFF
+from plica.bench.front import ALIKE, ROUND_OFF
 from plica.bench.record import Record, Row
 from plica.bench.words import named, seconds
 from plica.errors import InvalidInput
 
-__all__ = ["LEAST", "SURE", "WORSE", "Change", "Comparison", "compare"]
+__all__ = ["LEAST", "SURE", "Change", "Comparison", "compare"]
 
 Verdict = Literal["slower", "quicker", "noise", "too few", "not compared"]
 
@@ -20,8 +20,6 @@ SURE = 0.01
 """Of the two-sided rank test (Mann and Whitney): what is called a change would by chance be seen so often."""
 LEAST = 0.03
 """Share by which medians must differ beside that."""
-WORSE = 0.01
-"""Share by which an error must have grown to be called less exact; round-off is another matter."""
 BUSY = 0.5
 """Processes that wanted a core before a case began: from here on wall time is that of others, too."""
 
@@ -140,6 +138,6 @@ def _less_exact(before: Row, after: Row) -> tuple[str, ...]:
             continue
         if other is None:
             grown.append(f"{name} is not a number")
-        elif abs(other) > max(abs(one) * (1 + WORSE), ROUND_OFF):
+        elif abs(other) > max(abs(one) * (1 + ALIKE), ROUND_OFF):
             grown.append(f"{name} {one:.3g} -> {other:.3g}: less exact")
     return tuple(grown)

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 from plica.bench.record import Record, Row
 
-__all__ = ["ROUND_OFF", "front", "fronts"]
+__all__ = ["ALIKE", "ROUND_OFF", "front", "fronts"]
 
-ROUND_OFF = 1e-12
-"""Errors up to here are not told apart."""
+ROUND_OFF, ALIKE = 1e-12, 0.01
+"""Errors up to the first, and those that differ by a share up to the second, are not told apart."""
 
 
 def fronts(record: Record) -> list[Row]:
@@ -26,7 +26,7 @@ def front(rows: Sequence[Row], error: str) -> list[Row]:
     found: list[Row] = []
     least = float("inf")
     for _, value, row in sorted(_points(rows, error), key=lambda point: point[:2]):
-        if value < least:
+        if value < least * (1 - ALIKE):
             found.append(row)
             least = value
     return found

@@ -66,15 +66,17 @@ def _or_infinite(value: float | None) -> float:
 
 
 def beside_peers(record: Record) -> list[str]:
-    """How many times as long a peer's methods take, at the last level that they share with plica's first.
+    """How many times as long a peer's methods take, at the last level that they share with plica's.
 
-    For each value of the settings that are words. Medians of the ratios within the rounds, with the least and
+    Plica's is the method by which a peer's name ends ("peer, trapezoidal"), or the first. For each value of the settings that are words. Medians of the ratios within the rounds, with the least and
     the greatest, and the ratio of processor times.
     """
-    ours = {(*row.key[1:],): row for row in reversed(record.rows) if row.method == record.rows[0].method}
+    ours = {row.key: row for row in record.rows if row.package == "plica"}
+    first = record.rows[0].method if record.rows else ""
     said: dict[tuple[object, ...], str] = {}
     for row in record.rows:
-        mine = ours.get(row.key[1:])
+        same = next((name for name, *_ in ours if row.method.endswith(f", {name}")), first)
+        mine = ours.get((same, *row.key[1:]))
         if row.package != "plica" and mine is not None and row.seconds and mine.seconds:
             ratios = sorted(a / b for a, b in zip(row.seconds, mine.seconds, strict=True))
             middle, least, most = (
