@@ -68,9 +68,9 @@ def _or_infinite(value: float | None) -> float:
 def beside_peers(record: Record) -> list[str]:
     """How many times as long a peer's methods take, at the last level that they share with plica's.
 
-    Plica's is the method by which a peer's name ends ("peer, trapezoidal"), or the first. For each value of the
-    settings that are words: medians of the ratios within the rounds, with the least and the greatest, and the
-    ratio of processor times.
+    Plica's is the method by which a peer's name ends ("peer, trapezoidal"), or the first. For each value of
+    the settings that are words: medians of the ratios within the rounds, with the least and the greatest, and
+    the ratio of processor times.
     """
     ours = {row.key: row for row in record.rows if row.package == "plica"}
     first = record.rows[0].method if record.rows else ""
