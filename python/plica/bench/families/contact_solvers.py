@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from plica import _engine as engine
 from plica.bench.body import Body
 from plica.bench.case import Case, Claim, Method
-from plica.bench.families.claims import within_tolerance
+from plica.bench.families.claims import at_most
 from plica.bench.record import Level
 
 __all__ = ["CONTACT_SOLVER"]
@@ -63,6 +63,11 @@ def _contact(solver: str, level: Level) -> Callable[[], Array]:
     return _collision(solver, float(level["tolerance"]), int(level["cells"]))
 
 
+def _reached(solver: str, level: Level) -> bool:
+    """GMRES does not come to an end with tighter solves than 1e-6 on the full size."""
+    return solver != "gmres" or float(level["tolerance"]) >= 1e-6 or int(level["cells"]) <= 3
+
+
 @lru_cache(maxsize=1)
 def _exact_forces(cells: int) -> Array:
     return _collision("saddle", EXACT, cells)()
@@ -82,7 +87,7 @@ CONTACT_SOLVER = Case(
         "full": tuple({"cells": 8, "tolerance": tolerance} for tolerance in (1e-4, 1e-6, 1e-8, 1e-10)),
     },
     methods=tuple(
-        Method(said, partial(_contact, name))
+        Method(said, partial(_contact, name), fits=partial(_reached, name))
         for said, name in (
             ("condensed", "condensed"),
             ("saddle point", "saddle"),
@@ -93,8 +98,8 @@ CONTACT_SOLVER = Case(
     judge=_force_error,
     claims=(
         Claim(
-            "the forces' error of the condensed solver is below a thousand tolerances",
-            within_tolerance("force", ("condensed",), 1000),
+            "the forces of the condensed solver are right to 1e-6 at every tolerance",
+            at_most("condensed", 1e-6, "force"),
         ),
     ),
     threads=(1,),
