@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plica import __version__
-from plica.commands import bench, examples, film, identify, keys, larynx, verify, video
-from plica.commands.arguments import Parser, add_command, add_threads, joined
+from plica.commands import bench, compare, examples, film, identify, keys, larynx, verify, video
+from plica.commands.arguments import Parser, add_command, add_pdf, add_threads, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
@@ -35,6 +35,7 @@ A first session:
   paraview runs/first/fields.xdmf                       look at it in 3D
   plica film runs/first -o clip.avi                     film it, with the true motion of every pixel
   plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
+  plica compare before after -o change                  two such analyses beside each other
   plica identify analysis --scene my.toml -o tissue     estimate the tissue from it
 
 A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
@@ -163,7 +164,9 @@ def _parser() -> argparse.ArgumentParser:
     larynx.add_commands(commands)
     identify.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
+    compare.add_commands(commands)
     report = part("report", _report, "write DIR/report.html anew")
+    add_pdf(report)
     measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)
     for sub in (report, measures):
         sub.add_argument(
@@ -262,6 +265,7 @@ def _info(options: argparse.Namespace) -> int:
         "matplotlib",
         "pillow",
         "av",
+        "weasyprint",
     ):
         try:
             rows[name] = metadata.version(name)
@@ -279,13 +283,17 @@ def _plain(value: object) -> str:
 def _report(options: argparse.Namespace) -> int:
     import plica
     from plica.phonation.report import write_report
+    from plica.report.page import pdf_of, require_pdf
     from plica.storage.files import storage_errors
 
-    if video.is_analysis(options.directory):
-        return video.redraw(options.directory)
-    run = plica.Run.load(options.directory)
+    if options.pdf:
+        require_pdf()
     with storage_errors(options.directory):
-        print(write_report(run, options.directory / "report.html"))
+        if video.is_analysis(options.directory):
+            page = video.redraw(options.directory)
+        else:
+            page = write_report(plica.Run.load(options.directory), options.directory / "report.html")
+        print(pdf_of(page) if options.pdf else page)
     return 0
 
 

@@ -280,7 +280,7 @@ def test_a_held_level_of_collisions_is_in_pascal() -> None:
     held = MarginalLikelihood(layered_model(NAMES, flow, sd=0.02, **given)).evaluate(x)
     assert held.value == pytest.approx(found.value, rel=1e-9)
     for name in ("pressure", "flow", "collision"):
-        assert getattr(held.noise, name) == pytest.approx(getattr(found.noise, name), rel=1e-4)
+        assert getattr(held.noise, name) == pytest.approx(getattr(found.noise, name), rel=1e-9)
     given["collision_sd"] *= 1.5
     assert MarginalLikelihood(layered_model(NAMES, flow, sd=0.02, **given)).evaluate(x).value < held.value
 

@@ -18,19 +18,19 @@ def _block(number: int, page: str = "identification.md") -> str:
     return re.findall(r"```python\n(.*?)```", text, re.DOTALL)[number]
 
 
-def _run(page: str, where: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """What the first lines of a page leave, where ``plica examples scenes`` was called."""
+def _run(page: str, where: Path, monkeypatch: pytest.MonkeyPatch, number: int = 0) -> dict[str, Any]:
+    """What lines of a page leave, where ``plica examples scenes`` was called."""
     monkeypatch.chdir(where)
     assert main(["examples", "scenes"]) == 0
     names: dict[str, Any] = {}
-    exec(compile(_block(0, page), page, "exec"), names)
+    exec(compile(_block(number, page), page, "exec"), names)
     return names
 
 
-def test_the_first_lines_find_the_tissue(
+def test_the_lines_for_arrays_find_the_tissue(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    names = _run("identification.md", tmp_path, monkeypatch)
+    names = _run("identification.md", tmp_path, monkeypatch, 1)
     printed, posterior = capsys.readouterr().out, names["posterior"]
     assert all(name in printed for name in ("cover.mu_fibre", "body.mu_fibre", "body.viscosity", "gain"))
     tissue = names["scene"].tissue
@@ -49,7 +49,7 @@ def test_the_lines_for_files_run(
     flow_file(tmp_path / "flow.h5")
     block_scene().save(tmp_path / "larynx.toml")
     chosen = ", ".join(f"{name}={value!r}" for name, value in SETTINGS.items())
-    block = re.sub(r"Settings\(.*\)\n", f"Settings({chosen})\n", _block(1)).replace('"analysis"', '"flow.h5"')
+    block = re.sub(r"Settings\(.*\)\n", f"Settings({chosen})\n", _block(0)).replace('"analysis"', '"flow.h5"')
     exec(compile(block, "identification.md", "exec"), {})
     assert "body.E" in capsys.readouterr().out
     assert identification.load(tmp_path / "tissue").picture.observed.shape[2] == 2

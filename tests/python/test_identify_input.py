@@ -13,7 +13,8 @@ import pytest
 import plica
 from flow_files import PAIRS, SETTINGS, SHAPE, block_scene, flow_file
 from plica.cli import main
-from plica.identify import Settings, identify, load
+from plica.identify import Settings, identify, load, open_motion
+from plica.identify.doubts import doubts
 
 Made = Callable[..., Any]
 
@@ -90,6 +91,14 @@ def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
         ({"visible": np.zeros((PAIRS, *SHAPE), dtype=bool)}, "no point of the surface is seen in 50%"),
         ({"flow": np.full((PAIRS, *SHAPE, 2), np.nan)}, "no point of the surface is seen in 50%"),
         ({"flow": np.zeros((PAIRS, *SHAPE, 2))}, "flow is zero everywhere; must show motion"),
+        ({"flow": np.ones((PAIRS, *SHAPE, 2), complex)}, "flow has numbers of type complex128; must be real"),
+        (
+            {"sd": np.zeros((PAIRS, *SHAPE))},
+            "flow.h5: sd[0, 4, 4] = 0 px; must be > 0, or nan where it is not",
+        ),
+        ({"sd": -np.ones((PAIRS, *SHAPE))}, "sd[0, 4, 4] = -1 px; must be > 0"),
+        ({"flow": np.full((PAIRS, *SHAPE, 2), 1e4)}, "whose flow is to be trusted and is in px a frame"),
+        ({"flow": np.ones((1, *SHAPE, 2)), "visible": None}, "frames 0 to 1; must lie in [0, 1]"),
         ({"fps": 3000.0}, "frame interval / step = 2.66667; must be a whole number"),
     ],
 )
@@ -112,6 +121,8 @@ def test_a_file_that_does_not_fit_is_refused(refused: Made, changes: dict[str, A
         ({"points": ((1.0, 1.0),)}, 'points[0] = [1, 1] px; must show the surface "z_max"'),
         ({"mm_per_px": 0.1}, "mm_per_px = 0.1; must be left out: flow.h5 says where its camera stood"),
         ({"centre": (0.3, 0, 0), "roll": 0.0, "mm_per_px": 0.1}, "no point of the picture shows the surface"),
+        ({"tilt": 5.0}, "tilt = 5; must be left out: flow.h5 says where its camera stood. To set that aside"),
+        ({"spacing": 1000.0}, "spacing = 1000 px; must be <= 40 px, the shorter side of the picture"),
         ({"seen": "z_mux"}, 'seen = "z_mux"; must be one of x_max'),
         ({"surface": "x_mxa"}, 'Did you mean "x_max"?'),
         ({"surface": "z_max"}, "the pressed surface lies at one height"),
@@ -163,6 +174,7 @@ def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
         (("body.E", {"targets": "body.E", "name": "again"}), '"body.E" is set by "body.E" and by "again"'),
         (({"targets": ("body.E",), "name": "a"}, {"targets": "body.viscosity", "name": "a"}), "given twice"),
         (("body",), 'target = "body"; must be a layer and a field'),
+        (("body.density",), "no motion tells the density"),
     ],
 )
 def test_a_parameter_that_the_scene_does_not_have_is_refused(
@@ -194,6 +206,7 @@ def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
     ("wrong", "said"),
     [
         ({"log_sd": 0}, "log_sd = 0; must be > 0"),
+        ({"log_sd": 1000}, "log_sd = 1000; must be <= 10"),
         (
             {"parameters": ({"targets": "body.E", "median": "-1 kPa"},)},
             "must be > 0: its logarithm is estimated",
@@ -245,6 +258,11 @@ def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str,
         ("t,a,b,c\n0,1,1,x\n1,2,2,2\n", "must have numbers in all cells"),
         ("t,a,b,c\n1,1,1,1\n0,2,2,2\n", "times must increase"),
         ("t,a,b,c\n0,1,1,1\n1e-4,2,2,2\n", "must cover the recording, 0 to 0.0025 s"),
+        (
+            "t,a,b,c\n0,1,1,1\n0.1,2,2,2\n0.2,1,1,1\n",
+            "has 1 rows from 0 to 0.0025 s, the time of the recording",
+        ),
+        ("t,a,b,c\n0,0,0,0\n1e-3,0,0,0\n2e-3,0,0,0\n3e-3,0,0,0\n", "drive = 0 Pa throughout; must have"),
     ],
 )
 def test_a_drive_that_does_not_fit_is_refused(
@@ -313,6 +331,24 @@ def test_nothing_goes_on_where_nothing_was_begun(tmp_path: Path) -> None:
         load(tmp_path)
 
 
+def test_results_are_not_written_over_a_file(tmp_path: Path) -> None:
+    (tmp_path / "out").write_text("a letter")
+    with pytest.raises(plica.InvalidInput, match="out: is a file; must be a directory"):
+        identify(flow_file(tmp_path / "flow.h5"), block_scene(), tmp_path / "out", _one(), progress=False)
+    assert (tmp_path / "out").read_text() == "a letter"
+
+
+def test_what_contradicts_the_recording_is_said(tmp_path: Path) -> None:
+    flow_file(tmp_path / "flow.h5", glottal_area=np.zeros(PAIRS + 1))
+    motion = open_motion(tmp_path / "flow.h5")
+    told = doubts(motion, Settings(fps=2000.0))
+    assert told[0] == "flow.h5 says fps = 4000 Hz; the settings say 2000 Hz, which is taken."
+    assert "no frame with a known glottal area above 0: no frame is taken as closed" in told[1]
+    assert doubts(motion, Settings(fps=4000.0, closed_below=0.0)) == ()
+    flow_file(tmp_path / "nan.h5", glottal_area=np.full(PAIRS + 1, np.nan))
+    assert len(doubts(open_motion(tmp_path / "nan.h5"), Settings())) == 1
+
+
 def test_the_command_says_what_is_wrong_and_returns_two(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -322,4 +358,8 @@ def test_the_command_says_what_is_wrong_and_returns_two(
     assert "no.h5: there is no such file" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
     assert main([*arguments, "-o", str(tmp_path / "out"), "--log-sd", "-1"]) == 2
-    assert "log_sd = -1" in capsys.readouterr().err
+    assert "plica: --log-sd = -1" in capsys.readouterr().err
+    assert main([*arguments, "-o", str(tmp_path / "out"), "--parameters", "body.E,"]) == 2
+    assert '--parameters = "body.E,"; must be names with single commas' in capsys.readouterr().err
+    assert main([*arguments, "-o", str(tmp_path / "out"), "--from", "5", "--to", "6"]) == 2
+    assert "plica: --to = 6; must be >= first + 2 = 7" in capsys.readouterr().err

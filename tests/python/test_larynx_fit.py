@@ -192,7 +192,7 @@ def test_given_commissures_are_kept() -> None:
 def test_a_fold_that_stands_at_the_midline_is_refused() -> None:
     inside = coverage((200, 120), (60.0, 100.0), (30.0, 80.0)) > 0.5
     inside[:, :59] = False
-    with pytest.raises(InvalidInput, match=r"contour error .* must be <= 8.00 px, .* asymmetry of \+0.8"):
+    with pytest.raises(InvalidInput, match=r"contour error .* must be <= 8.00 px, .*asymmetry \+0.8"):
         larynx_fit.fit_larynx(None, inside, mm_per_px=0.05, commissures=((60, 20), (60, 180)))
     allowed = larynx_fit.fit_larynx(
         None, inside, mm_per_px=0.05, commissures=((60, 20), (60, 180)), largest_error=0.5
@@ -201,6 +201,20 @@ def test_a_fold_that_stands_at_the_midline_is_refused() -> None:
     columns = inside.sum(axis=0)
     left, right = columns[59] + 0.5 * columns[60], columns[61:].sum() + 0.5 * columns[60]
     assert allowed.asymmetry == pytest.approx((right - left) / (right + left), abs=0.005)
+
+
+def test_a_glottis_that_is_no_ellipse_is_warned_of() -> None:
+    """A triangle: the ellipse has its length, and is off its sides by more than half of the half-width."""
+    row, column = np.mgrid[:240, :120]
+    triangle = np.abs(column - 60) < 8 * (row - 40) / 160
+    triangle[row > 200] = False
+    made = larynx_fit.fit_larynx(None, triangle & (row > 44), mm_per_px=0.05)
+    assert made.missed_width == pytest.approx(
+        made.error.percentile_95 * 0.05e-3 / made.section.half_width, rel=1e-12
+    )
+    assert made.missed_width > 0.5
+    assert "of the half-width: this glottis is no ellipse" in made.warnings[0]
+    assert _fit(pictured()).warnings == []
 
 
 def test_the_scene_text_is_the_larynx() -> None:

@@ -10,9 +10,9 @@ import pytest
 
 from plica.video.analysis import Analysis, analyse
 from plica.video.doubts import WholeGlottis, doubts
+from plica.video.light import light_of
 from plica.video.midline import Midline
 from plica.video.pixel_levels import pixel_levels
-from plica.video.report import _quality
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.vibrogram import vibrogram
@@ -47,13 +47,13 @@ def test_what_is_dark_beside_the_glottis_is_no_part_of_it_or_turns_the_light(
     area = found.area.total.mean() / truth.sum(axis=0).mean() - 1
     opened = found.measures["open_quotient"].value - true["open_quotient"].value
     right = abs(area) < 0.03 and abs(opened) < 0.05
-    assert right or _quality(found)[0] == "fair"
+    assert right or light_of(found)[0] == "fair"
     assert right == (name != "moving black shadow")
     if not right:
         assert "the least glottal area is" in found.doubts[0]
         assert found.doubts[0] in found.measures["open_quotient"].cautions
     if name == "none":
-        assert _quality(found)[0] == "good"
+        assert light_of(found)[0] == "good"
         assert found.doubts == []
 
 
@@ -66,7 +66,7 @@ def test_a_gap_that_never_closes_is_glottis_and_is_spoken_of(tmp_path: Path) -> 
     assert found.measures["glottal_gap_index"].value == pytest.approx(true_gap, abs=0.02)
     assert found.measures["open_quotient"].value == pytest.approx(1.0)
     assert any("px" in said and "are glottis in every frame" in said for said in found.doubts)
-    assert _quality(found)[0] == "fair"
+    assert light_of(found)[0] == "fair"
 
 
 def test_of_what_is_always_dark_a_gap_is_told_by_motion_on_both_sides() -> None:

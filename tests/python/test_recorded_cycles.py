@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles
-from plica.measures.interval import mean_interval, ratio_interval, slope_interval
+from plica.measures.interval import Replicates, of_mean, of_ratio, of_slope
 from plica.measures.measure import Measure, per_cycle
 from plica.measures.perturbation import (
     cepstral_peak,
@@ -200,12 +200,12 @@ def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say(count: int) -> 
     held = np.zeros(3)
     for _ in range(400):
         values = 5 + random.standard_normal(count)
-        low, high = mean_interval(values)
+        low, high = of_mean(values).interval
         held[0] += low <= 5 <= high
         bottom = 2 + 0.3 * random.standard_normal(count)
-        low, high = ratio_interval(1.5 * bottom + 0.2 * random.standard_normal(count), bottom)
+        low, high = of_ratio(1.5 * bottom + 0.2 * random.standard_normal(count), bottom).interval
         held[1] += low <= 1.5 <= high
-        low, high = slope_interval(5 + 0.1 * np.arange(count) + 0.2 * random.standard_normal(count))
+        low, high = of_slope(5 + 0.1 * np.arange(count) + 0.2 * random.standard_normal(count)).interval
         held[2] += low <= 0.1 / (5 + 0.05 * (count - 1)) <= high
     # 400 at 95 %: a standard deviation of 1.1 %; blocks and few cycles cost some coverage.
     assert (held / 400 > 0.9).all()
@@ -219,7 +219,7 @@ def test_only_recordings_have_intervals_and_few_cycles_none() -> None:
     assert "interval" not in per_cycle("open_quotient", Cycles(starts), values).as_json()
     found = per_cycle("open_quotient", Cycles(starts, recorded=True), values)
     assert found.as_json()["interval"] == list(found.interval or ())
-    assert mean_interval(values[:2]) is None
+    assert of_mean(values[:2]) is None
 
 
 def test_digits_end_where_the_interval_begins() -> None:
@@ -227,5 +227,6 @@ def test_digits_end_where_the_interval_begins() -> None:
     assert digits_of(0.52437, (0.5233, 0.5255)) == 3
     assert digits_of(1184.33, (1158.0, 1198.5)) == 3
     assert digits_of(0.00012, (-0.03, 0.03)) == 1
-    shown = row(Measure("open_quotient", 0.52437, 0.02, 30, interval=(0.5111, 0.5374)))
+    drawn = Replicates(np.linspace(0.5111, 0.5374, 2000), 1e9)
+    shown = row(Measure("open_quotient", 0.52437, 0.02, 30, replicates=drawn))
     assert (shown.value, shown.interval) == ("0.52", "0.51 to 0.54")

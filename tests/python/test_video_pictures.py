@@ -32,6 +32,7 @@ from picture_files import (
 from plica.cli import main
 from plica.video.image_file import read_image
 from plica.video.recording import Recording
+from plica.video.sources import read
 
 PAIRS: dict[str, tuple[np.ndarray, np.ndarray, str]] = {
     "8 beside 16 bits": (A, deep(B), "second has 16-bit numbers; must have 8-bit numbers like first"),
@@ -155,7 +156,7 @@ def test_frames_of_a_tiff_stack_are_as_bright_as_they_mean(photometric: str, tmp
     truth = np.stack([A, B, A, B])
     options = {"colormap": MAP.astype(np.uint16)} if photometric == "palette" else {}
     found = Recording.open(tiff(tmp_path / "x.tif", 255 - truth, photometric=photometric, **options))
-    for seen, meant in zip(found.source.read(0, 4), truth, strict=True):
+    for seen, meant in zip(read(found.source, 0, 4), truth, strict=True):
         assert seen == pytest.approx(meant, rel=2e-4)
 
 
@@ -163,5 +164,5 @@ def test_a_tiff_stack_packed_by_a_codec_that_only_pillow_knows_is_read(tmp_path:
     pages = [Image.fromarray(picture) for picture in (A, B)]
     pages[0].save(tmp_path / "x.tif", save_all=True, append_images=pages[1:], compression="tiff_lzw")
     found = Recording.open(tmp_path / "x.tif")
-    assert [np.array_equal(seen, truth) for seen, truth in zip(found.source.read(0, 2), (A, B), strict=True)]
-    assert np.array_equal(next(found.source.read(1, 2)), B)
+    assert [np.array_equal(seen, truth) for seen, truth in zip(read(found.source, 0, 2), (A, B), strict=True)]
+    assert np.array_equal(next(read(found.source, 1, 2)), B)

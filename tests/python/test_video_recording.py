@@ -14,6 +14,7 @@ from scipy import ndimage
 import plica
 from plica.video.errors import VideoError
 from plica.video.recording import Recording, Region
+from plica.video.sources import read
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 
@@ -77,7 +78,7 @@ def test_colour_is_weighted_and_not_rounded(tmp_path: Path) -> None:
     np.save(tmp_path / "c.npy", colours)
     found = Recording.open(tmp_path / "c.npy")
     grey = colours @ np.array([0.2989, 0.5870, 0.1140])
-    raw = next(found.source.read(1, 2))
+    raw = next(read(found.source, 1, 2))
     assert raw == pytest.approx(grey[1], abs=1e-4)
 
 
@@ -272,5 +273,5 @@ def test_video_of_more_than_eight_bits_keeps_them(tmp_path: Path) -> None:
                 container.mux(packet)
         for packet in stream.encode():
             container.mux(packet)
-    raw = list(Recording.open(path).source.read(0, 4))
+    raw = list(read(Recording.open(path).source, 0, 4))
     assert all(np.array_equal(one, other) for one, other in zip(raw, frames, strict=True))

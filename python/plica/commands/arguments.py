@@ -12,7 +12,17 @@ from typing import Any, NoReturn
 
 from plica.errors import InvalidInput
 
-__all__ = ["Parser", "add_command", "add_threads", "as_options", "joined", "numbers", "tolerance", "whole"]
+__all__ = [
+    "Parser",
+    "add_command",
+    "add_pdf",
+    "add_threads",
+    "as_options",
+    "joined",
+    "numbers",
+    "tolerance",
+    "whole",
+]
 
 _MAX_THREADS = 1024  # the engine's
 _DEFAULT_THREADS = 8  # at most
@@ -25,7 +35,7 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Ends with exit code 2."""
         self.print_usage(sys.stderr)
-        self.exit(2, f"{self.prog}: {message}. {self.prog} --help says more.\n")
+        self.exit(2, f"{self.prog}: {message.rstrip('.')}. {self.prog} --help says more.\n")
 
 
 @contextmanager
@@ -79,6 +89,13 @@ def add_threads(part: argparse.ArgumentParser) -> None:
         type=_threads,
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
         help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
+    )
+
+
+def add_pdf(part: argparse.ArgumentParser) -> None:
+    """The option --pdf."""
+    part.add_argument(
+        "--pdf", action="store_true", help="write the page as PDF too (pip install 'plica[pdf]')"
     )
 
 

@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, add_threads, numbers, whole
+from plica.commands.arguments import add_command, add_threads, as_options, numbers, whole
+from plica.errors import InvalidInput
 
 __all__ = ["add_commands"]
 
@@ -89,7 +90,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--most-points", metavar="N", type=whole, help="at most (default: 120)")
     part.add_argument("--sd", metavar="PX", type=float, help="of the flow's error (default: its trust)")
     part.add_argument(
-        "--trust-factor", metavar="N", type=float, help="by which the trust is too kind (default: 10)"
+        "--trust-factor", metavar="N", type=float, help="by which the trust map is too small (default: 10)"
     )
     part.add_argument(
         "--drive", metavar="CSV", type=Path, help="pressures known up to a factor: s, then Pa a height"
@@ -129,8 +130,14 @@ def _identify(options: argparse.Namespace) -> int:
         given["centre"] = tuple(1e-3 * value for value in given["centre"])
     if options.parameters is not None:
         given["parameters"] = tuple(name.strip() for name in options.parameters.split(","))
+        if not all(given["parameters"]):
+            raise InvalidInput(
+                f'--parameters = "{options.parameters}"; must be names with single commas between them, e.g. '
+                "cover.mu_fibre,body.mu_fibre."
+            )
     if given:
-        settings = settings.replace(given)
+        with as_options(("Settings.replace",), {"first": "--from", "last": "--to"}):
+            settings = settings.replace(given)
     try:
         found = identify(
             options.recording,

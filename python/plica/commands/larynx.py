@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -106,6 +107,8 @@ def _fitted(options: argparse.Namespace) -> int:
         picture.write_text(larynx_fit.overlay(made).svg, encoding="utf-8")
     print(_summary(made))
     print(f"\nwritten: {options.output}, {picture}")
+    for warning in made.warnings:
+        print(f"plica: Caution: {warning}", file=sys.stderr)
     return 0
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands.arguments import add_command, add_threads, numbers, whole
+from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
 from plica.commands.table import measures_table
 
 if TYPE_CHECKING:
@@ -26,13 +26,15 @@ a folder of images, HDF5 and NPY. Stores in DIR as it goes:
   waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
   measures.json  {name: {value, unit, spread, cycles, definition}}
   report.html    pictures, waveforms, kymogram, modes, quality; a player
+  report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
 
 The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
 times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels and over
 the glottal length. Left and right are those of the image; which is the patient's, and which end is the
-anterior one, is never guessed: say so with --patient-left and --anterior. These four are kept with the
-results and may be given later, in the same directory; so may --midline, --kymogram and --modes, for which a
-little is computed again.
+anterior one, is never guessed: say so with --patient-left and --anterior. --label and --recorded name the
+recording and its day on the page and beside the figures. These six are kept with the results and may be given
+later, in the same directory; so may --midline, --kymogram and --modes, for which a little is computed again.
+Two analyses, as before and after a treatment: plica compare.
 
 Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
 takes those that you corrected; the other frames are then found by what yours show.
@@ -48,6 +50,7 @@ examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
   plica video larynx.avi --fps 4000 -o analysis        again after Ctrl-C: it goes on where it stopped
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
+  plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
   plica masks analysis --frames 57,120 -o drawn && gimp drawn/mask_00057.png ...
   plica video larynx.avi --fps 4000 -o analysis --masks drawn
@@ -116,8 +119,13 @@ lambda 0.5), fast (for a first look).
 def add_commands(commands: Any) -> None:
     """Add the five to the commands of ``plica``."""
     part = partial(add_command, commands)
-    _add_recording(part("video", _video, "analyse a high-speed recording", _VIDEO_HELP))
-    _add_recording(part("glottis", _glottis, "find the glottis in a high-speed recording", _GLOTTIS_HELP))
+    for name, command, summary, text in (
+        ("video", _video, "analyse a high-speed recording", _VIDEO_HELP),
+        ("glottis", _glottis, "find the glottis in a high-speed recording", _GLOTTIS_HELP),
+    ):
+        with_page = part(name, command, summary, text)
+        _add_recording(with_page)
+        add_pdf(with_page)
     _add_recording(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
     masks = part("masks", _masks, "write masks of an analysis to be corrected by hand", _MASKS_HELP)
     masks.add_argument("analysis", metavar="DIR", type=Path, help="of plica video or plica glottis")
@@ -175,6 +183,10 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         type=numbers(float),
         help="places of kymograms, 0 at the midline's upper end, 1 at its lower (default: 0.25,0.5,0.75)",
     )
+    video.add_argument("--label", metavar="TEXT", help='what to call the recording: "patient 12, before"')
+    video.add_argument(
+        "--recorded", metavar="DATE", help="day of the recording, 2026-03-01 (default: as its file says)"
+    )
     drawn = video.add_mutually_exclusive_group()
     drawn.add_argument(
         "--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks), beside earlier ones"
@@ -210,15 +222,14 @@ def is_analysis(directory: Path) -> bool:
         return "recording" in file.attrs
 
 
-def redraw(directory: Path) -> int:
-    """``plica report`` for an analysis."""
+def redraw(directory: Path) -> Path:
+    """``plica report`` for an analysis: the page."""
     from plica.storage.files import storage_errors
     from plica.video.analysis import load
     from plica.video.report import write_report
 
     with storage_errors(directory):
-        print(write_report(load(directory)))
-    return 0
+        return write_report(load(directory))
 
 
 def remeasure(directory: Path) -> int:
@@ -258,12 +269,15 @@ def _modes(options: argparse.Namespace) -> int:
 def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analysis:
     """The analysis of a recording as far as `until`, its tables written and its measures printed."""
     import plica
+    from plica.report.page import pdf_of, require_pdf
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
     from plica.video.report import write_report
     from plica.video.settings import Settings
     from plica.video.tables import write_tables
 
+    if report and options.pdf:
+        require_pdf()
     plica.set_threads(options.threads)
     settings = Settings(
         fps=options.fps,
@@ -278,6 +292,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         correct_drift=not options.no_drift,
         modes=options.modes,
         kymogram=options.kymogram,
+        label=options.label,
+        recorded=options.recorded,
     )
     with storage_errors(options.output):
         found = analyse(
@@ -290,6 +306,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         )
         write_tables(found)
         page = write_report(found) if report else None
+        if page and options.pdf:
+            page = pdf_of(page)
     if not options.quiet:
         print(measures_table(found.measures))
         if page:

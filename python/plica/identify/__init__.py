@@ -10,6 +10,7 @@ them with a scene; `MarginalLikelihood` is a function of log theta, and `estimat
 
 from plica.identify.em import EMResult, em
 from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.evaluation import Evaluation
 from plica.identify.evolution import Evolution, hht_evolution
 from plica.identify.flow_error import FlowError
 from plica.identify.flow_estimate import estimate_from_flow
@@ -17,7 +18,7 @@ from plica.identify.forcing import Forcing
 from plica.identify.frames import compose, frame_difference
 from plica.identify.identification import Identification, identify, load
 from plica.identify.kalman import Filtered, kalman_filter, log_likelihood
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise

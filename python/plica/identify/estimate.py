@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput, SolveFailed
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import residual_test
 
@@ -22,9 +23,10 @@ NEAR = 2.0
 corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
 from the information, and plain scoring would swing about the maximum."""
 
-LARGEST_BOOST = 8.0
+LARGEST_BOOST = 64.0
 """Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
-pressures, for more than there is: steps that gain more than they promise are lengthened."""
+pressures, for more than there is. Near it, where the density is not concave, it has no curvature to tell.
+Steps by the information that gain more than they promise are lengthened."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def estimate(
 
     Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
     the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until
-    the density rises. The last one, which is short, is taken unseen.
+    the density rises. The last one, which is short, is taken if it does.
 
     Parameters
     ----------
@@ -100,27 +102,17 @@ def estimate(
         information = now.information + precision
         step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
         length = math.sqrt(max(float(step @ information @ step), 0.0))
+        plain = curvature is None
+        if curvature is not None:
+            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
+            length = math.sqrt(max(float(step @ information @ step), 0.0))
+        elif length < NEAR:
+            curvature = information
         if progress is not None:
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
-            return Posterior(
-                names=likelihood.names,
-                units=likelihood.units,
-                mean=x + step,
-                information=now.information,
-                prior_mean=likelihood.prior_mean,
-                prior_sd=likelihood.prior_sd,
-                noise=now.noise,
-                log_likelihood=now.value,
-                iterations=number,
-                residuals=residual_test(likelihood, now),
-                logarithmic=likelihood.logarithmic,
-            )
-        if curvature is None and length < NEAR:
-            curvature = information
-        if curvature is not None:
-            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
-        else:
+            return _posterior(likelihood, now, value, step, number)
+        if plain:
             step *= boost
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
         promised = float(step @ gradient)
@@ -141,6 +133,37 @@ def estimate(
         f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
         f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
     )
+
+
+def _posterior(
+    likelihood: MarginalLikelihood, now: Evaluation, value: float, step: Array, iterations: int
+) -> Posterior:
+    """At the end of a last step from a point of this log density, or at that point if the density falls."""
+
+    def density(x: Array) -> float:
+        try:
+            return likelihood.value(x) + likelihood.log_prior(x)
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
+            return -math.inf
+
+    reached = density(now.point + step)
+    rises = reached >= value
+    found = Posterior(
+        names=likelihood.names,
+        units=likelihood.units,
+        mean=now.point + step if rises else now.point,
+        information=now.information,
+        prior_mean=likelihood.prior_mean,
+        prior_sd=likelihood.prior_sd,
+        noise=now.noise,
+        log_likelihood=now.value,
+        iterations=iterations,
+        residuals=residual_test(likelihood, now),
+        logarithmic=likelihood.logarithmic,
+    )
+    half = 1.959964 * found.least_known
+    ends = np.array([density(found.mean - half), density(found.mean + half)])
+    return replace(found, falls=max(reached, value) - ends)
 
 
 def _updated(curvature: Array, step: Array, change: Array) -> Array | None:

@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from plica.identify.posterior import LEARNED, Posterior
+from plica.identify.posterior import Posterior
 from plica.identify.results import Identification, Picture
+from plica.identify.wording import LEARNED, weakest
 from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
 
 __all__ = ["sections"]
@@ -36,10 +37,10 @@ def prior_and_posterior(posterior: Posterior) -> Drawing:
         axes = figure.subplots()
         for row, j in enumerate(shown):
             centre = posterior.mean[j] - posterior.prior_mean[j]
-            for middle, sd, colour, width in (
-                (0.0, posterior.prior_sd[j], grey, 7.0),
-                (centre, posterior.sd[j], _colour(posterior, int(j)), 3.0),
-            ):
+            bars = [(0.0, posterior.prior_sd[j], grey, 7.0)]
+            if posterior.answered:
+                bars.append((centre, posterior.sd[j], _colour(posterior, int(j)), 3.0))
+            for middle, sd, colour, width in bars:
                 ends = np.exp([middle - spread * sd, middle + spread * sd])
                 axes.plot(ends, [row, row], color=colour, lw=width, solid_capstyle="butt")
             axes.plot(np.exp(centre), row, "o", color=_colour(posterior, int(j)), ms=6)
@@ -58,7 +59,9 @@ def prior_and_posterior(posterior: Posterior) -> Drawing:
     return draw(
         "Prior against posterior",
         "95 % intervals, with the shift between meshes in them. Where both are alike, the recording says "
-        "nothing.",
+        "nothing."
+        if posterior.answered
+        else "The prior's 95 % intervals; points: the estimate, whose interval is refused.",
         "Intervals of prior and posterior of each parameter.",
         (9.2, 1.1 + 0.34 * len(shown)),
         paint,
@@ -117,13 +120,6 @@ def hardly_learned(posterior: Posterior) -> NDArray[np.bool_]:
     """(p) whose sd on one mesh is next to that of the prior."""
     sd = np.sqrt(np.diag(posterior.statistical_covariance))
     return np.asarray(sd > LEARNED * posterior.prior_sd)
-
-
-def weakest(posterior: Posterior) -> str:
-    """The direction of which the recording tells least, in words."""
-    share = posterior.weakest_direction / posterior.prior_sd
-    strong = np.flatnonzero(np.abs(share) > 0.3 * np.abs(share).max())
-    return " with ".join(f"{posterior.names[j]} {'up' if share[j] > 0 else 'down'}" for j in strong)
 
 
 def motion(picture: Picture) -> Drawing:
@@ -216,6 +212,8 @@ def _logarithmic(posterior: Posterior) -> NDArray[np.bool_]:
 
 
 def _colour(posterior: Posterior, j: int) -> str:
+    if not posterior.answered:
+        return ink
     if hardly_learned(posterior)[j]:
         return red
     return purple if posterior.sd[j] > LEARNED * posterior.prior_sd[j] else blue

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.evaluation import Evaluation
 from plica.identify.flow_error import FlowError
 from plica.identify.learned_error import learned
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import image_positions
 from plica.identify.robust_covariance import inflation

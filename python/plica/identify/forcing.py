@@ -62,6 +62,8 @@ class Forcing:
             raise InvalidInput(f"Forcing: gain_sd = {self.gain_sd:g}; must be >= 0.")
         if self.gain_sd and self.drive is None:
             raise InvalidInput("Forcing: gain_sd is given without a drive that it scales.")
+        if self.gain_sd and drive is not None and not drive.any():
+            raise InvalidInput("Forcing: drive = 0 Pa throughout; must have a pressure, or be left out.")
         object.__setattr__(self, "patterns", patterns)
         object.__setattr__(self, "drive", drive)
         if self.collision is not None:

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.identify.coarser import coarser_scene, remainder, require_coarser
 from plica.identify.estimate import Iteration, Scoring
+from plica.identify.evaluation import Evaluation
 from plica.identify.flow_estimate import estimate_from_flow
 from plica.identify.iterates import Iterates, Marks
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel, require_linear
 from plica.identify.posterior import Posterior
 from plica.identify.pressures import forcing_of, heights_of, seen_surface
@@ -213,8 +214,8 @@ def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple
     told = []
     if posterior.noise.flow > 2:
         told.append(
-            f"The flow is off by {posterior.noise.flow:.1f} times its stated error: the trust is too "
-            "kind, or the model does not follow the motion. The intervals count with the larger error."
+            f"The flow is off by {posterior.noise.flow:.3g} times its stated error: that is too small, or "
+            "the model does not follow the motion. The intervals count with the larger error."
         )
     if not picture.carried:
         told.append(

@@ -64,6 +64,8 @@ class Iterates:
         else, which is named.
         """
         path = directory / "iterates.json"
+        if directory.exists() and not directory.is_dir():
+            raise InvalidInput(f"{directory}: is a file; must be a directory, or not be there yet.")
         if not path.exists():
             if resume:
                 raise InvalidInput(

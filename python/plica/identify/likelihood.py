@@ -3,49 +3,28 @@
 y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, sigma_c^2) in the forces of
 closed frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is
 missing, and Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
-(docs/identification.md).
+(docs/identification_theory.md).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput
+from plica.identify.evaluation import Evaluation
 from plica.identify.flow_error import FlowError, Whitening
+from plica.identify.information import gradient_and_information
 from plica.identify.input_space import InputSpace, Solved
 from plica.identify.model import MotionModel, Responses
 from plica.identify.noise_levels import Noise, profiled
 
-__all__ = ["Evaluation", "MarginalLikelihood"]
+__all__ = ["MarginalLikelihood"]
 
 Array = NDArray[np.float64]
-_NO_GAINS = 1e-3
-"""Of all gains together, degrees of freedom below which there are none and their level is not estimated."""
 _TILT = ("tilt", "lean")
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """The log-likelihood at one point, the noise levels profiled out; priors are not in it."""
-
-    point: Array
-    """(p) log theta, and the log of the gain where it has a prior"""
-    value: float
-    """log p(y | theta, sigma_p, sigma_v), the constant included"""
-    gradient: Array
-    """(p)"""
-    information: Array
-    """(p, p) Fisher information of the coordinates, that of the noise levels eliminated"""
-    noise: Noise
-    inputs: Array
-    """(i) Pa, the expected unknown pressures"""
-    residual: Array
-    """(N, m) px/frame, y - mu - T w at those, the gains' part still in it; zero where y is missing"""
-    responses: Responses
 
 
 class MarginalLikelihood:
@@ -192,9 +171,8 @@ class MarginalLikelihood:
 
     def motion(self, at: Evaluation) -> Array:
         """(N, m) px/frame, mu + T w at the expected inputs, of all that is observed, seen or not."""
-        gain = math.exp(at.point[-1]) if self._has_gain else 1.0
-        inputs = self.solved(at).inputs
-        return np.asarray(gain * at.responses.mean[0] + self.inputs.moved(at.responses.lags[0], inputs))
+        mean = self._gain(at.point) * at.responses.mean[0]
+        return np.asarray(mean + self.inputs.moved(at.responses.lags[0], self.solved(at).inputs))
 
     def gain_part(self, at: Evaluation) -> Array:
         """(N, m) px/frame, what the expected gains of the flow's points add to that motion."""
@@ -212,12 +190,10 @@ class MarginalLikelihood:
     def sensitivities(self, at: Evaluation) -> Array:
         """(N, m', p) derivatives of mu + T w of these rows at the expected inputs."""
         rows, s = self._whitened(at.responses), self.solved(at)
-        gain = math.exp(at.point[-1]) if self._has_gain else 1.0
-        tissue = rows.lags.shape[0] - 1
-        found = [gain * d for d in rows.mean[1:]]
-        for j in range(tissue):
-            found[j] = found[j] + self.inputs.moved(rows.lags[1 + j], s.inputs)
-        return np.stack(found + ([s.mean] if self._has_gain else []), axis=-1)
+        found = self._moved_means(at.point, rows, s)
+        for j, lags in enumerate(rows.lags[1:]):
+            found[j] = found[j] + self.inputs.moved(lags, s.inputs)
+        return np.stack(found, axis=-1)
 
     def solved(self, at: Evaluation) -> Solved:
         """What follows from the factor of S at a point that was evaluated; that of the last is kept."""
@@ -232,8 +208,7 @@ class MarginalLikelihood:
         return Responses(self.whitening(responses.mean, axis=1), self.whitening(responses.lags, axis=1))
 
     def _solved(self, at: Array, responses: Responses) -> Solved:
-        gain = math.exp(at[-1]) if self._has_gain else 1.0
-        mean, lags = gain * responses.mean[0], responses.lags[0]
+        mean, lags = self._gain(at) * responses.mean[0], responses.lags[0]
         error = np.where(self.inputs.weights > 0, self._y - mean, 0.0)
         weighted = self.inputs.weights * error
         gram = self.inputs.gram(lags, lags)
@@ -244,76 +219,25 @@ class MarginalLikelihood:
         )
         return Solved(self.inputs, mean, lags, error, gram, projected, noise)
 
-    # ---- Gradient and information ------------------------------------------------------------
-
     def _differentiated(self, at: Array, observed: Responses) -> Evaluation:
-        responses = self._whitened(observed)
-        s = self._solved(at, responses)
-        gain = math.exp(at[-1]) if self._has_gain else 1.0
-        tissue = responses.lags.shape[0] - 1
-        means = [gain * d for d in responses.mean[1:]] + ([s.mean] if self._has_gain else [])
-        moved = np.stack([np.where(self.inputs.weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
-        weighted = self.inputs.weights[..., None] * moved
-        count = len(means)
-        variance = s.noise.flow**2
-        residual_weighted = self.inputs.weights * s.residual
-        T_moved = self.inputs.gathered(s.lags, weighted)  # (i, p)
-        S_T_moved = s.solve(T_moved)
-        gradient = np.einsum("nmp,nm->p", moved, residual_weighted) / variance
-        information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ S_T_moved) / variance
-        # the covariance moves as well
-        D = responses.lags[1:]
-        X = [self.inputs.gram(s.lags, D[j], gains=(True, False)) for j in range(tissue)]
-        SX = [s.solve(x) for x in X]
-        wide = s.prior_variance  # Q
-        excess = np.diag(wide) - s.inverse
-        traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (count - tissue))
-        for j in range(tissue):
-            gathered = self.inputs.gathered(D[j], residual_weighted, gains=False)[:, 0]
-            gradient[j] += s.inputs @ gathered / variance - traces[j]
-            X_excess = X[j] @ excess
-            for i in range(j + 1):
-                squares = self.inputs.gram(D[j], D[i], gains=(False, False))
-                Z = np.sum(squares * excess) - np.sum(X_excess * SX[i])
-                second = np.sum(SX[i] * SX[j].T) + Z
-                information[i, j] += second
-                if i != j:
-                    information[j, i] += second
-        if self.fixed_noise is None:
-            information = self._without_noise(information, s, SX, traces)
+        rows = self._whitened(observed)
+        s = self._solved(at, rows)
+        gradient, information = gradient_and_information(
+            self.inputs, s, self._moved_means(at, rows, s), rows.lags[1:], self.fixed_noise is None
+        )
         inputs = s.inputs[: len(self.inputs.scale)] * self.inputs.scale
         residual = s.residual
         if self.whitening is not None:
-            left = self.model.observation.rows - gain * observed.mean[0]
+            left = self.model.observation.rows - self._gain(at) * observed.mean[0]
             left = left - self.inputs.moved(observed.lags[0], s.inputs)
             residual = np.where(self.model.observation.weights > 0, left, 0.0)
         return Evaluation(at, s.value, gradient, information, s.noise, inputs, residual, observed)
 
-    def _without_noise(self, information: Array, s: Solved, SX: list[Array], traces: Array) -> Array:
-        """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
-        information. A sigma_c that is held has a Q that falls as sigma_v^2 rises."""
-        ends = np.cumsum([0, *self.inputs.classes])
-        i = int(ends[-1])
-        shrunk = np.eye(i) - s.inverse / s.prior_variance  # S^-1 T' W T
-        held = self.inputs.held_collision_sd is not None
-        used = [s.noise.pressure > 0, held or s.noise.collision > 0, s.noise.gain > 0]
-        parts = [slice(int(ends[c]), int(ends[c + 1])) for c in range(3)]
-        used[2] = used[2] and float(np.trace(shrunk[parts[2], parts[2]])) >= _NO_GAINS
-        numbers = [c for c in range(3) if used[c] and self.inputs.classes[c]]
-        classes = [parts[c] for c in numbers]
-        levels = len(classes) + 1
-        own, cross = np.zeros((levels, levels)), np.zeros((len(information), levels))
-        own[-1, -1], cross[:, -1] = 0.5 * self.inputs.count, traces
-        for a, k in enumerate(classes):
-            own[a, -1] = own[-1, a] = 0.5 * np.trace(shrunk[k, k])
-            for b, other in enumerate(classes):
-                own[a, b] = 0.5 * np.sum(shrunk[k, other] * shrunk[other, k].T)
-            for j, sx in enumerate(SX):
-                cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
-        if held:
-            own_level = numbers.index(1)
-            rises = np.delete(np.eye(levels), own_level, axis=0)
-            rises[-1, own_level] = -1.0
-            own, cross = rises @ own @ rises.T, cross @ rises.T
-        reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
-        return reduced
+    def _gain(self, at: Array) -> float:
+        """The factor on the drive."""
+        return math.exp(at[-1]) if self._has_gain else 1.0
+
+    def _moved_means(self, at: Array, rows: Responses, s: Solved) -> list[Array]:
+        """p derivatives of mu, (N, m')."""
+        gain = self._gain(at)
+        return [gain * d for d in rows.mean[1:]] + [s.mean] * self._has_gain

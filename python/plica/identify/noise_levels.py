@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
+
+from plica.identify.level_search import LevelDensity, least
 
 __all__ = ["Noise", "profiled"]
 
@@ -15,7 +18,7 @@ Array = NDArray[np.float64]
 _RATIOS = (-10.0, 30.0)
 """Of log(sigma_p^2 / sigma_v^2) times the largest eigenvalue of T' W T: its search."""
 _RATIOS_BESIDE = (-12.0, 25.0)
-"""The same where there are two levels, times the mean of the diagonal."""
+"""The same where there are several levels, times the mean of the diagonal of the class."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ def profiled(
     classes: tuple[int, int, int],
     held: float | None,
 ) -> Noise:
-    """The levels of the highest likelihood: their ratios are searched, sigma_v is closed.
+    """The levels of the highest likelihood, to round-off.
 
     Parameters
     ----------
@@ -69,185 +72,88 @@ def profiled(
     held : sigma_c (Pa) where it is not estimated
     """
     p, c, g = classes
+    if not gram.any():
+        return Noise(0.0, math.sqrt(square / count), held or 0.0)
+    ends = np.cumsum([0, *classes])
+    parts = [slice(int(ends[k]), int(ends[k + 1])) for k in range(3)]
+    if not c and not g:
+        return _of_one_class(gram, projected, square, count)
+    known = held is not None and c > 0
+    free = [k for k in range(3) if classes[k] and not (k == 1 and known)]
+    density = LevelDensity(
+        gram,
+        projected,
+        square,
+        count,
+        [parts[k] for k in free],
+        parts[1] if known else slice(0, 0),
+        held if held is not None else 1.0,
+    )
+    middle = [-math.log(max(float(np.diag(gram)[parts[k]].mean()), 1e-300)) for k in free]
+    plain = math.log(square / count)
+    bounds = [(m + _RATIOS_BESIDE[0], m + _RATIOS_BESIDE[1]) for m in middle] + [(plain - 30, plain + 5)]
     if g:
-        near = profiled(gram[: p + c, : p + c], projected[: p + c], square, count, (p, c, 0), held)
-        return _profiled_with_gains(gram, projected, square, count, classes, held, near)
-    if len(gram) > p:
-        free = _profiled_with_collisions(gram, projected, square, count, p)
-        return free if held is None else _profiled_beside(gram, projected, square, count, p, held, free)
-    if not p or not gram.any():
-        return Noise(0.0, math.sqrt(square / count))
+        within = p + c
+        near = profiled(gram[:within, :within], projected[:within], square, count, (p, c, 0), held)
+        likely = _logs(near, [k for k in free if k < 2])
+        starts = [[*likely, middle[-1] + shift, 2 * math.log(near.flow)] for shift in (0.0, 6.0)]
+    elif known:
+        near = profiled(gram, projected, square, count, classes, None)
+        starts = [[*_logs(near, free), 2 * math.log(near.flow)], [*(m + 2 for m in middle), plain]]
+    else:
+        ratios = [np.array(middle) + shift for shift in (2.0, 10.0)]
+        starts = [[*r, density.flow_level(r)] for r in ratios]
+    found = [least(density, np.array(start), bounds) for start in starts]
+    logs = min(found, key=lambda end: end[1])[0]
+    return _noise(logs, free, bounds, held if known else None)
+
+
+def _of_one_class(gram: Array, projected: Array, square: float, count: int) -> Noise:
+    """Of pressures alone: by the eigenvalues of T' W T the slope is a sum, whose root is bracketed."""
     values, vectors = linalg.eigh(gram)
     values, squares = np.maximum(values, 0), (vectors.T @ projected) ** 2
 
-    def level(log_ratio: float) -> float:
+    def variance(log_ratio: float) -> float:
         ratio = math.exp(log_ratio)
         return (square - float(np.sum(squares * ratio / (1 + ratio * values)))) / count
 
     def cost(log_ratio: float) -> float:
-        variance = level(log_ratio)
-        if variance <= 0:
+        level = variance(log_ratio)
+        if level <= 0:
             return math.inf
-        return count * math.log(variance) + float(np.log1p(math.exp(log_ratio) * values).sum())
+        return count * math.log(level) + float(np.log1p(math.exp(log_ratio) * values).sum())
+
+    def slope(log_ratio: float) -> float:
+        ratio = math.exp(log_ratio)
+        falls = float(np.sum(squares * ratio / (1 + ratio * values) ** 2))
+        return float(np.sum(ratio * values / (1 + ratio * values))) - falls / variance(log_ratio)
 
     grid = -math.log(values[-1]) + np.linspace(*_RATIOS, 41)
     best = int(np.argmin([cost(g) for g in grid]))
-    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    found = optimize.minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-9})
-    flow = math.sqrt(level(found.x))
-    ends = _ends({"pressure": float(found.x)}, (grid[0], grid[-1]))
-    return Noise(flow * math.exp(0.5 * found.x), flow, 0.0, 0.0, *ends)
+    low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, len(grid) - 1)])
+    found = float(grid[best])
+    if slope(low) < 0 < slope(high) and variance(high) > 0:
+        found = float(optimize.brentq(slope, low, high, xtol=1e-14, rtol=4 * np.finfo(float).eps))
+    return _noise(np.array([found, math.log(variance(found))]), [0], [(grid[0], grid[-1])], None)
 
 
-def _profiled_with_collisions(gram: Array, projected: Array, square: float, count: int, p: int) -> Noise:
-    """Both ratios at once, by the likelihood's gradient: w' Q^-1 w / sigma_v^2 - (i - tr S^-1 Q^-1) a
-    class."""
-    i = len(gram)
-    classes = [k for k in (slice(0, p), slice(p, i)) if k.stop > k.start]
-    middle = -math.log(float(np.diag(gram).mean()))
-
-    def cost(logs: Array) -> tuple[float, Array]:
-        inverse_Q = np.empty(i)
-        for k, log_ratio in zip(classes, logs, strict=True):
-            inverse_Q[k] = math.exp(-log_ratio)
-        factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
-        w = linalg.cho_solve(factor, projected)
-        variance = (square - float(projected @ w)) / count
-        shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(i)))
-        log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
-        value = count * math.log(variance) + log_det
-        gradient = [
-            float(np.sum(1 - shares[k]) - np.sum(w[k] ** 2 * inverse_Q[k]) / variance) for k in classes
-        ]
-        return value, np.array(gradient)
-
-    bounds = [(middle + _RATIOS_BESIDE[0], middle + _RATIOS_BESIDE[1])] * len(classes)
-    starts = [np.full(len(classes), middle + shift) for shift in (2.0, 10.0)]
-    ends = [
-        optimize.minimize(
-            cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"ftol": 1e-15, "gtol": 1e-7}
-        )
-        for start in starts
-    ]
-    logs = min(ends, key=lambda end: float(end.fun)).x
-    ratios = dict(zip([k.start for k in classes], np.exp(0.5 * logs), strict=True))
-    pressure, collision = (float(ratios.get(0, 0.0)) if p else 0.0), float(ratios[p])
-    inverse_Q = np.concatenate([np.full(p, pressure**-2.0 if p else 0.0), np.full(i - p, collision**-2.0)])
-    w = linalg.solve(gram + np.diag(inverse_Q), projected, assume_a="pos")
-    flow = math.sqrt((square - float(projected @ w)) / count)
-    names = ("pressure", "collision") if p else ("collision",)
-    found = dict(zip(names, logs.tolist(), strict=True))
-    return Noise(pressure * flow, flow, collision * flow, 0.0, *_ends(found, bounds[0]))
+_NAMES = ("pressure", "collision", "gain")
 
 
-def _profiled_beside(
-    gram: Array, projected: Array, square: float, count: int, p: int, held: float, near: Noise
-) -> Noise:
-    """sigma_p and sigma_v beside a known sigma_c (Pa), whose ratio to sigma_v moves with sigma_v.
+def _logs(noise: Noise, classes: list[int]) -> list[float]:
+    """log(sigma^2 / sigma_v^2) of classes."""
+    return [2 * math.log(max(getattr(noise, _NAMES[k]), 1e-150) / noise.flow) for k in classes]
 
-    By the gradient of -2 log p in log(sigma_p^2 / sigma_v^2) and log sigma_v^2, from the levels near which
-    the likelihood is highest where sigma_c is free, and from flow of its plain size.
-    """
-    i = len(gram)
 
-    def cost(logs: Array) -> tuple[float, Array]:
-        variance = math.exp(logs[-1])
-        inverse_Q = np.full(i, variance / held**2)
-        inverse_Q[:p] = math.exp(-logs[0]) if p else 0.0
-        factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
-        w = linalg.cho_solve(factor, projected)
-        shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(i)))
-        by_level = 1 - shares - w**2 * inverse_Q / variance  # of -2 log p by each log Q
-        misfit = (square - float(projected @ w)) / variance
-        log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
-        gradient = [float(by_level[:p].sum())] if p else []
-        return count * logs[-1] + log_det + misfit, np.array(
-            [*gradient, count - misfit - float(by_level[p:].sum())]
-        )
-
-    middle, plain = -math.log(float(np.diag(gram).mean())), math.log(square / count)
-    bounds = [(middle + _RATIOS_BESIDE[0], middle + _RATIOS_BESIDE[1])] * bool(p) + [(plain - 30, plain + 5)]
-    likely = 2 * math.log(max(near.pressure, 1e-150) / near.flow)
-    starts = [[likely] * bool(p) + [2 * math.log(near.flow)], [middle + 2] * bool(p) + [plain]]
-    ends = [
-        optimize.minimize(
-            cost,
-            np.clip(start, *np.transpose(bounds)),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options={"ftol": 1e-15, "gtol": 1e-7},
-        )
-        for start in starts
-    ]
-    logs = min(ends, key=lambda end: float(end.fun)).x
+def _noise(logs: Array, free: list[int], bounds: Sequence[tuple[float, float]], held: float | None) -> Noise:
+    """From the logarithms of the free levels, that of the flow's last; a level within a hundredth of a bound
+    is told, but that of the gains, which may be none."""
     flow = math.exp(0.5 * logs[-1])
-    found = {"pressure": float(logs[0])} if p else {}
-    return Noise(flow * math.exp(0.5 * logs[0]) if p else 0.0, flow, held, 0.0, *_ends(found, bounds[0]))
-
-
-def _profiled_with_gains(
-    gram: Array,
-    projected: Array,
-    square: float,
-    count: int,
-    sizes: tuple[int, int, int],
-    held: float | None,
-    near: Noise,
-) -> Noise:
-    """All levels at once, by the gradient of -2 log p in the free log(sigma^2 / sigma_v^2) and log sigma_v^2,
-    from those without gains. A level of the gains at the lower bound is none."""
-    ends = np.cumsum([0, *sizes])
-    free = [k for k in range(3) if sizes[k] and not (k == 1 and held is not None)]
-    classes = [slice(ends[k], ends[k + 1]) for k in free]
-    fixed = slice(ends[1], ends[2]) if held is not None else slice(0, 0)
-
-    def cost(logs: Array) -> tuple[float, Array]:
-        variance = math.exp(logs[-1])
-        inverse_Q = np.full(len(gram), 1.0 if held is None else variance / held**2)
-        for k, log_ratio in zip(classes, logs, strict=False):
-            inverse_Q[k] = math.exp(-log_ratio)
-        factor = linalg.cho_factor(gram + np.diag(inverse_Q), lower=True)
-        w = linalg.cho_solve(factor, projected)
-        shares = inverse_Q * np.diag(linalg.cho_solve(factor, np.eye(len(gram))))
-        by_level = 1 - shares - w**2 * inverse_Q / variance  # of -2 log p by each log Q
-        misfit = (square - float(projected @ w)) / variance
-        log_det = 2 * float(np.log(np.diag(factor[0])).sum()) - float(np.log(inverse_Q).sum())
-        last = count - misfit - float(by_level[fixed].sum())
-        gradient = np.array([*(float(by_level[k].sum()) for k in classes), last])
-        return count * logs[-1] + log_det + misfit, gradient
-
-    middle = [-math.log(max(float(np.diag(gram)[k].mean()), 1e-300)) for k in classes]
-    plain = math.log(square / count)
-    bounds = [(m + _RATIOS_BESIDE[0], m + _RATIOS_BESIDE[1]) for m in middle] + [(plain - 30, plain + 5)]
-    known = {0: near.pressure, 1: near.collision}
-    likely = [2 * math.log(max(known[k], 1e-150) / near.flow) for k in free if k in known]
-    found = [
-        optimize.minimize(
-            cost,
-            np.clip([*likely, middle[-1] + shift, 2 * math.log(near.flow)], *np.transpose(bounds)),
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options={"ftol": 1e-15, "gtol": 1e-7},
-        )
-        for shift in (0.0, 6.0)
-    ]
-    logs = min(found, key=lambda end: float(end.fun)).x
-    flow = math.exp(0.5 * logs[-1])
-    levels = [0.0, held or 0.0, 0.0]
-    names = ("pressure", "collision")
-    at_end: list[tuple[str, ...]] = [(), ()]
-    for k, log_ratio, bound in zip(free, logs, bounds, strict=False):
+    levels, at_least, at_most = [0.0, held or 0.0, 0.0], [], []
+    for k, log_ratio, (low, high) in zip(free, logs, bounds, strict=False):
         levels[k] = flow * math.exp(0.5 * log_ratio)
-        if k < 2:
-            low, high = _ends({names[k]: float(log_ratio)}, bound)
-            at_end = [at_end[0] + low, at_end[1] + high]
-    return Noise(levels[0], flow, levels[1], levels[2], at_end[0], at_end[1])
-
-
-def _ends(found: dict[str, float], bounds: tuple[float, float]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the log ratios found within a hundredth of the lower and of the upper bound."""
-    low, high = bounds
-    least = tuple(name for name, log_ratio in found.items() if log_ratio <= low + 0.01)
-    return least, tuple(name for name, log_ratio in found.items() if log_ratio >= high - 0.01)
+        if k < 2 and log_ratio <= low + 0.01:
+            at_least.append(_NAMES[k])
+        if k < 2 and log_ratio >= high - 0.01:
+            at_most.append(_NAMES[k])
+    return Noise(levels[0], flow, levels[1], levels[2], tuple(at_least), tuple(at_most))

@@ -26,6 +26,8 @@ FIELDS = {
     "viscosity": "Pa s",
 }
 """Fields of a material that may be estimated, and their units."""
+WIDEST = 10.0
+"""Of a prior's log_sd: a factor of 3e8 up or down."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,8 @@ class Prior:
         for name, value in (("median", self.median), ("log_sd", self.log_sd)):
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"Prior: {name} = {value:g}; must be > 0 and finite.")
+        if self.log_sd > WIDEST:
+            raise InvalidInput(f"Prior: log_sd = {self.log_sd:g}; must be <= {WIDEST:g}.")
 
 
 @dataclass(frozen=True)
@@ -61,9 +65,12 @@ class TissueParameter:
         for target in self.targets:
             layer, _, field = target.rpartition(".")
             if not layer or field not in FIELDS:
+                hint = nearest(field, list(FIELDS))
+                if field == "density":
+                    hint = " Mass and stiffness may be scaled together: no motion tells the density."
                 raise InvalidInput(
                     f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a '
-                    f"field of {', '.join(FIELDS)}.{nearest(field, list(FIELDS))}"
+                    f"field of {', '.join(FIELDS)}.{hint}"
                 )
         if not self.name:
             object.__setattr__(self, "name", self.targets[0])

@@ -68,7 +68,15 @@ def correlation_length(fields: Iterable[Floats], farthest: int = _FARTHEST) -> f
 
 def _error(motion: PixelMotion, pair: int, at: Floats) -> Floats:
     if motion.sd is not None:
-        return np.asarray(_nearest(motion.sd(pair), at, np.nan))
+        stated = np.asarray(_nearest(motion.sd(pair), at, np.nan))
+        wrong = np.flatnonzero(stated <= 0)
+        if len(wrong):
+            column, row = at[wrong[0]].round()
+            raise InvalidInput(
+                f"{motion.name}: sd[{pair}, {row:g}, {column:g}] = {stated[wrong[0]]:g} px; must be > 0, or "
+                "nan where it is not known."
+            )
+        return stated
     if motion.error is None:
         return np.full(len(at), np.nan)
     missed = np.hypot(*np.moveaxis(motion.error(pair), -1, 0))  # of two flows, two components

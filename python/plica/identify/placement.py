@@ -59,6 +59,11 @@ def place(
                 "where its camera stood. To set it aside, give centre and roll too."
             )
         return Placement(motion.camera, tilt_sd or 0.0)
+    if motion.camera is not None and settings.centre is None:
+        raise InvalidInput(
+            f"identify: {given[0]} = {getattr(settings, given[0]):g}; must be left out: {motion.name} says "
+            "where its camera stood. To set that aside, give centre, roll and mm_per_px too."
+        )
     mm_per_px = settings.mm_per_px or motion.mm_per_px
     if mm_per_px is None:
         raise InvalidInput(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from plica.errors import InvalidInput
+from plica.identify import wording
 from plica.identify.noise_levels import Noise
 from plica.identify.residuals import ResidualTest
 
@@ -20,8 +21,6 @@ FOLLOWED = 0.5
 """Share of the motion's variance."""
 BELIEVED = 1.0
 """A shift on refining the mesh by more posterior sd than this belies the sd."""
-LEARNED = 0.7
-"""A posterior sd above this share of the prior's is the prior's own."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +48,10 @@ class Posterior:
     """(p) >= 1 by which the residuals, which fail their test, make the sd on this mesh larger; None: they
     do not fail, or it was not asked for"""
 
+    falls: Array | None = None
+    """(2) By how much the log density falls from `mean` to mean -+ 1.96 `least_known`: 1.92 where it is
+    Gaussian, inf where a material would store no energy; None: not looked at"""
+
     follows: float | None = None
     """Share of the motion's variance that the model follows; None: not looked at"""
 
@@ -57,7 +60,7 @@ class Posterior:
         """Whether the model follows half of the motion or more; else no number is carried by the data."""
         return self.follows is None or self.follows >= FOLLOWED
 
-    def _values(self, x: Array) -> Array:
+    def values(self, x: Array) -> Array:
         """Coordinates (p) or (p, k) in `units`."""
         if self.logarithmic is None:
             return np.asarray(np.exp(x))
@@ -83,7 +86,7 @@ class Posterior:
     @property
     def median(self) -> Array:
         """(p) theta, in `units`."""
-        return self._values(self.mean)
+        return self.values(self.mean)
 
     @property
     def correlation(self) -> Array:
@@ -105,18 +108,23 @@ class Posterior:
         return np.zeros(len(self.names), dtype=bool) if shift is None else np.abs(shift) > BELIEVED
 
     @property
+    def answered(self) -> bool:
+        """Whether an interval may be shown: the model follows the motion, and where the residuals fail their
+        test, the interval is as wide as they ask for."""
+        return self.carried and (self.residuals.passed or self.inflation is not None)
+
+    @property
     def refused(self) -> NDArray[np.bool_]:
         """(p) Whose sd is not printed: the mesh shift exceeds it, the residuals fail their test and nothing
         was done about it, or the model does not follow the motion."""
-        unanswered = not self.carried or (not self.residuals.passed and self.inflation is None)
-        return self.belied | unanswered
+        return self.belied | (not self.answered)
 
     def interval(self, level: float = 0.95) -> Array:
         """(p, 2) theta, equal-tailed, with the mesh shift in it."""
         if not 0 < level < 1:
             raise InvalidInput(f"Posterior: level = {level:g}; must be in (0, 1).")
         half = math.sqrt(2) * float(special.erfinv(level)) * self.sd
-        return self._values(np.column_stack([self.mean - half, self.mean + half]))
+        return self.values(np.column_stack([self.mean - half, self.mean + half]))
 
     # ---- Identifiability ---------------------------------------------------------------------
 
@@ -130,6 +138,23 @@ class Posterior:
     def weakest_direction(self) -> Array:
         """(p) The change of log theta, of length 1 in prior sd, that the data tell least of."""
         return np.asarray(self._scaled()[1][:, 0] * self.prior_sd)
+
+    @property
+    def least_known(self) -> Array:
+        """(p) One sd on this mesh, without inflation, along the combination of log theta that is known least
+        in units of the prior's sd."""
+        alone = np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2))
+        values, vectors = np.linalg.eigh(alone / np.outer(self.prior_sd, self.prior_sd))
+        return np.asarray(math.sqrt(values[-1]) * vectors[:, -1] * self.prior_sd)
+
+    @property
+    def gaussian(self) -> bool:
+        """Whether the density falls as a Gaussian's at both ends of that combination's 95 % interval, to
+        within a factor of two."""
+        if self.falls is None:
+            return True
+        share = self.falls / wording.GAUSSIAN_FALL
+        return bool(np.all((share > 0.5) & (share < 2)))
 
     def _scaled(self) -> tuple[Array, Array]:
         values, vectors = np.linalg.eigh(self.information * np.outer(self.prior_sd, self.prior_sd))
@@ -150,83 +175,10 @@ class Posterior:
     # ---- Words -------------------------------------------------------------------------------
 
     def table(self) -> str:
-        """One line a parameter: median, sd, 95 % interval, prior; an sd that is belied is not printed,
-        nor an interval where the model does not follow the motion."""
-        lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
-        if not self.carried:
-            lines.insert(0, "The model does not follow the motion: no number below is carried by the data.")
-        elif self.inflation is not None:
-            lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals ask for.")
-        low_high = self.interval()
-        spread = 1.959964 * self.prior_sd
-        priors = self._values(np.column_stack([self.prior_mean - spread, self.prior_mean + spread]))
-        for j, name in enumerate(self.names):
-            prior = priors[j]
-            relative = self.logarithmic is None or self.logarithmic[j]
-            sd = f"{100 * self.sd[j]:.1f} %" if relative else f"{self.sd[j]:.2g}"
-            sd = "refused" if self.refused[j] else sd
-            interval = f"{low_high[j, 0]:10.4g} - {low_high[j, 1]:10.4g}" if self.carried else "refused"
-            lines.append(
-                f"{name:24}{self.median[j]:10.4g} {self.units[j]:4}{sd:>8}  {interval:>23}  "
-                f"{prior[0]:10.4g} - {prior[1]:10.4g}"
-            )
-        return "\n".join(lines)
-
-    def residual_warnings(self) -> list[str]:
-        """What the failed residual test does to the intervals."""
-        if self.residuals.passed:
-            return []
-        if self.inflation is None:
-            return [
-                "The residual test failed: the sd are those of independent errors, which these are not. Do "
-                "not believe them."
-            ]
-        told = [
-            "The residual test failed: the intervals are wider than the information says, by a factor of "
-            f"{self.inflation.min():.2g} to {self.inflation.max():.2g}, as the residuals' own correlations "
-            "ask for. What the model misses at all points and times alike is not in them."
-        ]
-        alone = self.sd / self.inflation < LEARNED * self.prior_sd
-        lost = [
-            n
-            for n, was, sd in zip(self.names, alone, self.sd > LEARNED * self.prior_sd, strict=True)
-            if was and sd
-        ]
-        if lost:
-            told.append(f"With that nothing is known any more of {', '.join(lost)}.")
-        return told
+        """One line a parameter: median, sd, 95 % interval, prior. An sd that is belied is not printed, nor
+        an interval that is not `answered`."""
+        return wording.table(self)
 
     def warnings(self) -> list[str]:
         """What a reader must know before believing the table."""
-        told = list(self.notes) + self.noise.sentences() + self.residual_warnings()
-        told += self.residuals.sentences()
-        shares = self.sd / self.prior_sd
-        alone = np.sqrt(np.diag(self.statistical_covariance)) / self.prior_sd
-        for j, name in enumerate(self.names):
-            if self.belied[j] and self.shift_in_sd is not None:
-                told.append(
-                    f'"{name}" moves by {self.shift_in_sd[j]:+.1f} of its sd when the mesh is refined: the '
-                    "sd of one mesh is not honest. The interval includes the shift."
-                )
-            if alone[j] <= LEARNED < shares[j]:
-                told.append(
-                    f'"{name}" is hardly known after this recording: on one mesh the data tell it, but with '
-                    f"the shift between meshes its sd is {100 * shares[j]:.0f} % of the prior's. Take finer "
-                    "meshes."
-                )
-            elif shares[j] > LEARNED:
-                told.append(
-                    f'"{name}" is hardly learned from this recording: its sd is {100 * shares[j]:.0f} % of '
-                    "the prior's. What stands in the table is the prior."
-                )
-        if self.information_eigenvalues[0] < 1:
-            told.append(f"This recording cannot tell {self._weakest_words()}.")
-        if self.mesh_shift is None:
-            told.append("Only one mesh was tried: how far the estimate moves on a finer one is not known.")
-        return told
-
-    def _weakest_words(self) -> str:
-        direction = self._scaled()[1][:, 0]
-        strong = np.flatnonzero(np.abs(direction) > 0.3 * np.abs(direction).max())
-        parts = [f'"{self.names[j]}" {"up" if direction[j] > 0 else "down"}' for j in strong]
-        return "where it lies between its prior bounds: " + " with ".join(parts)
+        return wording.warnings(self)

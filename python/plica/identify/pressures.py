@@ -20,6 +20,7 @@ from plica.phonation.scene.scene import Scene
 __all__ = ["forcing_of", "heights_of", "pressed_surface", "seen_surface"]
 
 Floats = NDArray[np.float64]
+_LEAST_ROWS = 3  # of a table, within the recording
 
 
 def pressed_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> str:
@@ -101,6 +102,12 @@ def _drive(path: Path, heights: int, scene: Scene, seen: Observation, lead: int)
         raise InvalidInput(
             f"{path.name}: has times from {times[0]:g} to {times[-1]:g} s; must cover the recording, 0 to "
             f"{end:g} s."
+        )
+    within = int(np.sum((times >= 0) & (times <= end)))
+    if within < _LEAST_ROWS:
+        raise InvalidInput(
+            f"{path.name}: has {within} rows from 0 to {end:g} s, the time of the recording; must have "
+            f"{_LEAST_ROWS} or more. Are the times in s?"
         )
     found = np.column_stack([np.interp(at, times, column) for column in values.T])
     rise = np.clip(1 + at * rate / max(lead, 1), 0, 1)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput
+from plica.identify.doubts import doubts
 from plica.identify.observation import Observation, SurfacePoints
 from plica.identify.paths import correlation_length, follow_points
 from plica.identify.placement import Placement, place
@@ -91,6 +92,11 @@ def observe(
             "rate of the recording and not that of playing it."
         )
     first, pairs = _pairs(motion, settings)
+    if settings.spacing is not None and settings.spacing > min(motion.shape):
+        raise InvalidInput(
+            f"identify: spacing = {settings.spacing:g} px; must be <= {min(motion.shape)} px, the shorter "
+            "side of the picture."
+        )
     placement = place(motion, settings, scene, mesh, seen)
     correlation = _correlation(motion, pairs)
     spacing = settings.spacing or max(_LEAST_SPACING, correlation or 0.0)
@@ -114,7 +120,7 @@ def observe(
     if not len(kept):
         raise InvalidInput(
             f"identify: no point of the surface is seen in {_SEEN:.0%} of the frames; must be some. Take "
-            "fewer frames (--from, --to), or a recording whose flow is to be trusted."
+            "fewer frames (--from, --to), or a recording whose flow is to be trusted and is in px a frame."
         )
     if settings.points is None:
         kept, spacing = _thinned(kept, start, spacing, settings.most_points)
@@ -139,7 +145,7 @@ def observe(
         lead,
         first,
         rest[kept],
-        placement.notes,
+        placement.notes + doubts(motion, settings),
         found=motion.error is not None,
     )
 

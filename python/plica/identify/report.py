@@ -10,9 +10,10 @@ import jinja2
 import numpy as np
 
 from plica._engine import build_info
-from plica.identify.figures import hardly_learned, sections, weakest
+from plica.identify.figures import hardly_learned, sections
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification
+from plica.identify.wording import weakest, widened
 from plica.report.wording import number
 from plica.storage.files import replaced
 
@@ -95,15 +96,17 @@ def rows(found: Identification) -> list[Row]:
             verdict = "hardly learned: this is the prior"
         elif posterior.belied[j]:
             verdict = "the mesh shifts it by more than its noise"
+        elif abs(posterior.mean[j] - posterior.prior_mean[j]) > spread[j]:
+            verdict = "beyond what was believed before"
         else:
-            verdict = "learned"
+            verdict = "learned" if posterior.residuals.passed else "learned, but the residual test failed"
         made.append(
             Row(
                 name,
                 posterior.units[j],
                 number(float(posterior.median[j]), 3),
                 "refused" if posterior.refused[j] else sd,
-                " – ".join(number(float(v), 3) for v in interval[j]) if posterior.carried else "refused",
+                " – ".join(number(float(v), 3) for v in interval[j]) if posterior.answered else "refused",
                 " – ".join(number(float(v), 3) for v in prior),
                 verdict,
             )
@@ -133,9 +136,4 @@ def _residuals(posterior: Posterior) -> str:
 
 
 def _widened(posterior: Posterior) -> str:
-    if posterior.inflation is None:
-        return ""
-    return (
-        f" Intervals are {posterior.inflation.min():.2g} to {posterior.inflation.max():.2g} times as wide as "
-        "the information says, as the residuals ask for."
-    )
+    return "" if posterior.inflation is None else f" Intervals are {widened(posterior)}."

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
 
 __all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "whitened"]
 
@@ -33,8 +34,9 @@ class ResidualTest:
     level: float
     """Of the second moment in the later half against the earlier."""
     correlation_in_time: float
-    """[-] The mean product behind the first score."""
+    """[-] Of those behind the first score, in [-1, 1]."""
     correlation_in_space: float
+    """[-] Of those behind the second."""
 
     @property
     def passed(self) -> bool:
@@ -142,14 +144,22 @@ def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTes
         in_space=_score(space) / math.sqrt(mutual),
         tails=float((np.mean(finite**4) - 3) / math.sqrt(96 / len(finite))),
         level=level,
-        correlation_in_time=float(np.nanmean(time)) if np.isfinite(time).any() else 0.0,
-        correlation_in_space=float(np.nanmean(space)) if np.isfinite(space).any() else 0.0,
+        correlation_in_time=_correlation(z[1:], z[:-1]),
+        correlation_in_space=_correlation(by_point, by_point[:, neighbour]) if len(neighbour) > 1 else 0.0,
     )
 
 
 def _score(products: Array) -> float:
     there = products[np.isfinite(products)]
     return float(there.sum() / math.sqrt(len(there))) if len(there) else 0.0
+
+
+def _correlation(first: Array, second: Array) -> float:
+    """Of values of mean 0, where both are there."""
+    there = np.isfinite(first * second)
+    a, b = first[there], second[there]
+    size = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / size if size else 0.0
 
 
 def image_positions(likelihood: MarginalLikelihood) -> Array:

@@ -126,8 +126,8 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
             group = file["posterior"]
             derived = {
                 "median": posterior.median,
-                "interval": posterior.interval(),
-                "sd": posterior.sd,
+                "interval": np.where(posterior.answered, posterior.interval(), np.nan),
+                "sd": np.where(posterior.refused, np.nan, posterior.sd),
                 "correlation": posterior.correlation,
                 "covariance": posterior.covariance,
                 "information_eigenvalues": posterior.information_eigenvalues,
@@ -235,7 +235,7 @@ def _write_csv(path: Path, posterior: Posterior) -> None:
     """A row a parameter, in its unit; the sd is that of the logarithm, but of an angle's its own. An sd that
     is refused is an empty cell, and so is an interval where the model does not follow the motion."""
     spread = 1.959964 * posterior.prior_sd
-    prior = posterior._values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
+    prior = posterior.values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
     interval, shift = posterior.interval(), posterior.shift_in_sd
     share = posterior.sd / posterior.prior_sd
     with path.open("w", newline="", encoding="utf-8") as out:
@@ -244,7 +244,7 @@ def _write_csv(path: Path, posterior: Posterior) -> None:
         for j, name in enumerate(posterior.names):
             sd = "" if posterior.refused[j] else float(posterior.sd[j])
             numbers = [float(value) for value in (*interval[j], *prior[j], share[j])]
-            cells = numbers if posterior.carried else ["", "", *numbers[2:]]
+            cells = numbers if posterior.answered else ["", "", *numbers[2:]]
             moved = "" if shift is None else float(shift[j])
             row = [name, posterior.units[j], float(posterior.median[j]), sd, *cells, moved]
             rows.writerow(row)

@@ -15,7 +15,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.identify.likelihood import Evaluation, MarginalLikelihood
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.residuals import image_positions, innovations
 
 __all__ = ["inflation", "two_way"]

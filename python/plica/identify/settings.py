@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from plica.errors import InvalidInput, SceneError
-from plica.identify.parameters import FIELDS, Prior, TissueParameter
+from plica.identify.parameters import FIELDS, WIDEST, Prior, TissueParameter
 from plica.phonation.scene.part import Count, Part, problem
 from plica.phonation.scene.problems import describe
 from plica.phonation.scene.scene import Scene
@@ -18,6 +18,7 @@ from plica.units import Length, Number, Time, read_quantity
 __all__ = ["Estimated", "Settings"]
 
 Positive = Annotated[Number, Field(gt=0)]
+LogSd = Annotated[Number, Field(gt=0, le=WIDEST)]
 Share = Annotated[Number, Field(ge=0, le=1)]
 Degrees = Annotated[Number, Field(gt=-90, lt=90)]
 MOST_POINTS = 400
@@ -40,7 +41,7 @@ class Estimated(Part):
     """Left out: the first target."""
     median: float | str | None = None
     """Of the prior, in SI or as text with a unit, ``"10 kPa"``; left out: the scene's value."""
-    log_sd: Positive | None = None
+    log_sd: LogSd | None = None
     """[-] Prior standard deviation of the logarithm; left out: that of the settings."""
 
     positional: ClassVar[tuple[str, ...]] = ("targets",)
@@ -73,7 +74,7 @@ class Settings(Part):
     parameters: tuple[Annotated[Estimated, BeforeValidator(_as_table)], ...] = ()
     """What is estimated; left out: the viscosity of all layers together, ``mu_fibre`` and ``E_fibre`` of each
     layer with fibres, ``E`` of each without."""
-    log_sd: Positive = 0.7
+    log_sd: LogSd = 0.7
     """[-] Prior standard deviation of log theta where a parameter has none of its own: 0.7 is a factor of
     four up or down, with 95 % probability."""
 

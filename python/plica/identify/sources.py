@@ -131,6 +131,8 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
         raise InvalidInput(
             f"{path}: flow has shape {tuple(flow.shape)}; must be (frames - 1, height, width, 2)."
         )
+    if flow.dtype.kind not in "iuf":
+        raise InvalidInput(f"{path}: flow has numbers of type {flow.dtype}; must be real, px.")
     pairs, *size = flow.shape[:3]
 
     def checked(name: str, shape: tuple[int, ...]) -> Any:

@@ -26,6 +26,7 @@ from plica.view.camera import Camera
 __all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
 
 Floats = NDArray[np.float64]
+_MISSED = 0.5  # of the half-width, by which the edge may miss the contour without a warning
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,26 @@ class LarynxFit:
 
     @property
     def asymmetry(self) -> float:
-        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0."""
+        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0. Unless
+        the commissures are given the midline is fitted, and this is next to 0 whatever the folds."""
         return self.section.asymmetry(self.contour.points)
+
+    @property
+    def missed_width(self) -> float:
+        """The 95th percentile of the contour error over the half-width, both in px."""
+        return self.error.percentile_95 * self.camera.pixel / self.section.half_width
+
+    @property
+    def warnings(self) -> list[str]:
+        """What must be known before the larynx is used, in sentences."""
+        if self.missed_width <= _MISSED:
+            return []
+        return [
+            f"The mesh's glottal edge misses the contour by {self.error.percentile_95:.1f} px (95th "
+            f"percentile), {100 * self.missed_width:.0f} % of the half-width: this glottis is no ellipse. "
+            "The length of the larynx may be used. Its width is not that of the frame, and flow and contact "
+            "depend on it."
+        ]
 
     def scene_text(self) -> str:
         """The mesh of a scene file, in SI: one line at its top level, below which anything may stand."""
@@ -178,10 +197,10 @@ def _check_error(made: LarynxFit) -> None:
     length = float(np.hypot(*(ends[0] - ends[1])))
     limit = made.section.settings.largest_error * length
     if made.error.percentile_95 > limit:
+        uneven = "" if made.section.settings.commissures is None else f" (asymmetry {made.asymmetry:+.2f})"
         raise InvalidInput(
             f"Larynx fit: contour error (95th percentile) = {made.error.percentile_95:.2f} px; must be <= "
-            f"{limit:.2f} px, {made.section.settings.largest_error:g} of the visible length. The parametric "
-            f"larynx is elliptic and symmetric, this glottis has an asymmetry of {made.asymmetry:+.2f} "
-            "(areas right less left of the midline, over both). Are the commissures right? Else take another "
-            "frame."
+            f"{limit:.2f} px, {made.section.settings.largest_error:g} of the visible length. The larynx is "
+            f"elliptic and symmetric, and this glottis is not{uneven}. Are the commissures right? Else take "
+            "another frame."
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,10 @@ from plica.storage.json_file import write_json
 __all__ = ["read_measures", "write_measures"]
 
 
-def write_measures(measures: Measures, path: Path) -> Path:
+_SAID = "recording"  # no measure has this name
+
+
+def write_measures(measures: Measures, path: Path, said: Mapping[str, str] | None = None) -> Path:
     """Write measures as JSON, ``{name: {value, unit, spread, cycles}}``.
 
     Of a recording's cycles an entry has the value's interval too. It has the definition where the name
@@ -24,6 +28,8 @@ def write_measures(measures: Measures, path: Path) -> Path:
     Parameters
     ----------
     measures : Measures
+    said : mapping, optional
+        Of the recording, label and day say: an entry ``recording`` before the others.
     path : Path
         Replaced as a whole: a reader sees the old file or the new one.
 
@@ -32,7 +38,7 @@ def write_measures(measures: Measures, path: Path) -> Path:
     Path
         The file.
     """
-    return write_json(measures.as_json(), path)
+    return write_json({_SAID: dict(said), **measures.as_json()} if said else measures.as_json(), path)
 
 
 def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
@@ -45,6 +51,7 @@ def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
         found: dict[str, dict[str, Any]] = json.loads(text)
     except ValueError:
         return None
+    found.pop(_SAID, None)
     for name, entry in found.items():
         if name not in CATALOGUE or entry.get("definition", "") != CATALOGUE[name].meaning:
             return None

@@ -9,7 +9,7 @@ import numpy as np
 
 from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles
-from plica.measures.interval import slope_interval
+from plica.measures.interval import of_slope
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import quotients
@@ -91,12 +91,11 @@ def _growth(time: Floats, signal: Floats, cycles: Cycles, said: list[str]) -> Me
     """Slope of a line through the cycles' peak-to-peak amplitudes, over their mean."""
     amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
     slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
-    interval = slope_interval(amplitudes) if cycles.recorded else None
     return Measure(
         "amplitude_growth",
         float(slope / amplitudes.mean()),
         None,
         cycles.count,
         cautions=tuple(said),
-        interval=interval,
+        replicates=of_slope(amplitudes) if cycles.recorded else None,
     )

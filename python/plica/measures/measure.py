@@ -6,7 +6,7 @@ The catalogue has the unit and the definition of each: who measures gives the na
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,7 +15,7 @@ from plica.errors import UnknownName
 from plica.measures.catalogue import CATALOGUE, Quantity, quantity
 from plica.measures.circular import circular_mean
 from plica.measures.cycles import Cycles
-from plica.measures.interval import mean_interval, ratio_interval
+from plica.measures.interval import Replicates, of_mean, of_ratio
 from plica.measures.record import Floats
 from plica.measures.scale import SI, Scale
 
@@ -56,8 +56,8 @@ class Measure:
         What speaks against the value.
     scale : Scale
         The units of the record.
-    interval : (float, float) or None
-        Of the value at 95 %, by bootstrap over the cycles of a recording; None of a run.
+    replicates : Replicates or None
+        Of the value, by bootstrap over the cycles of a recording; None of a run.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Measure:
     note: str = ""
     cautions: tuple[str, ...] = ()
     scale: Scale = SI
-    interval: tuple[float, float] | None = None
+    replicates: Replicates | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         quantity(self.name)
@@ -76,6 +76,11 @@ class Measure:
     def quantity(self) -> Quantity:
         """Its entry in the catalogue."""
         return quantity(self.name)
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Of the value at 95 %; None where there are no replicates."""
+        return None if self.replicates is None else self.replicates.interval
 
     @property
     def unit(self) -> str:
@@ -160,7 +165,7 @@ def per_cycle(
     if not cycles.recorded or found.value is None:
         return found
     finite = np.asarray(values, dtype=float)
-    return replace(found, interval=mean_interval(finite[np.isfinite(finite)]))
+    return replace(found, replicates=of_mean(finite[np.isfinite(finite)]))
 
 
 def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
@@ -188,8 +193,7 @@ def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -
         return found
     angles = np.asarray(values, dtype=float)
     about = (angles[np.isfinite(angles)] - found.value + np.pi) % (2 * np.pi) - np.pi
-    interval = mean_interval(found.value + about)
-    return replace(found, interval=interval)
+    return replace(found, replicates=of_mean(found.value + about))
 
 
 def _joined(*texts: str) -> str:
@@ -203,5 +207,5 @@ def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
         return absent(name, cycles.note)
     spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
     said = tuple(filter(None, [cycles.note, *cautions]))
-    interval = ratio_interval(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
-    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said, interval=interval)
+    drawn = of_ratio(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
+    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said, replicates=drawn)

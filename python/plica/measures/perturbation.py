@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from plica.measures.cycles import Cycles
-from plica.measures.interval import ratio_interval
+from plica.measures.interval import Replicates, of_ratio
 from plica.measures.measure import Measure, absent
 from plica.measures.pulses import autocorrelation_peak
 from plica.measures.record import Floats, time_step
@@ -73,7 +73,7 @@ def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycle
         None,
         cycles.count,
         cautions=tuple(said),
-        interval=ratio_interval(top, bottom),
+        replicates=of_ratio(top, bottom),
     )
 
 
@@ -92,20 +92,20 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
     said = (cycles.note,) if cycles.note else ()
     part, step = cycles.extent(time), time_step(time)
     ratio = harmonics_to_noise(signal[part], step)
-    ends = _noise_interval(time, signal, cycles)
+    drawn = _noise_replicates(time, signal, cycles)
     peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
     return [
-        Measure(name, value, None, cycles.count, cautions=said, interval=interval)
+        Measure(name, value, None, cycles.count, cautions=said, replicates=replicates)
         if np.isfinite(value)
         else absent(name, why)
-        for name, value, interval, why in (
-            (names[0], ratio, ends, "the record is periodic to rounding, or has no period"),
+        for name, value, replicates, why in (
+            (names[0], ratio, drawn, "the record is periodic to rounding, or has no period"),
             (names[1], peak, None, "the record is too short for a cepstrum"),
         )
     ]
 
 
-def _noise_interval(time: Floats, signal: Floats, cycles: Cycles) -> tuple[float, float] | None:
+def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicates | None:
     """Of the ratio: the autocorrelation's products at the period are summed cycle by cycle, and drawn."""
     part, step = cycles.extent(time), time_step(time)
     frequency, height = autocorrelation_peak(signal[part], step)
@@ -118,12 +118,16 @@ def _noise_interval(time: Floats, signal: Floats, cycles: Cycles) -> tuple[float
         for k in cycles.samples(time)
     ]
     top, bottom = np.array([pair for pair in found if np.isfinite(pair).all()]).reshape(-1, 2).T
-    ends = ratio_interval(top, bottom)
-    if ends is None:
+    drawn = of_ratio(top, bottom)
+    if drawn is None:
         return None
     shift = height - float(top.sum() / bottom.sum())  # what interpolating between samples costs
-    low, high = (min(max(end + shift, 1e-9), 1 - 1e-9) for end in ends)
-    return float(10 * np.log10(low / (1 - low))), float(10 * np.log10(high / (1 - high)))
+
+    def decibels(values: Floats) -> Floats:
+        r = np.clip(values + shift, 1e-9, 1 - 1e-9)
+        return np.asarray(10 * np.log10(r / (1 - r)))
+
+    return drawn.mapped(decibels)
 
 
 def harmonics_to_noise(signal: Floats, step: float) -> float:

@@ -117,6 +117,12 @@ def _interval(item: Measure, factor: float, digits: int) -> str:
     return " to ".join(ends)
 
 
+def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
+    """The numbers, from 1, of these texts among `notes`, to which those are added that are new."""
+    notes.extend(text for text in dict.fromkeys(texts) if text not in notes)
+    return tuple(notes.index(text) + 1 for text in texts)
+
+
 def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
     """The measures that there are by group, in the order of the catalogue."""
     groups: dict[str, list[Row]] = {}

@@ -20,14 +20,18 @@ def heading(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
-def write_table(path: Path, columns: Mapping[str, NDArray[Any]]) -> None:
+def write_table(
+    path: Path, columns: Mapping[str, NDArray[Any]], said: Mapping[str, str] | None = None
+) -> None:
     """Write columns (k) by heading as comma-separated values; what is not a number is an empty cell.
 
-    The file is replaced as a whole. Numbers read back to the same bits.
+    What is `said` of them stands first, a line each: ``# label: before``. The file is replaced as a whole.
+    Numbers read back to the same bits.
     """
 
     def fill(draft: Path) -> None:
         with draft.open("w", newline="", encoding="utf-8") as out:
+            out.writelines(f"# {name}: {text}\r\n" for name, text in (said or {}).items())
             rows = csv.writer(out)
             rows.writerow(columns)
             rows.writerows(zip(*(_cells(values) for values in columns.values()), strict=True))

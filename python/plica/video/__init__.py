@@ -9,6 +9,7 @@ The command ``plica video`` as functions::
     print(found.measures["fundamental_frequency"])
     motion = found.flow(10)        # (h, w, 2) px, from frame 10 to 11
     table = found.to_xarray()      # waveforms, a row a frame
+    changes = video.compare("before", "after").changes
 
 Each step stands alone too: `Recording`, `masks`, `find_midline`, `areas`, `kymogram`, `plica.flow`, `follow`,
 `plica.video.drift.drift`, `plica.video.modes.modes`; `plica.video.report.write_report` writes the page.
@@ -17,6 +18,7 @@ Each step stands alone too: `Recording`, `masks`, `find_midline`, `areas`, `kymo
 from __future__ import annotations
 
 from plica.video.analysis import Analysis, analyse, load
+from plica.video.comparison import Comparison, compare
 from plica.video.drift import Steadied
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS, FlowOptions, PairFlow, endpoint_error, warp_error
@@ -35,6 +37,7 @@ from plica.video.waveforms import GlottalArea, areas, kymogram, measures, phases
 __all__ = [
     "PRESETS",
     "Analysis",
+    "Comparison",
     "FlowOptions",
     "GlottalArea",
     "Glottis",
@@ -53,6 +56,7 @@ __all__ = [
     "VideoError",
     "analyse",
     "areas",
+    "compare",
     "endpoint_error",
     "find_midline",
     "follow",

@@ -20,6 +20,7 @@ from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
 from plica.storage.result_file import check_result_file
 from plica.video.chain import Chain
+from plica.video.dated import FileDate
 from plica.video.doubts import WholeGlottis, doubts
 from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
@@ -130,6 +131,9 @@ class Analysis:
     source : Path
         The recording.
     settings : Settings
+    file_date : FileDate
+        The day that the recording's file says it was made on, and the tag that does; empty where it says
+        none.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -141,6 +145,7 @@ class Analysis:
             self._scale = float(low), float(high)
             self.source = Path(str(file.attrs["source"]))
             self.settings = Settings.from_json(str(file.attrs["settings"]))
+            self.file_date = FileDate(*map(str, file.attrs.get("file_date", ("", ""))))
 
     def __repr__(self) -> str:
         return f"<Analysis {self.directory}: {self.count} frames of {self.source.name}>"
@@ -160,6 +165,27 @@ class Analysis:
             if name not in file:
                 raise VideoError(f'Video: {self.path} has no "{name}"; must have it. Is the analysis done?')
             yield file[name]
+
+    @property
+    def label(self) -> str:
+        """What the recording is called: its label, else the name of its file."""
+        return self.settings.label or self.source.name
+
+    @property
+    def recorded(self) -> str:
+        """When it was recorded, as it was told, else as its file says; empty where that is not known."""
+        return self.settings.recorded or self.file_date.day
+
+    @property
+    def described(self) -> dict[str, str]:
+        """Label, day of recording, and the file's tag that it is from; what is not known is not in it."""
+        told = self.settings.recorded is not None
+        found = {
+            "label": self.settings.label or "",
+            "recorded": self.recorded,
+            "recorded_by": "" if told else self.file_date.tag,
+        }
+        return {name: text for name, text in found.items() if text}
 
     @property
     def complete(self) -> bool:

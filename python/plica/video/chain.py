@@ -172,7 +172,8 @@ class Chain:
                 light.append(_light(frame, folds))
                 yield frame
 
-        lines = kymogram(seen(), midline, self._settings.places, 0.25 * min(self._shape))
+        half = max(0.25 * min(self._shape), _beyond(midline, tissue > 0))
+        lines = kymogram(seen(), midline, self._settings.places, half)
         sharpness, saturated = np.array(light).T
         self._results.store(
             "sides",
@@ -357,6 +358,12 @@ def _near(midline: Midline, shape: tuple[int, int]) -> Mask:
     along, across = np.moveaxis(midline.place(pixels(shape)), -1, 0)
     beyond = np.maximum(np.maximum(-along, along - midline.length), 0.0)
     return np.asarray(np.hypot(across, beyond) < 0.5 * midline.length)
+
+
+def _beyond(midline: Midline, tissue: Mask) -> float:
+    """px on either side of the midline that take in the glottis at its widest, and half as much again."""
+    across = midline.place(pixels(tissue.shape))[..., 1]
+    return 1.5 * float(np.abs(across[~tissue]).max(initial=0.0))
 
 
 def _light(frame: Grey, folds: Mask) -> tuple[float, float]:

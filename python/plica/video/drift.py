@@ -112,7 +112,7 @@ def without_drift(
         if not moved.any():
             yield np.asarray(frame, dtype=np.float32)
             continue
-        y, x = _moved(frame.shape, moved)
+        y, x = _moved(frame.shape, moved, *np.mgrid[0 : frame.shape[0], 0 : frame.shape[1]].astype(float))
         seen = ndimage.map_coordinates(np.asarray(frame, dtype=float), [y, x], order=3, mode="mirror")
         yield seen.astype(np.float32)
 
@@ -145,14 +145,34 @@ class Steadied:
             if index in wanted:
                 yield index, next(without_drift([frame], self.motion[index : index + 1]))
 
+    def pictures(self, wanted: Collection[int]) -> dict[int, npt.NDArray[np.uint8]]:
+        """(h, w, 3) of these frames by number, in the recording's colours: to be looked at, not measured."""
+        found = {}
+        for index, picture in self.recording.pictures(wanted):
+            motion = self.motion[index : index + 1]
+            colours = [next(without_drift([part], motion)) for part in np.moveaxis(picture, -1, 0)]
+            found[index] = np.clip(np.round(np.stack(colours, axis=-1)), 0, 255).astype(np.uint8)
+        return found
+
+    def coloured_lines(self, points: Floats) -> npt.NDArray[np.uint8]:
+        """(lines, frames, w, 3) colours at points (lines, w, 2) px, x and y, of each frame, interpolated
+        linearly; black beyond the frame. To be looked at, not measured."""
+        from scipy import ndimage
+
+        rows = []
+        for index, picture in self.recording.pictures(range(self.count)):
+            at = _moved(self.shape, self.motion[index], points[..., 1], points[..., 0])
+            seen = [ndimage.map_coordinates(part, at, order=1) for part in np.moveaxis(picture, -1, 0)]
+            rows.append(np.clip(np.round(np.stack(seen, axis=-1)), 0, 255).astype(np.uint8))
+        return np.stack(rows, axis=1)
+
     def frame(self, index: int) -> Grey:
         """One of them."""
         return next(without_drift(self.recording.frames(index, index + 1), self.motion[index : index + 1]))
 
 
-def _moved(shape: tuple[int, ...], motion: Floats) -> tuple[Floats, Floats]:
-    """Where each pixel of the first frame is in the moved one."""
-    y, x = np.mgrid[0 : shape[0], 0 : shape[1]].astype(float)
+def _moved(shape: tuple[int, ...], motion: Floats, y: Floats, x: Floats) -> tuple[Floats, Floats]:
+    """Where what is at y, x px in the first frame is in the moved one."""
     cy, cx = (shape[0] - 1) / 2, (shape[1] - 1) / 2
     cos, sin = np.cos(motion[2]), np.sin(motion[2])
     return (
@@ -174,7 +194,7 @@ class _Level:
         grid[8:-8:apart, 8:-8:apart] = True
         self._used = still & grid
         gy, gx = np.gradient(self._first)
-        y, x = np.mgrid[0 : still.shape[0], 0 : still.shape[1]].astype(float)
+        y, x = self._pixels = np.mgrid[0 : still.shape[0], 0 : still.shape[1]].astype(float)
         y, x = y - (still.shape[0] - 1) / 2, x - (still.shape[1] - 1) / 2
         self._slopes = np.stack([gx, gy, gy * x - gx * y], axis=-1)[self._used]
         normal = self._slopes.T @ self._slopes
@@ -195,7 +215,7 @@ class _Level:
         )
         motion = start.copy()
         for _ in range(12):
-            y, x = _moved(frame.shape, motion)
+            y, x = _moved(frame.shape, motion, *self._pixels)
             places = [y[self._used], x[self._used]]
             seen = ndimage.map_coordinates(image, places, prefilter=False, mode="mirror")
             error = seen - self._first[self._used]

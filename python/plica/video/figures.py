@@ -16,6 +16,7 @@ from plica.measures.waveforms import RECORDED
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.report.wording import axis
 from plica.video.analysis import Analysis
+from plica.video.pictures import cycle_poses, kymograms, paint_pose, row_height
 from plica.video.trajectories import spacing
 from plica.video.waveforms import wide_share
 
@@ -103,60 +104,44 @@ def _phases(axes: Axes, found: Analysis, time: npt.NDArray[np.float64]) -> None:
 
 
 def _kymograms(found: Analysis) -> Drawing:
-    pictures, places = found["sides/kymogram"], found.settings.places
+    lines = kymograms(found)
     size, unit = _length(found)
     time, name = _time(found)
 
     def paint(figure: Figure) -> None:
-        for axes, picture, place in zip(
-            figure.subplots(len(places), 1, sharex=True, squeeze=False)[:, 0], pictures, places, strict=True
-        ):
-            half = size * picture.shape[1] / 2
-            extent = (float(time[0]), float(time[-1]), half, -half)
-            axes.imshow(picture.T, cmap="gray", aspect="auto", extent=extent, vmin=0, vmax=255)
-            axes.set_ylabel(f"{place:g}\nacross ({unit})")
+        panels = figure.subplots(len(lines), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, line_ in zip(panels, lines, strict=True):
+            line_.paint(axes, time, size, unit)
+            axes.set_ylabel(f"{line_.place:g}\nacross ({unit})")
         axes.set_xlabel(name)
+        axes.set_xlim(time[0], time[-1])
 
     caption = (
         f"Kymograms: lines across the midline at shares of its length from its {_end(found, 'upper')} to its "
-        f"{_end(found, 'lower')}, frame by frame; the image's left is up."
+        f"{_end(found, 'lower')}, frame by frame; the image's left is up. Orange: the folds' edges, from the "
+        "masks."
     )
-    return draw("kymograms", caption, "Kymograms", (9, 0.6 + 1.7 * len(places)), paint)
+    return draw("kymograms", caption, "Kymograms", (9, 0.6 + 1.7 * len(lines)), paint)
 
 
 def _cycle(found: Analysis) -> list[Drawing]:
     """One cycle in pictures, the middle one; none without cycles."""
-    cycles, (height, width) = found.cycles, found.frames().shape
+    cycles = found.cycles
     if not cycles.count:
         return []
-    chosen = cycles.count // 2
-    begin, end = (int(k) for k in np.searchsorted(found.time, cycles.starts[chosen : chosen + 2]))
-    shown = np.unique(np.linspace(begin, max(end - 1, begin), _PANELS).round().astype(int))
-    line, reach = found.midline, 0.35 * found.midline.length
-    x, y = np.sort([line.upper[0], line.lower[0]]), np.sort([line.upper[1], line.lower[1]])
-    box = (
-        slice(max(int(y[0] - 0.3 * reach), 0), min(int(y[1] + 0.3 * reach) + 1, height)),
-        slice(max(int(x[0] - reach), 0), min(int(x[1] + reach) + 1, width)),
-    )
-    pictures = dict(found.frames().some(set(shown.tolist())))
+    poses = cycle_poses(found, np.linspace(0, 1, _PANELS, endpoint=False))
     factor, unit = _axis(found, "", "time")
 
     def paint(figure: Figure) -> None:
-        panels = figure.subplots(1, shown.size, squeeze=False)[0]
-        for axes, k in zip(panels, shown.tolist(), strict=True):
-            axes.imshow(pictures[k][box], cmap="gray", vmin=0, vmax=255)
-            mask = found.mask(k)[box]
-            if mask.any() and not mask.all():
-                axes.contour(mask, levels=[0.5], colors=["#ff8c28"], linewidths=0.8)
-            passed = factor * (found.time[k] - cycles.starts[chosen])
-            axes.set_title(f"{passed:.3g}", fontsize=7.5)
-            axes.set_axis_off()
+        for axes, pose in zip(figure.subplots(1, len(poses), squeeze=False)[0], poses, strict=True):
+            paint_pose(axes, pose)
+            axes.set_title(f"{factor * pose.passed:.3g}", fontsize=7.5)
 
     caption = (
-        f"Cycle {chosen + 1} of {cycles.count}, from its mark on; above each picture the time since "
-        f"then{unit}. Orange: outline of the glottis."
+        f"Cycle {cycles.count // 2 + 1} of {cycles.count}, from its mark on; above each picture the time "
+        f"since then{unit}. Orange: outline of the glottis."
     )
-    return [draw("cycle", caption, "Pictures of one cycle", (9, 2.2), paint)]
+    return [draw("cycle", caption, "Pictures of one cycle", (9, row_height(poses, 9)), paint)]
 
 
 def _vibrogram(found: Analysis) -> Drawing:
@@ -179,7 +164,11 @@ def _vibrogram(found: Analysis) -> Drawing:
         )
         axes.axhline(0, color=grey, lw=0.6)
         axes.set_yticks(
-            [-0.5, 0.5], [found.side("left"), found.side("right")], rotation=90, va="center", fontsize=7
+            [-0.5, 0.5],
+            [found.side(name).replace(" (", "\n(") for name in ("left", "right")],
+            rotation=90,
+            va="center",
+            fontsize=7,
         )
         axes.set_xlabel(name)
         figure.colorbar(shown, ax=axes, label=f"edge from the midline ({unit})")
@@ -286,7 +275,7 @@ def _paths(found: Analysis) -> Drawing:
     size, unit = _length(found)
     begin, end = (0, found.count) if not cycles.count else np.searchsorted(found.time, cycles.starts[:2])
     end = min(int(end) + 1, found.count)
-    frame = found.frames().frame(int(begin))
+    frame = found.frames().pictures({int(begin)})[int(begin)]
     way = places[begin:end] - places[begin]
     largest = float(np.nanpercentile(np.linalg.norm(way, axis=-1).max(axis=0), 99))
     times = max(1, int(0.8 * spacing / max(largest, 1e-9)))
@@ -296,7 +285,7 @@ def _paths(found: Analysis) -> Drawing:
         from matplotlib.collections import LineCollection
 
         axes = figure.subplots()
-        axes.imshow(frame, cmap="gray", vmin=0, vmax=255, alpha=0.75)
+        axes.imshow(frame, alpha=0.75)
         chosen = np.flatnonzero(np.isfinite(drawn).all(axis=(0, 2)))[:_MOST_PATHS]
         drawings = list(drawn[:, chosen].swapaxes(0, 1))
         colours = mpl.colormaps["plasma"].with_extremes(bad=grey)

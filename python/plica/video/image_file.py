@@ -18,10 +18,18 @@ if TYPE_CHECKING:
     from PIL import Image
     from tifffile import TiffFile
 
-__all__ = ["read_image", "read_page", "read_pixels"]
+__all__ = ["PICTURES", "is_picture", "read_image", "read_page", "read_pixels"]
+
+PICTURES = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", ".tif", ".tiff"}
+"""Suffixes of files that are one picture."""
 
 _AS_THEY_ARE = {"1", "L", "I", "F", "I;16", "I;16L", "I;16B", "RGB", "RGBA"}
 _GREY_AND_ALPHA = {"LA", "La"}
+
+
+def is_picture(path: Path) -> bool:
+    """Whether a file of a folder is a frame, by its name."""
+    return path.suffix.lower() in PICTURES and not path.name.startswith(".")
 
 
 def read_image(path: str | Path) -> NDArray[np.float32]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -12,11 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
-from plica.video.sources import FrameSource, open_source
+from plica.video.sources import FrameSource, open_source, read
 
-__all__ = ["Frames", "Grey", "Recording", "Region", "spread"]
+__all__ = ["Frames", "Grey", "Picture", "Recording", "Region", "spread"]
 
 Grey = npt.NDArray[np.float32]  # (height, width), 0 dark
+Picture = npt.NDArray[np.float32]  # (height, width, 3), likewise
 
 _DARK, _BRIGHT = 0.5, 99.5  # percentiles of all pixels of the recording
 _BINS = 4096
@@ -129,7 +131,7 @@ class Recording:
 
         What is darker or brighter than the scale goes on beyond 0 and 255.
         """
-        for raw in self.source.read(begin, self.count if end is None else end):
+        for raw in read(self.source, begin, self.count if end is None else end):
             yield self._used(raw)
 
     def frame(self, index: int) -> Grey:
@@ -139,8 +141,35 @@ class Recording:
             raise VideoError(f"Recording: frame {index}; must be in [0, {self.count}).")
         return next(self.frames(index, index + 1))
 
-    def _used(self, raw: Grey) -> Grey:
-        low, high = self.scale
+    @cached_property
+    def coloured(self) -> bool:
+        """Whether its frames have colours, by the first."""
+        _, first = next(iter(self.source.pixels(0, 1)))
+        return first.ndim == 3 and first.shape[2] >= 3 and bool(np.ptp(first[..., :3], axis=2).any())
+
+    def pictures(self, wanted: Collection[int]) -> Iterator[tuple[int, Picture]]:
+        """Of these frames each with its number, in order, in their colours: to be looked at, not measured.
+
+        A grey frame has three that are equal, as of `frames`. Coloured ones are as bright as leaves their
+        strongest colour its differences: on the scale of grey alone, red tissue would be bleached.
+        """
+        last = max(wanted, default=-1) + 1
+        for index, (_, raw) in enumerate(self.source.pixels(0, last)):
+            if index in wanted:
+                deep = raw[..., None] if raw.ndim == 2 else raw[..., :3]
+                colours = np.broadcast_to(deep, (*deep.shape[:2], 3))
+                yield index, self._used(colours.astype(np.float32), self._bleached)
+
+    @cached_property
+    def _bleached(self) -> float:
+        """Level that becomes 255 in pictures."""
+        if not self.coloured:
+            return self.scale[1]
+        _, first = next(iter(self.source.pixels(0, 1)))
+        return max(self.scale[1], float(np.percentile(first[..., :3].max(axis=2), _BRIGHT)))
+
+    def _used(self, raw: Grey, white: float | None = None) -> Grey:
+        low, high = self.scale[0], self.scale[1] if white is None else white
         image = (raw - np.float32(low)) * np.float32(255.0 / (high - low))
         if self.rotation:
             from scipy import ndimage
@@ -186,13 +215,13 @@ def _check_region(source: FrameSource, region: Region | None) -> None:
 def _scale(source: FrameSource) -> tuple[float, float]:
     """Percentiles of all pixels, from a histogram between the least and the largest value."""
     least, largest = math.inf, -math.inf
-    for frame in source.read(0, source.count):
+    for frame in read(source, 0, source.count):
         least, largest = min(least, float(frame.min())), max(largest, float(frame.max()))
     ends = (least, largest)
     if not ends[1] > ends[0]:
         raise VideoError(f"Recording: {source.name}: every pixel is {ends[0]:g}; must be an image.")
     counts = np.zeros(_BINS, dtype=np.int64)
-    for frame in source.read(0, source.count):
+    for frame in read(source, 0, source.count):
         counts += np.histogram(frame, bins=_BINS, range=ends)[0]
     edges = np.linspace(*ends, _BINS + 1)
     below = np.concatenate([[0.0], np.cumsum(counts) / counts.sum()])

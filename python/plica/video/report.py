@@ -6,61 +6,65 @@ import base64
 import io
 import json
 import shlex
-from collections import Counter
 from dataclasses import fields
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
 import numpy as np
 import numpy.typing as npt
 
-from plica.report.wording import tables
-from plica.storage.files import replaced
+from plica._engine import build_info
+from plica.report.page import render, write_page
+from plica.report.wording import numbered, tables
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
-from plica.video.quality import in_doubt, lit
+from plica.video.light import light_of
 from plica.video.settings import Settings
 
-__all__ = ["write_report"]
+__all__ = ["running", "write_report"]
 
 _MOST_FRAMES = 60  # in the page
-_FOLLOWS = 0.7  # correlation with the edges' way, below which the flow does not follow the folds
 
 
 def write_report(found: Analysis) -> Path:
     """Write report.html beside the results, of the flow where it was found; returns its path."""
-    path = found.directory / "report.html"
-    template = files("plica.video").joinpath("report.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     shown = np.unique(np.linspace(0, found.count - 1, _MOST_FRAMES).round().astype(int))
     pictures = [_picture(image) for image in _overlays(found, shown)]
-    from plica._engine import build_info
-
-    text = environment.from_string(template).render(
-        title=found.source.name,
+    widest = int(np.argmax(np.nan_to_num(found.area.total[shown])))
+    measured, notes = tables(found.measures), list[str]()
+    marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
+    text = render(
+        "video/report.html.j2",
+        title=found.label,
+        running=running(found),
         remark=_remark(found),
-        quality=_quality(found),
+        quality=light_of(found),
         frames=pictures,
+        first=widest,
         frames_json=json.dumps(pictures),
         labels=json.dumps([f"frame {k} {found.flags[k]}" for k in shown]),
         shown="Every frame" if shown.size == found.count else f"{shown.size} of {found.count} frames",
-        tables=tables(found.measures),
+        tables=measured,
+        marks=marks,
+        notes=notes,
         sections=sections(found),
         command=_command(found),
         version=build_info()["version"],
     )
+    return write_page(text, found.directory / "report.html")
 
-    def write(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
 
-    replaced(path, write)
-    return path
+def running(found: Analysis) -> str:
+    """What stands at the head of each printed page: label, and the day of recording where it is known."""
+    return f"{found.label}, {found.recorded}" if found.recorded else found.label
 
 
 def _remark(found: Analysis) -> str:
     settings, cycles, drawn = found.settings, found.cycles, found.drawn
+    said = found.described
+    by = f" (by the file's {said['recorded_by']})" if "recorded_by" in said else ""
     parts = [
+        *([found.source.name] if "label" in said else []),
+        *([f"recorded {said['recorded']}{by}"] if "recorded" in said else []),
         f"{found.count} frames",
         f"{settings.fps:g} frames/s" if settings.fps else "frame rate unknown: times in frames",
         f"{settings.mm_per_px:g} mm/px" if settings.mm_per_px else "pixel size unknown: lengths in pixels",
@@ -73,37 +77,6 @@ def _remark(found: Analysis) -> str:
     if drawn:
         parts.append(f"masks drawn by hand: {len(drawn)}")
     return "; ".join(parts) + "."
-
-
-def _quality(found: Analysis) -> tuple[str, str]:
-    doubtful = [flag for flag in found.flags if in_doubt(flag)]
-    share = len(doubtful) / found.count
-    light = "good" if share < 0.02 else "fair" if share < 0.15 else "bad"
-    reasons = Counter(reason for flag in doubtful for reason in flag.split(", ") if in_doubt(reason))
-    why = ", ".join(f"{reason} {count}" for reason, count in reasons.most_common())
-    said = f"{len(doubtful)} of {found.count} frames are in doubt{': ' + why if why else ''}. "
-    if found.doubts:
-        light = "bad" if light == "bad" else "fair"
-        said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
-    if not found.complete:
-        return light, said + "The motion of the tissue was not looked at (plica video does it)."
-    changes = sum(map(lit, found.flags))
-    if changes:
-        light = "fair" if light == "good" else light
-        most = 100 * float(np.nanmax(np.abs(found.brightness)))
-        said += (
-            f"The light changes by up to {most:.0f} % from frame to frame ({changes} times by over 3 %); the "
-            "flow takes it out. "
-        )
-    edges = found.edges
-    if not np.isfinite(edges.correlation):
-        return light, said + "Too few ways of the folds' edges are seen to hold the flow against them."
-    if edges.correlation < _FOLLOWS:
-        light = "bad"
-    return light, said + (
-        f"Beside the edges of the folds the flow is {edges.slope:.2f} of the edges' own way (correlation "
-        f"{edges.correlation:.2f}, {edges.count} ways)."
-    )
 
 
 def _command(found: Analysis) -> str:
@@ -132,8 +105,7 @@ def _overlays(found: Analysis, shown: npt.NDArray[np.int_]) -> list[npt.NDArray[
     line = np.round(found.midline.points(np.stack([along, 0 * along], axis=-1))).astype(int)
     rows, columns = np.clip(line[:, ::-1], 0, np.array(steady.shape) - 1).T
     images = []
-    for index, frame in steady.some(set(shown.tolist())):
-        coloured = np.stack([np.clip(frame, 0, 255).astype(np.uint8)] * 3, axis=-1)
+    for index, coloured in steady.pictures(set(shown.tolist())).items():
         mask = found.mask(index)
         coloured[rows, columns] = (90, 160, 230)
         coloured[mask & ~ndimage.binary_erosion(mask)] = (255, 140, 40)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from plica.storage.files import replaced
 from plica.storage.result_file import check_result_file
+from plica.video.dated import file_date
 from plica.video.errors import VideoError
 from plica.video.recording import Recording
 from plica.video.settings import Settings
@@ -26,6 +27,8 @@ _CHANGES = {
     "mm_per_px": (),
     "anterior": (),
     "patient_left": (),
+    "label": (),
+    "recorded": (),
     "kymogram": ("sides",),
     "midline": ("sides", "flow", "trust", "paths", "modes"),
     "modes": ("modes",),
@@ -111,7 +114,9 @@ class Results:
             stale = {group for name in changed for group in _CHANGES[name]}
         else:
             self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
-        self.change(lambda file: file.attrs.update({**marks, "scale": recording.scale}), without=stale)
+        said = file_date(source) or ("", "")
+        further = {"scale": recording.scale, "file_date": list(said)}
+        self.change(lambda file: file.attrs.update({**marks, **further}), without=stale)
 
     def correct(self, drawn: Mapping[int, Mask]) -> None:
         """Keep these masks as drawn by hand, and drop what stands on others: all but the drift."""

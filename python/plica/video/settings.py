@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plica.errors import nearest, one_of
+from plica.video.dated import check_date
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
 from plica.video.midline import Midline
@@ -19,15 +20,16 @@ __all__ = ["Settings"]
 
 _RANGES = {"fps": (1.0, 1e7), "mm_per_px": (1e-5, 10.0)}
 """Beyond any camera that films a larynx."""
+_LONGEST = 120  # characters of a label: one line of the page
 
 
 @dataclass(frozen=True)
 class Settings:
     """What a recording is analysed with; None is unknown, or found.
 
-    The frame rate, the size of a pixel, the anterior end and the patient's left are said of the recording and
-    compute nothing; these, the midline, the kymograms and the modes may be given, or changed, when the
-    analysis is done.
+    The frame rate, the size of a pixel, the anterior end, the patient's left, the label and the day are said
+    of the recording and compute nothing; these, the midline, the kymograms and the modes may be given, or
+    changed, when the analysis is done.
 
     Raises
     ------
@@ -59,6 +61,10 @@ class Settings:
     """Principal modes; None: 6, or as many as there are."""
     kymogram: tuple[float, ...] | None = None
     """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower; None: 0.25, 0.5, 0.75."""
+    label: str | None = None
+    """What whoever looks at it calls the recording, on its page and beside its figures; None: nothing."""
+    recorded: str | None = None
+    """Day on which it was recorded, 2026-03-01; None: as its file says, if it does."""
 
     def __post_init__(self) -> None:
         for name, length in (("region", 4), ("midline", 4), ("kymogram", None)):
@@ -105,6 +111,10 @@ class Settings:
             raise VideoError(f"Video: modes = {self.modes!r}; must be a whole number, 1 or more.")
         if self.kymogram is not None:
             check_places(self.kymogram)
+        if self.label is not None:
+            _check_label(self.label)
+        if self.recorded is not None:
+            check_date(self.recorded)
 
     def as_json(self) -> str:
         """All of them, as :meth:`from_json` reads them."""
@@ -127,6 +137,16 @@ class Settings:
     def mode_count(self) -> int:
         """Principal modes."""
         return self.modes or 6
+
+
+def _check_label(label: object) -> None:
+    """VideoError unless it is one line of words."""
+    if not isinstance(label, str) or not label.strip() or not label.isprintable():
+        raise VideoError(f"Video: label = {label!r}; must be one line of text, or left out.")
+    if len(label) > _LONGEST:
+        raise VideoError(
+            f"Video: label = {label[:20]!r}... has {len(label)} characters; must be {_LONGEST} or fewer."
+        )
 
 
 def _is_whole(value: object) -> bool:

@@ -14,20 +14,19 @@ import numpy.typing as npt
 from plica.errors import InvalidInput
 from plica.video.errors import VideoError
 from plica.video.grey import depth, to_grey
-from plica.video.image_file import read_page, read_pixels
+from plica.video.image_file import PICTURES, is_picture, read_page, read_pixels
 from plica.video.tiff_file import count_pages, open_tiff
 
-__all__ = ["FrameSource", "open_source"]
+__all__ = ["FrameSource", "open_source", "read"]
 
 _VIDEO = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm"}
 _TIFF = {".tif", ".tiff"}
-_IMAGE = {".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".ppm", *_TIFF}
 _HDF5 = {".h5", ".hdf5", ".mat"}
 _LEAST = 16  # px, of a side
 
 
 class FrameSource(Protocol):
-    """Frames of one size, grey, as the file has them.
+    """Frames of one size, as the file has them.
 
     Attributes
     ----------
@@ -43,8 +42,11 @@ class FrameSource(Protocol):
     count: int
     shape: tuple[int, int]
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
-        """Frames begin to end (excluded), one at a time; VideoError names one that cannot be used."""
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+        """Frames begin to end (excluded), one at a time, each with its name: (h, w), or that x colours.
+
+        VideoError names one that cannot be used.
+        """
 
 
 def open_source(path: Path, dataset: str | None = None) -> FrameSource:
@@ -69,22 +71,26 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         return Dataset(path, dataset)
     if suffix == ".npy":
         return Arrays(path.name, _loaded(path))
-    if suffix in _IMAGE:
+    if suffix in PICTURES:
         raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
     known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | {".npy"}))
     raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
 
 
-def grey(image: npt.NDArray[Any], name: str) -> npt.NDArray[np.float32]:
-    """A frame in grey, unrounded (:func:`plica.video.grey.to_grey`), finite. Raises VideoError."""
-    try:
-        found = to_grey(image, name=name)
-    except InvalidInput as error:
-        raise VideoError(f"Recording: {error}") from None
-    if not np.isfinite(found).all():
-        y, x = np.argwhere(~np.isfinite(found))[0]
-        raise VideoError(f"Recording: {name}: pixel ({x}, {y}) is {found[y, x]:g}; must be finite.")
-    return found
+def read(source: FrameSource, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    """Frames begin to end (excluded), one at a time, in grey, unrounded (:func:`plica.video.grey.to_grey`).
+
+    VideoError names one that cannot be used, or that is not finite.
+    """
+    for name, image in source.pixels(begin, end):
+        try:
+            found = to_grey(image, name=name)
+        except InvalidInput as error:
+            raise VideoError(f"Recording: {error}") from None
+        if not np.isfinite(found).all():
+            y, x = np.argwhere(~np.isfinite(found))[0]
+            raise VideoError(f"Recording: {name}: pixel ({x}, {y}) is {found[y, x]:g}; must be finite.")
+        yield found
 
 
 def check_depth(name: str, image: npt.NDArray[Any], first: str, whose: str) -> None:
@@ -140,7 +146,7 @@ class Video:
             )
         check(self.name, self.count, self.shape)
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         for index, (frame, _, _) in enumerate(islice(self._decoded(), end)):
             if index < begin:
                 continue
@@ -149,7 +155,7 @@ class Video:
                 kind = "gray16le" if deep else "gray"
             else:
                 kind = "rgb48le" if deep else "rgb24"
-            yield grey(frame.to_ndarray(format=kind), f"{self.name}: frame {index}")
+            yield f"{self.name}: frame {index}", frame.to_ndarray(format=kind)
 
     def _decoded(self) -> Iterator[tuple[Any, int, float]]:
         """Frames, each with the count and the seconds that the container states (0: none)."""
@@ -189,18 +195,15 @@ class Images:
     def __init__(self, path: Path) -> None:
         self.name = path.resolve().name
         self._files = sorted(
-            (
-                file
-                for file in path.iterdir()
-                if file.suffix.lower() in _IMAGE and not file.name.startswith(".")
-            ),
+            (file for file in path.iterdir() if is_picture(file)),
             key=lambda file: [
                 int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)
             ],
         )
         if not self._files:
             raise VideoError(
-                f"Recording: the folder {path} has no images; must have some of {', '.join(sorted(_IMAGE))}."
+                f"Recording: the folder {path} has no images; must have some of "
+                f"{', '.join(sorted(PICTURES))}."
             )
         self._check_numbers()
         self.count = len(self._files)
@@ -222,7 +225,7 @@ class Images:
                 "spaced, like the frames in time. Is one missing? Else number them anew."
             )
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         for index, file in enumerate(self._files[begin:end], start=begin):
             image = _pixels(file)
             if image.shape[:2] != self.shape:
@@ -232,7 +235,7 @@ class Images:
                     f"{self._files[0].name}."
                 )
             check_depth(f"{self.name}: frame {index} ({file.name})", image, self._depth, self._files[0].name)
-            yield grey(image, f"{self.name}: frame {index} ({file.name})")
+            yield f"{self.name}: frame {index} ({file.name})", image
 
 
 class Stack:
@@ -253,7 +256,7 @@ class Stack:
         self.shape, self._depth = (first.shape[0], first.shape[1]), depth(first)
         check(self.name, self.count, self.shape)
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         import tifffile
 
         with open_tiff(self._path) as stack:
@@ -271,7 +274,7 @@ class Stack:
                         f"must be {self.shape[1]} x {self.shape[0]} px as frame 0."
                     )
                 check_depth(f"{self.name}: frame {index}", image, self._depth, "frame 0")
-                yield grey(image, f"{self.name}: frame {index}")
+                yield f"{self.name}: frame {index}", image
 
 
 class Arrays:
@@ -296,10 +299,10 @@ class Arrays:
         self.shape = (int(frame[0]), int(frame[1]))
         check(name, self.count, self.shape)
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         for index in range(begin, min(end, self.count)):
             frame = np.asarray(self._data[index])
-            yield grey(frame.T if self._reversed else frame, f"{self.name}: frame {index}")
+            yield f"{self.name}: frame {index}", frame.T if self._reversed else frame
 
 
 class Dataset(Arrays):
@@ -324,12 +327,12 @@ class Dataset(Arrays):
             ) from None
         self._data = None
 
-    def read(self, begin: int, end: int) -> Iterator[npt.NDArray[np.float32]]:
+    def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         import h5py
 
         with h5py.File(self._path, "r") as file:
             data = file[self._key]
-            yield from Arrays(self.name, data, reversed_axes=self._reversed).read(begin, end)
+            yield from Arrays(self.name, data, reversed_axes=self._reversed).pixels(begin, end)
 
 
 def _dataset(file: Any, path: Path, wanted: str | None) -> str:

@@ -10,7 +10,7 @@ __all__ = ["write_tables"]
 
 
 def write_tables(found: Analysis) -> None:
-    """waveforms.csv, a row a frame, and measures.json."""
+    """waveforms.csv, a row a frame, and measures.json; both with label and day, where these are known."""
     units, columns = found.units, {}
     for name, values in found.waveforms.items():
         if values.ndim == 1:
@@ -18,5 +18,5 @@ def write_tables(found: Analysis) -> None:
             continue
         for k, part in enumerate(values.T, start=1):
             columns[heading(f"{name}_{k}", units[name])] = part
-    write_table(found.directory / "waveforms.csv", columns)
-    write_measures(found.measures, found.directory / "measures.json")
+    write_table(found.directory / "waveforms.csv", columns, found.described)
+    write_measures(found.measures, found.directory / "measures.json", found.described)

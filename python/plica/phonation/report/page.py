@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
-
-import jinja2
 
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import RunData
@@ -15,8 +12,8 @@ from plica.phonation.report.energy_figures import energy_ledger, probe_motion, p
 from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
+from plica.report.page import render, write_page
 from plica.report.wording import headlines, number, tables
-from plica.storage.files import replaced
 
 
 def write_report(run: RunData, path: Path) -> Path:
@@ -35,9 +32,8 @@ def write_report(run: RunData, path: Path) -> Path:
         The page.
     """
     reading = read(run)
-    source = files("plica.phonation.report").joinpath("page.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    text = environment.from_string(source).render(
+    text = render(
+        "phonation/report/page.html.j2",
         title=path.resolve().parent.name or "run",
         banner=banner(reading),
         cautions=cautions(run),
@@ -48,12 +44,7 @@ def write_report(run: RunData, path: Path) -> Path:
         scene=run.scene_text.strip(),
         versions=dict(run.versions),
     )
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(path, fill)
-    return path
+    return write_page(text, path)
 
 
 def banner(reading: Reading) -> str:

@@ -1,0 +1,117 @@
+"""What one estimate in the larynx takes: `python benchmarks/identify.py larynx`."""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import time
+from typing import Any
+
+import numpy as np
+from identify_block import (
+    FLOW_SD,
+    FRAME_RATE,
+    GAIN_SD,
+    PRESSURE_SD,
+    SEVEN,
+    STEP,
+    TISSUE,
+    drive,
+    parameters,
+)
+
+import plica
+from plica import _engine
+from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, SurfacePoints, estimate
+
+LARYNX_CAMERA = plica.Camera(mm_per_px=0.05)
+
+
+class LarynxBench:
+    """One mesh of the larynx, and its points seen from above."""
+
+    def __init__(self, preset: str, size: float | None, frames: int, amplitude: float) -> None:
+        options = {} if size is None else {"options": {"size": size}}
+        self.scene = plica.Scene(
+            plica.Larynx(larynx=preset, order=2, **options),
+            {name: plica.Tissue(**fields) for name, fields in TISSUE.items()},
+            time=plica.Stepping(step=STEP, duration=STEP),
+        )
+        self.frames, self.mesh = frames, plica.build_mesh(self.scene.mesh)
+        self.patterns = Forcing.on_surface(self.mesh, "airway", [-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3])[:, 1:3]
+        steps = frames * round(1 / (FRAME_RATE * STEP))
+        self.waves = drive(STEP * (np.arange(steps) + 0.7), amplitude)
+
+    @property
+    def unknowns(self) -> int:
+        """Free ones: the wall is held."""
+        return 3 * (len(np.asarray(self.mesh.points)) - len(self.mesh.node_sets["wall"]))
+
+    def image(self) -> np.ndarray:
+        """(r, 2) px, column and row: some 80 nodes of the surface about the glottis."""
+        x, faces = np.asarray(self.mesh.points), np.asarray(self.mesh.surfaces["airway"])
+        centres = x[faces[:, :3]].mean(axis=1)
+        upward = np.cross(*np.moveaxis(x[faces[:, 1:3]] - x[faces[:, :1]], 1, 0))[:, 2] > 0
+        near = upward & (np.abs(centres[:, 0]) < 3.5e-3) & (np.abs(centres[:, 1]) < 6e-3)
+        nodes = np.unique(faces[near])
+        return LARYNX_CAMERA.project(x[nodes[:: max(1, len(nodes) // 80)]])[:, :2]
+
+    def model(self, image: np.ndarray, flow: np.ndarray) -> MotionModel:
+        """Of the flow (N, r, 2) at these points of the picture."""
+        points = SurfacePoints.seen(self.mesh, "airway", LARYNX_CAMERA, image)
+        seen = Observation(points, LARYNX_CAMERA, flow, sd=FLOW_SD, frame_rate=FRAME_RATE)
+        forcing = Forcing(self.patterns, self.waves, gain_sd=GAIN_SD)
+        return MotionModel(self.scene, parameters(SEVEN, np.zeros(7)), seen, forcing, mesh=self.mesh)
+
+
+def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Time and memory of one estimate in the larynx; with --before, of one on a coarser mesh that it starts
+    from."""
+    fine = LarynxBench(arguments.preset, arguments.size, arguments.frames, arguments.drive)
+    benches = [LarynxBench(name, None, arguments.frames, arguments.drive) for name in arguments.before] + [
+        fine
+    ]
+    image = fine.image()
+    first = fine.model(image, np.ones((arguments.frames, len(image), 2)))
+    rng = np.random.default_rng(7)
+    truth = first.responses(first.tissue.prior_mean, derivatives=False)
+    pressures = rng.normal(0, PRESSURE_SD, (arguments.frames * 2, 1))
+    rows = truth.mean[0] + np.asarray(_engine.toeplitz_product(truth.lags[0], pressures)).reshape(
+        truth.mean[0].shape
+    )
+    flow = (rows + rng.normal(0, FLOW_SD, rows.shape)).reshape(arguments.frames, -1, 2)
+    start = np.append(first.tissue.prior_mean, 0.0) + rng.normal(0, 0.3, 8)
+    out: dict[str, Any] = {"meshes": []}
+    began, busy = time.perf_counter(), time.process_time()
+    for bench in benches:
+        likelihood = MarginalLikelihood(bench.model(image, flow))
+        found = estimate(
+            likelihood,
+            start,
+            progress=lambda i: print(
+                i.number, f"{i.value:.3f} {i.step:.3g} sd {time.perf_counter() - began:.1f} s", flush=True
+            ),
+        )
+        seconds, processor = time.perf_counter() - began, time.process_time() - busy
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        print(
+            f"{bench.unknowns} free unknowns, {len(image)} points, {arguments.frames} frames: {seconds:.1f} "
+            f"s so far, {processor:.1f} s of processors, {found.iterations} iterations, peak {memory:.0f} MB "
+            f"of the process, {plica._engine.threads()} threads",
+            flush=True,
+        )
+        out["meshes"].append(
+            {
+                "unknowns": bench.unknowns,
+                "seconds": seconds,
+                "processor": processor,
+                "iterations": found.iterations,
+                "peak_MB": memory,
+            }
+        )
+        if bench is not fine:
+            coarse, start = found, found.mean
+    if len(benches) > 1:
+        found = coarse.refined_by(found)
+    print(found.table(), "\n".join(found.warnings()), sep="\n")
+    return out

@@ -1,0 +1,94 @@
+"""The gradient of the log-likelihood and its Fisher information, from the factor of S at one point.
+
+With D_j = dT/dx_j, X_j = T' W D_j, e = y - mu, w = S^-1 T' W e, all in units of sigma_v:
+
+    gradient_j = (dmu_j + D_j w)' W (e - T w) / sigma_v^2 - tr S^-1 X_j
+    information_ij = [dmu_i' W dmu_j - (T' W dmu_i)' S^-1 (T' W dmu_j)] / sigma_v^2
+                     + tr S^-1 X_i S^-1 X_j + tr (Q - S^-1) (D_j' W D_i - X_j' S^-1 X_i) .
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.identify.input_space import InputSpace, Solved
+
+__all__ = ["gradient_and_information"]
+
+Array = NDArray[np.float64]
+_NO_GAINS = 1e-3
+"""Of all gains together, degrees of freedom below which there are none and their level is not estimated."""
+
+
+def gradient_and_information(
+    space: InputSpace, solved: Solved, means: Sequence[Array], moved_T: Array, noise_is_free: bool
+) -> tuple[Array, Array]:
+    """(p) and (p, p) at one point.
+
+    Parameters
+    ----------
+    space, solved : the unknown inputs, and S at the point
+    means : p derivatives of mu, each (N, m)
+    moved_T : (t, N, m, q) derivatives of T by the first t <= p coordinates; it depends on no other
+    noise_is_free : whether the noise levels are estimated; the information is then what is left of it when
+        they are eliminated
+    """
+    weights, variance, tissue = space.weights, solved.noise.flow**2, len(moved_T)
+    moved = np.stack([np.where(weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
+    weighted = weights[..., None] * moved
+    left = weights * solved.residual
+    T_moved = space.gathered(solved.lags, weighted)  # (i, p)
+    gradient = np.einsum("nmp,nm->p", moved, left) / variance
+    information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ solved.solve(T_moved)) / variance
+    X = [space.gram(solved.lags, D, gains=(True, False)) for D in moved_T]
+    SX = [solved.solve(x) for x in X]
+    excess = np.diag(solved.prior_variance) - solved.inverse  # Q - S^-1
+    traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (len(means) - tissue))
+    for j, D in enumerate(moved_T):
+        gathered = space.gathered(D, left, gains=False)[:, 0]
+        gradient[j] += solved.inputs @ gathered / variance - traces[j]
+        X_excess = X[j] @ excess
+        for i in range(j + 1):
+            squares = space.gram(D, moved_T[i], gains=(False, False))
+            of_T = np.sum(squares * excess) - np.sum(X_excess * SX[i]) + np.sum(SX[i] * SX[j].T)
+            information[i, j] += of_T
+            if i != j:
+                information[j, i] += of_T
+    if noise_is_free:
+        information = _without_noise(information, space, solved, SX, traces)
+    return gradient, information
+
+
+def _without_noise(
+    information: Array, space: InputSpace, solved: Solved, SX: list[Array], traces: Array
+) -> Array:
+    """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
+    information. A sigma_c that is held has a Q that falls as sigma_v^2 rises."""
+    ends = np.cumsum([0, *space.classes])
+    i = int(ends[-1])
+    shrunk = np.eye(i) - solved.inverse / solved.prior_variance  # S^-1 T' W T
+    held = space.held_collision_sd is not None
+    used = [solved.noise.pressure > 0, held or solved.noise.collision > 0, solved.noise.gain > 0]
+    parts = [slice(int(ends[c]), int(ends[c + 1])) for c in range(3)]
+    used[2] = used[2] and float(np.trace(shrunk[parts[2], parts[2]])) >= _NO_GAINS
+    numbers = [c for c in range(3) if used[c] and space.classes[c]]
+    classes = [parts[c] for c in numbers]
+    levels = len(classes) + 1
+    own, cross = np.zeros((levels, levels)), np.zeros((len(information), levels))
+    own[-1, -1], cross[:, -1] = 0.5 * space.count, traces
+    for a, k in enumerate(classes):
+        own[a, -1] = own[-1, a] = 0.5 * np.trace(shrunk[k, k])
+        for b, other in enumerate(classes):
+            own[a, b] = 0.5 * np.sum(shrunk[k, other] * shrunk[other, k].T)
+        for j, sx in enumerate(SX):
+            cross[j, a] = np.sum(sx[k, :] * shrunk[:, k].T)
+    if held:
+        own_level = numbers.index(1)
+        rises = np.delete(np.eye(levels), own_level, axis=0)
+        rises[-1, own_level] = -1.0
+        own, cross = rises @ own @ rises.T, cross @ rises.T
+    reduced: Array = information - cross @ np.linalg.solve(own, cross.T)
+    return reduced

@@ -1,0 +1,172 @@
+"""Two records beside each other as people read them: a table, a page, files for other programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from plica._engine import build_info
+from plica.measures.comparison import METHOD, Change
+from plica.report.drawing import Drawing
+from plica.report.page import pdf_of, render, write_page
+from plica.report.wording import Row, numbered, row, typeset
+from plica.storage.json_file import write_json
+from plica.storage.table import write_table
+
+__all__ = ["ChangeRow", "Sheet", "comparison_table", "write_comparison"]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What a comparison shows.
+
+    Attributes
+    ----------
+    labels : (str, str)
+        What both are called.
+    facts : (mapping, mapping)
+        What is known of both, by name: for comparison.json, and in words for the page's head.
+    remarks : sequence of str
+        What is to be minded, a sentence each.
+    changes : sequence of Change
+    sections : sequence of (heading, drawings)
+    command : str
+        What makes it anew.
+    """
+
+    labels: tuple[str, str]
+    facts: tuple[Mapping[str, str], Mapping[str, str]]
+    remarks: Sequence[str]
+    changes: Sequence[Change]
+    command: str
+    sections: Sequence[tuple[str, list[Drawing]]] = field(default=())
+
+
+@dataclass(frozen=True)
+class ChangeRow:
+    """One line of the table, in the units that people read."""
+
+    before: Row
+    after: Row
+    difference: str
+    interval: str
+    beyond: bool
+    notes: tuple[int, ...]
+
+
+def change_row(change: Change, notes: list[str]) -> ChangeRow:
+    """A change as people read it: difference and interval to the second digit of the half-width.
+
+    What is to be said of it is numbered: its place, from 1, in `notes`, to which it is added where it is new.
+    """
+    factor, unit = change.after.quantity.people(change.after.scale)
+    difference = interval = ""
+    if change.interval is not None and change.difference is not None:
+        places = _places(0.5 * factor * (change.interval[1] - change.interval[0]))
+        difference, *ends = (
+            _signed(factor * value, places) for value in (change.difference, *change.interval)
+        )
+        interval = " to ".join(ends)
+    elif change.difference is not None:
+        size = max(abs(change.before.value or 0.0), abs(change.after.value or 0.0))
+        difference = _signed(factor * change.difference, _places(factor * size, 4))
+    return ChangeRow(
+        row(change.before),
+        row(change.after),
+        f"{difference} {typeset(unit)}".strip() if difference else "",
+        interval,
+        change.beyond_scatter,
+        numbered(change.said, notes),
+    )
+
+
+def _places(size: float, digits: int = 2) -> int:
+    """Decimal places that show so many digits of a size; none of what is nought."""
+    return min(max(digits - 1 - math.floor(math.log10(abs(size))), 0), 12) if abs(size) > 1e-12 else 0
+
+
+def _signed(value: float, places: int) -> str:
+    """With its sign, but for nought."""
+    text = f"{value:+.{places}f}"
+    return text.replace("-", "−") if float(text) else text[1:]
+
+
+def comparison_table(changes: Sequence[Change]) -> str:
+    """The changes for a terminal, a * where the interval leaves zero out; below, what is said of them."""
+    lines = [f"{'':<40} {'before':>12} {'after':>12} {'':<6} {'after - before':<14} 95 % interval"]
+    notes: list[str] = []
+    for change in changes:
+        shown = change_row(change, notes)
+        unit = shown.after.unit if shown.after.unit == shown.before.unit else ""
+        line = f"{change.name:<40} {shown.before.value:>12} {shown.after.value:>12} {unit:<6} "
+        line += f"{shown.difference.removesuffix(unit).strip() or '-':<14} "
+        line += f"[{shown.interval}]" if shown.interval else ""
+        line += " *" if shown.beyond else ""
+        numbers = ", ".join(map(str, shown.notes))
+        lines.append(f"{line}  ({numbers})" if numbers else line.rstrip())
+    return "\n".join([*lines, *(f"({k}) {note}" for k, note in enumerate(notes, 1))])
+
+
+def write_comparison(sheet: Sheet, directory: Path, *, pdf: bool = False) -> Path:
+    """Write comparison.html, .csv and .json, with `pdf` also .pdf; returns the page's path, of the PDF if
+    there is one.
+
+    Parameters
+    ----------
+    sheet : Sheet
+    directory : Path
+        There already; files in it of these names are replaced, each as a whole.
+    """
+    groups: dict[str, list[ChangeRow]] = {}
+    notes: list[str] = []
+    for change in sheet.changes:
+        groups.setdefault(change.after.quantity.group, []).append(change_row(change, notes))
+    before, after = sheet.facts
+    facts = [(name, (before.get(name), after.get(name))) for name in {**before, **after}]
+    text = render(
+        "report/comparison.html.j2",
+        title=f"{sheet.labels[0]} and {sheet.labels[1]}",
+        running=f"{sheet.labels[0]} and {sheet.labels[1]}",
+        sheet=sheet,
+        facts=facts,
+        groups=groups,
+        notes=notes,
+        beyond=sum(change.beyond_scatter for change in sheet.changes),
+        compared=sum(change.interval is not None for change in sheet.changes),
+        method=METHOD,
+        version=build_info()["version"],
+    )
+    _write_tables(sheet, directory)
+    page = write_page(text, directory / "comparison.html")
+    return pdf_of(page) if pdf else page
+
+
+def _write_tables(sheet: Sheet, directory: Path) -> None:
+    before, after = sheet.facts
+    entries = {change.name: change.as_json() for change in sheet.changes}
+    content = {"before": dict(before), "after": dict(after), "remarks": list(sheet.remarks), "method": METHOD}
+    write_json({**content, "measures": entries}, directory / "comparison.json")
+    columns: dict[str, list[object]] = {"measure": [change.name for change in sheet.changes]}
+    for side in ("before", "after"):
+        items = [getattr(change, side) for change in sheet.changes]
+        columns[f"unit {side}"] = [item.unit for item in items]
+        columns[side] = [np.nan if item.value is None else item.value for item in items]
+        for k, end in enumerate(("from", "to")):
+            columns[f"{side} {end}"] = [
+                np.nan if item.interval is None else item.interval[k] for item in items
+            ]
+    columns["difference"] = [np.nan if one.difference is None else one.difference for one in sheet.changes]
+    for k, end in enumerate(("from", "to")):
+        columns[f"difference {end}"] = [
+            np.nan if one.interval is None else one.interval[k] for one in sheet.changes
+        ]
+    columns["not compared"] = [change.withheld for change in sheet.changes]
+    columns["cautions"] = ["; ".join(change.cautions) for change in sheet.changes]
+    said = dict(zip(("before", "after"), sheet.labels, strict=True))
+    write_table(
+        directory / "comparison.csv", {name: np.array(values) for name, values in columns.items()}, said
+    )

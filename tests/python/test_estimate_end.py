@@ -1,0 +1,113 @@
+"""How an estimate comes to its end, and what is said where the density there is no Gaussian's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+import plica
+from layered_block import layered_model, simulated
+from plica.identify import Evaluation, MarginalLikelihood, MotionModel, Prior, TissueParameter, estimate
+from plica.identify.figures import prior_and_posterior
+
+
+def one_number(log_sd: float, **changes: float) -> MotionModel:
+    """Of cover.E alone."""
+    named = [TissueParameter(("cover.E",), Prior(changes.get("median", 1e3), log_sd))]
+    flow = simulated(layered_model(named, np.ones((10, 12, 2))), np.random.default_rng(1), pressure=5.0)
+    return layered_model(named, flow)
+
+
+class Slope(MarginalLikelihood):
+    """A density that falls in straight lines from `top`, of which the information knows nothing."""
+
+    steepness, rounded, claimed, distance = 50.0, 0.02, 2000.0, 1.5
+
+    def density(self, x: float) -> tuple[float, float]:
+        off = x - (self.prior_mean[0] + self.distance)
+        size = math.hypot(off, self.rounded)
+        return -self.steepness * size, -self.steepness * off / size
+
+    def evaluate(self, x: ArrayLike) -> Evaluation:
+        at = np.array(x, dtype=float)
+        value, slope = self.density(at[0])
+        made = replace(
+            super().evaluate(self.prior_mean),
+            point=at,
+            value=value,
+            gradient=np.array([slope]),
+            information=np.array([[self.claimed]]),
+        )
+        self._last = made
+        return made
+
+    def value(self, x: ArrayLike) -> float:
+        return self.density(np.array(x, dtype=float)[0])[0]
+
+
+def test_straight_slopes_are_not_crept_along() -> None:
+    """Each step by the information is 1.1 of its sd, and the top is 67 sd away."""
+    likelihood = Slope(one_number(10.0))
+    found = estimate(likelihood)
+    assert found.iterations < 25
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + 1.5, abs=0.01)
+
+
+def test_a_gaussian_density_falls_as_one() -> None:
+    found = estimate(MarginalLikelihood(one_number(0.5)))
+    assert found.falls == pytest.approx([1.92, 1.92], rel=0.4)  # of ten frames
+    assert found.gaussian
+    assert not any("Gaussian" in told for told in found.warnings())
+
+
+def test_a_density_that_is_no_gaussian_is_told() -> None:
+    """Slopes so gentle that they have fallen by less than half of 1.92 at 1.96 of the claimed sd."""
+    likelihood = Slope(one_number(10.0))
+    likelihood.steepness = 20.0
+    found = estimate(likelihood)
+    half = 1.959964 / math.sqrt(likelihood.claimed + 1e-2)
+    fall = 20 * (math.hypot(half, 0.02) - 0.02)
+    assert found.falls == pytest.approx([fall, fall], abs=0.02)
+    assert not found.gaussian
+    assert any('not Gaussian along "cover.E":' in told for told in found.warnings())
+
+
+def test_no_estimate_is_a_tissue_that_stores_no_energy() -> None:
+    """Of nu near its bound: the last step does not leave it, and an end of the interval beyond is told."""
+    named = [TissueParameter(("cover.nu",), Prior(0.66, 0.5))]
+    flow = simulated(layered_model(named, np.ones((10, 12, 2))), np.random.default_rng(2), pressure=50.0)
+    likelihood = MarginalLikelihood(layered_model(named, flow))
+    found = estimate(likelihood)
+    assert likelihood.value(found.mean) > -math.inf
+    beyond = found.mean + 1.959964 * found.least_known
+    if math.isinf(found.falls[1]):
+        with pytest.raises(plica.InvalidInput):
+            likelihood.value(beyond)
+        assert not found.gaussian
+
+
+def test_intervals_are_refused_with_the_sd_where_nothing_answers_the_residuals() -> None:
+    found = estimate(MarginalLikelihood(one_number(0.5)))
+    failed = replace(found, residuals=replace(found.residuals, in_time=9.0))
+    assert found.answered
+    assert not failed.answered
+    assert failed.table().count("refused") == 2
+    assert "sd and intervals of independent errors are refused" in failed.warnings()[0]
+    assert "false maximum" in failed.warnings()[0]
+    widened = replace(failed, inflation=np.array([1.5]))
+    assert widened.answered
+    assert "by a factor of 1.5, as the residuals' own" in widened.warnings()[0]
+    same = replace(failed, inflation=np.array([1.0]))
+    assert "no wider than the information says" in same.warnings()[0]
+
+
+def test_a_refused_interval_is_not_drawn() -> None:
+    found = estimate(MarginalLikelihood(one_number(0.5)))
+    shown, refused = prior_and_posterior(found), prior_and_posterior(replace(found, follows=0.1))
+    assert "whose interval is refused" in refused.caption
+    assert "whose interval is refused" not in shown.caption
+    assert len(refused.svg) < len(shown.svg)
