@@ -16,7 +16,7 @@ LAUNCHER := $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LA
 ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
-.PHONY: help build demo test test-cpp test-python stub format clean FORCE
+.PHONY: help build demo test test-cpp test-python stub bench-peers format clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -69,10 +69,14 @@ test-python: build
 stub: build
 	@.ci/stub python/plica/_engine.pyi
 
+# What plica bench measures beside plica, in an environment of its own.
+bench-peers: build
+	@.ci/bench_peers
+
 format: build
 	@find cpp python/bindings tests examples -name '*.[ch]pp' | xargs $(BIN)/clang-format -i
 	@$(BIN)/ruff format --quiet python tests benchmarks examples
 	@$(BIN)/ruff check --quiet --fix python tests benchmarks examples
 
 clean:
-	rm -rf build build-sanitize $(VENV)
+	rm -rf build build-sanitize $(VENV) .venv-peers

@@ -131,6 +131,8 @@ def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[s
         ["report"],
         ["measures"],
         ["bench"],
+        ["bench", "run"],
+        ["bench", "compare"],
         ["bench", "impact"],
         ["bench", "free"],
     ],

@@ -241,7 +241,7 @@ def test_middlebury_errors_are_those_of_the_reference(name: str, errors: float) 
 
 
 def test_gradient_has_the_error_of_the_grid_that_chose_it() -> None:
-    # Of the three pairs that chose its constants: nothing about peers (docs/verification.md).
+    # Of the three pairs that chose its constants: nothing about peers (docs/verification/optical_flow.md).
     found = []
     for name in ("RubberWhale", "Venus", "Dimetrodon"):
         folder = shared_data(f"flow/middlebury/{name}")

@@ -23,10 +23,10 @@ from plica import _engine
 from plica.bench.body import SCHEMES
 from plica.cli import main
 from plica.identify import MarginalLikelihood, Noise
+from plica.report.installation import this_installation
 from plica.verify import text
 from plica.verify.case import Case, Check, Row, judged, worst
 from plica.verify.files import write
-from plica.verify.installation import this_installation
 from plica.verify.subjects import SUBJECTS, cases
 
 _DOCS = Path(__file__).parents[2] / "docs" / "verify.md"

@@ -59,7 +59,7 @@ def _verify(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     import plica
-    from plica.verify.installation import this_installation
+    from plica.report.installation import this_installation
     from plica.verify.subjects import cases, chosen, verify
     from plica.verify.text import case_lines, conclusion
 

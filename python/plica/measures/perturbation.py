@@ -22,7 +22,7 @@ from plica.measures.recorded import heights
 points = 5  # cycles of a perturbation quotient
 _HALF = points // 2
 few_cycles = 20  # with fewer, a perturbation is known to a fifth at best
-frame_jitter = 0.005  # of a regular voice, filmed at 20 frames a cycle: docs/verification.md
+frame_jitter = 0.005  # of a regular voice, filmed at 20 frames a cycle: docs/verification/video.md
 _NEAR = 0.3  # of the period: where the cepstrum's peak is sought about it
 _FIRST = 4  # frames: shorter quefrencies tell of the spectrum's envelope
 

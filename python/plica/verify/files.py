@@ -10,10 +10,10 @@ from pathlib import Path
 
 import jinja2
 
+from plica.report.installation import Installation
 from plica.storage.files import replaced, storage_errors
 from plica.storage.json_file import write_json
 from plica.verify.case import Case, Row
-from plica.verify.installation import Installation
 from plica.verify.subjects import SUBJECTS
 from plica.verify.text import as_markdown, conclusion, shown, within
 

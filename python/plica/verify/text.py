@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from plica.report.installation import Installation
 from plica.verify.case import Case, Row
-from plica.verify.installation import Installation
 
 __all__ = ["as_markdown", "case_lines", "conclusion", "shown", "within"]
 

@@ -48,10 +48,10 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
     }
 )
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
-for noisy recordings, chosen on the synthetic glottis (docs/verification.md). ``thesis``: ``reference`` with
-the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less. ``gradient``: not
-brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md). For ``reference`` and
-``thesis``, as published, the light is constant; for the others it may change."""
+for noisy recordings, chosen on the synthetic glottis (docs/verification/recorded_flow.md). ``thesis``:
+``reference`` with the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less.
+``gradient``: not brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md). For
+``reference`` and ``thesis``, as published, the light is constant; for the others it may change."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 A highlight is a mirror image of the lamp: it moves with the light and not with the tissue. It is a spot, in
 which no disc of three pixels' radius has room; what is larger and as bright is tissue that is overexposed,
 whose outline moves with it. The outline of the glottis is the strongest mark of motion that there is, so that
-only its inside, dark and without texture, is left out (docs/verification.md, "Without a truth").
+only its inside, dark and without texture, is left out (docs/verification/recorded_flow.md, "Without a
+truth").
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.verify.body import Body
+from plica.bench.body import Body
 from plica.verify.case import Case, Check, worst
 from plica.verify.contact.airway import air_between
 

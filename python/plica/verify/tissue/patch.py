@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
 from plica import _engine as engine
-from plica.verify.body import Body
+from plica.bench.body import Body
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]

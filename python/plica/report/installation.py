@@ -1,4 +1,4 @@
-"""What a verification was made with: version, commit, compiler, processor, threads, date."""
+"""What figures were made with: version, commit, compiler, processor, threads, date."""
 
 from __future__ import annotations
 

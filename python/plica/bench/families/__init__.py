@@ -1,0 +1,111 @@
+"""The families of cases: what is measured, and in one sentence each what to use when."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from plica.bench.case import Case
+from plica.errors import InvalidInput, nearest, one_of
+
+__all__ = ["FAMILIES", "Family", "chosen_cases", "family_of", "find_case"]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Cases of one subject."""
+
+    name: str
+    title: str
+    advice: str
+    """What to use when."""
+
+    @cached_property
+    def cases(self) -> tuple[Case, ...]:
+        """Those of its module, which is imported now."""
+        found: tuple[Case, ...] = importlib.import_module(f"plica.bench.families.{self.name}").CASES
+        return found
+
+
+FAMILIES = {
+    family.name: family
+    for family in (
+        Family(
+            "assembly",
+            "Assembly and natural frequencies",
+            "Quadratic tetrahedra for anything that vibrates: linear ones never reach in the same time what "
+            "they do, and are for trying things.",
+        ),
+        Family(
+            "dynamics",
+            "Time schemes on free vibration",
+            "The trapezoidal rule where nothing collides; HHT(-0.3) where something does; Newmark(1, 3/2), "
+            "which is of first order, never.",
+        ),
+        Family(
+            "coupling",
+            "Coupling of flow and tissue",
+            "Iterated, or extrapolated, which is as exact at a step and spares the sweeps; lagged, which is "
+            "of first order, only to try things.",
+        ),
+        Family(
+            "contact",
+            "Enforcement of contact, time scheme, mass of the surfaces",
+            "Multipliers with HHT(-0.3): no penetration, no energy made, no stiffness to choose; with the "
+            "trapezoidal rule only where the surfaces' mass is redistributed.",
+        ),
+        Family(
+            "solvers",
+            "Linear and saddle-point solvers against tolerance",
+            "Leave the choice to plica: a Cholesky factor while it fits in memory, contact condensed; a "
+            "tighter tolerance then costs little, so the default of 1e-8 is no luxury.",
+        ),
+        Family(
+            "phonation",
+            "The whole run",
+            "Steps of 50 us with the default for a voice; 25 us where a collision is looked at.",
+        ),
+        Family(
+            "imaging",
+            "Optical flow and segmentation",
+            "The default (robust) for endoscopic frames, gradient for sharp pictures, fast for a first look; "
+            "where only speed counts, OpenCV's DIS.",
+        ),
+        Family(
+            "estimation",
+            "Kalman filter, smoother, EM",
+            "plica from some 60 states on, where settled covariances save most; below, statsmodels spends "
+            "less around the arithmetic.",
+        ),
+    )
+}
+"""By name; each is a module of this package."""
+
+
+def _all_cases() -> dict[str, tuple[Family, Case]]:
+    return {case.name: (family, case) for family in FAMILIES.values() for case in family.cases}
+
+
+def find_case(name: str) -> Case:
+    """The case of that name."""
+    return _all_cases()[name][1]
+
+
+def family_of(name: str) -> Family:
+    """The family of the case of that name."""
+    return _all_cases()[name][0]
+
+
+def chosen_cases(asked: Sequence[str] | None) -> list[Case]:
+    """Those asked for by their own names or their families', all where none is, in the order of the families.
+
+    Raises InvalidInput for a name that is neither.
+    """
+    known = _all_cases()
+    names = [*FAMILIES, *known]
+    for name in asked or ():
+        if name not in names:
+            raise InvalidInput(f'bench: CASE = "{name}"; must be {one_of(names)}.{nearest(name, names)}')
+    return [case for family, case in known.values() if not asked or {case.name, family.name} & set(asked)]

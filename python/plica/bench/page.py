@@ -1,0 +1,64 @@
+"""All records of a directory as one HTML page that fetches nothing, and one table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+
+from plica.bench.families import FAMILIES, find_case
+from plica.bench.pictures import picture
+from plica.bench.record import Record, read
+from plica.bench.run import broken_claims, kept_claims
+from plica.bench.words import beside_peers, cells, headings, made_by, write_csv
+from plica.errors import InvalidInput
+from plica.storage.files import replaced
+
+__all__ = ["records_in", "write_page"]
+
+
+def records_in(directory: Path) -> list[Record]:
+    """Those of a directory in the order of the families; raises InvalidInput where there is none."""
+    found = {record.case: record for record in map(read, sorted(directory.glob("*.json")))}
+    known = [case.name for family in FAMILIES.values() for case in family.cases]
+    for name in found:
+        if name not in known:
+            raise InvalidInput(f'{directory / name}.json: case = "{name}"; this plica has no such case.')
+    if not found:
+        raise InvalidInput(
+            f"{directory}: no record of plica bench in it. Make one: plica bench run -o {directory}"
+        )
+    return [found[name] for name in known if name in found]
+
+
+def write_page(directory: Path) -> Path:
+    """Write benchmarks.html and benchmarks.csv from the records of the directory; returns the page's path."""
+    records = records_in(directory)
+    write_csv(records, directory / "benchmarks.csv")
+    template = files("plica.bench").joinpath("page.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
+    page = directory / "benchmarks.html"
+    text = environment.from_string(template).render(
+        families=[
+            (family, _of(family.name, records)) for family in FAMILIES.values() if _of(family.name, records)
+        ],
+        picture=picture,
+        headings=headings,
+        cells=cells,
+        made_by=made_by,
+        beside=beside_peers,
+        broken=lambda record: broken_claims(find_case(record.case), record),
+        kept=lambda record: kept_claims(find_case(record.case), record),
+    )
+
+    def fill(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(page, fill)
+    return page
+
+
+def _of(family: str, records: Sequence[Record]) -> list[Record]:
+    return [record for record in records if record.family == family]

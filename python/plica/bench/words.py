@@ -1,0 +1,190 @@
+"""A record in words: cells of its table, for the terminal, for Markdown, for the page, and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import statistics
+from collections.abc import Sequence
+from pathlib import Path
+
+from plica.bench.front import fronts
+from plica.bench.record import Record, Row
+from plica.storage.files import replaced
+
+__all__ = [
+    "as_markdown",
+    "beside_peers",
+    "cells",
+    "headings",
+    "in_short",
+    "made_by",
+    "named",
+    "seconds",
+    "write_csv",
+]
+
+
+_MEASURED = ("time", "spread", "processor", "memory", "front")
+
+
+def headings(record: Record) -> list[str]:
+    """Of the columns."""
+    return ["method", *_settings(record), "threads", *record.errors, *_MEASURED]
+
+
+def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
+    """A list of texts a row, all or these, in the order of `headings`."""
+    best = {row.key for row in fronts(record)}
+    table = []
+    for row in record.rows if rows is None else rows:
+        values = [str(row.level.get(name, "")) for name in _settings(record)]
+        start = [row.method, *values, str(row.threads)]
+        if row.failure:
+            table.append([*start, row.failure, *[""] * (len(record.errors) + len(_MEASURED) - 1)])
+            continue
+        errors = [_number(row.errors.get(name)) for name in record.errors]
+        spread = "" if row.spread is None else f"{100 * row.spread:.0f} %"
+        memory = "" if row.memory is None else f"{row.memory / 1e6:.0f} MB"
+        times = seconds(row.median), spread, seconds(row.processor_median)
+        table.append([*start, *errors, *times, memory, "x" if row.key in best else ""])
+    return table
+
+
+def in_short(record: Record) -> list[Row]:
+    """Of each problem the rows of the front, and of every method that has none there its most exact one."""
+    error = next(iter(record.errors))
+    kept = {row.key for row in fronts(record)}
+    for rows in record.by_problem().values():
+        for method in {row.method for row in rows} - {row.method for row in rows if row.key in kept}:
+            theirs = [row for row in rows if row.method == method]
+            kept.add(min(theirs, key=lambda row: _or_infinite(row.errors.get(error))).key)
+    return [row for row in record.rows if row.key in kept]
+
+
+def _or_infinite(value: float | None) -> float:
+    return float("inf") if value is None else value
+
+
+def beside_peers(record: Record) -> list[str]:
+    """How many times as long a peer's methods take, at the last level that they share with plica's.
+
+    Plica's is the method by which a peer's name ends ("peer, trapezoidal"), or the first. For each value of
+    the settings that are words: medians of the ratios within the rounds, with the least and the greatest, and
+    the ratio of processor times.
+    """
+    ours = {row.key: row for row in record.rows if row.package == "plica"}
+    first = record.rows[0].method if record.rows else ""
+    said: dict[tuple[object, ...], str] = {}
+    for row in record.rows:
+        same = next((name for name, *_ in ours if row.method.endswith(f", {name}")), first)
+        mine = ours.get((same, *row.key[1:]))
+        if row.package != "plica" and mine is not None and row.seconds and mine.seconds:
+            ratios = sorted(a / b for a, b in zip(row.seconds, mine.seconds, strict=True))
+            middle, least, most = (
+                f"{ratio:.2g}" for ratio in (statistics.median(ratios), ratios[0], ratios[-1])
+            )
+            words = [value for value in row.level.values() if isinstance(value, str)]
+            said[row.method, row.threads, *words] = (
+                f"{named(row)} takes {middle} ({least} to {most}) times as long as {mine.method}"
+                f"{_processor_ratio(row, mine)}."
+            )
+    return list(said.values())
+
+
+def _processor_ratio(row: Row, mine: Row) -> str:
+    """Nothing where the clock is too coarse for either."""
+    theirs, ours = row.processor_median, mine.processor_median
+    return f", and {theirs / ours:.2g} times its processor time" if theirs and ours else ""
+
+
+def as_markdown(record: Record, rows: Sequence[Row] | None = None) -> str:
+    """What was measured, the table of all rows or of these, and the engine and machine that it is of."""
+    said = "; ".join(f"{name}: {meaning}" for name, meaning in record.errors.items())
+    lines = [
+        f"{record.does} Reference: {record.reference}. Errors: {said}.",
+        "",
+        _line(headings(record)),
+        "|" + " --- |" * len(headings(record)),
+        *(_line(row) for row in cells(record, rows)),
+        "",
+        f"Made by {made_by(record)}",
+    ]
+    return "\n".join(lines)
+
+
+def made_by(record: Record) -> str:
+    """Engine, machine, packages and what was absent, in one line."""
+    packages = ", ".join(f"{name} {version}" for name, version in record.environment.packages.items())
+    absent = f"; not installed: {', '.join(record.absent)}" if record.absent else ""
+    rounds = "one round" if record.rounds == 1 else f"medians of {record.rounds} rounds in turn"
+    return f"{record.environment}; {packages}; {rounds}{absent}."
+
+
+def named(row: Row) -> str:
+    """Method and level in few words."""
+    level = ", ".join(f"{name} {value}" for name, value in row.level.items())
+    return f"{row.method} ({level}; {row.threads} thread{'s' * (row.threads > 1)})"
+
+
+def seconds(value: float | None) -> str:
+    """A time with a unit that suits it."""
+    if value is None:
+        return ""
+    for factor, unit in ((1.0, "s"), (1e3, "ms")):
+        if factor * value >= 1:
+            return f"{factor * value:.3g} {unit}"
+    return f"{1e6 * value:.3g} us"
+
+
+def write_csv(records: Sequence[Record], path: Path) -> None:
+    """All rows of all records, a column for every setting and error that any has; times in s, memory in B."""
+    rows = [_flat(record, row) for record in records for row in record.rows]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+
+    def fill(draft: Path) -> None:
+        with draft.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, fieldnames=names)
+            writer.writeheader()
+            writer.writerows(rows)
+
+    replaced(path, fill)
+
+
+def _flat(record: Record, row: Row) -> dict[str, object]:
+    made = record.environment
+    return {
+        "family": record.family,
+        "case": record.case,
+        "size": record.size,
+        "method": row.method,
+        "package": row.package,
+        "version": row.version,
+        "threads": row.threads,
+        **row.level,
+        **{f"error: {name}": value for name, value in row.errors.items()},
+        "time (s)": row.median,
+        "processor (s)": row.processor_median,
+        "spread": row.spread,
+        "readings": len(row.seconds),
+        "memory (B)": row.memory,
+        "failure": row.failure,
+        "engine": made.commit,
+        "compiler": made.compiler,
+        "processor": made.processor,
+        "load": " ".join(f"{load:.2f}" for load in made.load),
+        "date": made.date,
+    }
+
+
+def _settings(record: Record) -> list[str]:
+    return list(dict.fromkeys(name for row in record.rows for name in row.level))
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return "0" if value == 0 else f"{value:.2g}"
+
+
+def _line(texts: Sequence[str]) -> str:
+    return "| " + " | ".join(text.replace("|", "\\|") for text in texts) + " |"
