@@ -19,7 +19,8 @@ __all__ = ["add_commands", "is_analysis", "redraw", "remeasure"]
 _VIDEO_HELP = """\
 Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
 tissue from frame to frame, its modes, and how far to trust all of it. Reads AVI, MP4, MOV, MKV, a TIFF stack,
-a folder of images, HDF5 and NPY. Stores in DIR as it goes:
+a folder of images, HDF5, NPY, and what cameras write: Phantom's .cine (pip install "plica[cine]"), Photron's
+.mraw with its .cih or .cihx. Stores in DIR as it goes:
 
   results.h5     masks, flow, modes, paths, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
@@ -28,8 +29,9 @@ a folder of images, HDF5 and NPY. Stores in DIR as it goes:
   report.html    pictures, waveforms, kymogram, modes, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
 
-The frame rate that a file states is nearly always the speed of playing it, so it is not taken: give --fps, or
-times are in frames and frequencies in cycles per frame. Without --mm-per-px lengths are in pixels and over
+The frame rate that a video file states is nearly always the speed of playing it, so it is not taken: give
+--fps, or times are in frames and frequencies in cycles per frame. .cine and .cih state the camera's, which is
+taken unless --fps says otherwise. Without --mm-per-px lengths are in pixels and over
 the glottal length. Left and right are those of the image; which is the patient's, and which end is the
 anterior one, is never guessed: say so with --patient-left and --anterior. --label and --recorded name the
 recording and its day on the page and beside the figures. These six are kept with the results and may be given
@@ -37,7 +39,9 @@ later, in the same directory; so may --midline, --kymogram and --modes, for whic
 Two analyses, as before and after a treatment: plica compare.
 
 Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
-takes those that you corrected; the other frames are then found by what yours show.
+takes those that you corrected; the other frames are then found by what yours show. --segmenter takes a
+network of yours (ONNX; pip install "plica[onnx]"), whose outlines stand as it gives them, but for frames that
+were drawn; docs/imaging.md says what it is given and has to give.
 
 Measures need three complete cycles. All frames have one size and one depth (8 or 16 bits, or floats). In
 HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:
@@ -51,6 +55,7 @@ examples:
   plica video larynx.avi --fps 4000 -o analysis        again after Ctrl-C: it goes on where it stopped
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
   plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
+  plica video larynx.cine --segmenter glottis.onnx -o analysis
   plica video larynx.mp4 --preset fast --midline 120,40,118,210 -o quick
   plica masks analysis --frames 57,120 -o drawn && gimp drawn/mask_00057.png ...
   plica video larynx.avi --fps 4000 -o analysis --masks drawn
@@ -192,6 +197,11 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
         "--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks), beside earlier ones"
     )
     drawn.add_argument("--no-masks", action="store_true", help="drop all masks drawn by hand")
+    video.add_argument(
+        "--segmenter",
+        metavar="MODEL",
+        help="an ONNX model of yours that finds the glottis (default: plica does)",
+    )
     video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
     video.add_argument(
         "--preset",
@@ -285,6 +295,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         rotation=options.rotation,
         region=options.region,
         dataset=options.dataset,
+        segmenter=options.segmenter,
         midline=options.midline,
         anterior=options.anterior,
         patient_left=options.patient_left,

@@ -18,6 +18,7 @@ Each step stands alone too: `Recording`, `masks`, `find_midline`, `areas`, `kymo
 from __future__ import annotations
 
 from plica.video.analysis import Analysis, analyse, load
+from plica.video.candidates import Prior
 from plica.video.comparison import Comparison, compare
 from plica.video.drift import Steadied
 from plica.video.errors import VideoError
@@ -26,8 +27,9 @@ from plica.video.flow_file import read_flow, write_flow
 from plica.video.glottis import Look, learn, masks, read_masks, write_masks
 from plica.video.midline import Midline, find_midline
 from plica.video.modes import Modes
+from plica.video.network import Network
 from plica.video.recording import Recording, Region
-from plica.video.segmentation import Glottis, Prior, segment
+from plica.video.segmentation import Glottis, segment
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.tables import write_tables
@@ -44,6 +46,7 @@ __all__ = [
     "Look",
     "Midline",
     "Modes",
+    "Network",
     "PairFlow",
     "Paths",
     "Prior",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +21,7 @@ from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
 from plica.storage.result_file import check_result_file
+from plica.video.camera import Camera
 from plica.video.chain import Chain
 from plica.video.dated import FileDate
 from plica.video.doubts import WholeGlottis, doubts
@@ -28,6 +31,7 @@ from plica.video.errors import VideoError
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
+from plica.video.network import Network
 from plica.video.quality import flags
 from plica.video.recording import Recording, Region
 from plica.video.results import Results
@@ -91,12 +95,15 @@ def analyse(
             "glottis alone (plica glottis) fewer will do."
         )
     _check_modes(chosen, recording)
+    network = None if chosen.segmenter is None else Network(chosen.segmenter)
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
     with only_writer(where):
         results = Results(where / "results.h5")
         chosen = results.merged(Path(source), recording, chosen)
-        chain = Chain(results, recording, chosen, shown=progress)
+        if chosen.fps is None and recording.camera is not None:
+            chosen = replace(chosen, fps=recording.camera.fps)
+        chain = Chain(results, recording, chosen, network, shown=progress)
         chain.check()  # before anything is dropped
         results.claim(Path(source), recording, chosen)
         if masks is not None:
@@ -134,6 +141,8 @@ class Analysis:
     file_date : FileDate
         The day that the recording's file says it was made on, and the tag that does; empty where it says
         none.
+    camera : Camera or None
+        What the file of a high-speed camera said.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -146,6 +155,8 @@ class Analysis:
             self.source = Path(str(file.attrs["source"]))
             self.settings = Settings.from_json(str(file.attrs["settings"]))
             self.file_date = FileDate(*map(str, file.attrs.get("file_date", ("", ""))))
+            camera = json.loads(str(file.attrs.get("camera", "null")))
+        self.camera = None if camera is None else Camera(**camera)
 
     def __repr__(self) -> str:
         return f"<Analysis {self.directory}: {self.count} frames of {self.source.name}>"

@@ -28,6 +28,8 @@ from plica.video.flow import flow, warp_error
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
+from plica.video.network import Network
+from plica.video.outline import Finder
 from plica.video.parting import Folds
 from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
@@ -45,16 +47,24 @@ _STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # eac
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
-_BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
 _TRUSTED = 0.5  # confidence from which a pixel counts in the modes
 
 
 class Chain:
     """The analysis of one recording in one directory."""
 
-    def __init__(self, results: Results, recording: Recording, settings: Settings, *, shown: bool) -> None:
+    def __init__(
+        self,
+        results: Results,
+        recording: Recording,
+        settings: Settings,
+        network: Network | None,
+        *,
+        shown: bool,
+    ) -> None:
         self._results, self._flows = results, results.path.with_name("flow.h5")
         self._recording, self._settings, self._shown = recording, settings, shown
+        self._network = network
         self._count, self._shape = recording.count, recording.shape
 
     def run(self, until: str) -> None:
@@ -79,7 +89,7 @@ class Chain:
             return
         if "drift" not in self._results:
             self._drift()
-        learn(self._steady(), drawn)
+        self._finder(drawn)
         self._results.correct(drawn)
 
     def _drifted(self) -> Drift:
@@ -87,6 +97,10 @@ class Chain:
 
     def _steady(self) -> Steadied:
         return Steadied(self._recording, self._drifted().motion)
+
+    def _finder(self, drawn: Mapping[int, Mask]) -> Finder:
+        """What finds the glottis: the network, or how it looks in masks that are drawn or in all frames."""
+        return self._network or learn(self._steady(), drawn, self._drifted().lost)
 
     def _areas(self, midline: Midline) -> GlottalArea:
         """Of the masks; VideoError where the line was set and one of its sides has no glottis."""
@@ -127,7 +141,7 @@ class Chain:
 
     def _glottis(self) -> None:
         drawn, steady, lost = self._results.drawn(), self._steady(), self._drifted().lost
-        look = learn(steady, drawn, lost)
+        finder = self._finder(drawn)
 
         def add(file: h5py.File) -> None:
             group = file.create_group("glottis")
@@ -145,15 +159,17 @@ class Chain:
                     mask = np.zeros(self._shape, dtype=bool)
                     band[index] = np.nan
                 else:
-                    mask = look.mask(frame, index)
-                    band[index] = [look.mask(frame, index, share).sum() for share in _BAND]
+                    found = finder.outline(frame, index)
+                    mask, band[index] = found.mask, (found.least, found.largest)
                 kept[index] = mask
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
                 if np.isfinite(band[index, 0]):
                     always &= mask
-            fill(group, always=always, left_out=look.left_out(~tissue))
-            fill(group, least=band.min(axis=1), largest=band.max(axis=1), border=border, tissue=tissue)
+            if self._network is not None and tissue.all():
+                raise VideoError(_found_nothing(self._network, self._count))
+            fill(group, always=always, left_out=finder.left_out(~tissue))
+            fill(group, least=band[:, 0], largest=band[:, 1], border=border, tissue=tissue)
 
         self._results.change(add)
 
@@ -351,6 +367,14 @@ class Chain:
                 f"which is seen well at {pixels} pixels. The motion found is kept."
             )
         return min(self._settings.mode_count, most)
+
+
+def _found_nothing(network: Network, count: int) -> str:
+    return (
+        f"Segmenter: {network.name} finds no glottis in any of {count} frames: no pixel's probability is "
+        f"{network.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
+        "(scale, turn, region)? See docs/imaging.md."
+    )
 
 
 def _near(midline: Midline, shape: tuple[int, int]) -> Mask:

@@ -75,7 +75,7 @@ def _stated(path: Path) -> Iterator[tuple[str, object]]:
             tag = first.tags.get(_STORED)
             if tag is not None:
                 yield "DateTime", tag.value
-    elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy"}:
+    elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy", ".cine", ".mraw", ".cih", ".cihx"}:
         import av
 
         with av.open(str(path)) as container:

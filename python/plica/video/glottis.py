@@ -9,11 +9,14 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.brightness import around, blurred, region_below
+from plica.video.candidates import Prior
 from plica.video.errors import VideoError
 from plica.video.image_file import read_image
+from plica.video.outline import Outline
 from plica.video.pixel_levels import PixelLevels, pixel_levels
 from plica.video.recording import Frames, Grey, spread
-from plica.video.segmentation import Prior, around, blurred, region_below, segment
+from plica.video.segmentation import segment
 
 __all__ = ["Look", "learn", "masks", "read_masks", "write_masks"]
 
@@ -21,6 +24,7 @@ Mask = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 
 _NOISE = 0.03  # of the contrast
+_BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
 _LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
 
 
@@ -83,6 +87,11 @@ class Look:
             level = self.levels.level(index, self.dark, self.tissue, share)
         below = np.where(self.near, blurred(frame, self.blur) - level, np.inf)
         return region_below(below, 0.0, self.reach, _LEAST)
+
+    def outline(self, frame: Grey, index: int) -> Outline:
+        """The glottis of a frame; its band is that of the outlines at 0.4 and 0.6 of the way."""
+        band = [float(self.mask(frame, index, share).sum()) for share in _BAND]
+        return Outline(self.mask(frame, index), min(band), max(band))
 
 
 def learn(

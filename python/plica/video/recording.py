@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.sources import FrameSource, open_source, read
 
@@ -81,9 +82,11 @@ class Recording:
         dataset: str | None = None,
         scale: tuple[float, float] | None = None,
     ) -> Recording:
-        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY. Reads every frame.
+        """Open AVI, MP4, MOV, MKV; a TIFF stack; a folder of images; HDF5, NPY; a camera's own .cine or
+        .mraw with .cih or .cihx. Reads every frame.
 
         What a container says of the frame rate is nearly always the speed of playing it: it is not taken.
+        That of a camera's own file is (`camera`).
 
         Parameters
         ----------
@@ -118,6 +121,11 @@ class Recording:
     def count(self) -> int:
         """Frames."""
         return self.source.count
+
+    @property
+    def camera(self) -> Camera | None:
+        """What the file of a high-speed camera says of it; None: of another kind of file."""
+        return self.source.camera
 
     @property
     def shape(self) -> tuple[int, int]:

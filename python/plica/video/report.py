@@ -23,6 +23,7 @@ from plica.video.settings import Settings
 __all__ = ["running", "write_report"]
 
 _MOST_FRAMES = 60  # in the page
+_SAME_RATE = 1e-3  # relative; files round it
 
 
 def write_report(found: Analysis) -> Path:
@@ -74,9 +75,24 @@ def _remark(found: Analysis) -> str:
     ]
     if settings.patient_left is None:
         parts.append("patient's left unknown: sides are those of the image")
+    parts += _of_camera(found)
+    if settings.segmenter:
+        parts.append(f"glottis found by the network {Path(settings.segmenter).name}")
     if drawn:
         parts.append(f"masks drawn by hand: {len(drawn)}")
     return "; ".join(parts) + "."
+
+
+def _of_camera(found: Analysis) -> list[str]:
+    """What the camera's own file says."""
+    camera, fps = found.camera, found.settings.fps
+    if camera is None:
+        return []
+    said = [f"dated {camera.date} by the camera"] if camera.date else []
+    said += [f"{camera.bits} bits"] if camera.bits else []
+    if camera.fps and fps and abs(fps / camera.fps - 1) > _SAME_RATE:
+        said.append(f"the camera's file states {camera.fps:g} frames/s, {fps:g} was given")
+    return said
 
 
 def _command(found: Analysis) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from plica.storage.files import replaced
 from plica.storage.result_file import check_result_file
 from plica.video.dated import file_date
 from plica.video.errors import VideoError
+from plica.video.network import fingerprint
 from plica.video.recording import Recording
 from plica.video.settings import Settings
 
@@ -74,7 +76,7 @@ class Results:
             return settings
         check_result_file(self.path)
         with h5py.File(self.path, "r") as file:
-            there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings")}
+            there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings", "segmenter")}
         if not there["settings"]:
             raise VideoError(
                 f"Video: {self.path} is no analysis of a recording; must be, or not be there. Choose "
@@ -83,6 +85,13 @@ class Results:
         old = Settings.from_json(there["settings"])
         kept = {name: getattr(old, name) for name in _CHANGES if getattr(settings, name) is None}
         new = replace(settings, **kept)
+        if _print(new) and _print(new) == there["segmenter"]:
+            old = replace(old, segmenter=new.segmenter)  # the same model, wherever it lies
+        elif new.segmenter and old.segmenter:
+            raise VideoError(
+                f"Video: {new.segmenter} is another model than when the analysis in {self.path.parent} "
+                "began; must be the same, as all of it stands on it. Choose another directory."
+            )
         for name, value in asdict(new).items():
             if name not in _CHANGES and value != getattr(old, name):
                 raise VideoError(
@@ -102,11 +111,13 @@ class Results:
             "source": str(source.resolve()),
             "recording": _described(recording),
             "settings": settings.as_json(),
+            "segmenter": _print(settings),
+            "camera": json.dumps(None if recording.camera is None else asdict(recording.camera)),
         }
         stale: set[str] = set()
         if self.path.exists():
             with h5py.File(self.path, "r") as file:
-                there = {name: str(file.attrs[name]) for name in marks}
+                there = {name: str(file.attrs.get(name, "")) for name in marks}
             if there == marks:
                 return
             old = Settings.from_json(there["settings"])
@@ -186,6 +197,10 @@ def fill(group: h5py.Group, **arrays: Any) -> None:
         packed = {"compression": "gzip", "compression_opts": 1} if value.size > 10_000 else {}
         data = group.create_dataset(name, data=value, **packed)
         data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+
+
+def _print(settings: Settings) -> str:
+    return fingerprint(settings.segmenter) if settings.segmenter else ""
 
 
 def _described(recording: Recording) -> str:

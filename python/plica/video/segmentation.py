@@ -2,42 +2,41 @@
 
 After Paper D, Sec. 2.3 (Lindeberg's scale-space edges). Edge strength is the largest over the scales s of
 s^(1/2) |grad (G_s * I)|, which a blurred step of any width answers alike. Candidates are the connected
-components of I < T over a ladder of thresholds T, I being brightness over that of the surroundings; a
-candidate's score is the mean edge strength along its outline times what is known of where a glottis can be.
+components of I < T over a ladder of thresholds T, I being brightness over that of wider surroundings, then of
+closer ones; a candidate's score is the mean edge strength along its outline times what is known of where a
+glottis can be. The glottis is the best one that is as dark as a hole, not as a shadow (so there may be none),
+and with it those that lie in its line: other openings between the same folds.
+
+The constants below were chosen on one half of forty frames and judged on the other (benchmarks/glottis.py).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Glottis", "Prior", "around", "blurred", "region_below", "segment"]
+from plica.video.brightness import around, blurred, region_below, relative_brightness
+from plica.video.candidates import Prior, View, candidates
+
+__all__ = ["Glottis", "segment"]
 
 Floats = npt.NDArray[np.floating]
 Mask = npt.NDArray[np.bool_]
 
-_SCALES = (1.0, 1.5, 2.2, 3.2)  # px
-_LADDER = 48  # thresholds
-
-
-@dataclass(frozen=True)
-class Prior:
-    """What is known before the frame is looked at.
-
-    Attributes
-    ----------
-    where : (h, w) or None
-        Weight of each pixel, >= 0, largest 1: how much it varies over the recording, say. None: towards the
-        centre of the frame.
-    least_area, largest_area : float
-        Of a glottis, as a share of the frame.
-    """
-
-    where: Floats | None = None
-    least_area: float = 2e-4
-    largest_area: float = 0.2
+_SURROUNDINGS = (
+    0.08,
+    0.025,
+)  # of the longer side; dim slits differ only from what is close to them
+_DARK = 0.65  # of the light of the tissue around: what has more is a shadow
+_IN_LINE = 0.8  # the same for what lies in line with a glottis: a slit that the lens fills with light
+_OTHERS = 0.4  # of the glottis' score: what other openings have at least
+_LONG = 1.5  # times as long as wide: has a line
+_BEYOND = 4.0  # half lengths along the line, beyond which nothing is of the same glottis
+_BLACK = 0.25  # of the brightness that a twentieth of the pixels exceed
+_TURNS = 3  # of finding the outline again
+_INSIDE = 25  # percentile of the brightness inside: where it ran out into a shade, most of it is too bright
 
 
 @dataclass(frozen=True)
@@ -59,109 +58,75 @@ class Glottis:
     threshold: float
 
 
-def edge_strength(image: Floats) -> Floats:
-    """(h, w) the largest over scales s of s^(1/2) |grad (G_s * I)|, in units of the image."""
-    from scipy import ndimage
-
-    strongest = np.zeros(image.shape)
-    for scale in _SCALES:
-        strength = np.sqrt(scale) * ndimage.gaussian_gradient_magnitude(image, scale, mode="mirror")
-        np.maximum(strongest, strength, out=strongest)
-    return strongest
-
-
 def segment(image: Floats, prior: Prior | None = None, least_score: float = 0.05) -> Glottis:
     """The glottis of one frame.
 
     Parameters
     ----------
     image : (h, w) grey
+        Black is the darkest pixel, or a quarter of the bright ones where that is less.
     prior : Prior, optional
     least_score : float
         A candidate below it is no glottis.
     """
-    from scipy import ndimage
-
     known = prior or Prior()
-    relative = relative_brightness(image)
-    smooth = blurred(relative)
-    strength = edge_strength(relative)
-    where = _central(image.shape) if known.where is None else np.asarray(known.where, dtype=float)
-    best = Glottis(np.zeros(image.shape, dtype=bool), 0.0, float("nan"))
-    for threshold in np.linspace(0.1, 0.9, _LADDER):
-        labels, count = ndimage.label(smooth < threshold)
-        if not count:
-            continue
-        sizes = np.bincount(labels.ravel(), minlength=count + 1)
-        least, largest = known.least_area * image.size, known.largest_area * image.size
-        rim = np.unique(np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]]))
-        outline = labels * (
-            ndimage.minimum_filter(labels, footprint=ndimage.generate_binary_structure(2, 1)) == 0
-        )
-        on_edge = np.bincount(outline.ravel(), minlength=count + 1)
-        edges = np.bincount(outline.ravel(), weights=strength.ravel(), minlength=count + 1)
-        weights = np.bincount(labels.ravel(), weights=where.ravel(), minlength=count + 1)
-        for label in range(1, count + 1):
-            if not least <= sizes[label] <= largest or label in rim or not on_edge[label]:
-                continue
-            score = edges[label] / on_edge[label] * weights[label] / sizes[label]
-            if score > max(best.score, least_score):
-                best = Glottis(labels == label, float(score), float(threshold))
-    return _at_half(best, relative) if best.score else best
+    alone = known.where is None  # else it is known what moves, which tells shades and slits from each other
+    outline = (_INSIDE, _TURNS) if alone else (50, 1)
+    views = [View(relative_brightness(image, share)) for share in _SURROUNDINGS[: 2 if alone else 1]]
+    found = [one for view in views for one in candidates(view, known, _OTHERS * least_score)]
+    light = blurred(image) - min(float(np.min(image)), _BLACK * float(np.percentile(image, 95)))
+    glottis: Glottis | None = None
+    for one in sorted(found, key=lambda one: one.score, reverse=True):
+        if one.score < (least_score if glottis is None else _OTHERS * glottis.score):
+            break
+        mask = one.mask()
+        if glottis is None:
+            if _share_of_light(light, mask) < _DARK:
+                glottis = _at_half(Glottis(mask, one.score, one.threshold), one.view, *outline)
+        elif _in_line(mask, glottis.mask) and _share_of_light(light, mask) < _IN_LINE:
+            other = _at_half(Glottis(mask, one.score, one.threshold), one.view, *outline)
+            glottis = replace(glottis, mask=glottis.mask | other.mask)
+    return glottis or Glottis(np.zeros(image.shape, dtype=bool), 0.0, float("nan"))
 
 
-def _at_half(found: Glottis, relative: Floats) -> Glottis:
-    """The outline halfway between the brightness inside and around: where a blurred step is."""
+def _share_of_light(light: Floats, mask: Mask) -> float:
+    """What is left inside a mask of the light around it, on its darker side (a fifth is darker still)."""
+    ring = around(mask)
+    if not ring.any():
+        return 1.0
+    return float(np.median(light[mask])) / max(float(np.percentile(light[ring], 20)), 1e-12)
+
+
+def _in_line(mask: Mask, first: Mask) -> bool:
+    """Whether a part lies apart from the first ones along their line, or half their width off it."""
+    y, x = np.nonzero(first)
+    if x.size < 2 or (mask & first).any():
+        return False
+    spreads, axes = np.linalg.eigh(np.cov(np.stack([x, y])) + np.eye(2) / 12)
+    if spreads[1] < _LONG**2 * spreads[0]:
+        return False
+    along, across = axes[:, 1], axes[:, 0]
+    place = np.argwhere(mask)[:, ::-1] - np.array([x.mean(), y.mean()])
+    half, width = 2 * np.sqrt(spreads[1]), max(2 * np.sqrt(spreads[0]), 2.0)
+    off = float(np.median(np.abs(place @ across)))
+    return bool(off <= width and np.abs(place @ along).max() <= _BEYOND * half)
+
+
+def _at_half(found: Glottis, view: View, percentile: float, turns: int) -> Glottis:
+    """The outline halfway between the brightness inside (its percentile) and around: where a blurred step is.
+
+    Found again from the outline that this gives, for what was found first may run out into a shade.
+    """
     from scipy import ndimage
 
-    inside = ndimage.binary_erosion(found.mask)
-    inside = inside if inside.any() else found.mask
-    threshold = 0.5 * float(np.median(relative[inside]) + np.median(relative[around(found.mask)]))
-    mask = region_below(blurred(relative), threshold, found.mask)
-    if not 0.5 < mask.sum() / found.mask.sum() < 1.5:  # it would run out into shadows, or vanish
-        return Glottis(ndimage.binary_fill_holes(found.mask), found.score, found.threshold)
-    return Glottis(mask, found.score, threshold)
-
-
-def relative_brightness(image: Floats) -> Floats:
-    """(h, w) brightness over that of the surroundings: light and highlights fall out."""
-    from scipy import ndimage
-
-    image = np.asarray(image, dtype=float)
-    image = np.minimum(image - image.min(), np.percentile(image, 95) - image.min())
-    surroundings = ndimage.gaussian_filter(image, 0.08 * max(image.shape), mode="mirror")
-    return np.asarray(image / (surroundings + max(0.1 * image.max(), 1e-12)))
-
-
-def region_below(image: Floats, threshold: float, reach: Mask, least: int = 1) -> Mask:
-    """The parts of image < threshold that touch `reach` and have `least` pixels or more, holes filled."""
-    from scipy import ndimage
-
-    labels, _ = ndimage.label(image < threshold)
-    kept = np.unique(labels[reach & (labels > 0)])
-    kept = kept[np.bincount(labels.ravel())[kept] >= least]
-    return np.asarray(ndimage.binary_fill_holes(np.isin(labels, kept)))
-
-
-def blurred(image: Floats, by: float = 1.0) -> Floats:
-    """(h, w) by a Gaussian of `by` px: noise falls, a step stays where it is."""
-    from scipy import ndimage
-
-    if by == 0:
-        return np.asarray(image, dtype=float)
-    return np.asarray(ndimage.gaussian_filter(np.asarray(image, dtype=float), by, mode="mirror"))
-
-
-def around(mask: Mask) -> Mask:
-    """A ring three to five pixels outside."""
-    from scipy import ndimage
-
-    return np.asarray(
-        ndimage.binary_dilation(mask, iterations=5) & ~ndimage.binary_dilation(mask, iterations=2)
-    )
-
-
-def _central(shape: tuple[int, ...]) -> Floats:
-    """A weight that falls from 1 at the centre to a half at the middle of the sides."""
-    y, x = np.ogrid[-1 : 1 : shape[0] * 1j, -1 : 1 : shape[1] * 1j]
-    return np.asarray(1 / (1 + x**2 + y**2))
+    relative, mask, threshold = view.relative, found.mask, found.threshold
+    for _ in range(turns):
+        inside = ndimage.binary_erosion(mask)
+        inside = inside if inside.any() else mask
+        dark = float(np.percentile(relative[inside], percentile))
+        level = 0.5 * (dark + float(np.median(relative[around(mask)])))
+        turned = region_below(view.smooth, level, mask)
+        if not 0.4 < turned.sum() / mask.sum() < 1.5:  # it would run out into shadows, or vanish
+            break
+        mask, threshold = turned, level
+    return Glottis(ndimage.binary_fill_holes(mask), found.score, threshold)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -59,6 +60,8 @@ class Settings:
     """Take the endoscope's motion out."""
     modes: int | None = None
     """Principal modes; None: 6, or as many as there are."""
+    segmenter: str | None = None
+    """File of an ONNX model that finds the glottis; None: found by its edges and its darkness."""
     kymogram: tuple[float, ...] | None = None
     """Places of the kymograms' lines: 0 at the midline's upper end, 1 at its lower; None: 0.25, 0.5, 0.75."""
     label: str | None = None
@@ -67,6 +70,10 @@ class Settings:
     """Day on which it was recorded, 2026-03-01; None: as its file says, if it does."""
 
     def __post_init__(self) -> None:
+        if self.segmenter is not None:
+            if not isinstance(self.segmenter, str):
+                raise VideoError(f"Video: segmenter = {self.segmenter!r}; must be the path of an ONNX model.")
+            object.__setattr__(self, "segmenter", str(Path(self.segmenter).resolve()))
         for name, length in (("region", 4), ("midline", 4), ("kymogram", None)):
             values = getattr(self, name)
             if values is None:

@@ -12,9 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.errors import InvalidInput
+from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.grey import depth, to_grey
 from plica.video.image_file import PICTURES, is_picture, read_page, read_pixels
+from plica.video.phantom import Phantom
+from plica.video.photron import Photron
 from plica.video.tiff_file import count_pages, open_tiff
 
 __all__ = ["FrameSource", "open_source", "read"]
@@ -22,6 +25,7 @@ __all__ = ["FrameSource", "open_source", "read"]
 _VIDEO = {".avi", ".mp4", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".wmv", ".webm"}
 _TIFF = {".tif", ".tiff"}
 _HDF5 = {".h5", ".hdf5", ".mat"}
+_PHOTRON = {".mraw", ".cih", ".cihx"}
 _LEAST = 16  # px, of a side
 
 
@@ -36,11 +40,14 @@ class FrameSource(Protocol):
         Frames, >= 2.
     shape : tuple of int
         Height and width, px.
+    camera : Camera or None
+        What the file of a high-speed camera says of it.
     """
 
     name: str
     count: int
     shape: tuple[int, int]
+    camera: Camera | None
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         """Frames begin to end (excluded), one at a time, each with its name: (h, w), or that x colours.
@@ -69,11 +76,15 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         return Stack(path)
     if suffix in _HDF5:
         return Dataset(path, dataset)
+    if suffix == ".cine":
+        return _checked(Phantom(path))
+    if suffix in _PHOTRON:
+        return _checked(Photron(path))
     if suffix == ".npy":
         return Arrays(path.name, _loaded(path))
     if suffix in PICTURES:
         raise VideoError(f"Recording: {path.name} is one image; must be two frames or more. Give its folder.")
-    known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | {".npy"}))
+    known = ", ".join(sorted(_VIDEO | _TIFF | _HDF5 | _PHOTRON | {".npy", ".cine"}))
     raise VideoError(f"Recording: {path.name}; must be a folder of images or end in one of {known}.")
 
 
@@ -102,6 +113,11 @@ def check_depth(name: str, image: npt.NDArray[Any], first: str, whose: str) -> N
         )
 
 
+def _checked(source: FrameSource) -> FrameSource:
+    check(source.name, source.count, source.shape)
+    return source
+
+
 def check(name: str, count: int, shape: tuple[int, int]) -> None:
     """Raises VideoError for fewer than two frames or frames too small to be a recording."""
     if count < 2:
@@ -117,6 +133,8 @@ def check(name: str, count: int, shape: tuple[int, int]) -> None:
 
 class Video:
     """A file that FFmpeg reads. Opening decodes it once: containers often state a wrong count."""
+
+    camera: Camera | None = None
 
     def __init__(self, path: Path) -> None:
         self.name, self._path = path.name, path
@@ -192,6 +210,8 @@ class Video:
 class Images:
     """A folder of images, one a frame, in the order of the numbers in their names."""
 
+    camera: Camera | None = None
+
     def __init__(self, path: Path) -> None:
         self.name = path.resolve().name
         self._files = sorted(
@@ -241,6 +261,8 @@ class Images:
 class Stack:
     """A TIFF file with a page a frame."""
 
+    camera: Camera | None = None
+
     def __init__(self, path: Path) -> None:
         import tifffile
 
@@ -282,6 +304,8 @@ class Arrays:
 
     With `reversed_axes` a frame's axes are in the opposite order, as in a file that MATLAB wrote.
     """
+
+    camera: Camera | None = None
 
     def __init__(self, name: str, data: Any, *, reversed_axes: bool = False) -> None:
         self.name, self._data, self._reversed = name, data, reversed_axes

@@ -1,0 +1,39 @@
+"""The glottis of one frame, and what finds it in every frame of a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Finder", "Outline"]
+
+Mask = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The glottis of a frame.
+
+    Attributes
+    ----------
+    mask : (h, w) bool
+    least, largest : float
+        px^2, band of its area: had the outline been drawn somewhat nearer to the dark, or to the tissue.
+    """
+
+    mask: Mask
+    least: float
+    largest: float
+
+
+class Finder(Protocol):
+    """What finds the glottis in the frames of one recording: how it looks there, or a network."""
+
+    def outline(self, frame: npt.NDArray[np.float32], index: int) -> Outline:
+        """The glottis of the frame of this number, (h, w) grey, 0 to 255 on the recording's scale."""
+
+    def left_out(self, glottis: Mask) -> Mask:
+        """(h, w) what is always dark beside what is glottis in some frame, and was taken for no glottis."""
