@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -122,7 +123,9 @@ def test_an_analysis_takes_the_cameras_rate_unless_another_is_given(kind: str, t
     assert found.measures["fundamental_frequency"].value == pytest.approx(480, rel=0.03)
     page = (out / "report.html").read_text()
     assert "12 bits" in page
-    assert "by the camera; 12 bits" in page
+    day = {"cine": "2023-11-14", "cih": "2024-03-05"}[kind]
+    assert found.described["recorded"] == day
+    assert f"recorded {day} (by the file's date)" in html.unescape(page)
     np.save(tmp_path / "eight.npy", GLOTTIS.stack())
     scale = Recording.open(tmp_path / "eight.npy").scale
     assert Recording.open(path).scale == pytest.approx((16 * scale[0], 16 * scale[1]), abs=2)

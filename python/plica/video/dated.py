@@ -8,6 +8,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.image_file import is_picture
 from plica.video.tiff_file import open_tiff
@@ -40,14 +41,14 @@ def check_date(text: str) -> None:
         raise VideoError(f"Video: recorded = {text}; must not be in the future. Is the year right?")
 
 
-def file_date(path: Path) -> FileDate | None:
-    """The day that a video, a TIFF stack or the first picture of a folder says it was made on.
+def file_date(path: Path, camera: Camera | None = None) -> FileDate | None:
+    """The day that a video, a TIFF stack, a folder's first picture or a camera's own file says it was made.
 
     None where it says none, or one that no clock has shown: before 1971, or to come. What cannot be read
     here is for whoever reads the frames to refuse.
     """
-    for tag, text in _stated(path):
-        found = re.match(r"(\d{4})[:/-](\d\d)[:/-](\d\d)(?!\d)", str(text).strip())
+    for tag, text in _stated(path, camera):
+        found = re.match(r"(\d{4})[:/-] ?(\d\d?)[:/-] ?(\d\d?)(?!\d)", str(text).strip())
         if found is None:
             continue
         try:
@@ -63,9 +64,12 @@ def _tomorrow() -> date:
     return datetime.now(UTC).date() + timedelta(days=1)  # somewhere it is
 
 
-def _stated(path: Path) -> Iterator[tuple[str, object]]:
+def _stated(path: Path, camera: Camera | None) -> Iterator[tuple[str, object]]:
     """Tags that name a date, the surest first."""
-    if path.is_dir():
+    if camera is not None:
+        if camera.date is not None:
+            yield "date", camera.date
+    elif path.is_dir():
         pictures = sorted(file for file in path.iterdir() if is_picture(file))
         if pictures:
             yield from _of_picture(pictures[0])
@@ -75,7 +79,7 @@ def _stated(path: Path) -> Iterator[tuple[str, object]]:
             tag = first.tags.get(_STORED)
             if tag is not None:
                 yield "DateTime", tag.value
-    elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy", ".cine", ".mraw", ".cih", ".cihx"}:
+    elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy"}:
         import av
 
         with av.open(str(path)) as container:

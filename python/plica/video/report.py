@@ -88,8 +88,7 @@ def _of_camera(found: Analysis) -> list[str]:
     camera, fps = found.camera, found.settings.fps
     if camera is None:
         return []
-    said = [f"dated {camera.date} by the camera"] if camera.date else []
-    said += [f"{camera.bits} bits"] if camera.bits else []
+    said = [f"{camera.bits} bits"] if camera.bits else []
     if camera.fps and fps and abs(fps / camera.fps - 1) > _SAME_RATE:
         said.append(f"the camera's file states {camera.fps:g} frames/s, {fps:g} was given")
     return said

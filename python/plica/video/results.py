@@ -125,7 +125,7 @@ class Results:
             stale = {group for name in changed for group in _CHANGES[name]}
         else:
             self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
-        said = file_date(source) or ("", "")
+        said = file_date(source, recording.camera) or ("", "")
         further = {"scale": recording.scale, "file_date": list(said)}
         self.change(lambda file: file.attrs.update({**marks, **further}), without=stale)
 
