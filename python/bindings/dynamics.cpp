@@ -150,6 +150,13 @@ void bind_enforcement(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
 }
 
+void bind_reduction(py::module_& engine) {
+  options<Reduction>("Reduction", taken("basis", &Reduction::basis),
+                     option("contact_reach", &Reduction::contact_reach),
+                     option("watch_every", &Reduction::watch_every))
+      .bind(engine, {}, py::kw_only());
+}
+
 void bind_waveforms(py::module_& engine) {
   py::class_<Waveform>(engine, "Waveform")
       .def_readonly("name", &Waveform::name)
@@ -234,13 +241,15 @@ std::unique_ptr<SteppedSimulation> make_simulation(
     const py::array& cell_material, const Held& fixed, const TimeScheme& scheme, double step, double tolerance,
     const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
     std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
-    std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes) {
+    std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes,
+    std::optional<Reduction> reduction) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);
   scene.contact = std::move(contact);
   if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
+  scene.reduction = std::move(reduction);
   Simulation::Options options;
   options.scheme = scheme;
   options.step = step;
@@ -259,6 +268,7 @@ void bind_dynamics(py::module_& engine) {
   bind_waveforms(engine);
   bind_options(engine);
   bind_enforcement(engine);
+  bind_reduction(engine);
   engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
              py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
              py::arg("gravity") = py::none());
@@ -284,7 +294,7 @@ void bind_dynamics(py::module_& engine) {
            py::arg("solver") = options.solver.method, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
-           py::arg("probes") = py::none())
+           py::arg("probes") = py::none(), py::arg("reduction") = py::none())
       .def("advance", &SteppedSimulation::advance, py::arg("steps"))
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
       .def(
@@ -306,16 +316,16 @@ void bind_dynamics(py::module_& engine) {
                              [](const SteppedSimulation& self) { return self.simulation().state().step; })
       .def_property_readonly(
           "displacement",
-          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().displacement)); })
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().displacement())); })
       .def_property_readonly(
           "velocity",
-          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().velocity)); })
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().velocity())); })
       .def_property_readonly(
           "acceleration",
-          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().acceleration)); })
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().acceleration())); })
       .def_property_readonly(
           "contact_force",
-          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().state().contact_force)); })
+          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().contact_force())); })
       .def_property_readonly(
           "contact_pressure",
           [](const SteppedSimulation& self) { return give(self.simulation().contact_pressure()); })

@@ -62,6 +62,16 @@ FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
           static_cast<std::int32_t>(n.at(2)), Vector3(n.at(3), n.at(4), n.at(5))};
 }
 
+Numbers numbers_of(const Watched& watched) {
+  const Strains& s = watched.strains;
+  return {s.strain,   s.neglected, s.largest,  static_cast<double>(s.cell), s.place[0], s.place[1],
+          s.place[2], static_cast<double>(watched.inverted_tissue)};
+}
+Watched watched_of(const Numbers& n) {
+  return {{n.at(0), n.at(1), n.at(2), static_cast<std::int32_t>(n.at(3)), Vector3(n.at(4), n.at(5), n.at(6))},
+          static_cast<int>(n.at(7))};
+}
+
 /// Vectors of one length as the rows of an array, and back.
 py::array_t<double> rows_of(const std::vector<Vector>& vectors) {
   const auto length = vectors.empty() ? 0 : static_cast<py::ssize_t>(vectors.front().size());
@@ -108,6 +118,8 @@ py::dict state_to_dict(const State& state) {
   dict["past_images"] = rows_of(state.past.images);
   dict["closed"] = py::array_t<std::int32_t>(static_cast<py::ssize_t>(state.closed.size()), state.closed.data());
   dict["closed_force"] = give(Vector(state.closed_force));
+  if (state.interface_force.size() > 0) dict["interface_force"] = give(Vector(state.interface_force));
+  if (state.watched) dict["watched"] = py::array_t<double>(py::cast(numbers_of(*state.watched)));
   dict["depth"] = state.depth;
   dict["flow_stopped"] = state.flow_stopped;
   dict["supplied_power"] = state.supplied_power;
@@ -134,6 +146,8 @@ State state_from_dict(const py::dict& dict) {
                 vectors_of(entry("past_images").cast<RealArray>())};
   for (const py::handle key : entry("closed")) state.closed.push_back(key.cast<std::int32_t>());
   state.closed_force = entry("closed_force").cast<Vector>();
+  if (dict.contains("interface_force")) state.interface_force = entry("interface_force").cast<Vector>();
+  if (dict.contains("watched")) state.watched = watched_of(entry("watched").cast<Numbers>());
   state.depth = entry("depth").cast<double>();
   state.flow_stopped = entry("flow_stopped").cast<bool>();
   state.supplied_power = entry("supplied_power").cast<double>();
@@ -185,6 +199,10 @@ py::dict SteppedSimulation::info() const {
   info["unknowns"] = 3 * scene.mesh.node_count() - scene.supports.fixed_count();
   info["matrix_bytes"] = simulation_.step_matrix().values().size() * sizeof(double);
   info["linear_solver"] = simulation_.linear_solver();
+  if (const ReducedModel* reduced = simulation_.reduced()) {
+    info["coordinates"] = reduced->motion().size();
+    info["contact_nodes"] = reduced->contact() ? reduced->contact()->nodes().size() : 0;
+  }
   if (simulation_.airflow()) info["sections"] = simulation_.airflow()->sections().count();
   if (simulation_.collision()) {
     info["airway_tetrahedra"] = simulation_.collision()->detector().airway().tets.rows();

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "plica/dynamics/state.hpp"
-#include "plica/dynamics/step.hpp"
-
 namespace plica {
 
 namespace {
@@ -49,11 +46,11 @@ Vector3 sum_of_forces(const ContactSurface& side, const ContactSurface& other, c
 
 }  // namespace
 
-ContactRecord contact_record(Collision& collision, const Step& step, const State& now, const Points& x) {
+ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double depth,
+                             const Contact& now, const Points& x) {
   ContactRecord record;
   Detector& detector = collision.detector();
-  const double reach = detector.reach(step.x_previous(), x, step.last().depth);
-  const Contacts& contacts = step.contacts();
+  const double reach = detector.reach(x_before, x, depth);
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
   record.augmentations = contacts.augmentations;
@@ -61,8 +58,8 @@ ContactRecord contact_record(Collision& collision, const Step& step, const State
   record.converged = contacts.converged;
   for (std::size_t i = contacts.constraints.size(); i < contacts.rows.size(); ++i)
     record.friction_loss -= contacts.force[static_cast<std::ptrdiff_t>(i)] *
-                            (contacts.rows[i].moving(x) - contacts.rows[i].moving(step.x_previous()));
-  const Vector& nodal = now.contact_force;
+                            (contacts.rows[i].moving(x) - contacts.rows[i].moving(x_before));
+  const Vector& nodal = now.nodal_force;
   for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
     const double force = contacts.force[static_cast<std::ptrdiff_t>(i)];
     if (force == 0.0) continue;
@@ -76,8 +73,8 @@ ContactRecord contact_record(Collision& collision, const Step& step, const State
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
   record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
-    const SideMeasure first = measure(collision.pressed(detector.first(), now.contact(), x)),
-                      second = measure(collision.pressed(detector.second(), now.contact(), x));
+    const SideMeasure first = measure(collision.pressed(detector.first(), now, x)),
+                      second = measure(collision.pressed(detector.second(), now, x));
     record.area = 0.5 * (first.area + second.area);
     std::vector<Interval> both = first.stretches;
     both.insert(both.end(), second.stretches.begin(), second.stretches.end());

@@ -4,11 +4,9 @@
 
 namespace plica {
 
-struct State;
-class Step;
-
-/// What contact did in a step that ended in the state `now` at x (n, 3), the positions of the collision's last
-/// update, judged by its own nodes.
-ContactRecord contact_record(Collision& collision, const Step& step, const State& now, const Points& x);
+/// What contact did in a step from x_before, where the surfaces were `depth` (m) deep in each other, to x (n, 3),
+/// the positions of the collision's last update, judged by its own nodes. `now`: of the end of the step.
+ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double depth,
+                             const Contact& now, const Points& x);
 
 }  // namespace plica

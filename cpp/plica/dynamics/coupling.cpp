@@ -6,18 +6,19 @@
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 #include "plica/dynamics/anderson.hpp"
-#include "plica/dynamics/scene_flow.hpp"
-#include "plica/dynamics/step.hpp"
+#include "plica/dynamics/record.hpp"
 
 namespace plica {
 
 namespace {
 
-/// Under the load of the flow through the sections at x (n, 3).
-FlowRecord once(const Points& x, const SceneFlow& flow, Step& step) {
-  const FlowRecord record{flow.airflow().evaluate(flow.areas(x), step.flow_stopped()), 1};
-  step.move(flow, x, record.state.pressure);
-  step.set_flow_stopped(step.blocks(flow));
+using Instant = CoupledStep::Instant;
+
+/// Under the load of the flow through the sections as they are then.
+FlowRecord once(Instant at, const Airflow& flow, CoupledStep& step) {
+  const FlowRecord record{flow.evaluate(step.areas(at), step.flow_stopped()), 1};
+  step.move(record.state.pressure, at);
+  step.set_flow_stopped(step.blocks());
   return record;
 }
 
@@ -30,31 +31,31 @@ void Iterated::validate() const {
   if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
 }
 
-FlowRecord couple(const Lagged&, const SceneFlow& flow, Step& step) { return once(step.x_previous(), flow, step); }
-
-FlowRecord couple(const Extrapolated&, const SceneFlow& flow, Step& step) {
-  return once(step.weighted_positions(), flow, step);
+FlowRecord couple(const Lagged&, const Airflow& flow, CoupledStep& step) {
+  return once(Instant::last, flow, step);
 }
 
-FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step) {
+FlowRecord couple(const Extrapolated&, const Airflow& flow, CoupledStep& step) {
+  return once(Instant::weighted, flow, step);
+}
+
+FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
-  const Airflow& airflow = flow.airflow();
-  const Points& x = step.weighted_positions();
-  Vector pressure = airflow.evaluate(flow.areas(x), step.flow_stopped()).pressure;
+  Vector pressure = flow.evaluate(step.areas(Instant::weighted), step.flow_stopped()).pressure;
   Anderson mixing(depth);
   FlowRecord record;
   std::optional<int> separation;  // once held
   for (record.sweeps = 1;; ++record.sweeps) {
-    step.move(flow, x, pressure);
+    step.move(pressure, Instant::weighted);
     const Stopwatch watch(step.times().load);
-    if (!record.frozen) step.set_flow_stopped(step.blocks(flow));
+    if (!record.frozen) step.set_flow_stopped(step.blocks());
     const bool stopped = record.frozen ? record.state.stopped : step.flow_stopped();
-    record.state = airflow.evaluate(flow.areas(x), stopped, separation);
+    record.state = flow.evaluate(step.areas(Instant::weighted), stopped, separation);
     record.residual =
-        (record.state.pressure - pressure).cwiseAbs().maxCoeff() / airflow.options().subglottal_pressure;
+        (record.state.pressure - pressure).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
-    if (!record.frozen && record.sweeps >= coupling.freeze_after && airflow.stops_at_contact()) {
+    if (!record.frozen && record.sweeps >= coupling.freeze_after && flow.stops_at_contact()) {
       record.frozen = true;
       separation = record.state.separation;
       mixing.forget();
@@ -63,7 +64,7 @@ FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step) {
   }
 }
 
-FlowRecord couple(const Coupling& coupling, const SceneFlow& flow, Step& step) {
+FlowRecord couple(const Coupling& coupling, const Airflow& flow, CoupledStep& step) {
   return std::visit([&](const auto& chosen) { return couple(chosen, flow, step); }, coupling);
 }
 

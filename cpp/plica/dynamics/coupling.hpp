@@ -1,11 +1,35 @@
 #pragma once
 #include <variant>
 
+#include "plica/core/types.hpp"
+
 namespace plica {
 
-class SceneFlow;
-class Step;
+class Airflow;
 struct FlowRecord;
+struct StepTimes;
+
+/// What a coupling sees of a step in the making: the areas of its airway, which it moves by section pressures.
+class CoupledStep {
+ public:
+  enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
+  virtual ~CoupledStep() = default;
+  /// (s) m^2; weighted ones are extrapolated until it is moved, then those of where it has been moved.
+  virtual Vector areas(Instant at) const = 0;
+  /// Moves it under section pressures (s) Pa, which press on the tissue where it is `at`.
+  virtual void move(const Vector& pressure, Instant at) = 0;
+  /// Whether contact, nodes or edges, lies in the middle of the glottis.
+  virtual bool blocks() const = 0;
+  virtual StepTimes& times() const = 0;
+  bool flow_stopped() const { return flow_stopped_; }
+  void set_flow_stopped(bool stopped) { flow_stopped_ = stopped; }
+
+ protected:
+  explicit CoupledStep(bool flow_stopped) : flow_stopped_(flow_stopped) {}
+
+ private:
+  bool flow_stopped_;
+};
 
 /// The load of the last known positions, x_n, as in the thesis: it lags and feeds energy in.
 struct Lagged {};
@@ -25,10 +49,10 @@ struct Iterated {
 };
 using Coupling = std::variant<Lagged, Extrapolated, Iterated>;
 
-/// Moves the step (Step::move) under the pressure of the flow through it, and says what the flow did.
-FlowRecord couple(const Lagged& coupling, const SceneFlow& flow, Step& step);
-FlowRecord couple(const Extrapolated& coupling, const SceneFlow& flow, Step& step);
-FlowRecord couple(const Iterated& coupling, const SceneFlow& flow, Step& step);
-FlowRecord couple(const Coupling& coupling, const SceneFlow& flow, Step& step);
+/// Moves the step under the pressure of the flow through it, and says what the flow did.
+FlowRecord couple(const Lagged& coupling, const Airflow& flow, CoupledStep& step);
+FlowRecord couple(const Extrapolated& coupling, const Airflow& flow, CoupledStep& step);
+FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& step);
+FlowRecord couple(const Coupling& coupling, const Airflow& flow, CoupledStep& step);
 
 }  // namespace plica

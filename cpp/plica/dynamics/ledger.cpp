@@ -7,30 +7,41 @@ namespace plica {
 
 namespace {
 
-void take_energies(const Motion& motion, const State& state, Ledger& ledger) {
-  ledger.kinetic = 0.5 * state.velocity.dot(motion.mass() * state.velocity);
+void take_energies(const State& state, const Vector& momentum, Ledger& ledger) {
+  ledger.kinetic = 0.5 * state.velocity.dot(momentum);
   ledger.elastic = 0.5 * state.displacement.dot(state.elastic_force);
 }
 
 }  // namespace
 
-Ledger opened_ledger(const Motion& motion, const State& state) {
+Ledger opened_ledger(const State& state, const Vector& momentum) {
   Ledger ledger;
-  take_energies(motion, state, ledger);
+  take_energies(state, momentum, ledger);
   ledger.initial = ledger.kinetic + ledger.elastic;
   return ledger;
 }
 
+Ledger opened_ledger(const Motion& motion, const State& state) {
+  return opened_ledger(state, motion.mass() * state.velocity);
+}
+
 Ledger continued_ledger(const Motion& motion, const State& before, const State& now) {
+  return continued_ledger(
+      {motion.scheme(), motion.step(), motion.viscosity().has_value(), motion.start().shift, motion.massless()},
+      before, now, motion.mass() * now.velocity);
+}
+
+Ledger continued_ledger(const LedgerMotion& motion, const State& before, const State& now,
+                        const Vector& momentum) {
   // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory.md.
-  const auto [alpha, beta, gamma] = motion.scheme();
-  const double h = motion.step();
-  const bool first = before.step == 0, viscous = motion.viscosity().has_value();
+  const auto [alpha, beta, gamma] = motion.scheme;
+  const double h = motion.step;
+  const bool first = before.step == 0, viscous = motion.viscous;
   const Vector du = now.displacement - before.displacement;
   const Vector da = now.acceleration - before.acceleration;
 
   Ledger ledger = before.ledger;
-  take_energies(motion, now, ledger);
+  take_energies(now, momentum, ledger);
   // Loads and flow are those of t_{n+1+alpha}: -alpha times their difference further on is the step's middle.
   const double lag = first ? alpha / (2 * (1 + alpha)) : alpha;
   const double late = lag * du.dot(now.load - before.load);
@@ -54,9 +65,9 @@ Ledger continued_ledger(const Motion& motion, const State& before, const State& 
                    before.elastic_force) -
       late;
   if (!first) return ledger;
-  ledger.numerical_loss += 0.5 * motion.start().shift.dot(now.inertial_force + before.inertial_force);
+  ledger.numerical_loss += 0.5 * motion.shift.dot(now.inertial_force + before.inertial_force);
   // What was out of balance at nodes without mass at t = 0 is so no more: they have moved at once.
-  for (const auto node : motion.massless()) {
+  for (const auto node : motion.massless) {
     const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
     Vector3 force = before.load.segment<3>(at) - before.weighted_elastic_force.segment<3>(at);
     if (viscous) force -= before.viscous_force.segment<3>(at);

@@ -1,9 +1,14 @@
 #pragma once
+#include <cstdint>
+#include <vector>
+
+#include "plica/core/types.hpp"
 
 namespace plica {
 
 class Motion;
 struct State;
+struct SchemeCoefficients;
 
 /// Energies and works since t = 0 (J), each from its own formula (docs/theory.md, "Energy ledger").
 struct Ledger {
@@ -26,10 +31,21 @@ struct Ledger {
   }
 };
 
-/// The ledger of a state of t = 0.
+/// What the ledger has to know of a motion.
+struct LedgerMotion {
+  const SchemeCoefficients& scheme;
+  double step;  // s
+  bool viscous;
+  const Vector& shift;                        // m, Start::shift
+  const std::vector<std::int32_t>& massless;  // nodes
+};
+
+/// The ledger of a state of t = 0; momentum: M v of it.
+Ledger opened_ledger(const State& state, const Vector& momentum);
 Ledger opened_ledger(const Motion& motion, const State& state);
 
-/// The ledger after the step from `before` to `now`, whose forces are known.
+/// The ledger after the step from `before` to `now`, whose forces are known and whose M v is `momentum`.
+Ledger continued_ledger(const LedgerMotion& motion, const State& before, const State& now, const Vector& momentum);
 Ledger continued_ledger(const Motion& motion, const State& before, const State& now);
 
 }  // namespace plica

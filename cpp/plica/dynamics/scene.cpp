@@ -52,6 +52,7 @@ void Scene::validate() const {
   };
   check_field(displacement, "displacement");
   check_field(velocity, "velocity");
+  if (reduction) reduction->validate(n);
 }
 
 }  // namespace plica

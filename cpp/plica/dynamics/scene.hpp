@@ -5,6 +5,7 @@
 #include "plica/airflow/airflow.hpp"
 #include "plica/contact/collision.hpp"
 #include "plica/dynamics/coupling.hpp"
+#include "plica/dynamics/reduction.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 #include "plica/solve/supports.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -52,6 +53,7 @@ struct Scene {
   std::optional<Vector3> gravity;      // m/s^2
   std::optional<Points> displacement;  // (n, 3) m at t = 0
   std::optional<Points> velocity;      // (n, 3) m/s at t = 0
+  std::optional<Reduction> reduction{};
   void validate() const;               // throws InvalidInput: the mesh, and all that must fit it
 };
 

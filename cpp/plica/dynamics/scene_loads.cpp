@@ -11,6 +11,12 @@ SceneLoads::SceneLoads(const Scene& scene, const Assembler& assembler)
   if (scene.gravity) constant_ = assembler.body_force(scene.tissue, *scene.gravity);
 }
 
+void SceneLoads::reduce(const Eigen::MatrixXd& shapes) {
+  for (Vector* load : {&constant_, &external_})
+    if (load->size()) *load = shapes.transpose() * *load;
+  for (Vector& amplitude : amplitudes_) amplitude = shapes.transpose() * amplitude;
+}
+
 Vector SceneLoads::at(double t) const {
   constexpr double pi = 3.14159265358979323846;
   Vector load = constant_;

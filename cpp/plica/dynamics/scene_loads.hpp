@@ -11,6 +11,8 @@ class SceneLoads {
   Vector at(double t) const;
   /// (3 n) N, held until it is replaced.
   void set_external(Vector force) { external_ = std::move(force); }
+  /// From now on in coordinates: Phi^T of everything, the external force given so, too. shapes: Phi (3 n, r).
+  void reduce(const Eigen::MatrixXd& shapes);
 
  private:
   std::vector<Load> loads_;

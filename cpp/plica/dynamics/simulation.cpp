@@ -35,7 +35,10 @@ Simulation::Simulation(Scene scene, Options options)
     seen_ = contact_->nodes();
   else if (flow_)
     seen_ = flow_->airflow().nodes();
-  if (flow_) flow_->find_response(scene_.airflow->coupling, motion_, seen_);
+  if (scene_.reduction)
+    reduced_.emplace(scene_, motion_, airflow());
+  else if (flow_)
+    flow_->find_response(scene_.airflow->coupling, motion_, seen_);
   begin();
 }
 
@@ -47,7 +50,12 @@ void Simulation::begin() {
   scene_.supports.project(state_.velocity);
   if (contact_) state_.contact_force = Vector::Zero(unknowns);
   state_.load = loads_.at(0.0);
-  const Points x = positions();
+  if (reduced_) {  // what the coordinates make of it
+    const ModalMotion& motion = reduced_->motion();
+    state_.displacement = motion.at_nodes(motion.nearest(state_.displacement));
+    state_.velocity = motion.at_nodes(motion.nearest(state_.velocity));
+  }
+  const Points x = scene_.mesh.points + as_points(state_.displacement);
   if (const Airflow* flow = airflow()) {  // which knows the scene's coordinates
     const FlowState air = flow->evaluate(flow->areas(x), false);
     state_.flow_load = Vector::Zero(unknowns);
@@ -56,9 +64,14 @@ void Simulation::begin() {
     state_.supplied_power = air.supplied_power;
     state_.viscous_power = air.viscous_power;
   }
-  motion_.begin(state_);
-  state_.ledger = opened_ledger(motion_, state_);
   if (contact_) contact_->require_apart(motion_.positions(state_.displacement));
+  if (reduced_) {
+    state_ = reduced_->begun(state_);
+    loads_.reduce(reduced_->motion().shapes());
+  } else {
+    motion_.begin(state_);
+    state_.ledger = opened_ledger(motion_, state_);
+  }
   StepRecord start;
   start.inverted_tissue = static_cast<int>(folded(x));
   state_.first_signs.note(0, start, x, scene_.mesh.cells);
@@ -73,9 +86,47 @@ StepTimes Simulation::times() const {
   return times;
 }
 
-Points Simulation::positions() const { return scene_.mesh.points + as_points(state_.displacement); }
+Points Simulation::positions() const {
+  const Vector displacement = this->displacement();
+  return scene_.mesh.points + as_points(displacement);
+}
+
+Vector Simulation::contact_force() const {
+  if (!reduced_ || !reduced_->contact()) return state_.contact_force;
+  Points force = Points::Zero(scene_.mesh.node_count(), 3);
+  force(reduced_->contact()->nodes(), Eigen::all) = as_points(state_.interface_force);
+  return as_vector(force);
+}
+
+Points Simulation::displacement_of(const Indices& nodes) const {
+  Points u(nodes.size(), 3);
+  for (std::ptrdiff_t p = 0; p < u.rows(); ++p) {
+    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(nodes[p]);
+    if (reduced_)
+      u.row(p) = reduced_->motion().shapes().middleRows<3>(at) * state_.displacement;
+    else
+      u.row(p) = state_.displacement.segment<3>(at);
+  }
+  return u;
+}
+
+Points Simulation::coronal(Side side) const {
+  const Sections& sections = flow_->airflow().sections();
+  const std::ptrdiff_t first = side == Side::right ? 0 : sections.count();
+  if (reduced_) return reduced_->flow()->coronal(state_.displacement).middleRows(first, sections.count());
+  Points at(sections.count(), 3);
+  for (std::ptrdiff_t s = 0; s < at.rows(); ++s) {
+    const MaterialPoint& point = (side == Side::right ? sections.right : sections.left)[static_cast<std::size_t>(s)];
+    at.row(s).setZero();
+    for (std::size_t k = 0; k < point.nodes.size(); ++k)
+      at.row(s) += point.weights[k] * (scene_.mesh.points.row(point.nodes[k]) +
+                                       as_points(state_.displacement).row(point.nodes[k]));
+  }
+  return at;
+}
 
 Vector Simulation::contact_pressure() const {
+  if (reduced_ && reduced_->contact()) return reduced_->contact()->pressure();
   if (contact_ && contact_->pressure().size() > 0) return contact_->pressure();
   return Vector::Zero(scene_.mesh.node_count());
 }
@@ -89,16 +140,20 @@ void Simulation::set_external_force(Vector force) {
       throw InvalidInput("Simulation",
                          std::string("external force along ") + "xyz"[i % 3] + " on node " + std::to_string(i / 3),
                          force[i], "N", "finite");
-  loads_.set_external(std::move(force));
+  loads_.set_external(reduced_ ? reduced_->motion().forces(force) : std::move(force));
 }
 
 void Simulation::restore(State state) {
-  state.validate(
-      {step_matrix().rows(), scene_.mesh.cell_count(), viscosity().has_value(), flow_.has_value(), collision()});
+  const Collision* collision = reduced_ && contact_ ? &reduced_->contact()->collision() : this->collision();
+  state.validate({reduced_ ? reduced_->motion().size() : step_matrix().rows(), scene_.mesh.cell_count(),
+                  viscosity().has_value(), flow_.has_value(), collision, reduced_ ? reduced_->interface() : -1});
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
-  if (contact_) contact_->update_pressure(state_, motion_.positions(state_.displacement));
+  if (reduced_)
+    reduced_->restore(state_);
+  else if (contact_)
+    contact_->update_pressure(state_, motion_.positions(state_.displacement));
 }
 
 void Simulation::advance() {
@@ -113,15 +168,16 @@ void Simulation::advance() {
                        seen_from + state_.first_signs.text(motion_.step(), folded(positions())));
   };
   try {
+    if (reduced_) return advance_reduced();
     const Vector scene_load = loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step());
-    Step step(motion_, state_, scene_load, seen_, contact(), times_);
+    Step step(motion_, state_, scene_load, seen_, flow_ ? &*flow_ : nullptr, contact(), times_);
     if (contact_) {
       const Stopwatch watch(times_.contact);
       contact_->begin(step.x_previous(), state_.depth);
     }
     std::optional<FlowRecord> flow;
     if (flow_)
-      flow = couple(scene_.airflow->coupling, *flow_, step);
+      flow = couple(scene_.airflow->coupling, flow_->airflow(), step);
     else
       step.move();
     step.complete();
@@ -131,6 +187,35 @@ void Simulation::advance() {
   } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
     throw failed(failure);
   }
+}
+
+void Simulation::advance_reduced() {
+  const ModalMotion& motion = reduced_->motion();
+  const double h = motion.step();
+  ReducedModel::Taken taken = reduced_->step(state_, loads_.at(time() + (1 + motion.scheme().alpha) * h), times_);
+  const Stopwatch watch(times_.record);
+  State& now = taken.now;
+  StepRecord record;
+  record.time = static_cast<double>(now.step) * h;
+  record.iterations = 1;
+  record.flow = std::move(taken.flow);
+  record.contact = std::move(taken.contact);
+  const bool look = now.step % scene_.reduction->watch_every == 0 || !state_.watched;
+  Points x;
+  if (look) {
+    const Vector displacement = motion.at_nodes(now.displacement);
+    x = scene_.mesh.points + as_points(displacement);
+    now.watched = Watched{strain_gauge_.measure(displacement), 0};
+    now.watched->inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
+  } else {
+    now.watched = state_.watched;
+  }
+  record.strains = now.watched->strains;
+  record.inverted_tissue = now.watched->inverted_tissue;
+  if (!look && record.inverted_tissue > 0 && !now.first_signs.folded_tissue) x = positions();
+  now.first_signs.note(now.step, record, x, scene_.mesh.cells);
+  state_ = std::move(now);
+  record_ = std::move(record);
 }
 
 void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load) {

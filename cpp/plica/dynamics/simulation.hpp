@@ -3,6 +3,7 @@
 
 #include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/record.hpp"
+#include "plica/dynamics/reduced_model.hpp"
 #include "plica/dynamics/scene_contact.hpp"
 #include "plica/dynamics/scene_flow.hpp"
 #include "plica/dynamics/scene_loads.hpp"
@@ -52,8 +53,20 @@ class Simulation {
   /// How contact forces are solved for, never Automatic; null without contact.
   const ContactSolver* contact_solver() const { return contact_ ? &contact_->solver() : nullptr; }
 
+  /// Null where the scene is not reduced.
+  const ReducedModel* reduced() const { return reduced_ ? &*reduced_ : nullptr; }
+
   /// (n, 3) m, current positions.
   Points positions() const;
+  /// (3 n) m, m/s, m/s^2, N at all nodes, of a reduced motion, too.
+  Vector displacement() const { return at_nodes(state_.displacement); }
+  Vector velocity() const { return at_nodes(state_.velocity); }
+  Vector acceleration() const { return at_nodes(state_.acceleration); }
+  Vector contact_force() const;
+  /// (p, 3) m of these nodes.
+  Points displacement_of(const Indices& nodes) const;
+  /// (s, 3) m, the points of the flow's sections in the mid-coronal plane, of the right or of the left fold.
+  Points coronal(Side side) const;
   /// (n) Pa, contact force over area at the nodes of the contact surfaces (Collision::pressure); zero elsewhere.
   Vector contact_pressure() const;
   /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
@@ -65,6 +78,10 @@ class Simulation {
  private:
   SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
   void begin();
+  void advance_reduced();
+  Vector at_nodes(const Vector& unknowns) const {
+    return reduced_ ? reduced_->motion().at_nodes(unknowns) : unknowns;
+  }
   /// Keeps what the completed step under this load (3 n) N of the scene led to, and says what it was like.
   void keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load);
   std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
@@ -76,6 +93,7 @@ class Simulation {
   SceneLoads loads_;
   std::optional<SceneFlow> flow_;
   std::optional<SceneContact> contact_;
+  std::optional<ReducedModel> reduced_;
   Indices seen_;  // nodes whose positions flow and contact look at
   State state_;
   StepRecord record_;

@@ -1,5 +1,7 @@
 #include "plica/dynamics/start.hpp"
 
+#include <memory>
+
 #include "plica/core/error.hpp"
 
 namespace plica {
@@ -20,12 +22,9 @@ Vector solved(const ConjugateGradient& solver, const Vector& rhs) {
 struct Resolved {
   Vector p, d;
 };
-Resolved resolve(const BlockMatrix& S, const StartMatrices& m, const Vector& r, const KrylovOptions& options) {
-  const ConjugateGradient solver(S, options);
-  Vector p = solved(solver, r);
-  Vector inertia = m.M * p;
-  m.supports.project(inertia);
-  Vector d = p - solved(solver, inertia);
+Resolved resolve(const StartSystem::Solve& solve, const StartSystem& system, const Vector& r) {
+  Vector p = solve(r);
+  Vector d = p - solve(system.inertia(p));
   return {std::move(p), std::move(d)};
 }
 
@@ -45,15 +44,27 @@ BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std
 
 Start start_motion(const SchemeCoefficients& scheme, double step, const StartMatrices& matrices,
                    const StartForces& forces, const KrylovOptions& options) {
-  const auto& [M, C, K, supports] = matrices;
-  const auto matrix = [&](double c, double k) { return combine_matrices(1, M, c, C, k, K, supports); };
+  const StartSystem system{
+      [&](double c, double k) {
+        const auto matrix = std::make_shared<const BlockMatrix>(combine_matrices(
+            1, matrices.M, c, matrices.C, k, matrices.K, matrices.supports));
+        const auto solver = std::make_shared<const ConjugateGradient>(*matrix, options);
+        return StartSystem::Solve([matrix, solver](const Vector& force) { return solved(*solver, force); });
+      },
+      [&](const Vector& a) {
+        Vector inertia = matrices.M * a;
+        matrices.supports.project(inertia);
+        return inertia;
+      }};
+  return start_motion(scheme, step, system, forces);
+}
+
+Start start_motion(const SchemeCoefficients& scheme, double step, const StartSystem& system,
+                   const StartForces& forces) {
   const Vector& load = forces.elastic_and_load;
   const Vector nothing = Vector::Zero(load.size());
   const double excess = scheme.beta - 0.5 * scheme.gamma;
-  if (!(excess > 0)) {
-    const BlockMatrix mass = matrix(0, 0);
-    return {solved(ConjugateGradient(mass, options), load + forces.viscous), nothing, nothing, nothing};
-  }
+  if (!(excess > 0)) return {system.solver(0, 0)(load + forces.viscous), nothing, nothing, nothing};
   const double c = (1 + scheme.alpha) * scheme.gamma * step, k = (1 + scheme.alpha) * scheme.beta * step * step;
   Start start{nothing, nothing, nothing, nothing};
   const auto add = [&](const Resolved& part, double stiff_share) {
@@ -62,8 +73,8 @@ Start start_motion(const SchemeCoefficients& scheme, double step, const StartMat
     start.velocity += c * part.d;
     start.shift += (0.5 * c * step + 2 * excess * step * step) * part.d;
   };
-  if (!load.isZero(0)) add(resolve(matrix(c, k), matrices, load, options), 1);
-  if (!forces.viscous.isZero(0)) add(resolve(matrix(c, 0), matrices, forces.viscous, options), 0);
+  if (!load.isZero(0)) add(resolve(system.solver(c, k), system, load), 1);
+  if (!forces.viscous.isZero(0)) add(resolve(system.solver(c, 0), system, forces.viscous), 0);
   return start;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "plica/core/block_matrix.hpp"
@@ -33,9 +34,18 @@ struct StartMatrices {
 BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std::optional<BlockMatrix>& C,
                              double k, const BlockMatrix& K, const Supports& supports);
 
+/// The same for a motion that is solved in a way of its own.
+struct StartSystem {
+  using Solve = std::function<Vector(const Vector& force)>;
+  std::function<Solve(double c, double k)> solver;     // of (M + c C + k K) x = force
+  std::function<Vector(const Vector& a)> inertia;  // M a, held unknowns zero
+};
+
 /// A scheme with beta = gamma / 2 starts with M a_0 = f_0 - C v_0 - K u_0 and all else zero; the others carry what
 /// is stiff in that a_0 into the displacements for good, so they start with the part of it that a step can
 /// resolve. Throws SolveFailed.
+Start start_motion(const SchemeCoefficients& scheme, double step, const StartSystem& system,
+                   const StartForces& forces);
 Start start_motion(const SchemeCoefficients& scheme, double step, const StartMatrices& matrices,
                    const StartForces& forces, const KrylovOptions& options);
 

@@ -13,6 +13,7 @@ void State::validate(const Shape& shape) const {
                                                           {"acceleration", &acceleration},
                                                           {"load", &load},
                                                           {"contact_force", &contact_force},
+                                                          {"interface_force", &interface_force},
                                                           {"flow_load", &flow_load},
                                                           {"elastic_force", &elastic_force},
                                                           {"weighted_elastic_force", &weighted_elastic_force},
@@ -27,7 +28,8 @@ void State::validate(const Shape& shape) const {
         values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
     const bool absent = (values == &contact_force && !shape.collision) ||
                         (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous);
-    const std::ptrdiff_t size = absent ? 0 : shape.unknowns;
+    const bool reduced = shape.interface >= 0, own = values == &interface_force;
+    const std::ptrdiff_t size = absent ? 0 : !own ? shape.unknowns : reduced ? shape.interface : 0;
     if (values->size() != size)
       throw InvalidInput("Simulation", std::string("size of the state's ") + name,
                          static_cast<double>(values->size()), "", std::to_string(size),
@@ -36,7 +38,7 @@ void State::validate(const Shape& shape) const {
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
   }
   const std::size_t past_steps = past.accelerations.size();
-  if (past_steps == 0 || past_steps > Past::depth || past.images.size() != past_steps)
+  if (shape.interface >= 0 ? past_steps > 0 : past_steps == 0 || past_steps > Past::depth || past.images.size() != past_steps)
     throw InvalidInput("Simulation", "state's past accelerations", static_cast<double>(past_steps), "",
                        "1 to " + std::to_string(Past::depth) + ", with as many images");
   for (const auto* vectors : {&past.accelerations, &past.images})

@@ -3,12 +3,20 @@
 #include "plica/dynamics/first_signs.hpp"
 #include "plica/dynamics/ledger.hpp"
 #include "plica/dynamics/past.hpp"
+#include "plica/tissue/strain.hpp"
 
 namespace plica {
 
 class Collision;
 
-/// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n); contact_force is empty
+/// A look at the whole tissue of a reduced motion.
+struct Watched {
+  Strains strains;
+  int inverted_tissue = 0;  // cells
+};
+
+/// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r) of
+/// its coordinates; contact_force is empty
 /// where the scene has no contact, flow_load where it has no airflow, those of the viscosity where no material is
 /// viscous.
 struct State {
@@ -20,6 +28,8 @@ struct State {
   Vector stiffness_velocity, stiffness_acceleration;                            // K v, K a
   Vector viscosity_velocity, viscosity_acceleration;                            // C v, C a
   Past past;                                                                    // this state's acceleration first
+  Vector interface_force;            // N, reduced: the contact force on the contact's own nodes; else empty
+  std::optional<Watched> watched;    // reduced: the last look
   std::vector<std::int32_t> closed;  // keys of the contact constraints that carried force, ascending
   Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
@@ -30,11 +40,13 @@ struct State {
 
   /// Its contact, for Collision::pressure.
   Contact contact() const { return {contact_force, closed, closed_force}; }
+  Contact contact_at_interface() const { return {interface_force, closed, closed_force}; }
   /// What the states of a scene have in common.
   struct Shape {
     std::ptrdiff_t unknowns, cells;
     bool viscous, airflow;
-    const Collision* collision;  // null without contact
+    const Collision* collision;    // null without contact
+    std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
   };
   /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.
   void validate(const Shape& shape) const;

@@ -10,19 +10,20 @@
 
 namespace plica {
 
-Step::Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, SceneContact* contact,
-           StepTimes& times)
-    : motion_(motion),
+Step::Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, const SceneFlow* flow,
+           SceneContact* contact, StepTimes& times)
+    : CoupledStep(last.flow_stopped),
+      motion_(motion),
       last_(last),
       seen_(seen),
+      flow_(flow),
       contact_(contact),
       times_(times),
       scene_load_(std::move(scene_load)),
       x_previous_(motion.positions(last.displacement)),
       x_free_(x_previous_),
       x_(x_previous_),
-      weighted_(x_previous_),
-      flow_stopped_(last.flow_stopped) {
+      weighted_(x_previous_) {
   const Stopwatch watch(times_.residual);
   const SchemeCoefficients& c = motion_.scheme();
   const double h = motion_.step(), weight = 1 + c.alpha;
@@ -70,16 +71,18 @@ void Step::move() {
   touch();
 }
 
-void Step::move(const SceneFlow& flow, const Points& loaded, const Vector& pressure) {
+Vector Step::areas(Instant instant) const { return flow_->areas(at(instant)); }
+
+void Step::move(const Vector& pressure, Instant instant) {
   {
     const Stopwatch watch(times_.load);
     load_ = scene_load_;
-    flow.add_load(loaded, pressure, load_);
+    flow_->add_load(at(instant), pressure, load_);
     pressure_ = pressure;
   }
   if (!response_) {
     solve_free();
-    response_ = flow.response();
+    response_ = flow_->response();
     solved_at_ = pressure;
   }
   {
@@ -125,17 +128,17 @@ void Step::touch() {
   take_weighted();
 }
 
-bool Step::blocks(const SceneFlow& flow) const {
-  if (!flow.airflow().stops_at_contact()) return false;
+bool Step::blocks() const {
+  if (!flow_->airflow().stops_at_contact()) return false;
   for (std::size_t i = 0; i < contacts_.constraints.size(); ++i) {
     if (!(contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
-    if (flow.blocks(x_.row(contacts_.constraints[i].slave))) return true;
+    if (flow_->blocks(x_.row(contacts_.constraints[i].slave))) return true;
   }
   if (!contact_) return false;
   const Detector& detector = contact_->collision().detector();
   const auto crossings = detector.edge_crossings(x_, detector.reach(x_previous_, x_, last_.depth));
   return std::any_of(crossings.begin(), crossings.end(),
-                     [&](const EdgeCrossing& crossing) { return flow.blocks(crossing.place); });
+                     [&](const EdgeCrossing& crossing) { return flow_->blocks(crossing.place); });
 }
 
 Vector Step::right_hand_side(const Vector& contact_force) const {
@@ -211,7 +214,7 @@ State Step::end() {
   now.load = std::move(load_);
   now.contact_force = std::move(contact_force_);
   std::tie(now.closed, now.closed_force) = contacts_.closed();
-  now.flow_stopped = flow_stopped_;
+  now.flow_stopped = flow_stopped();
   now.ledger = last_.ledger;
   now.first_signs = last_.first_signs;
   return now;

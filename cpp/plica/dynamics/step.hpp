@@ -1,5 +1,6 @@
 #pragma once
 #include "plica/contact/contacts.hpp"
+#include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/record.hpp"
 #include "plica/dynamics/state.hpp"
@@ -18,12 +19,12 @@ class PressureResponse;
 /// Positions are those of the nodes that are `seen`, by the flow or by contact. They follow from one solve, under
 /// the load of the first move and without contact; what later moves and contact add to these is superposed as far
 /// as its response is known (SceneFlow::response, Collision::add_response), and solved for otherwise.
-class Step {
+class Step final : public CoupledStep {
  public:
-  /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; contact is null where there is none. All
-  /// must outlive it.
-  Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, SceneContact* contact,
-       StepTimes& times);
+  /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; flow and contact are null where there is
+  /// none. All must outlive it.
+  Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, const SceneFlow* flow,
+       SceneContact* contact, StepTimes& times);
 
   // What a coupling needs of it.
   const Points& x_previous() const { return x_previous_; }  // (n, 3) m, at t_n
@@ -32,13 +33,11 @@ class Step {
   const Points& weighted_positions() const { return weighted_; }
   /// Moves it under the scene's load alone.
   void move();
-  /// Moves it under the flow's section pressures (s) Pa on the tissue at `loaded` (n, 3), too.
-  void move(const SceneFlow& flow, const Points& loaded, const Vector& pressure);
-  /// Whether contact, nodes or edges, lies in the middle of the glottis.
-  bool blocks(const SceneFlow& flow) const;
-  bool flow_stopped() const { return flow_stopped_; }
-  void set_flow_stopped(bool stopped) { flow_stopped_ = stopped; }
-  StepTimes& times() const { return times_; }
+  /// Under the flow's section pressures, too.
+  void move(const Vector& pressure, Instant at) override;
+  Vector areas(Instant at) const override;
+  bool blocks() const override;
+  StepTimes& times() const override { return times_; }
 
   // What contact needs of it.
   const Motion& motion() const { return motion_; }
@@ -64,6 +63,7 @@ class Step {
  private:
   /// Solves for the positions under load_, without contact.
   void solve_free();
+  const Points& at(Instant instant) const { return instant == Instant::last ? x_previous_ : weighted_; }
   void take_positions();  // without contact forces
   void take_weighted();
   void touch();  // from positions without contact forces to those with them
@@ -77,6 +77,7 @@ class Step {
   const Motion& motion_;
   const State& last_;
   const Indices& seen_;
+  const SceneFlow* flow_;
   SceneContact* contact_;
   StepTimes& times_;
 
@@ -97,7 +98,6 @@ class Step {
   Points x_free_;                               // without contact forces, under the load of free_
   Points x_, weighted_;
   Contacts contacts_;
-  bool flow_stopped_ = false;
   int iterations_ = 0;
 
   // The result: free_, with the response to contact and to what the load has changed by.

@@ -76,18 +76,7 @@ Waveform per_probe(Waveform waveform, const char* shown) {
   return waveform;
 }
 
-Points probe_displacements(const StepTaken& step) {
-  Points u(step.probes().size(), 3);
-  for (std::ptrdiff_t p = 0; p < u.rows(); ++p)
-    u.row(p) = step.simulation().state().displacement.segment<3>(3 * step.probes()[p]);
-  return u;
-}
-
-Points places(const std::vector<MaterialPoint>& points, const Points& x) {
-  Points at(static_cast<std::ptrdiff_t>(points.size()), 3);
-  for (std::ptrdiff_t s = 0; s < at.rows(); ++s) at.row(s) = points[static_cast<std::size_t>(s)].at(x);
-  return at;
-}
+Points probe_displacements(const StepTaken& step) { return step.simulation().displacement_of(step.probes()); }
 
 std::vector<Waveform> make_waveforms() {
   return {
@@ -156,14 +145,10 @@ std::vector<Waveform> make_waveforms() {
            [](const FlowRecord& r) -> const Vector& { return r.state.pressure; }),
       only(Of::airflow,
            wave("coronal_right", "m", "Point of the right fold in the mid-coronal plane at each section.",
-                [](const StepTaken& s) {
-                  return places(s.simulation().airflow()->sections().right, s.positions());
-                })),
+                [](const StepTaken& s) { return s.simulation().coronal(Side::right); })),
       only(Of::airflow,
            wave("coronal_left", "m", "Point of the left fold in the mid-coronal plane at each section.",
-                [](const StepTaken& s) {
-                  return places(s.simulation().airflow()->sections().left, s.positions());
-                })),
+                [](const StepTaken& s) { return s.simulation().coronal(Side::left); })),
 
       wave("contact_force_first", "N", "Sum of the contact forces on the first surface, (steps, 3).",
            &ContactRecord::force_first),
@@ -208,11 +193,6 @@ const Waveform& known(const std::string& name) {
 }
 
 }  // namespace
-
-const Points& StepTaken::positions() const {
-  if (!positions_) positions_ = simulation_.positions();
-  return *positions_;
-}
 
 bool Waveform::exists_in(const Scene& scene) const {
   switch (of) {

@@ -11,12 +11,10 @@ class StepTaken {
   StepTaken(const Simulation& simulation, const Indices& probes) : simulation_(simulation), probes_(probes) {}
   const Simulation& simulation() const { return simulation_; }
   const Indices& probes() const { return probes_; }  // node numbers
-  const Points& positions() const;                   // (n, 3) m, computed when first asked for
 
  private:
   const Simulation& simulation_;
   const Indices& probes_;
-  mutable std::optional<Points> positions_;
 };
 
 /// What can be recorded of every step: one number, or a fixed number of them.

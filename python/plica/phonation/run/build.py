@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.run.initial import initial_fields
+from plica.phonation.run.reduction import reduction_basis
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.tissue import Tissue
 
-__all__ = ["build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
+__all__ = ["basis_of", "build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
 
 Side = Literal["none", "left", "right"]
 _SIDES: tuple[Side, ...] = ("none", "left", "right")
@@ -27,6 +28,7 @@ def build_simulation(
     mesh: _engine.TetMesh | None = None,
     displacement: NDArray[np.float64] | None = None,
     velocity: NDArray[np.float64] | None = None,
+    basis: NDArray[np.float64] | None = None,
 ) -> _engine.Simulation:
     """The simulation of a scene at t = 0, to be stepped by whoever owns the loop.
 
@@ -37,6 +39,9 @@ def build_simulation(
         The scene's mesh where it is built already.
     displacement, velocity : (n, 3) m and m/s, optional
         Where the tissue begins, in place of what the scene says; zero where a node is held.
+    basis : (3 n, any), optional
+        Of a scene with a reduction: the vectors that displacements are combinations of, in place of those that it
+        asks for.
 
     Returns
     -------
@@ -68,6 +73,9 @@ def build_simulation(
         parts["velocity"] = velocity
     if scene.output.probes:
         parts["probes"] = probe_nodes(scene, mesh)
+    if scene.reduction is not None:
+        basis = basis_of(scene, mesh) if basis is None else basis
+        parts["reduction"] = _options(scene.reduction, basis=basis)
     try:
         return _engine.Simulation(
             **body,
@@ -77,6 +85,29 @@ def build_simulation(
             solver=_options(scene.solver.method.choice),
             lumped_mass=scene.time.mass == "lumped",
             **parts,
+        )
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
+    """The vectors (3 n, any) of a scene with a reduction.
+
+    Raises SceneError where it asks for more than the mesh has.
+    """
+    reduction = scene.reduction
+    if reduction is None:
+        raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
+    try:
+        return reduction_basis(
+            build_simulation(scene.replace({"reduction": None}), mesh),
+            mesh,
+            fixed_components(scene, mesh),
+            modes=reduction.modes,
+            contact_vectors=0 if scene.contact is None else reduction.contact_vectors,
+            surface=None if scene.airflow is None else scene.airflow.surface,
+            sides=None if scene.contact is None else _sides(scene.contact, mesh),
+            reach=reduction.contact_reach,
         )
     except InvalidInput as error:
         raise _located(scene, error) from None
@@ -250,7 +281,7 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
     for side in ("first", "second"):
         _known(scene, f"contact.{side}", getattr(contact, side), list(mesh.surfaces))
     surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
-    first, second = (_engine.flat_triangles(faces) for faces in surfaces)
+    first, second = _sides(contact, mesh)
     points = np.asarray(mesh.points)
     try:
         if contact.airway == "matched":
@@ -267,6 +298,12 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
         faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
     )
     return made
+
+
+def _sides(contact: Contact, mesh: _engine.TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """The flat triangles (f, 3) of both surfaces."""
+    first, second = (_engine.flat_triangles(mesh.surfaces[name]) for name in (contact.first, contact.second))
+    return first, second
 
 
 def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:

@@ -22,6 +22,7 @@ from plica.phonation.scene.airflow import (
 from plica.phonation.scene.conditions import Initial, Load, Supports
 from plica.phonation.scene.contact import Augmented, Contact, Multipliers, Nitsche, Penalty, VolumePenalty
 from plica.phonation.scene.output import Output
+from plica.phonation.scene.reduction import Reduction
 from plica.phonation.scene.solver import Automatic, Cholesky, ConjugateGradients, LinearMethod, Solver
 from plica.phonation.scene.stepping import HilberHughesTaylor, Newmark, Scheme, Stepping
 
@@ -49,6 +50,7 @@ __all__ = [
     "Nitsche",
     "Output",
     "Penalty",
+    "Reduction",
     "Scheme",
     "SectionArea",
     "Solver",

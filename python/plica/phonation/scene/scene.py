@@ -20,6 +20,7 @@ from plica.phonation.scene.parts import (
     Initial,
     Load,
     Output,
+    Reduction,
     Solver,
     Stepping,
     Supports,
@@ -76,6 +77,8 @@ class Scene(Part):
     """[m/s^2] Acceleration of free fall, as x, y, z; left out: none."""
     initial: Initial | None = None
     """Displacement and velocity at t = 0; left out: rest."""
+    reduction: Reduction | None = None
+    """Few coordinates in place of all nodes; left out: none."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()

@@ -1,0 +1,95 @@
+#include "plica/dynamics/modal_motion.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <memory>
+
+#include "plica/core/error.hpp"
+#include "plica/dynamics/state.hpp"
+
+namespace plica {
+
+namespace {
+
+template <typename Matrix>
+Eigen::MatrixXd times(const Matrix& A, const Eigen::MatrixXd& X) {
+  Eigen::MatrixXd Y(X.rows(), X.cols());
+  for (std::ptrdiff_t j = 0; j < X.cols(); ++j) Y.col(j) = A * Vector(X.col(j));
+  return Y;
+}
+
+Eigen::MatrixXd symmetric(const Eigen::MatrixXd& A) { return 0.5 * (A + A.transpose()); }
+
+/// An M-orthonormal basis of the columns of B. Twice: what is left of nearly parallel columns is then orthonormal
+/// to round-off too.
+Eigen::MatrixXd orthonormal(const NodalMatrix& M, Eigen::MatrixXd B) {
+  constexpr double independent = 1e-12;  // of the largest eigenvalue: 1e-6 of a length
+  for (int round = 0; round < 2; ++round) {
+    for (std::ptrdiff_t j = 0; j < B.cols(); ++j)
+      if (const double norm = std::sqrt(B.col(j).dot(M * Vector(B.col(j)))); norm > 0) B.col(j) /= norm;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(symmetric(B.transpose() * times(M, B)));
+    const Vector& size = gram.eigenvalues();
+    if (!(size.maxCoeff() > 0))
+      throw InvalidInput("Reduction: the basis moves nothing; must have a vector that moves a node that is free.");
+    const std::ptrdiff_t kept = (size.array() > independent * size.maxCoeff()).count();
+    const Vector scale = size.tail(kept).cwiseSqrt().cwiseInverse();
+    B = Eigen::MatrixXd(B * gram.eigenvectors().rightCols(kept) * scale.asDiagonal());
+  }
+  return B;
+}
+
+}  // namespace
+
+ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
+    : scheme_(motion.scheme()), step_(motion.step()) {
+  Eigen::MatrixXd basis = vectors;
+  for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
+    if (motion.supports().fixed(i)) basis.row(i).setZero();
+  basis = orthonormal(motion.mass(), std::move(basis));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(
+      symmetric(basis.transpose() * times(motion.stiffness(), basis)));
+  stiffness_ = ritz.eigenvalues();
+  shapes_ = basis * ritz.eigenvectors();
+  momenta_ = times(motion.mass(), shapes_);
+  if (motion.viscosity()) viscosity_ = symmetric(shapes_.transpose() * times(*motion.viscosity(), shapes_));
+  const auto [alpha, beta, gamma] = scheme_;
+  const Eigen::MatrixXd A = step_matrix((1 + alpha) * gamma * step_, (1 + alpha) * beta * step_ * step_);
+  inverse_ = symmetric(A.llt().solve(Eigen::MatrixXd::Identity(size(), size())));
+}
+
+Eigen::MatrixXd ModalMotion::step_matrix(double c, double k) const {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Identity(size(), size());
+  A.diagonal() += k * stiffness_;
+  if (has_viscosity()) A += c * viscosity_;
+  return A;
+}
+
+Vector ModalMotion::viscous_of(const Vector& a, const Vector& force) const {
+  if (!has_viscosity()) return {};
+  const double c = (1 + scheme_.alpha) * scheme_.gamma * step_,
+               k = (1 + scheme_.alpha) * scheme_.beta * step_ * step_;
+  return (force - a - k * elastic(a)) / c;
+}
+
+void ModalMotion::begin(State& state) {
+  state.elastic_force = elastic(state.displacement);
+  StartForces forces{state.load - state.elastic_force, Vector::Zero(size())};
+  if (has_viscosity()) forces.viscous = -viscous(state.velocity);
+  const StartSystem system{
+      [this](double c, double k) {
+        const auto factor = std::make_shared<const Eigen::LLT<Eigen::MatrixXd>>(step_matrix(c, k));
+        return StartSystem::Solve([factor](const Vector& force) { return Vector(factor->solve(force)); });
+      },
+      [](const Vector& a) { return a; }};
+  start_ = start_motion(scheme_, step_, system, forces);
+  state.acceleration = start_.acceleration;
+  state.weighted_elastic_force = elastic(state.displacement + start_.displacement);
+  state.viscous_force = viscous(state.velocity + start_.velocity);
+  state.inertial_force = state.acceleration;
+  state.stiffness_velocity = elastic(state.velocity);
+  state.stiffness_acceleration = elastic(state.acceleration);
+  state.viscosity_velocity = viscous(state.velocity);
+  state.viscosity_acceleration = viscous(state.acceleration);
+}
+
+}  // namespace plica

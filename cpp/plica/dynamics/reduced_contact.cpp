@@ -1,0 +1,182 @@
+#include "plica/dynamics/reduced_contact.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <limits>
+
+#include "plica/core/error.hpp"
+#include "plica/dynamics/contact_record.hpp"
+
+namespace plica {
+
+namespace {
+
+/// The displacement (3 m) of the contact's nodes in a step under forces on them, Phi A^-1 Phi^T f, in the place of
+/// the inverse of a step matrix that has no other unknowns.
+class InterfaceResponse final : public LinearSolver {
+ public:
+  InterfaceResponse(const Eigen::MatrixXd& shapes, const Eigen::MatrixXd& inverse)
+      : root_(inverse.llt().matrixL().transpose() * shapes.transpose()) {}
+  Convergence solve(const Vector& b, Guess& guess, double, const Product& product) const override {
+    guess.x = root_.transpose() * (root_ * b);
+    product(guess.x, guess.product);
+    return {1, 0.0, true};
+  }
+  Convergence solve(const Vector& b, Guess& guess, double) const override {
+    guess.x = root_.transpose() * (root_ * b);
+    return {1, 0.0, true};
+  }
+  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X, double) const override {
+    X = root_.transpose() * (root_ * B);
+    return std::vector<Convergence>(static_cast<std::size_t>(B.cols()), {1, 0.0, true});
+  }
+  std::string name() const override { return "reduced"; }
+  double tolerance() const override { return KrylovOptions{}.tolerance; }
+
+ private:
+  Eigen::MatrixXd root_;  // (r, 3 m)
+};
+
+/// (n) m, to the nearest node of the other surface that shares an air tetrahedron; infinite for others.
+std::vector<double> widths_of_air(const Airway& airway, const Points& x) {
+  const auto marked = [&](const Triangles& side) {
+    std::vector<char> mark(static_cast<std::size_t>(x.rows()), 0);
+    for (const std::int32_t node : side.reshaped()) mark[static_cast<std::size_t>(node)] = 1;
+    return mark;
+  };
+  const std::vector<char> first = marked(airway.first), second = marked(airway.second);
+  std::vector<double> width(static_cast<std::size_t>(x.rows()), std::numeric_limits<double>::infinity());
+  for (const auto& tet : airway.tets.rowwise())
+    for (const std::int32_t a : tet)
+      for (const std::int32_t b : tet) {
+        const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+        if (first[i] && second[j]) {
+          const double apart = (x.row(a) - x.row(b)).norm();
+          width[i] = std::min(width[i], apart);
+          width[j] = std::min(width[j], apart);
+        }
+      }
+  return width;
+}
+
+/// Those rows whose nodes are all kept, in the numbers of `local`.
+template <typename Rows>
+Rows kept_rows(const Rows& rows, const std::vector<std::int32_t>& local) {
+  std::vector<std::ptrdiff_t> whole;
+  for (std::ptrdiff_t i = 0; i < rows.rows(); ++i)
+    if ((rows.row(i).array().unaryExpr([&](std::int32_t node) { return local[node]; }) >= 0).all())
+      whole.push_back(i);
+  Rows kept = rows(whole, Eigen::all);
+  for (std::int32_t& node : kept.reshaped()) node = local[static_cast<std::size_t>(node)];
+  return kept;
+}
+
+void check(const ContactPart& part) {
+  const auto refuse = [](const char* what) {
+    throw InvalidInput(std::string("Reduction: ") + what + " Leave the reduction out, or choose another contact.");
+  };
+  if (part.airway.renewed) refuse("contact.airway = \"triangulated\"; must be \"matched\".");
+  if (part.surface_mass != SurfaceMass::kept) refuse("contact.surface_mass = \"redistributed\"; must be \"kept\".");
+  if (!std::holds_alternative<AtNodes>(part.faces)) refuse("contact.faces = \"mortar\"; must be \"nodes\".");
+  if (std::holds_alternative<Nitsche>(part.enforcement)) refuse("contact by Nitsche's method sees the whole tissue.");
+}
+
+}  // namespace
+
+ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion)
+    : motion_(motion), mesh_nodes_(scene.mesh.node_count()), held_(0) {
+  const ContactPart& part = *scene.contact;
+  check(part);
+  // The faces within reach, their nodes, and the air between these.
+  const std::vector<double> width = widths_of_air(part.airway, full.reference());
+  std::vector<std::int32_t> local(static_cast<std::size_t>(mesh_nodes_), 0);
+  for (std::size_t i = 0; i < local.size(); ++i)
+    local[i] = width[i] <= scene.reduction->contact_reach ? static_cast<std::int32_t>(i) : -1;
+  std::vector<std::int32_t> nodes;
+  for (const Triangles* side : {&part.airway.first, &part.airway.second}) {
+    const Triangles near = kept_rows(*side, local);
+    nodes.insert(nodes.end(), near.data(), near.data() + near.size());
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  std::fill(local.begin(), local.end(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    local[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
+  nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
+  Airway near{kept_rows(part.airway.first, local), kept_rows(part.airway.second, local),
+              kept_rows(part.airway.tets, local), nullptr, part.airway.facing};
+  if (near.first.rows() == 0 || near.second.rows() == 0)
+    throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
+                       "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
+
+  // A node of a face that was left out is on the rim.
+  rim_.assign(nodes.size(), 0);
+  for (const Triangles* side : {&part.airway.first, &part.airway.second})
+    for (const auto& face : side->rowwise()) {
+      const auto inside = [&](std::int32_t node) { return local[static_cast<std::size_t>(node)] >= 0; };
+      if (std::all_of(face.begin(), face.end(), inside)) continue;
+      for (const std::int32_t node : face)
+        if (inside(node)) rim_[static_cast<std::size_t>(local[static_cast<std::size_t>(node)])] = 1;
+    }
+
+  held_ = Supports(nodes_.size());
+  reference_ = full.reference()(nodes_, Eigen::all);
+  shapes_.resize(3 * nodes_.size(), motion.size());
+  Indices own(nodes_.size());
+  for (std::int32_t i = 0; i < nodes_.size(); ++i) {
+    own[i] = i;
+    shapes_.middleRows<3>(3 * i) = motion.shapes().middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
+    for (int c = 0; c < 3; ++c)
+      if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
+  }
+  response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
+  collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
+                     condensed_path(*response_, held_, own), part.faces);
+}
+
+Points ReducedContact::moved(const Vector& q) const {
+  Points moved(nodes_.size(), 3);
+  Eigen::Map<Vector>(moved.data(), moved.size()).noalias() = shapes_ * q;
+  return moved;
+}
+
+Vector ReducedContact::forces(const Vector& nodal) const {
+  Vector sum = Vector::Zero(motion_.size());
+  for (std::ptrdiff_t i = 0; i < nodal.size(); ++i)
+    if (nodal[i] != 0) sum += nodal[i] * shapes_.row(i).transpose();
+  return sum;
+}
+
+Contacts ReducedContact::solve(const BeforeContact& before, const Points& x_free, Contacts known, Points& x) {
+  const auto [alpha, beta, gamma] = motion_.scheme();
+  const double inertia = beta * motion_.step() * motion_.step(), weight = 1 + alpha;
+  if (std::holds_alternative<EndOfStep>(collision_->method().position()))
+    return collision_->solve(x_free, inertia, before, std::move(known), x);
+  const Points weighted = weight * x_free - alpha * before.x;
+  Contacts contacts = collision_->solve(weighted, weight * inertia, before, std::move(known), x);
+  x = (x + alpha * before.x) / weight;
+  return contacts;
+}
+
+ContactRecord ReducedContact::record(const Contacts& contacts, const Points& x_before, double depth,
+                                     const Contact& now, const Points& x) {
+  for (std::int32_t i = 0; i < nodes_.size(); ++i)
+    if (rim_[static_cast<std::size_t>(i)] && !now.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
+      throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number(x(i, 0)) + ", " +
+                        number(x(i, 1)) + ", " + number(x(i, 2)) +
+                        ") m, on the rim of where it is looked for. Raise contact_reach.");
+  return contact_record(*collision_, contacts, x_before, depth, now, x);
+}
+
+void ReducedContact::update_pressure(const Contact& contact, const Points& x) {
+  collision_->update(x);
+  pressure_ = collision_->pressure(contact, x);
+}
+
+Vector ReducedContact::pressure() const {
+  Vector everywhere = Vector::Zero(mesh_nodes_);
+  if (pressure_.size() > 0) everywhere(nodes_) = pressure_;
+  return everywhere;
+}
+
+}  // namespace plica

@@ -1,0 +1,42 @@
+#pragma once
+#include "plica/dynamics/reduced_contact.hpp"
+#include "plica/dynamics/reduced_flow.hpp"
+#include "plica/dynamics/scene.hpp"
+#include "plica/dynamics/state.hpp"
+
+namespace plica {
+
+/// A scene in the coordinates of its reduction: motion, airflow and contact, and one step of them.
+class ReducedModel {
+ public:
+  /// The scene has a reduction; scene, its motion and its airflow (null without) must outlive it. Throws
+  /// InvalidInput for what cannot be reduced.
+  ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow);
+
+  const ModalMotion& motion() const { return motion_; }
+  const ReducedFlow* flow() const { return flow_ ? &*flow_ : nullptr; }
+  const ReducedContact* contact() const { return contact_ ? &*contact_ : nullptr; }
+  /// Unknowns of the contact's own nodes.
+  std::ptrdiff_t interface() const { return contact_ ? 3 * contact_->nodes().size() : 0; }
+
+  /// Of a state of t = 0 in all nodes: that in coordinates, completed.
+  State begun(const State& full);
+  void restore(const State& state);
+
+  struct Taken {
+    State now;
+    std::optional<FlowRecord> flow;
+    std::optional<ContactRecord> contact;
+  };
+  /// The step from `last` under the scene's load (r) at t_{n+1+alpha}. Throws SolveFailed.
+  Taken step(const State& last, const Vector& scene_load, StepTimes& times);
+
+ private:
+  const Scene& scene_;
+  const Motion& full_;
+  ModalMotion motion_;
+  std::optional<ReducedFlow> flow_;
+  std::optional<ReducedContact> contact_;
+};
+
+}  // namespace plica

@@ -1,0 +1,131 @@
+"""The basis of a reduced scene: modes of vibration, and static responses to airflow and contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from plica import _engine
+from plica.errors import InvalidInput
+
+__all__ = ["contact_nodes", "reduction_basis"]
+
+Floats = NDArray[np.float64]
+
+
+def reduction_basis(
+    full: _engine.Simulation,
+    mesh: _engine.TetMesh,
+    fixed: NDArray[np.bool_],
+    *,
+    modes: int,
+    contact_vectors: int = 0,
+    surface: str | None = None,
+    sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
+    reach: float = np.inf,
+) -> Floats:
+    """A basis (3 n, vectors) of displacements, zero where they are held.
+
+    Parameters
+    ----------
+    full : Simulation
+        The scene without reduction, whose matrices these are.
+    mesh : TetMesh
+    fixed : (n, 3) bool
+        What is held.
+    modes : int
+        Of the lowest modes of vibration without damping, K phi = omega^2 M phi.
+    contact_vectors : int
+        Static responses to forces along the normals of the contact's nodes: of all of them the combinations
+        that hold most elastic energy.
+    surface : str, optional
+        Where the air presses: a static response to each section's pressure, and to that below.
+    sides : pair of (f, 3) int, optional
+        Triangles of the contact's surfaces.
+    reach : float
+        [m] How far apart, at rest, nodes may be that get contact vectors.
+    """
+    free = ~fixed.ravel()
+    count = int(free.sum())
+    if modes + contact_vectors > count:
+        raise InvalidInput(
+            f"reduction: modes + contact_vectors = {modes + contact_vectors}; must be <= {count}, the scene's "
+            "unknowns."
+        )
+    K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
+    solve = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve
+    columns = [_lowest_modes(K, M, solve, modes)]
+    points = np.asarray(mesh.points)
+    if surface is not None:
+        loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
+        columns.append(solve(np.ascontiguousarray(np.asarray(loads)[free])))
+    if contact_vectors:
+        assert sides is not None
+        columns.append(_contact_vectors(points, sides, reach, free, solve, contact_vectors))
+    basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
+    basis[free] = np.hstack(columns)
+    return basis
+
+
+def contact_nodes(
+    points: Floats, sides: tuple[NDArray[np.int32], NDArray[np.int32]], reach: float
+) -> tuple[NDArray[np.intp], Floats]:
+    """Nodes of two surfaces no further than `reach` (m) from the other one's nodes at rest, and their normals."""
+    from scipy.spatial import cKDTree
+
+    nodes, normals = [], []
+    for own, other in (sides, sides[::-1]):
+        normal = np.zeros_like(points)
+        a, b, c = (points[own[:, k]] for k in range(3))
+        for k in range(3):
+            np.add.at(normal, own[:, k], np.cross(b - a, c - a))
+        found = np.unique(own)
+        near = cKDTree(points[np.unique(other)]).query(points[found])[0] <= reach
+        found = found[near]
+        nodes.append(found)
+        normals.append(normal[found] / np.linalg.norm(normal[found], axis=1, keepdims=True))
+    return np.concatenate(nodes), np.concatenate(normals)
+
+
+def _matrix(values: Any, free: NDArray[np.bool_]) -> Any:
+    return csr_array(values, shape=(free.size, free.size))[free][:, free].tocsc()
+
+
+def _lowest_modes(K: Any, M: Any, solve: Any, count: int) -> Floats:
+    size = K.shape[0]
+    if count == 0:
+        return np.zeros((size, 0))
+    if count >= size - 1:
+        return np.eye(size)
+    inverse = LinearOperator((size, size), matvec=solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(size)
+    found: Floats = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)[1]
+    return found
+
+
+def _contact_vectors(
+    points: Floats,
+    sides: tuple[NDArray[np.int32], NDArray[np.int32]],
+    reach: float,
+    free: NDArray[np.bool_],
+    solve: Any,
+    count: int,
+) -> Floats:
+    nodes, normals = contact_nodes(points, sides, reach)
+    forces = np.zeros((free.size, len(nodes)))
+    for k in range(3):
+        forces[3 * nodes + k, np.arange(len(nodes))] = normals[:, k]
+    forces = forces[free]
+    forces = np.ascontiguousarray(forces[:, np.abs(forces).sum(axis=0) > 0])
+    if count > forces.shape[1]:
+        raise InvalidInput(
+            f"reduction: contact_vectors = {count}; must be <= {forces.shape[1]}, the free nodes of the contact "
+            f"within its reach."
+        )
+    responses = solve(forces)
+    _, directions = np.linalg.eigh(forces.T @ responses)
+    return responses @ directions[:, -count:]

@@ -1,0 +1,142 @@
+#include <doctest/doctest.h>
+
+#include <algorithm>
+
+#include "plica/core/error.hpp"
+#include "scenes.hpp"
+
+using namespace plica;
+using scenes::options;
+
+namespace {
+
+/// The columns of the identity of what is free: nothing is left out.
+Eigen::MatrixXd every_displacement(const Scene& scene) {
+  std::vector<std::ptrdiff_t> free;
+  for (std::ptrdiff_t i = 0; i < scene.supports.size(); ++i)
+    if (!scene.supports.fixed(i)) free.push_back(i);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(scene.supports.size(), static_cast<std::ptrdiff_t>(free.size()));
+  for (std::size_t j = 0; j < free.size(); ++j) basis(free[j], static_cast<std::ptrdiff_t>(j)) = 1.0;
+  return basis;
+}
+
+Scene reduced(Scene scene, Eigen::MatrixXd basis, double reach = 1.0) {
+  scene.reduction = Reduction{std::move(basis), reach, 1};
+  return scene;
+}
+
+double relative(const Vector& a, const Vector& b) { return (a - b).norm() / b.norm(); }
+
+/// Some smooth displacements of a larynx that vanish where it is held.
+Eigen::MatrixXd few_displacements(const Scene& scene, int count) {
+  Eigen::MatrixXd basis(scene.supports.size(), count);
+  const Points& x = scene.mesh.points;
+  for (int j = 0; j < count; ++j)
+    for (std::ptrdiff_t i = 0; i < x.rows(); ++i)
+      for (int c = 0; c < 3; ++c)
+        basis(3 * i + c, j) = std::cos(300.0 * (1 + j % 4) * x(i, 2) + 150.0 * (j % 5) * x(i, 1) + 0.7 * j * (c + 1));
+  for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
+    if (scene.supports.fixed(i)) basis.row(i).setZero();
+  return basis;
+}
+
+}  // namespace
+
+TEST_CASE("a basis of all displacements gives the motion of the scene, its air and its collision") {
+  for (const bool thesis : {true, false}) {
+    Scene scene = scenes::small_larynx();
+    if (!thesis) {
+      scene.airflow->flow.model = ViscousSlit{};
+      scene.airflow->flow.area = CutSections{12};
+    }
+    Simulation full(scene, options(HilberHughesTaylor{}, 50e-6)),
+        same(reduced(scene, every_displacement(scene)), options(HilberHughesTaylor{}, 50e-6));
+    int rows = 0;
+    for (int k = 0; k < 40; ++k) {
+      full.advance();
+      same.advance();
+      const StepRecord &a = same.record(), &b = full.record();
+      CHECK(relative(same.displacement(), full.displacement()) < 1e-8);
+      CHECK(relative(a.flow->state.area, b.flow->state.area) < 1e-8);
+      CHECK(a.contact->rows == b.contact->rows);
+      CHECK((a.contact->force_first - b.contact->force_first).norm() < 1e-6 * b.contact->force_first.norm() + 1e-12);
+      CHECK(a.strains.strain == doctest::Approx(b.strains.strain).epsilon(1e-7));
+      rows += b.contact->rows;
+    }
+    CHECK(rows > 0);
+    CHECK(relative(same.velocity(), full.velocity()) < 1e-7);
+    CHECK(relative(same.coronal(Side::left).reshaped(), full.coronal(Side::left).reshaped()) < 1e-9);
+    const Ledger &a = same.state().ledger, &b = full.state().ledger;
+    for (const auto term : {&Ledger::kinetic, &Ledger::elastic, &Ledger::flow_work, &Ledger::contact_work,
+                            &Ledger::viscous_loss, &Ledger::numerical_loss})
+      CHECK(std::abs(a.*term - b.*term) < 1e-7 * b.initial);
+  }
+}
+
+TEST_CASE("the ledger of a reduced motion closes, and its folds do not pass through each other") {
+  const Scene scene = scenes::small_larynx();
+  Simulation simulation(reduced(scene, few_displacements(scene, 20)), options(HilberHughesTaylor{}, 50e-6));
+  double off = 0, deepest = 0;
+  int rows = 0;
+  for (int k = 0; k < 80; ++k) {
+    simulation.advance();
+    off = std::max(off, std::abs(simulation.state().ledger.error()));
+    deepest = std::min(deepest, simulation.record().contact->deepest_gap);
+    rows += simulation.record().contact->rows;
+  }
+  const Ledger& ledger = simulation.state().ledger;
+  CHECK(simulation.reduced()->motion().size() == 20);
+  CHECK(rows > 0);
+  CHECK(std::abs(ledger.flow_work) > 1e-4 * ledger.initial);
+  CHECK(off < 1e-11 * ledger.initial);
+  CHECK(deepest > -1e-5 * simulation.collision()->detector().mean_edge());
+}
+
+TEST_CASE("loads and gravity act on a reduced motion as on all nodes") {
+  Scene scene = scenes::held_block(0.3, 1.0);
+  scene.loads = {{"x_max", {0, -40, 10}, 80.0, 0.4}};
+  scene.gravity = Vector3(0, 0, -9.81);
+  const Vector force = Vector::Constant(scene.supports.size(), 1e-4);
+  Simulation full(scene, options(Newmark{}, 1e-4)),
+      same(reduced(scene, every_displacement(scene)), options(Newmark{}, 1e-4));
+  for (int k = 0; k < 30; ++k) {
+    if (k == 10) full.set_external_force(force), same.set_external_force(force);
+    full.advance();
+    same.advance();
+  }
+  CHECK(relative(same.displacement(), full.displacement()) < 1e-9);
+  CHECK(same.state().ledger.load_work == doctest::Approx(full.state().ledger.load_work).epsilon(1e-9));
+}
+
+TEST_CASE("a restored reduced motion goes on as if it had not stopped") {
+  Scene scene = reduced(scenes::small_larynx(), few_displacements(scenes::small_larynx(), 20));
+  scene.reduction->watch_every = 7;
+  Simulation one(scene, options(HilberHughesTaylor{}, 50e-6)), other(scene, options(HilberHughesTaylor{}, 50e-6));
+  for (int k = 0; k < 30; ++k) one.advance();
+  other.restore(one.state());
+  CHECK(other.contact_pressure() == one.contact_pressure());
+  for (int k = 0; k < 10; ++k) one.advance(), other.advance();
+  CHECK(other.state().displacement == one.state().displacement);
+  CHECK(other.record().strains.largest == one.record().strains.largest);
+}
+
+TEST_CASE("what cannot be reduced is refused") {
+  const Scene scene = scenes::small_larynx();
+  const Eigen::MatrixXd basis = few_displacements(scene, 3);
+  const auto build = [&](const Scene& given) { Simulation(given, options(HilberHughesTaylor{}, 50e-6)); };
+  CHECK_THROWS_WITH_AS(build(reduced(scene, basis.topRows(9))),
+                       doctest::Contains("rows of the basis = 9; must be 3 times the"), InvalidInput);
+  CHECK_THROWS_WITH_AS(build(reduced(scene, 0 * basis)), doctest::Contains("moves nothing"), InvalidInput);
+  CHECK_THROWS_WITH_AS(build(reduced(scene, basis, -1.0)), doctest::Contains("contact_reach = -1 m; must be > 0"),
+                       InvalidInput);
+  CHECK_THROWS_WITH_AS(build(reduced(scene, basis, 1e-9)), doctest::Contains("No face of the contact"), InvalidInput);
+  Scene other = reduced(scene, basis);
+  other.airflow->flow.load_shape = Airflow::CurrentShape{};
+  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("load_shape"), InvalidInput);
+  other = reduced(scene, basis);
+  other.contact->enforcement = Nitsche{};
+  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("Nitsche"), InvalidInput);
+  other.contact->enforcement = Multipliers{};
+  other.contact->surface_mass = SurfaceMass::redistributed;
+  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("surface_mass"), InvalidInput);
+}
