@@ -16,6 +16,7 @@ from plica import _engine
 from plica.errors import InvalidInput, SolveFailed, StepFailed
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.build import build_simulation
+from plica.phonation.run.basis_file import BASIS, kept_basis
 from plica.phonation.run.checkpoint import Checkpoint
 from plica.phonation.run.continuation import has_all, holds_run, require_mesh
 from plica.phonation.run.progress import Progress, stop_on_signal
@@ -105,7 +106,8 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
-        simulation = build_simulation(scene, mesh)
+        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh)
+        simulation = build_simulation(scene, mesh, basis=basis)
         if progress:
             for caution in scene_cautions(scene, mesh):
                 print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
@@ -145,7 +147,7 @@ def _made(directory: Path) -> Iterator[None]:
         yield
     except BaseException:  # Ctrl-C too
         left = list(directory.iterdir())
-        if new and {path.name for path in left} <= {".lock", "scene.toml"}:
+        if new and {path.name for path in left} <= {".lock", "scene.toml", BASIS}:
             for path in left:
                 path.unlink()
             directory.rmdir()

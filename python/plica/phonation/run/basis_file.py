@@ -1,0 +1,58 @@
+"""The basis of a reduced run, kept beside its results: a run that goes on moves in the same one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.phonation.run.build import basis_of
+from plica.phonation.scene.scene import Scene
+from plica.storage.files import replaced
+
+__all__ = ["BASIS", "kept_basis", "write_basis"]
+
+BASIS = "basis.h5"
+
+
+def kept_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
+    """The vectors (3 n, any) of a scene, from the directory of its run; made and stored where they are not there."""
+    found = _read(directory / BASIS, _digest(scene))
+    if found is None:
+        found = basis_of(scene, mesh)
+        write_basis(directory, scene, found)
+    return found
+
+
+def write_basis(directory: Path, scene: Scene, basis: NDArray[np.float64]) -> None:
+    """Store vectors (3 n, any) as those of this scene."""
+
+    def fill(path: Path) -> None:
+        with h5py.File(path, "w", driver="core", backing_store=False) as file:
+            file.attrs["scene"] = _digest(scene)
+            file["basis"] = basis
+            file.flush()
+            image = file.id.get_file_image()
+        path.write_bytes(image)
+
+    replaced(directory / BASIS, fill)
+
+
+def _digest(scene: Scene) -> str:
+    """Of what the basis depends on, and more: how long and how finely the scene is stepped does not matter."""
+    return scene.replace({"time.duration": scene.time.step, "initial": None}).digest()
+
+
+def _read(path: Path, digest: str) -> NDArray[np.float64] | None:
+    """The vectors in a file, or None where there are none of this scene or the file is damaged."""
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            if str(file.attrs["scene"]) != digest:
+                return None
+            basis: NDArray[np.float64] = file["basis"][()]
+            return basis
+    except (OSError, KeyError, RuntimeError):
+        return None
