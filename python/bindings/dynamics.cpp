@@ -262,9 +262,43 @@ std::unique_ptr<SteppedSimulation> make_simulation(
 
 Points matrix_of(const Vector& nodal) { return as_points(nodal); }
 
+/// K u = f for many f, held unknowns zero.
+class StaticSolver {
+ public:
+  explicit StaticSolver(const SteppedSimulation& of)
+      : supports_(of.simulation().scene().supports), K_(of.simulation().stiffness()) {
+    supports_.constrain(K_);
+    solver_ = LinearSolver::make(K_, {1e-10, LinearSolver::Cholesky{}});
+  }
+  Eigen::MatrixXd solve(Eigen::MatrixXd forces) const {
+    if (forces.rows() != K_.rows())
+      throw InvalidInput("StaticSolver", "rows of forces", static_cast<double>(forces.rows()), "",
+                         std::to_string(K_.rows()));
+    for (std::ptrdiff_t i = 0; i < forces.rows(); ++i)
+      if (supports_.fixed(i)) forces.row(i).setZero();
+    Eigen::MatrixXd found(forces.rows(), forces.cols()), part;
+    for (std::ptrdiff_t first = 0; first < forces.cols(); first += LinearSolver::pack) {
+      const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, forces.cols() - first);
+      for (const Convergence& end : solver_->solve_many(forces.middleCols(first, count), part, solver_->tolerance()))
+        if (!end.converged) throw SolveFailed("StaticSolver: residual = " + number(end.residual) + "; must be <= 1e-10.");
+      found.middleCols(first, count) = part;
+    }
+    return found;
+  }
+
+ private:
+  Supports supports_;
+  BlockMatrix K_;
+  std::unique_ptr<const LinearSolver> solver_;
+};
+
 }  // namespace
 
 void bind_dynamics(py::module_& engine) {
+  py::class_<SteppedSimulation> simulation(engine, "Simulation");
+  py::class_<StaticSolver>(engine, "StaticSolver")
+      .def(py::init<const SteppedSimulation&>(), py::arg("simulation"), py::call_guard<Released>())
+      .def("solve", &StaticSolver::solve, py::arg("forces"), py::call_guard<Released>());
   bind_waveforms(engine);
   bind_options(engine);
   bind_enforcement(engine);
@@ -287,7 +321,7 @@ void bind_dynamics(py::module_& engine) {
              py::arg("contact"), py::arg("loads") = py::list(), py::arg("gravity") = py::none(),
              py::arg("displacement") = py::none());
   const Simulation::Options options;
-  py::class_<SteppedSimulation>(engine, "Simulation")
+  simulation
       .def(py::init(&make_simulation), py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
            py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("scheme"),
            py::arg("step") = options.step, py::arg("solver_tolerance") = options.solver.tolerance,

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "plica/core/error.hpp"
@@ -71,6 +72,31 @@ Rows kept_rows(const Rows& rows, const std::vector<std::int32_t>& local) {
   return kept;
 }
 
+/// Node and the node that faces it on the other surface, by local numbers, those common to both left out; none
+/// where the airway does not say along which direction they face each other.
+std::vector<std::array<std::int32_t, 2>> facing_pairs(const Airway& airway, const Points& x) {
+  std::vector<std::array<std::int32_t, 2>> pairs;
+  if (airway.facing.isZero(0)) return pairs;
+  std::vector<char> first(static_cast<std::size_t>(x.rows()), 0), second = first;
+  for (const std::int32_t node : airway.first.reshaped()) first[static_cast<std::size_t>(node)] = 1;
+  for (const std::int32_t node : airway.second.reshaped()) second[static_cast<std::size_t>(node)] = 1;
+  std::vector<std::int32_t> partner(static_cast<std::size_t>(x.rows()), -1);
+  const auto beside = [&](std::int32_t a, std::int32_t b) {
+    const Vector3 apart = x.row(b) - x.row(a);
+    return (apart - airway.facing.dot(apart) * airway.facing).norm();
+  };
+  for (const auto& tet : airway.tets.rowwise())
+    for (const std::int32_t a : tet)
+      for (const std::int32_t b : tet) {
+        const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+        if (!first[i] || second[i] || !second[j] || first[j]) continue;
+        if (partner[i] < 0 || beside(a, b) < beside(a, partner[i])) partner[i] = b;
+      }
+  for (std::int32_t a = 0; a < x.rows(); ++a)
+    if (partner[static_cast<std::size_t>(a)] >= 0) pairs.push_back({a, partner[static_cast<std::size_t>(a)]});
+  return pairs;
+}
+
 void check(const ContactPart& part) {
   const auto refuse = [](const char* what) {
     throw InvalidInput(std::string("Reduction: ") + what + " Leave the reduction out, or choose another contact.");
@@ -83,23 +109,23 @@ void check(const ContactPart& part) {
 
 }  // namespace
 
-ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion)
+ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                               const Eigen::MatrixXd& response)
     : motion_(motion), mesh_nodes_(scene.mesh.node_count()), held_(0) {
   const ContactPart& part = *scene.contact;
   check(part);
-  // The faces within reach, their nodes, and the air between these.
+  // The nodes within reach and those around them, the faces of these and the air between.
   const std::vector<double> width = widths_of_air(part.airway, full.reference());
-  std::vector<std::int32_t> local(static_cast<std::size_t>(mesh_nodes_), 0);
-  for (std::size_t i = 0; i < local.size(); ++i)
-    local[i] = width[i] <= scene.reduction->contact_reach ? static_cast<std::int32_t>(i) : -1;
+  const auto within = [&](std::int32_t node) {
+    return width[static_cast<std::size_t>(node)] <= scene.reduction->contact_reach;
+  };
   std::vector<std::int32_t> nodes;
-  for (const Triangles* side : {&part.airway.first, &part.airway.second}) {
-    const Triangles near = kept_rows(*side, local);
-    nodes.insert(nodes.end(), near.data(), near.data() + near.size());
-  }
+  for (const Triangles* side : {&part.airway.first, &part.airway.second})
+    for (const auto& face : side->rowwise())
+      if (std::any_of(face.begin(), face.end(), within)) nodes.insert(nodes.end(), face.begin(), face.end());
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  std::fill(local.begin(), local.end(), -1);
+  std::vector<std::int32_t> local(static_cast<std::size_t>(mesh_nodes_), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     local[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
   nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
@@ -109,7 +135,7 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
     throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
                        "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
 
-  // A node of a face that was left out is on the rim.
+  // A node of a face that was left out, beyond the reach itself, is on the rim.
   rim_.assign(nodes.size(), 0);
   for (const Triangles* side : {&part.airway.first, &part.airway.second})
     for (const auto& face : side->rowwise()) {
@@ -129,15 +155,54 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
     for (int c = 0; c < 3; ++c)
       if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
   }
+  response_at_nodes_ = response.size() > 0 ? Eigen::MatrixXd(shapes_ * response) : Eigen::MatrixXd();
+  facing_ = near.facing;
+  const std::vector<std::array<std::int32_t, 2>> pairs = facing_pairs(near, reference_);
+  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
+  offsets_.resize(3 * count);
+  offset_shapes_.resize(3 * count, motion.size());
+  for (std::ptrdiff_t p = 0; p < count; ++p) {
+    const auto [a, b] = pairs[static_cast<std::size_t>(p)];
+    offsets_.segment<3>(3 * p) = (reference_.row(b) - reference_.row(a)).transpose().cast<float>();
+    offset_shapes_.middleRows<3>(3 * p) =
+        (shapes_.middleRows<3>(3 * b) - shapes_.middleRows<3>(3 * a)).cast<float>();
+  }
+  offset_response_ = response.size() > 0 ? Eigen::MatrixXf(offset_shapes_ * response.cast<float>()) : Eigen::MatrixXf();
   response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
   collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
                      condensed_path(*response_, held_, own), part.faces);
 }
 
-Points ReducedContact::moved(const Vector& q) const {
-  Points moved(nodes_.size(), 3);
-  Eigen::Map<Vector>(moved.data(), moved.size()).noalias() = shapes_ * q;
-  return moved;
+Points ReducedContact::positions(const Vector& q) const {
+  Points x = reference_;
+  Eigen::Map<Vector>(x.data(), x.size()).noalias() += shapes_ * q;
+  return x;
+}
+
+const Points& ReducedContact::ends(const Vector& q) {
+  if (end_.size() == 0 || q != end_) {
+    at_end_ = positions(q);
+    end_ = q;
+  }
+  return at_end_;
+}
+
+Points ReducedContact::pressed(const Vector& pressure) const {
+  Points a(nodes_.size(), 3);
+  Eigen::Map<Vector>(a.data(), a.size()).noalias() = response_at_nodes_ * pressure;
+  return a;
+}
+
+bool ReducedContact::apart(const Eigen::VectorXf& offsets) const {
+  const float least = 1e-6F * static_cast<float>(collision_->detector().mean_edge());
+  const Eigen::Vector3f facing = facing_.cast<float>();
+  for (std::ptrdiff_t at = 0; at < offsets.size(); at += 3) {
+    const float along = offsets_.segment<3>(at).dot(facing) < 0 ? -1.0F : 1.0F;
+    const float apart = offsets.segment<3>(at).dot(facing);
+    const float slid = (offsets.segment<3>(at) - apart * facing).norm();
+    if (!(along * apart > 2 * slid + least)) return false;
+  }
+  return offsets.size() > 0;
 }
 
 Vector ReducedContact::forces(const Vector& nodal) const {

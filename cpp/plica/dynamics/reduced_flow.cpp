@@ -25,13 +25,17 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Points& reference, const 
   const SectionAreas& areas = airflow.section_areas();
   const std::ptrdiff_t r = motion.size();
   widths_ = areas.widths(reference);
+  areas_ = areas.areas(widths_);
   coronal_ = places(airflow.sections(), reference);
   width_shapes_.resize(widths_.size(), r);
+  area_shapes_.resize(areas_.size(), r);
   coronal_shapes_.resize(coronal_.size(), r);
   for (std::ptrdiff_t j = 0; j < r; ++j) {
     const Vector shape = motion.shapes().col(j);
     const Points moved = as_points(shape);
     width_shapes_.col(j) = areas.widths(moved);
+    area_shapes_.col(j) = areas.areas(width_shapes_.col(j).cwiseMax(0.0)) -
+                          areas.areas((-width_shapes_.col(j)).cwiseMax(0.0));
     coronal_shapes_.col(j) = as_vector(places(airflow.sections(), moved));
   }
   const LoadPatterns& patterns = airflow.load_patterns();
@@ -42,6 +46,7 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Points& reference, const 
   sections_ = (patterns.sections.transpose() * shapes).transpose();
   response_ = motion.inverse() * sections_;
   width_response_ = width_shapes_ * response_;
+  area_response_ = area_shapes_ * response_;
 }
 
 Points ReducedFlow::coronal(const Vector& q) const {

@@ -20,6 +20,10 @@ class ReducedFlow {
   /// The same of response().
   const Eigen::MatrixXd& width_response() const { return width_response_; }  // (s * stations, s)
   Vector areas(const Vector& widths) const { return airflow_.section_areas().areas(widths); }
+  /// (s) m^2 at coordinates q where no width is negative: linear.
+  Vector open_areas(const Vector& q) const { return areas_ + area_shapes_ * q; }
+  /// What an acceleration response() p adds to them.
+  const Eigen::MatrixXd& area_response() const { return area_response_; }  // (s, s)
   /// Phi^T of the load of these section pressures (s) Pa.
   Vector load(const Vector& pressure) const { return below_ + sections_ * pressure; }
   /// A^-1 Phi^T of 1 Pa at each section, (r, s).
@@ -29,8 +33,8 @@ class ReducedFlow {
 
  private:
   const Airflow& airflow_;
-  Vector widths_;                                                      // m, at rest
-  Eigen::MatrixXd width_shapes_, sections_, response_, width_response_;
+  Vector widths_, areas_;                                              // m, m^2, at rest
+  Eigen::MatrixXd width_shapes_, sections_, response_, width_response_, area_shapes_, area_response_;
   Vector below_;                                                       // Phi^T of the load below the sections
   Points coronal_;                                                     // (2 s, 3) m, at rest
   Eigen::MatrixXd coronal_shapes_;                                     // (6 s, r)

@@ -8,7 +8,7 @@ namespace plica {
 ReducedModel::ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow)
     : scene_(scene), full_(full), motion_(full, scene.reduction->basis) {
   if (airflow) flow_.emplace(*airflow, scene.mesh.points, motion_);
-  if (scene.contact) contact_.emplace(scene, full, motion_);
+  if (scene.contact) contact_.emplace(scene, full, motion_, flow_ ? flow_->response() : Eigen::MatrixXd());
 }
 
 State ReducedModel::begun(const State& full) {
@@ -56,10 +56,15 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
   }
   const Stopwatch watch(times.record);
   if (contact_) {
-    const Points x = contact_->positions(now.displacement);
-    const Contact contact = now.contact_at_interface();
-    contact_->update_pressure(contact, x);
-    taken.contact = contact_->record(step.contacts(), step.contact_positions_before(), last.depth, contact, x);
+    taken.contact.emplace();
+    if (step.apart()) {
+      contact_->forget_pressure();
+    } else {
+      const Points before = contact_->ends(last.displacement), &x = contact_->ends(now.displacement);
+      const Contact contact = now.contact_at_interface();
+      contact_->update_pressure(contact, x);
+      taken.contact = contact_->record(step.contacts(), before, last.depth, contact, x);
+    }
     now.depth = -taken.contact->deepest_gap;
   }
   return taken;

@@ -34,36 +34,30 @@ ReducedStep::ReducedStep(const ModalMotion& motion, const State& last, Vector sc
   }
   flow_load_ = Vector::Zero(motion.size());
   contact_load_ = contact_acceleration_ = flow_load_;
-  if (flow_)
-    widths_ = flow_->widths(last.displacement +
-                            weight() * (h * last.velocity + 0.5 * h * h * last.acceleration));
-  if (contact_) x_before_ = x_ = contact_->positions(last.displacement);
+  if (!flow_) return;
+  const Vector extrapolated = last.displacement + weight() * (h * last.velocity + 0.5 * h * h * last.acceleration);
+  near_ = !contact_ || !apart(contact_->offsets(extrapolated));
+  if (near_)
+    widths_ = flow_->widths(extrapolated);
+  else
+    areas_ = flow_->open_areas(extrapolated);
 }
 
 void ReducedStep::move() {
   solve_free();
-  x_ = x_free_;
+  take_positions(Vector());
   touch();
 }
 
 void ReducedStep::move(const Vector& pressure, Instant) {
-  {
-    const Stopwatch watch(times_.load);
-    flow_load_ = flow_->load(pressure);
-    pressure_ = pressure;
-  }
+  flow_load_ = flow_->load(pressure);
+  pressure_ = pressure;
   if (solved_at_.size() == 0) {
     solved_at_ = pressure;
     solve_free();
-    const Stopwatch watch(times_.load);
-    free_widths_ = flow_->widths(weighted(displacement_predictor_ + inertia() * free_));
-    x_ = x_free_;
-    widths_ = free_widths_;
+    take_positions(Vector());
   } else {
-    const Stopwatch watch(times_.load);
-    const Vector change = pressure - solved_at_;
-    widths_ = free_widths_ + weight() * inertia() * (flow_->width_response() * change);
-    if (contact_) x_ = x_free_ + inertia() * contact_->moved(flow_->response() * change);
+    take_positions(pressure - solved_at_);
   }
   touch();
 }
@@ -71,19 +65,53 @@ void ReducedStep::move(const Vector& pressure, Instant) {
 void ReducedStep::solve_free() {
   const Stopwatch watch(times_.solve);
   free_ = motion_.solve(scene_load_ + flow_load_ + inner_force_);
-  if (contact_) x_free_ = contact_->positions(displacement_predictor_ + inertia() * free_);
+  free_end_ = displacement_predictor_ + inertia() * free_;
+  if (contact_) free_offsets_ = contact_->offsets(free_end_);
+  never_near_ = contact_ != nullptr;
+}
+
+void ReducedStep::take_positions(const Vector& change) {
+  const Stopwatch watch(times_.load);
+  const bool moved = change.size() > 0;
+  const double by = inertia();
+  if (contact_) {
+    Eigen::VectorXf offsets = free_offsets_;
+    if (moved) offsets += static_cast<float>(by) * contact_->offset_response(change);
+    near_ = !apart(offsets);
+    never_near_ = never_near_ && !near_;
+    if (near_) {
+      if (x_free_.rows() == 0) x_free_ = contact_->positions(free_end_);
+      x_ = x_free_;
+      if (moved) x_ += by * contact_->pressed(change);
+    }
+  }
+  if (!flow_) return;
+  if (near_) {
+    if (free_widths_.size() == 0) free_widths_ = flow_->widths(weighted(free_end_));
+    widths_ = free_widths_;
+    if (moved) widths_ += weight() * by * (flow_->width_response() * change);
+  } else {
+    if (free_areas_.size() == 0) free_areas_ = flow_->open_areas(weighted(free_end_));
+    areas_ = free_areas_;
+    if (moved) areas_ += weight() * by * (flow_->area_response() * change);
+  }
 }
 
 void ReducedStep::touch() {
   if (contact_ == nullptr) return;
   const Stopwatch watch(times_.contact);
+  contact_nodal_ = Vector::Zero(3 * contact_->nodes().size());
+  contact_load_.setZero();
+  contact_acceleration_.setZero();
+  if (!near_) {
+    contacts_ = {};
+    return;
+  }
+  x_before_ = contact_->ends(last_.displacement);
   const BeforeContact before{x_before_, last_.closed, last_.closed_force, last_.depth, nullptr};
   Points touching;
   contacts_ = contact_->solve(before, x_, std::move(contacts_), touching);
   x_ = std::move(touching);
-  contact_nodal_ = Vector::Zero(x_.size());
-  contact_load_.setZero();
-  contact_acceleration_.setZero();
   if (!contacts_.any_force()) return;
   contacts_.add_forces(contact_nodal_);
   contact_load_ = contact_->forces(contact_nodal_);
@@ -92,12 +120,13 @@ void ReducedStep::touch() {
 }
 
 Vector ReducedStep::areas(Instant at) const {
-  return flow_->areas(at == Instant::weighted ? widths_ : flow_->widths(last_.displacement));
+  if (at == Instant::last) return flow_->areas(flow_->widths(last_.displacement));
+  return near_ ? flow_->areas(widths_) : areas_;
 }
 
 bool ReducedStep::blocks() const {
   const Airflow& airflow = flow_->airflow();
-  if (!airflow.stops_at_contact() || !contact_) return false;
+  if (!airflow.stops_at_contact() || !contact_ || !near_) return false;
   const auto in_middle = [&](const Vector3& x) { return airflow.blocks(x[1] + origin_[1], x[2] + origin_[2]); };
   for (std::size_t i = 0; i < contacts_.constraints.size(); ++i)
     if (contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0 && in_middle(x_.row(contacts_.constraints[i].slave)))

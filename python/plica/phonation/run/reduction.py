@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import LinearOperator, eigsh
 
 from plica import _engine
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, SolveFailed
 
 __all__ = ["contact_nodes", "reduction_basis"]
 
@@ -57,7 +57,20 @@ def reduction_basis(
             "unknowns."
         )
     K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
-    solve = splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve
+    try:
+        solver = _engine.StaticSolver(full)
+    except SolveFailed:
+        raise InvalidInput(
+            "reduction: a body can move without strain; must have supports that prevent it, as static responses "
+            "need them."
+        ) from None
+
+    def solve(forces: Floats) -> Floats:
+        everywhere = np.zeros((free.size, forces.shape[1]), order="F")
+        everywhere[free] = forces
+        found: Floats = solver.solve(everywhere)[free]
+        return found
+
     columns = [_lowest_modes(K, M, solve, modes)]
     points = np.asarray(mesh.points)
     if surface is not None:
@@ -101,10 +114,11 @@ def _lowest_modes(K: Any, M: Any, solve: Any, count: int) -> Floats:
         return np.zeros((size, 0))
     if count >= size - 1:
         return np.eye(size)
-    inverse = LinearOperator((size, size), matvec=solve, dtype=float)
+    inverse = LinearOperator((size, size), matvec=lambda f: solve(f.reshape(-1, 1))[:, 0], dtype=float)
     start = np.random.default_rng(0).standard_normal(size)
-    found: Floats = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)[1]
-    return found
+    squares, found = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start, tol=1e-8)
+    ascending: Floats = found[:, np.argsort(squares)]
+    return ascending
 
 
 def _contact_vectors(
