@@ -40,7 +40,7 @@ def values(run: plica.Run, start: float) -> dict[str, Any]:
 
 
 def cost(run: plica.Run, basis: Any = None, length: float = 0.01) -> float:
-    """CPU seconds a second of voice, from the newest checkpoint on; the first round, with columns, is left out."""
+    """CPU seconds a second of voice from the newest checkpoint on, without the round that finds columns."""
     found = checkpoint.newest(run.directory)
     if found is None:
         raise SystemExit(f"{run.directory} has no checkpoint")
@@ -76,7 +76,9 @@ def main() -> None:
     largest = basis_of(reduced(*most), build_mesh(full.scene.mesh, full.scene.source))
     print(f"basis of {largest.shape[1]} vectors: {time.process_time() - start:.0f} s of CPU\n", flush=True)
     truth = values(full, options.start)
-    print("| modes, contact vectors | coordinates | f0 (%) | open quotient | peak flow (%) | impulse (%) | CPU s/s |")
+    print(
+        "| modes, contact vectors | vectors | f0 (%) | open quotient | peak flow (%) | impulse (%) | CPU s/s |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- |")
     shown = [f"{truth[name]:.5g}" for name in GOALS]
     print("| full | " + " | ".join([str(largest.shape[0]), *shown, f"{cost(full):.0f}"]) + " |", flush=True)

@@ -279,8 +279,10 @@ class StaticSolver {
     Eigen::MatrixXd found(forces.rows(), forces.cols()), part;
     for (std::ptrdiff_t first = 0; first < forces.cols(); first += LinearSolver::pack) {
       const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, forces.cols() - first);
-      for (const Convergence& end : solver_->solve_many(forces.middleCols(first, count), part, solver_->tolerance()))
-        if (!end.converged) throw SolveFailed("StaticSolver: residual = " + number(end.residual) + "; must be <= 1e-10.");
+      for (const Convergence& end :
+           solver_->solve_many(forces.middleCols(first, count), part, solver_->tolerance()))
+        if (!end.converged)
+          throw SolveFailed("StaticSolver: residual = " + number(end.residual) + "; must be <= 1e-10.");
       found.middleCols(first, count) = part;
     }
     return found;
@@ -352,8 +354,7 @@ void bind_dynamics(py::module_& engine) {
           "displacement",
           [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().displacement())); })
       .def_property_readonly(
-          "velocity",
-          [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().velocity())); })
+          "velocity", [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().velocity())); })
       .def_property_readonly(
           "acceleration",
           [](const SteppedSimulation& self) { return give(matrix_of(self.simulation().acceleration())); })

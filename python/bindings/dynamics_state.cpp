@@ -64,8 +64,8 @@ FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
 
 Numbers numbers_of(const Watched& watched) {
   const Strains& s = watched.strains;
-  return {s.strain,   s.neglected, s.largest,  static_cast<double>(s.cell), s.place[0], s.place[1],
-          s.place[2], static_cast<double>(watched.inverted_tissue)};
+  return {s.strain,   s.neglected, s.largest,  static_cast<double>(s.cell),
+          s.place[0], s.place[1],  s.place[2], static_cast<double>(watched.inverted_tissue)};
 }
 Watched watched_of(const Numbers& n) {
   return {{n.at(0), n.at(1), n.at(2), static_cast<std::int32_t>(n.at(3)), Vector3(n.at(4), n.at(5), n.at(6))},

@@ -37,8 +37,10 @@ __all__: list[str] = [
     "Newmark",
     "Nitsche",
     "Penalty",
+    "Reduction",
     "Simulation",
     "SolveFailed",
+    "StaticSolver",
     "TetMesh",
     "TransverselyIsotropic",
     "ViscousSlit",
@@ -358,6 +360,81 @@ class Airway:
     def second(self) -> numpy.typing.NDArray[numpy.int32]: ...
     @property
     def tets(self) -> numpy.typing.NDArray[numpy.int32]: ...
+
+class Simulation:
+    def __init__(
+        self,
+        mesh: TetMesh,
+        materials: collections.abc.Sequence[Material],
+        material_names: collections.abc.Sequence[str],
+        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+        fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+        *,
+        scheme: Newmark | HilberHughesTaylor,
+        step: typing.SupportsFloat | typing.SupportsIndex = 5e-05,
+        solver_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-08,
+        solver: Automatic | Cholesky | ConjugateGradients = ...,
+        lumped_mass: bool = False,
+        airflow: Airflow | None = None,
+        contact: Contact | None = None,
+        loads: collections.abc.Sequence[Load] = [],
+        gravity: typing.Annotated[
+            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
+        ]
+        | None = None,
+        displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+        velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
+        probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
+        reduction: Reduction | None = None,
+    ) -> None: ...
+    def advance(self, steps: typing.SupportsInt | typing.SupportsIndex) -> dict[str, typing.Any]: ...
+    def info(self) -> dict[str, typing.Any]: ...
+    def restore(self, state: dict[str, typing.Any]) -> None: ...
+    def set_external_force(self, force: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> None: ...
+    def state(self) -> dict[str, typing.Any]: ...
+    def times(self) -> dict[str, typing.Any]: ...
+    @property
+    def acceleration(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def contact_pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def displacement(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def mass(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    @property
+    def section_height(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def section_major(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def step_count(self) -> int: ...
+    @property
+    def stiffness(
+        self,
+    ) -> tuple[
+        numpy.typing.NDArray[numpy.float64],
+        numpy.typing.NDArray[numpy.int32],
+        numpy.typing.NDArray[numpy.int32],
+    ]: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def velocity(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def viscosity(self) -> tuple[typing.Any, ...] | None: ...
+
+class StaticSolver:
+    def __init__(self, simulation: Simulation) -> None: ...
+    def solve(
+        self, forces: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]: ...
 
 class Waveform:
     @property
@@ -679,6 +756,21 @@ class Contact:
     @property
     def tolerance(self) -> float: ...
 
+class Reduction:
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"contact_reach": 0.002, "watch_every": 100}
+    def __init__(
+        self,
+        *,
+        basis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"],
+        contact_reach: typing.SupportsFloat | typing.SupportsIndex = 0.002,
+        watch_every: typing.SupportsInt | typing.SupportsIndex = 100,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    @property
+    def contact_reach(self) -> float: ...
+    @property
+    def watch_every(self) -> int: ...
+
 class ContactEquilibrium:
     @property
     def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
@@ -692,74 +784,6 @@ class ContactEquilibrium:
     def pivots(self) -> int: ...
     @property
     def rows(self) -> int: ...
-
-class Simulation:
-    def __init__(
-        self,
-        mesh: TetMesh,
-        materials: collections.abc.Sequence[Material],
-        material_names: collections.abc.Sequence[str],
-        cell_material: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
-        fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
-        *,
-        scheme: Newmark | HilberHughesTaylor,
-        step: typing.SupportsFloat | typing.SupportsIndex = 5e-05,
-        solver_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-08,
-        solver: Automatic | Cholesky | ConjugateGradients = ...,
-        lumped_mass: bool = False,
-        airflow: Airflow | None = None,
-        contact: Contact | None = None,
-        loads: collections.abc.Sequence[Load] = [],
-        gravity: typing.Annotated[
-            collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
-        ]
-        | None = None,
-        displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
-        velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
-        probes: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]] | None = None,
-    ) -> None: ...
-    def advance(self, steps: typing.SupportsInt | typing.SupportsIndex) -> dict[str, typing.Any]: ...
-    def info(self) -> dict[str, typing.Any]: ...
-    def restore(self, state: dict[str, typing.Any]) -> None: ...
-    def set_external_force(self, force: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> None: ...
-    def state(self) -> dict[str, typing.Any]: ...
-    def times(self) -> dict[str, typing.Any]: ...
-    @property
-    def acceleration(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def contact_force(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def contact_pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def displacement(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def mass(
-        self,
-    ) -> tuple[
-        numpy.typing.NDArray[numpy.float64],
-        numpy.typing.NDArray[numpy.int32],
-        numpy.typing.NDArray[numpy.int32],
-    ]: ...
-    @property
-    def section_height(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def section_major(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def step_count(self) -> int: ...
-    @property
-    def stiffness(
-        self,
-    ) -> tuple[
-        numpy.typing.NDArray[numpy.float64],
-        numpy.typing.NDArray[numpy.int32],
-        numpy.typing.NDArray[numpy.int32],
-    ]: ...
-    @property
-    def time(self) -> float: ...
-    @property
-    def velocity(self) -> numpy.typing.NDArray[numpy.float64]: ...
-    @property
-    def viscosity(self) -> tuple[typing.Any, ...] | None: ...
 
 def block_mesh(
     corner: typing.Annotated[

@@ -39,7 +39,9 @@ def test_modes_are_those_of_a_dense_eigenproblem(bar: plica.Scene) -> None:
     np.testing.assert_allclose(squares, expected, rtol=1e-6)
 
 
-def test_the_response_to_any_contact_force_is_in_a_basis_of_all_contact_vectors(phonating: plica.Scene) -> None:
+def test_the_response_to_any_contact_force_is_in_a_basis_of_all_contact_vectors(
+    phonating: plica.Scene,
+) -> None:
     mesh = build_mesh(phonating.mesh)
     simulation = build_simulation(phonating, mesh)
     sides = [np.unique(np.asarray(mesh.surfaces[name])) for name in ("airway_left", "airway_right")]
@@ -97,7 +99,6 @@ def test_a_scene_without_reduction_has_no_basis(bar: plica.Scene, tmp_path: Path
     [
         ({"modes": 100_000}, "modes \\+ contact_vectors = 100010; must be <= "),
         ({"contact_vectors": 5_000, "modes": 0}, "contact_vectors = 5000; must be <= "),
-        ({"modes": 0, "contact_vectors": 0, "contact_reach": "1 nm"}, "contact_reach"),
     ],
 )
 def test_a_reduction_that_asks_for_too_much_is_refused(

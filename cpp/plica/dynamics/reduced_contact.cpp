@@ -102,9 +102,11 @@ void check(const ContactPart& part) {
     throw InvalidInput(std::string("Reduction: ") + what + " Leave the reduction out, or choose another contact.");
   };
   if (part.airway.renewed) refuse("contact.airway = \"triangulated\"; must be \"matched\".");
-  if (part.surface_mass != SurfaceMass::kept) refuse("contact.surface_mass = \"redistributed\"; must be \"kept\".");
+  if (part.surface_mass != SurfaceMass::kept)
+    refuse("contact.surface_mass = \"redistributed\"; must be \"kept\".");
   if (!std::holds_alternative<AtNodes>(part.faces)) refuse("contact.faces = \"mortar\"; must be \"nodes\".");
-  if (std::holds_alternative<Nitsche>(part.enforcement)) refuse("contact by Nitsche's method sees the whole tissue.");
+  if (std::holds_alternative<Nitsche>(part.enforcement))
+    refuse("contact by Nitsche's method sees the whole tissue.");
 }
 
 }  // namespace
@@ -167,7 +169,8 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
     offset_shapes_.middleRows<3>(3 * p) =
         (shapes_.middleRows<3>(3 * b) - shapes_.middleRows<3>(3 * a)).cast<float>();
   }
-  offset_response_ = response.size() > 0 ? Eigen::MatrixXf(offset_shapes_ * response.cast<float>()) : Eigen::MatrixXf();
+  offset_response_ =
+      response.size() > 0 ? Eigen::MatrixXf(offset_shapes_ * response.cast<float>()) : Eigen::MatrixXf();
   response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
   collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
                      condensed_path(*response_, held_, own), part.faces);
@@ -226,7 +229,8 @@ Contacts ReducedContact::solve(const BeforeContact& before, const Points& x_free
 ContactRecord ReducedContact::record(const Contacts& contacts, const Points& x_before, double depth,
                                      const Contact& now, const Points& x) {
   for (std::int32_t i = 0; i < nodes_.size(); ++i)
-    if (rim_[static_cast<std::size_t>(i)] && !now.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
+    if (rim_[static_cast<std::size_t>(i)] &&
+        !now.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
       throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number(x(i, 0)) + ", " +
                         number(x(i, 1)) + ", " + number(x(i, 2)) +
                         ") m, on the rim of where it is looked for. Raise contact_reach.");

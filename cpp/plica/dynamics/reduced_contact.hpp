@@ -13,7 +13,8 @@ class ReducedContact {
  public:
   /// The scene has contact and a reduction. response (r, s): accelerations per Pa at the sections of its airflow,
   /// empty without. All must outlive it. Throws InvalidInput for a contact that cannot be reduced.
-  ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion, const Eigen::MatrixXd& response);
+  ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                 const Eigen::MatrixXd& response);
 
   const Collision& collision() const { return *collision_; }
   const Indices& nodes() const { return nodes_; }  // numbers in the mesh
@@ -22,10 +23,12 @@ class ReducedContact {
   const Points& ends(const Vector& q);
   /// (m, 3) m/s^2, of section pressures (s) Pa.
   Points pressed(const Vector& pressure) const;
-  /// From the nodes of one surface to those that face them on the other, (3 p) m, in single precision: at rest, the
-  /// part of coordinates, and of section pressures.
+  /// From the nodes of one surface to those that face them on the other, (3 p) m, in single precision: at rest,
+  /// the part of coordinates, and of section pressures.
   Eigen::VectorXf offsets(const Vector& q) const { return offsets_ + offset_shapes_ * q.cast<float>(); }
-  Eigen::VectorXf offset_response(const Vector& pressure) const { return offset_response_ * pressure.cast<float>(); }
+  Eigen::VectorXf offset_response(const Vector& pressure) const {
+    return offset_response_ * pressure.cast<float>();
+  }
   /// Whether at these offsets no air can be turned inside out: nodes that face each other are apart, by more than
   /// twice as much as they have slid past each other. False where it is not known which nodes do.
   bool apart(const Eigen::VectorXf& offsets) const;
@@ -35,7 +38,8 @@ class ReducedContact {
   void begin() { collision_->forget(); }
   /// As SceneContact::solve: forces that keep x_free, positions at t_{n+1} without them, apart; x: with them.
   Contacts solve(const BeforeContact& before, const Points& x_free, Contacts known, Points& x);
-  /// What it did in a step from x_before to x, see contact_record. Throws SolveFailed where it has reached the rim.
+  /// What it did in a step from x_before to x, see contact_record. Throws SolveFailed where it has reached the
+  /// rim.
   ContactRecord record(const Contacts& contacts, const Points& x_before, double depth, const Contact& now,
                        const Points& x);
   /// Takes up a contact at x for pressure().

@@ -21,7 +21,8 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Points& reference, const 
     : airflow_(airflow) {
   if (!std::holds_alternative<Airflow::ReferenceShape>(airflow.options().load_shape))
     throw InvalidInput(
-        "Reduction: airflow.load_shape = \"current\"; must be \"reference\", whose load is linear in the pressures.");
+        "Reduction: airflow.load_shape = \"current\"; must be \"reference\", whose load is linear in the "
+        "pressures.");
   const SectionAreas& areas = airflow.section_areas();
   const std::ptrdiff_t r = motion.size();
   widths_ = areas.widths(reference);
@@ -34,14 +35,15 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Points& reference, const 
     const Vector shape = motion.shapes().col(j);
     const Points moved = as_points(shape);
     width_shapes_.col(j) = areas.widths(moved);
-    area_shapes_.col(j) = areas.areas(width_shapes_.col(j).cwiseMax(0.0)) -
-                          areas.areas((-width_shapes_.col(j)).cwiseMax(0.0));
+    area_shapes_.col(j) =
+        areas.areas(width_shapes_.col(j).cwiseMax(0.0)) - areas.areas((-width_shapes_.col(j)).cwiseMax(0.0));
     coronal_shapes_.col(j) = as_vector(places(airflow.sections(), moved));
   }
   const LoadPatterns& patterns = airflow.load_patterns();
   Eigen::MatrixXd shapes(patterns.subglottal.size(), r);  // of the flow's nodes
   for (std::ptrdiff_t n = 0; n < airflow.nodes().size(); ++n)
-    shapes.middleRows<3>(3 * n) = motion.shapes().middleRows<3>(3 * static_cast<std::ptrdiff_t>(airflow.nodes()[n]));
+    shapes.middleRows<3>(3 * n) =
+        motion.shapes().middleRows<3>(3 * static_cast<std::ptrdiff_t>(airflow.nodes()[n]));
   below_ = airflow.options().subglottal_pressure * (shapes.transpose() * patterns.subglottal);
   sections_ = (patterns.sections.transpose() * shapes).transpose();
   response_ = motion.inverse() * sections_;

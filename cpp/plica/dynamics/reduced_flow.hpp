@@ -8,8 +8,8 @@ namespace plica {
 /// them, areas are not.
 class ReducedFlow {
  public:
-  /// The airflow, of the scene's nodes at `reference` (n, 3) m, and the motion must outlive it. Throws InvalidInput
-  /// for a load on the current shape.
+  /// The airflow, of the scene's nodes at `reference` (n, 3) m, and the motion must outlive it. Throws
+  /// InvalidInput for a load on the current shape.
   ReducedFlow(const Airflow& airflow, const Points& reference, const ModalMotion& motion);
 
   const Airflow& airflow() const { return airflow_; }
@@ -33,11 +33,11 @@ class ReducedFlow {
 
  private:
   const Airflow& airflow_;
-  Vector widths_, areas_;                                              // m, m^2, at rest
+  Vector widths_, areas_;  // m, m^2, at rest
   Eigen::MatrixXd width_shapes_, sections_, response_, width_response_, area_shapes_, area_response_;
-  Vector below_;                                                       // Phi^T of the load below the sections
-  Points coronal_;                                                     // (2 s, 3) m, at rest
-  Eigen::MatrixXd coronal_shapes_;                                     // (6 s, r)
+  Vector below_;                    // Phi^T of the load below the sections
+  Points coronal_;                  // (2 s, 3) m, at rest
+  Eigen::MatrixXd coronal_shapes_;  // (6 s, r)
 };
 
 }  // namespace plica

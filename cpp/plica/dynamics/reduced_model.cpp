@@ -51,7 +51,8 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
       now.supplied_power = taken.flow->state.supplied_power;
       now.viscous_power = taken.flow->state.viscous_power;
     }
-    const LedgerMotion known{motion_.scheme(), motion_.step(), motion_.has_viscosity(), motion_.start().shift, none};
+    const LedgerMotion known{motion_.scheme(), motion_.step(), motion_.has_viscosity(), motion_.start().shift,
+                             none};
     now.ledger = continued_ledger(known, last, now, now.velocity);
   }
   const Stopwatch watch(times.record);

@@ -56,13 +56,13 @@ class ReducedStep final : public CoupledStep {
 
   // The current iterate.
   Vector flow_load_;
-  Vector free_, free_end_;      // (r), of the load of the first move without contact: acceleration, displacement
-  Vector solved_at_, pressure_; // Pa, of the first move and of this one
-  Points x_before_;             // (m, 3) m, of the contact, where it is near
-  bool near_ = true;            // whether surfaces may touch, or have, and widths change their sign
+  Vector free_, free_end_;       // (r), of the load of the first move without contact: acceleration, displacement
+  Vector solved_at_, pressure_;  // Pa, of the first move and of this one
+  Points x_before_;              // (m, 3) m, of the contact, where it is near
+  bool near_ = true;             // whether surfaces may touch, or have, and widths change their sign
   bool never_near_ = false;
-  Vector free_areas_, areas_;   // (s) m^2, weighted, where they are not near; of free_, and of this move
-  Vector free_widths_, widths_; // (s * stations) m, weighted, where they are
+  Vector free_areas_, areas_;     // (s) m^2, weighted, where they are not near; of free_, and of this move
+  Vector free_widths_, widths_;   // (s * stations) m, weighted, where they are
   Eigen::VectorXf free_offsets_;  // m, at t_{n+1}
   Points x_free_, x_;             // (m, 3) m, at t_{n+1}, where they are near; of free_, and of this move
   Contacts contacts_;

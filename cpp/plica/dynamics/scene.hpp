@@ -54,7 +54,7 @@ struct Scene {
   std::optional<Points> displacement;  // (n, 3) m at t = 0
   std::optional<Points> velocity;      // (n, 3) m/s at t = 0
   std::optional<Reduction> reduction{};
-  void validate() const;               // throws InvalidInput: the mesh, and all that must fit it
+  void validate() const;  // throws InvalidInput: the mesh, and all that must fit it
 };
 
 }  // namespace plica

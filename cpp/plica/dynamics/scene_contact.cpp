@@ -75,8 +75,8 @@ Contacts SceneContact::solve(const Step& step, Contacts known, Points& x) {
 }
 
 ContactRecord SceneContact::record(const Step& step, const State& now, const Points& x, bool folded) {
-  ContactRecord record = contact_record(*collision_, step.contacts(), step.x_previous(), step.last().depth,
-                                        now.contact(), x);
+  ContactRecord record =
+      contact_record(*collision_, step.contacts(), step.x_previous(), step.last().depth, now.contact(), x);
   // A folded cell holds nodes of its own side, too.
   if (!folded) record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, collision_->detector()));
   return record;

@@ -116,11 +116,12 @@ Points Simulation::coronal(Side side) const {
   if (reduced_) return reduced_->flow()->coronal(state_.displacement).middleRows(first, sections.count());
   Points at(sections.count(), 3);
   for (std::ptrdiff_t s = 0; s < at.rows(); ++s) {
-    const MaterialPoint& point = (side == Side::right ? sections.right : sections.left)[static_cast<std::size_t>(s)];
+    const MaterialPoint& point =
+        (side == Side::right ? sections.right : sections.left)[static_cast<std::size_t>(s)];
     at.row(s).setZero();
     for (std::size_t k = 0; k < point.nodes.size(); ++k)
-      at.row(s) += point.weights[k] * (scene_.mesh.points.row(point.nodes[k]) +
-                                       as_points(state_.displacement).row(point.nodes[k]));
+      at.row(s) += point.weights[k] *
+                   (scene_.mesh.points.row(point.nodes[k]) + as_points(state_.displacement).row(point.nodes[k]));
   }
   return at;
 }

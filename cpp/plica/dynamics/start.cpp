@@ -46,8 +46,8 @@ Start start_motion(const SchemeCoefficients& scheme, double step, const StartMat
                    const StartForces& forces, const KrylovOptions& options) {
   const StartSystem system{
       [&](double c, double k) {
-        const auto matrix = std::make_shared<const BlockMatrix>(combine_matrices(
-            1, matrices.M, c, matrices.C, k, matrices.K, matrices.supports));
+        const auto matrix = std::make_shared<const BlockMatrix>(
+            combine_matrices(1, matrices.M, c, matrices.C, k, matrices.K, matrices.supports));
         const auto solver = std::make_shared<const ConjugateGradient>(*matrix, options);
         return StartSystem::Solve([matrix, solver](const Vector& force) { return solved(*solver, force); });
       },

@@ -37,8 +37,8 @@ BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std
 /// The same for a motion that is solved in a way of its own.
 struct StartSystem {
   using Solve = std::function<Vector(const Vector& force)>;
-  std::function<Solve(double c, double k)> solver;     // of (M + c C + k K) x = force
-  std::function<Vector(const Vector& a)> inertia;  // M a, held unknowns zero
+  std::function<Solve(double c, double k)> solver;  // of (M + c C + k K) x = force
+  std::function<Vector(const Vector& a)> inertia;   // M a, held unknowns zero
 };
 
 /// A scheme with beta = gamma / 2 starts with M a_0 = f_0 - C v_0 - K u_0 and all else zero; the others carry what

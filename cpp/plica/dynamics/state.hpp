@@ -15,10 +15,9 @@ struct Watched {
   int inverted_tissue = 0;  // cells
 };
 
-/// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r) of
-/// its coordinates; contact_force is empty
-/// where the scene has no contact, flow_load where it has no airflow, those of the viscosity where no material is
-/// viscous.
+/// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r)
+/// of its coordinates; contact_force is empty where the scene has no contact, flow_load where it has no airflow,
+/// those of the viscosity where no material is viscous.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
@@ -45,7 +44,7 @@ struct State {
   struct Shape {
     std::ptrdiff_t unknowns, cells;
     bool viscous, airflow;
-    const Collision* collision;    // null without contact
+    const Collision* collision;     // null without contact
     std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
   };
   /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.

@@ -19,7 +19,7 @@ BASIS = "basis.h5"
 
 
 def kept_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene, from the directory of its run; made and stored where they are not there."""
+    """The vectors (3 n, any) of a scene, from the directory of its run; made and stored where there are none."""
     found = _read(directory / BASIS, _digest(scene))
     if found is None:
         found = basis_of(scene, mesh)
@@ -42,7 +42,7 @@ def write_basis(directory: Path, scene: Scene, basis: NDArray[np.float64]) -> No
 
 
 def _digest(scene: Scene) -> str:
-    """Of what the basis depends on, and more: how long and how finely the scene is stepped does not matter."""
+    """Of what the basis depends on, and more: how long the scene runs and how it starts does not matter."""
     return scene.replace({"time.duration": scene.time.step, "initial": None}).digest()
 
 

@@ -40,8 +40,8 @@ def build_simulation(
     displacement, velocity : (n, 3) m and m/s, optional
         Where the tissue begins, in place of what the scene says; zero where a node is held.
     basis : (3 n, any), optional
-        Of a scene with a reduction: the vectors that displacements are combinations of, in place of those that it
-        asks for.
+        Of a scene with a reduction: the vectors that displacements are combinations of, in place of those
+        that it asks for.
 
     Returns
     -------

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.spatial import cKDTree
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
@@ -53,16 +54,16 @@ def reduction_basis(
     count = int(free.sum())
     if modes + contact_vectors > count:
         raise InvalidInput(
-            f"reduction: modes + contact_vectors = {modes + contact_vectors}; must be <= {count}, the scene's "
-            "unknowns."
+            f"reduction: modes + contact_vectors = {modes + contact_vectors}; must be <= {count}, the "
+            "scene's unknowns."
         )
     K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
     try:
         solver = _engine.StaticSolver(full)
     except SolveFailed:
         raise InvalidInput(
-            "reduction: a body can move without strain; must have supports that prevent it, as static responses "
-            "need them."
+            "reduction: a body can move without strain; must have supports that prevent it, as static "
+            "responses need them."
         ) from None
 
     def solve(forces: Floats) -> Floats:
@@ -87,9 +88,7 @@ def reduction_basis(
 def contact_nodes(
     points: Floats, sides: tuple[NDArray[np.int32], NDArray[np.int32]], reach: float
 ) -> tuple[NDArray[np.intp], Floats]:
-    """Nodes of two surfaces no further than `reach` (m) from the other one's nodes at rest, and their normals."""
-    from scipy.spatial import cKDTree
-
+    """Nodes of two surfaces at rest no further than `reach` (m) from the other's, and their normals."""
     nodes, normals = [], []
     for own, other in (sides, sides[::-1]):
         normal = np.zeros_like(points)
@@ -137,8 +136,8 @@ def _contact_vectors(
     forces = np.ascontiguousarray(forces[:, np.abs(forces).sum(axis=0) > 0])
     if count > forces.shape[1]:
         raise InvalidInput(
-            f"reduction: contact_vectors = {count}; must be <= {forces.shape[1]}, the free nodes of the contact "
-            f"within its reach."
+            f"reduction: contact_vectors = {count}; must be <= {forces.shape[1]}, the free nodes of the "
+            "contact within its reach."
         )
     responses = solve(forces)
     _, directions = np.linalg.eigh(forces.T @ responses)

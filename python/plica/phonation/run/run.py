@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed, StepFailed
 from plica.phonation.run import checkpoint, store
-from plica.phonation.run.build import build_simulation
 from plica.phonation.run.basis_file import BASIS, kept_basis
+from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
 from plica.phonation.run.continuation import has_all, holds_run, require_mesh
 from plica.phonation.run.progress import Progress, stop_on_signal
