@@ -76,9 +76,7 @@ def main() -> None:
     largest = basis_of(reduced(*most), build_mesh(full.scene.mesh, full.scene.source))
     print(f"basis of {largest.shape[1]} vectors: {time.process_time() - start:.0f} s of CPU\n", flush=True)
     truth = values(full, options.start)
-    print(
-        "| modes, contact vectors | vectors | f0 (%) | open quotient | peak flow (%) | impulse (%) | CPU s/s |"
-    )
+    print("| modes, contact | vectors | f0 (%) | open quotient | peak flow (%) | impulse (%) | CPU s/s |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     shown = [f"{truth[name]:.5g}" for name in GOALS]
     print("| full | " + " | ".join([str(largest.shape[0]), *shown, f"{cost(full):.0f}"]) + " |", flush=True)

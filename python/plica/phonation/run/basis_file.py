@@ -19,7 +19,7 @@ BASIS = "basis.h5"
 
 
 def kept_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene, from the directory of its run; made and stored where there are none."""
+    """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none."""
     found = _read(directory / BASIS, _digest(scene))
     if found is None:
         found = basis_of(scene, mesh)

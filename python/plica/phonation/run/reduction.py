@@ -141,4 +141,5 @@ def _contact_vectors(
         )
     responses = solve(forces)
     _, directions = np.linalg.eigh(forces.T @ responses)
-    return responses @ directions[:, -count:]
+    strongest: Floats = responses @ directions[:, -count:]
+    return strongest
