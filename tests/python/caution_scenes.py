@@ -198,4 +198,5 @@ tissue.cover.viscosity = 30
 initial.opening_velocity = -0.1
 time.step = 1e-4""",
     ),
+    "reduced_motion": Given(LARYNX, "reduction = { modes = 20, contact_vectors = 10 }"),
 }

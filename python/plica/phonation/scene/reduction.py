@@ -14,7 +14,8 @@ __all__ = ["Reduction"]
 
 class Reduction(Part):
     """Displacements as combinations of few vectors: modes of vibration, and static responses to the pressure
-    of each section and to forces on contact nodes. Airflow and contact stay as they are (docs/reduction.md).
+    of each section and to forces on contact nodes. Airflow and contact stay as they are. Experimental: the
+    error is not known before a full run is compared (docs/reduction.md).
     """
 
     modes: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 200
