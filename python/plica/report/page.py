@@ -58,6 +58,9 @@ def require_pdf() -> Any:
     InvalidInput
         Where it is not installed, or lacks the system's Pango: to be asked before anything is computed.
     """
+    from PIL import ImageFile
+
+    truncated = ImageFile.LOAD_TRUNCATED_IMAGES
     try:
         import weasyprint
     except ImportError:
@@ -69,6 +72,8 @@ def require_pdf() -> Any:
             f"PDF: WeasyPrint does not find a library of the system ({str(error).splitlines()[0]}); must. "
             "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0, or the like."
         ) from None
+    finally:
+        ImageFile.LOAD_TRUNCATED_IMAGES = truncated  # WeasyPrint's import lets Pillow take broken pictures
     return weasyprint
 
 

@@ -43,7 +43,8 @@ class Midline:
             raise VideoError(
                 f"Midline: it runs {abs(lean):.0f} degrees from the vertical; must be within {_STEEPEST:g}, "
                 "with its upper end first, so that left and right are those of the image. Turn the frames "
-                f"by {-lean:.0f} degrees more (--rotation)."
+                f"by {-lean:.0f} degrees more (--rotation); where what was found is no glottis, draw a mask "
+                "(plica masks)."
             )
 
     @classmethod
