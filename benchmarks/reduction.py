@@ -21,7 +21,7 @@ from phonation import Cut
 import plica
 from plica.phonation.measures.measure import measure
 from plica.phonation.run import checkpoint
-from plica.phonation.run.basis_file import write_basis
+from plica.phonation.run.basis_file import BASIS, write_basis
 from plica.phonation.run.build import basis_of
 from plica.phonation.scene.mesh_source import build_mesh
 
@@ -73,7 +73,8 @@ def main() -> None:
         return full.scene.replace({"reduction": {"modes": modes, "contact_vectors": vectors}})
 
     start = time.process_time()
-    largest = basis_of(reduced(*most), build_mesh(full.scene.mesh, full.scene.source))
+    mesh = build_mesh(full.scene.mesh, full.scene.source)
+    largest = basis_of(reduced(*most), mesh)
     print(f"basis of {largest.shape[1]} vectors: {time.process_time() - start:.0f} s of CPU\n", flush=True)
     truth = values(full, options.start)
     print("| modes, contact | vectors | f0 (%) | open quotient | peak flow (%) | impulse (%) | CPU s/s |")
@@ -82,11 +83,12 @@ def main() -> None:
     print("| full | " + " | ".join([str(largest.shape[0]), *shown, f"{cost(full):.0f}"]) + " |", flush=True)
     for modes, vectors in sizes:
         scene = reduced(modes, vectors)
-        parts = (largest[:, :modes], largest[:, most[0] : largest.shape[1] - vectors - (most[1] - vectors)])
+        parts = (largest[:, :modes], largest[:, most[0] : largest.shape[1] - most[1]])
         basis = np.hstack([*parts, largest[:, largest.shape[1] - vectors :]])
         directory = options.output / f"{modes}-{vectors}"
         directory.mkdir(parents=True, exist_ok=True)
-        write_basis(directory, scene, basis)
+        if not (directory / BASIS).exists():  # a run that goes on does so in its own
+            write_basis(directory, scene, mesh, basis)
         name = f"| {modes}, {vectors} | {basis.shape[1]} | "
         try:
             run = plica.run(scene, directory, resume="if_there", progress=False)

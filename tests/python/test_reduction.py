@@ -9,7 +9,7 @@ import pytest
 
 import plica
 from plica.errors import SceneError
-from plica.phonation.run.basis_file import BASIS
+from plica.phonation.run.basis_file import BASIS, kept_basis
 from plica.phonation.run.build import basis_of, build_simulation, fixed_components
 from plica.phonation.scene.mesh_source import build_mesh
 
@@ -87,6 +87,23 @@ def test_a_stopped_run_goes_on_in_its_own_basis(phonating: plica.Scene, tmp_path
     assert parts.displacement.shape == whole.displacement.shape == (11, len(whole.mesh.points), 3)
     np.testing.assert_array_equal(parts.displacement[-1], whole.displacement[-1])
     assert np.abs(whole.displacement[-1]).max() > 0
+
+
+def test_a_run_does_not_go_on_in_another_basis(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = reduced(phonating, 20, 10)
+    plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
+    (tmp_path / "run" / BASIS).unlink()
+    with pytest.raises(plica.InvalidInput, match=r"basis\.h5: is missing"):
+        plica.run(scene, tmp_path / "run", resume=True, progress=False)
+
+
+def test_a_basis_of_another_mesh_is_made_anew(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = reduced(phonating, 4, 2)
+    mesh = build_mesh(scene.mesh)
+    kept = kept_basis(tmp_path, scene, mesh)
+    assert np.array_equal(kept_basis(tmp_path, scene, mesh, begun=True), kept)
+    other = build_mesh(scene.replace({"mesh.options.radius": 1.05 * scene.mesh.options.radius}).mesh)
+    assert not np.allclose(kept_basis(tmp_path, scene, other), kept)
 
 
 def test_a_scene_without_reduction_has_no_basis(bar: plica.Scene, tmp_path: Path) -> None:

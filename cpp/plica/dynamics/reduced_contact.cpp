@@ -72,6 +72,15 @@ Rows kept_rows(const Rows& rows, const std::vector<std::int32_t>& local) {
   return kept;
 }
 
+/// Those rows that kept_rows leaves out, in their own numbers.
+Tets rows_beyond(const Tets& rows, const std::vector<std::int32_t>& local) {
+  std::vector<std::ptrdiff_t> left;
+  for (std::ptrdiff_t i = 0; i < rows.rows(); ++i)
+    if ((rows.row(i).array().unaryExpr([&](std::int32_t node) { return local[node]; }) < 0).any())
+      left.push_back(i);
+  return rows(left, Eigen::all);
+}
+
 /// Node and the node that faces it on the other surface, by local numbers, those common to both left out; none
 /// where the airway does not say along which direction they face each other.
 std::vector<std::array<std::int32_t, 2>> facing_pairs(const Airway& airway, const Points& x) {
@@ -136,6 +145,12 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
   if (near.first.rows() == 0 || near.second.rows() == 0)
     throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
                        "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
+
+  beyond_ = rows_beyond(part.airway.tets, local);
+  const std::vector<std::int32_t> turned = inverted(full.reference(), beyond_);
+  if (!turned.empty())
+    throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
+                       "so large that all air that is turned inside out at rest is within it");
 
   // A node of a face that was left out, beyond the reach itself, is on the rim.
   rim_.assign(nodes.size(), 0);
@@ -235,6 +250,15 @@ ContactRecord ReducedContact::record(const Contacts& contacts, const Points& x_b
                         number(x(i, 1)) + ", " + number(x(i, 2)) +
                         ") m, on the rim of where it is looked for. Raise contact_reach.");
   return contact_record(*collision_, contacts, x_before, depth, now, x);
+}
+
+void ReducedContact::require_open_beyond(const Points& x) const {
+  const std::vector<std::int32_t> turned = inverted(x, beyond_);
+  if (turned.empty()) return;
+  const std::int32_t node = beyond_(turned.front(), 0);
+  throw SolveFailed("Reduction: the surfaces have passed through each other at node " + std::to_string(node) +
+                    " (" + number(x(node, 0)) + ", " + number(x(node, 1)) + ", " + number(x(node, 2)) +
+                    ") m, beyond where contact is looked for. Raise contact_reach.");
 }
 
 void ReducedContact::update_pressure(const Contact& contact, const Points& x) {

@@ -42,6 +42,9 @@ class ReducedContact {
   /// rim.
   ContactRecord record(const Contacts& contacts, const Points& x_before, double depth, const Contact& now,
                        const Points& x);
+  /// Throws SolveFailed where air beyond the reach is turned inside out at positions x (n, 3) of all nodes: the
+  /// surfaces have passed through each other unseen.
+  void require_open_beyond(const Points& x) const;
   /// Takes up a contact at x for pressure().
   void update_pressure(const Contact& contact, const Points& x);
   /// Takes up that nothing touches.
@@ -54,6 +57,7 @@ class ReducedContact {
   std::ptrdiff_t mesh_nodes_;
   Indices nodes_;
   std::vector<char> rim_;  // (m)
+  Tets beyond_;            // air that is not looked at, by numbers in the mesh
   Points reference_;
   Eigen::MatrixXd shapes_, response_at_nodes_;  // (3 m, r), (3 m, s)
   Vector3 facing_;

@@ -208,6 +208,7 @@ void Simulation::advance_reduced() {
     x = scene_.mesh.points + as_points(displacement);
     now.watched = Watched{strain_gauge_.measure(displacement), 0};
     now.watched->inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
+    if (reduced_->contact()) reduced_->contact()->require_open_beyond(x);
   } else {
     now.watched = state_.watched;
   }

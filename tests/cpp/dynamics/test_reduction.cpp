@@ -137,3 +137,16 @@ TEST_CASE("what cannot be reduced is refused") {
   other.contact->surface_mass = SurfaceMass::redistributed;
   CHECK_THROWS_WITH_AS(build(other), doctest::Contains("surface_mass"), InvalidInput);
 }
+
+TEST_CASE("folds that meet beyond the reach of contact end the run") {
+  const Scene scene = scenes::small_larynx();
+  const Eigen::MatrixXd modes = lowest_modes(scene, 60);
+  Simulation simulation(reduced(scene, modes, 0.2e-3), options(HilberHughesTaylor{}, 50e-6));
+  const Points rest = scene.mesh.points, mirrored = rest * Vector3(-1, 1, 1).asDiagonal();
+  CHECK_NOTHROW(simulation.reduced()->contact()->require_open_beyond(rest));
+  CHECK_THROWS_AS(simulation.reduced()->contact()->require_open_beyond(mirrored), SolveFailed);
+  const auto collide = [&] {
+    for (int k = 0; k < 80; ++k) simulation.advance();
+  };
+  CHECK_THROWS_WITH_AS(collide(), doctest::Contains("Raise contact_reach"), SolveFailed);
+}

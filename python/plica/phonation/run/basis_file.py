@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import h5py
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
+from plica.errors import InvalidInput
 from plica.phonation.run.build import basis_of
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced
@@ -18,21 +20,32 @@ __all__ = ["BASIS", "kept_basis", "write_basis"]
 BASIS = "basis.h5"
 
 
-def kept_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none."""
-    found = _read(directory / BASIS, _digest(scene))
+def kept_basis(
+    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, begun: bool = False
+) -> NDArray[np.float64]:
+    """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none.
+
+    begun: the run has states, which are coordinates in its basis and mean nothing in another; InvalidInput
+    where that one is gone.
+    """
+    found = _read(directory / BASIS, _digest(scene, mesh))
+    if found is None and begun:
+        raise InvalidInput(
+            f"{directory / BASIS}: is missing, damaged or of another mesh or tissue; must be the basis that "
+            "the run began in, for its states are coordinates in that. Start the scene in another directory."
+        )
     if found is None:
         found = basis_of(scene, mesh)
-        write_basis(directory, scene, found)
+        write_basis(directory, scene, mesh, found)
     return found
 
 
-def write_basis(directory: Path, scene: Scene, basis: NDArray[np.float64]) -> None:
-    """Store vectors (3 n, any) as those of this scene."""
+def write_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh, basis: NDArray[np.float64]) -> None:
+    """Store vectors (3 n, any) as those of this scene on this mesh."""
 
     def fill(path: Path) -> None:
         with h5py.File(path, "w", driver="core", backing_store=False) as file:
-            file.attrs["scene"] = _digest(scene)
+            file.attrs["scene"] = _digest(scene, mesh)
             file["basis"] = basis
             file.flush()
             image = file.id.get_file_image()
@@ -41,9 +54,15 @@ def write_basis(directory: Path, scene: Scene, basis: NDArray[np.float64]) -> No
     replaced(directory / BASIS, fill)
 
 
-def _digest(scene: Scene) -> str:
+def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
     """Of what the basis depends on, and more: how long the scene runs and how it starts does not matter."""
-    return scene.replace({"time.duration": scene.time.step, "initial": None}).digest()
+    found = hashlib.sha256(
+        scene.replace({"time.duration": scene.time.step, "initial": None}).digest().encode()
+    )
+    named = {**mesh.surfaces, **mesh.node_sets}
+    for part in (mesh.points, mesh.cells, mesh.cell_layer, *(named[name] for name in sorted(named))):
+        found.update(np.ascontiguousarray(part).tobytes())
+    return found.hexdigest()
 
 
 def _read(path: Path, digest: str) -> NDArray[np.float64] | None:

@@ -106,7 +106,7 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
-        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh)
+        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh, begun=there)
         simulation = build_simulation(scene, mesh, basis=basis)
         if progress:
             for caution in scene_cautions(scene, mesh):
