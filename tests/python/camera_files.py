@@ -20,6 +20,8 @@ def cine(
     packing: int = 0,
     rate: int = 4000,
     taken_every: int | None = 1,
+    taken: int | None = None,
+    gap: tuple[int, float] = (0, 0.0),
     compression: int = 0,
     filters: int = 0,
     trigger: int = 1_700_000_000,
@@ -28,6 +30,8 @@ def cine(
     """A .cine file of frames (n, h, w) or (n, h, w, 3) in red, green, blue.
 
     `taken_every` n-th frame of the camera's is stored, which the tagged block of times says; None: no block.
+    `taken`: frames the camera took; None: as many as that comes to. `gap`: frame before which the camera
+    waited, and for how many seconds.
     """
     count, height, width = frames.shape[:3]
     pictures = [_cine_pixels(frame, bits, packing) for frame in frames]
@@ -38,15 +42,16 @@ def cine(
     struct.pack_into("<I", setup, 896, used)
     block = b""
     if taken_every is not None:
-        seconds = np.arange(count) * taken_every / rate
+        seconds = np.arange(count) * taken_every / rate + gap[1] * (np.arange(count) >= gap[0])
         times = b"".join(struct.pack("<II", int((s % 1) * 2**32), trigger + int(s)) for s in seconds)
         block = struct.pack("<IHH", 8 + len(times), 1002, 0) + times
+    taken = count * (taken_every or 1) if taken is None else taken
     picture_at, setup_at = 44, 84
     offsets_at = setup_at + SETUP_LENGTH + len(block)
     first = offsets_at + 8 * count
     note = struct.pack("<I", 8 + len(annotation)) + annotation
     size = len(note) + 4 + len(pictures[0])
-    head = struct.pack("<2sHHHiIiI", b"CI", 44, compression, 1, 0, count, 0, count)
+    head = struct.pack("<2sHHHiIiI", b"CI", 44, compression, 1, 0, taken, 0, count)
     head += struct.pack("<IIIII", picture_at, setup_at, offsets_at, 0, trigger)
     picture = struct.pack("<IiiHHIIiiII", 40, width, height, 1, bits, packing, len(pictures[0]), 0, 0, 0, 0)
     places = struct.pack(f"<{count}q", *(first + k * size for k in range(count)))

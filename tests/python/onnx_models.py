@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import onnx
-from onnx import TensorProto, helper
+from onnx import TensorProto, helper, numpy_helper
 
 STEEP = 60.0  # logits a unit of brightness
 
@@ -44,6 +44,16 @@ def darker(
         elif channels_out > 1:
             found = graph.add("Concat", *[found] * channels_out, axis=axis)
     return graph.save(path, kind, shape, found, metadata)
+
+
+def apart(path: Path, weights: str, **options: Any) -> Path:
+    """The model of :func:`darker` with its numbers in a file of this name beside it."""
+    model = onnx.load(str(darker(path, **options)))
+    for constant in model.graph.initializer:
+        constant.CopyFrom(numpy_helper.from_array(numpy_helper.to_array(constant), constant.name))
+    path.with_name(weights).unlink(missing_ok=True)
+    onnx.save(model, str(path), save_as_external_data=True, location=weights, size_threshold=0)
+    return path
 
 
 class _Graph:

@@ -20,7 +20,7 @@ from plica.errors import InvalidInput
 from plica.phonation.report.comparison import compare_runs
 from plica.report.comparison import comparison_table, write_comparison
 from plica.report.page import pdf_of, render, require_pdf, write_page
-from plica.video import Settings, VideoError, analyse, compare
+from plica.video import Settings, VideoError, analyse, compare, load
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 _BEFORE = {
@@ -135,6 +135,26 @@ def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_said(
     assert {one.withheld for one in compare(bare, bare).changes if one.name == "period"} == {
         "the frame rate is not known before and after (--fps)"
     }
+
+
+def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
+    pytest.importorskip("onnx")
+    pytest.importorskip("onnxruntime")
+    from onnx_models import darker
+
+    one, other = (
+        analysed(tmp_path / name, _AFTER, segmenter=str(darker(tmp_path / f"{name}.onnx", level=level)))
+        for name, level in (("one", 0.3), ("other", 0.25))
+    )
+    remarks = compare(two[0], one).remarks
+    said = [text for text in remarks if text.startswith("The glottis was found by different means")]
+    assert len(said) == 1
+    assert "(before by its edges and its darkness; after by the network one.onnx, " in said[0]
+    assert said[0].endswith("): outlines may differ by that alone.")
+    assert "before by the network one.onnx" in " ".join(compare(one, other).remarks)
+    assert load(one).segmenter != load(other).segmenter
+    for same in ((one, one), two):
+        assert "different means" not in " ".join(compare(*same).remarks)
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import pytest
 from camera_files import cine, mraw
 from picture_files import refused
 from plica.cli import main
-from plica.video import load
+from plica.video import VideoError, load
 from plica.video.phantom import Phantom
 from plica.video.photron import Photron
 from plica.video.recording import Recording
@@ -104,6 +104,35 @@ def test_the_rate_is_that_of_the_frames_that_were_stored(tmp_path: Path) -> None
     stepped = Photron(mraw(tmp_path / "z.cih", levels(8), Save_Step=2))
     assert stepped.camera is not None
     assert stepped.camera.fps is None
+
+
+@pytest.mark.parametrize("taken_every", [1, 4])
+def test_a_gap_in_the_frames_times_is_refused(taken_every: int, tmp_path: Path) -> None:
+    path = cine(tmp_path / "x.cine", levels(8, 9), taken_every=taken_every, gap=(6, 0.5))
+    with pytest.raises(VideoError) as error:
+        Phantom(path)
+    step = taken_every / 4000
+    for text in (
+        f"from frame 5, at {5 * step:.6g} s, to frame 6 there are {0.5 + step:.4g} s",
+        f"must be {step:.4g} s",
+        "Cut the recording at the gap: store the frames up to 5, and those from 6 on",
+    ):
+        assert text in str(error.value)
+
+
+def test_a_frame_that_is_missing_is_a_gap_and_a_clock_that_trembles_is_none(tmp_path: Path) -> None:
+    with pytest.raises(VideoError, match=r"from frame 2, .* to frame 3"):
+        Phantom(cine(tmp_path / "x.cine", levels(8, 9), gap=(3, 1 / 4000)))
+    trembling = Phantom(cine(tmp_path / "y.cine", levels(8, 9), taken_every=2, gap=(3, 0.09 / 2000)))
+    assert trembling.camera is not None
+    assert trembling.camera.fps == pytest.approx(2000, rel=1e-6)
+
+
+def test_a_rate_that_the_times_of_all_frames_belie_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(
+        VideoError, match=r"states 4000 frames/s, and its frames' times 2000; must be the same"
+    ):
+        Phantom(cine(tmp_path / "x.cine", levels(8, 9), taken_every=2, taken=9))
 
 
 GLOTTIS = SyntheticGlottis(

@@ -69,6 +69,20 @@ def test_what_has_no_day_has_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("told", "kept"),
+    [
+        ("20260301", "2026-03-01"),
+        ("2026-W09-7", "2026-03-01"),
+        ("20260301T103000", "2026-03-01T10:30:00"),
+        ("2026-03-01T10:30", "2026-03-01T10:30"),
+        ("2026-03-01", "2026-03-01"),
+    ],
+)
+def test_a_day_is_kept_so_that_days_compare_as_text(told: str, kept: str) -> None:
+    assert Settings(recorded=told).recorded == kept
+
+
+@pytest.mark.parametrize(
     ("given", "said"),
     [
         ({"recorded": "01.03.2026"}, r"recorded = '01.03.2026'; must be a date, year first: 2026-03-01"),

@@ -17,11 +17,11 @@ pytest.importorskip("onnxruntime")
 
 from onnx import TensorProto
 
-from onnx_models import bare, darker, smaller, sums, two_inputs
+from onnx_models import apart, bare, darker, smaller, sums, two_inputs
 from picture_files import refused
 from plica import video
 from plica.cli import main
-from plica.video.network import Network, Placement
+from plica.video.network import Network, Placement, fingerprint
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 LEVEL = 0.4
@@ -125,6 +125,19 @@ def test_an_analysis_goes_on_with_the_same_model_alone(
     darker(model, level=0.25)
     assert "another model than when the analysis" in refused([*command, str(model)], capsys)
     assert "segmenter is not given; must be" in refused(command[:-1], capsys)
+
+
+@pytest.mark.parametrize("name", ["m.onnx.data", "weights.bin", "w" * 150, "Gewichte für m"])
+def test_weights_in_a_file_of_any_name_are_of_the_models_content(name: str, tmp_path: Path) -> None:
+    frame = np.full((32, 32), 0.35 * 255, np.float32)
+    model = apart(tmp_path / "m.onnx", name, level=0.4)
+    graph, first = model.read_bytes(), fingerprint(model)
+    assert Network(model).probability(frame).mean() > 0.9
+    assert fingerprint(model) == first
+    apart(model, name, level=0.3)
+    assert Network(model).probability(frame).mean() < 0.1
+    assert model.read_bytes() == graph
+    assert fingerprint(model) != first
 
 
 # ---- What does not fit -------------------------------------------------------------------------

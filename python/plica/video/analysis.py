@@ -143,6 +143,8 @@ class Analysis:
         none.
     camera : Camera or None
         What the file of a high-speed camera said.
+    segmenter : str
+        Fingerprint of the network that found the glottis; empty where its edges and its darkness did.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -155,6 +157,7 @@ class Analysis:
             self.source = Path(str(file.attrs["source"]))
             self.settings = Settings.from_json(str(file.attrs["settings"]))
             self.file_date = FileDate(*map(str, file.attrs.get("file_date", ("", ""))))
+            self.segmenter = str(file.attrs.get("segmenter", ""))
             camera = json.loads(str(file.attrs.get("camera", "null")))
         self.camera = None if camera is None else Camera(**camera)
 

@@ -125,8 +125,21 @@ class Comparison:
                 found.append(f"The light of the analysis {side} is {colour}: {light.said.strip()}")
         if (before.drawn == []) != (after.drawn == []):
             found.append("Masks were drawn by hand in one of the two: outlines may differ by that alone.")
-        found += [text for text in (self._sampling(), self._unknown(), self._kinds()) if text]
+        found += [text for text in (self._means(), self._sampling(), self._unknown(), self._kinds()) if text]
         return found
+
+    def _means(self) -> str:
+        """That the glottis was not found by one and the same."""
+        if self.before.segmenter == self.after.segmenter:
+            return ""
+        said = [
+            f"{side} by the network {Path(found.settings.segmenter or '').name}, {found.segmenter[:8]}"
+            if found.segmenter
+            else f"{side} by its edges and its darkness"
+            for side, found in self.both
+        ]
+        means = "; ".join(said)
+        return f"The glottis was found by different means ({means}): outlines may differ by that alone."
 
     def _sampling(self) -> str:
         """That a cycle has more frames in one than in the other."""

@@ -13,7 +13,7 @@ from plica.video.errors import VideoError
 from plica.video.image_file import is_picture
 from plica.video.tiff_file import open_tiff
 
-__all__ = ["FileDate", "check_date", "file_date"]
+__all__ = ["FileDate", "file_date", "told_date"]
 
 _FIRST = 1971  # a camera without a clock begins at 1904 or 1970
 _TAGS = ("com.apple.quicktime.creationdate", "creation_time", "date_recorded", "date")
@@ -27,18 +27,27 @@ class FileDate(NamedTuple):
     tag: str
 
 
-def check_date(text: str) -> None:
-    """VideoError unless it is a day, or a day and a time, of ISO 8601 that is not to come."""
+def told_date(text: str) -> str:
+    """A day, or a day and a time, of ISO 8601, beginning with the day as ``2026-03-01``: so written, days
+    compare as text.
+
+    VideoError for what is none, or is to come.
+    """
     try:
-        day = datetime.fromisoformat(text).date()
+        moment = datetime.fromisoformat(text)
     except (TypeError, ValueError):
-        day = None
-    if day is None:
         raise VideoError(
             f"Video: recorded = {text!r}; must be a date, year first: 2026-03-01, or 2026-03-01T10:30."
-        )
+        ) from None
+    day = moment.date()
     if day > _tomorrow():
         raise VideoError(f"Video: recorded = {text}; must not be in the future. Is the year right?")
+    if text.startswith(day.isoformat()):
+        return text
+    try:  # "20260301", "2026-W09-7"
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        return moment.isoformat()
 
 
 def file_date(path: Path, camera: Camera | None = None) -> FileDate | None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -212,12 +214,28 @@ class Network:
 
 
 def fingerprint(path: str | Path) -> str:
-    """Of a model, and of the weights beside it: an analysis goes on with the same model alone."""
-    whole = hashlib.sha256(_bytes(Path(path)))
-    beside = Path(f"{path}.data")
-    if beside.is_file():
-        whole.update(beside.read_bytes())
+    """Of a model's content, with that of the files its weights are in: an analysis goes on with the same
+    model alone."""
+    model = _bytes(Path(path))
+    whole = hashlib.sha256(model)
+    for name in sorted(_named_in(model)):
+        beside = os.path.join(Path(path).parent, name)
+        if os.path.isfile(beside):
+            whole.update(Path(beside).read_bytes())
     return whole.hexdigest()
+
+
+def _named_in(model: bytes) -> set[str]:
+    """Files that hold tensors of an ONNX model, whichever part of it they are of.
+
+    Each tensor names its own in an entry "location" of its `external_data` (onnx.proto): a field 1 with the
+    key, then a field 2 with the length of the name, as a varint, and the name.
+    """
+    found = set()
+    for match in re.finditer(rb"\x0a\x08location\x12([\x80-\xff]{0,4}[\x00-\x7f])", model):
+        length = sum((digit & 127) << 7 * k for k, digit in enumerate(match[1]))
+        found.add(os.fsdecode(model[match.end() : match.end() + length]))
+    return found
 
 
 def _bytes(path: Path) -> bytes:

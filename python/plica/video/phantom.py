@@ -27,6 +27,7 @@ _UNPACKED, _PACKED_10, _PACKED_12 = 0, 256, 1024  # biCompression
 _GREY = 0  # Compression: of the file; others are JPEG and raw colour
 _TIMES = 1002  # tagged block
 _SAME_RATE = 0.01  # relative, of the set-up's rate and that of the pictures' times
+_SAME_STEP = 0.1  # of the median step, by which the pictures' times may go otherwise
 
 
 class Phantom:
@@ -35,7 +36,8 @@ class Phantom:
     Raises
     ------
     VideoError
-        Where pycine-lite is not installed; for a file that is none, is cut off, or is raw colour.
+        Where pycine-lite is not installed; for a file that is none, is cut off, is raw colour, or whose
+        frames are not equally spaced in time.
     """
 
     def __init__(self, path: Path) -> None:
@@ -66,9 +68,9 @@ class Phantom:
         self._check(int(head.Compression), int(setup.CFA))
         used = int(setup.RealBPP) or self._bits
         self._depth = 12 if self._kind == _PACKED_10 else used if self._bits <= 16 else self._bits // 3
-        self.camera: Camera | None = Camera(
-            _rate(float(setup.FrameRate), times), _date(head.TriggerTime), self._depth
-        )
+        whole = 0 < int(head.TotalImageCount) <= self.count
+        rate = self._rate(float(setup.FrameRate), times, whole)
+        self.camera: Camera | None = Camera(rate, _date(head.TriggerTime), self._depth)
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         with open(self._path, "rb") as file:
@@ -105,6 +107,41 @@ class Phantom:
         numbers = np.frombuffer(data, "u1" if self._bits in (8, 24) else "<u2")
         found = numbers.reshape(height, width, -1)[::-1, :, ::-1]
         return found[..., 0] if found.shape[2] == 1 else found
+
+    def _rate(self, stated: float, times: npt.NDArray[np.float64] | None, whole: bool) -> float | None:
+        """Frames per second: as stated, but where the pictures' times say another, as only some were stored.
+
+        `whole`: all that the camera took are in the file, so that both must agree.
+        """
+        step = None if times is None else self._step(times)
+        if step is None or (stated and abs(1 / (step * stated) - 1) <= _SAME_RATE):
+            return stated or None
+        if stated and whole:
+            raise VideoError(
+                f"Recording: {self.name} states {stated:g} frames/s, and its frames' times {1 / step:.6g}; "
+                "must be the same, as it has all frames that were taken. Store it as TIFF or AVI in the "
+                "camera's program, and give the rate that is right (--fps)."
+            )
+        return 1 / step
+
+    def _step(self, times: npt.NDArray[np.float64]) -> float | None:
+        """s between frames; None where their times do not tell. VideoError where they are not equally far
+        apart."""
+        steps = np.diff(times)
+        if not steps.any():
+            return None
+        usual = float(np.median(steps))
+        gaps = np.flatnonzero(np.abs(steps - usual) > _SAME_STEP * abs(usual))
+        if gaps.size:
+            k = int(gaps[0])
+            more = f" (and {gaps.size - 1} more such gaps)" if gaps.size > 1 else ""
+            raise VideoError(
+                f"Recording: {self.name}: from frame {k}, at {times[k] - times[0]:.6g} s, to frame {k + 1} "
+                f"there are {steps[k]:.4g} s{more}; must be {usual:.4g} s as between the others, to 10 %. "
+                f"Cut the recording at the gap: store the frames up to {k}, and those from {k + 1} on, in "
+                "files of their own."
+            )
+        return usual if usual > 0 else None
 
     def _check(self, compression: int, filters: int) -> None:
         if compression != _GREY or filters:
@@ -153,15 +190,6 @@ def _times(file: BinaryIO, begin: int, end: int, count: int) -> npt.NDArray[np.f
             return np.asarray(parts[:, 1] - parts[0, 1] + parts[:, 0] / 2.0**32)
         begin += size
     return None
-
-
-def _rate(stated: float, times: npt.NDArray[np.float64] | None) -> float | None:
-    """Frames per second: as stated, but where the pictures' times say another, as only some were stored."""
-    if times is not None and len(times) > 1 and times[-1] > times[0]:
-        seen = (len(times) - 1) / float(times[-1] - times[0])
-        if not stated or abs(seen / stated - 1) > _SAME_RATE:
-            return seen
-    return stated or None
 
 
 def _date(trigger: Any) -> str | None:

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plica.errors import nearest, one_of
-from plica.video.dated import check_date
+from plica.video.dated import told_date
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
 from plica.video.midline import Midline
@@ -121,7 +121,7 @@ class Settings:
         if self.label is not None:
             _check_label(self.label)
         if self.recorded is not None:
-            check_date(self.recorded)
+            object.__setattr__(self, "recorded", told_date(self.recorded))
 
     def as_json(self) -> str:
         """All of them, as :meth:`from_json` reads them."""
