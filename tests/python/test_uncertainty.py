@@ -149,6 +149,18 @@ def test_a_level_without_a_solution_is_left_out_and_said(
     assert found.measures["fundamental_frequency"].numerical is None
 
 
+def test_a_level_whose_scene_cannot_be_used_is_left_out_and_said(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*parts: Any, **options: Any) -> Any:
+        raise plica.SceneError("finer.toml: mesh: it cannot be used.")
+
+    monkeypatch.setattr(estimate, "run_from", refuses)
+    found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    assert found.levels == []
+    assert "step-2 failed and is left out: finer.toml: mesh: it cannot be used." in found.remarks
+
+
 def test_more_than_the_budget_is_left_out_and_said(ringing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("plica.uncertainty.plan.least_budget", 0.0)
     found = plica.estimate_uncertainty(ringing, budget=0.0, progress=False)
@@ -299,7 +311,7 @@ def test_that_the_error_of_a_basis_is_not_seen_is_said(
     plica.run(
         bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
     )
-    assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none", "--quiet"]) == 0
+    assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
     assert said in capsys.readouterr().out
     assert said in (tmp_path / "run" / "uncertainty.json").read_text()
     assert said[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")
