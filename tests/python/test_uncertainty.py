@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,9 @@ from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import _engine
 from plica.cli import main
 from plica.measures.cycles import Cycles
+from plica.measures.measure import Measures, whole
 from plica.phonation.run import store
-from plica.uncertainty import estimate
+from plica.uncertainty import estimate, sample
 from plica.uncertainty.plan import PlannedLevel
 from plica.uncertainty.sample import Sampled
 from plica.uncertainty.start import widest_opening
@@ -147,6 +149,18 @@ def test_a_level_without_a_solution_is_left_out_and_said(
     assert found.measures["fundamental_frequency"].numerical is None
 
 
+def test_a_level_whose_scene_cannot_be_used_is_left_out_and_said(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuses(*parts: Any, **options: Any) -> Any:
+        raise plica.SceneError("finer.toml: mesh: it cannot be used.")
+
+    monkeypatch.setattr(estimate, "run_from", refuses)
+    found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    assert found.levels == []
+    assert "step-2 failed and is left out: finer.toml: mesh: it cannot be used." in found.remarks
+
+
 def test_more_than_the_budget_is_left_out_and_said(ringing: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("plica.uncertainty.plan.least_budget", 0.0)
     found = plica.estimate_uncertainty(ringing, budget=0.0, progress=False)
@@ -197,7 +211,9 @@ def test_collisions_are_compared_too(colliding: plica.Scene, tmp_path: Path) -> 
     plica.run(colliding, tmp_path / "run", progress=False)
     found = plica.estimate_uncertainty(tmp_path / "run", mesh="none", progress=False)
     duration = found.measures.get("contact_duration")
-    assert duration is None or (duration.numerical or 0) >= colliding.time.step
+    assert duration is not None
+    assert duration.numerical is not None
+    assert duration.numerical >= colliding.time.step
     assert found.waveforms["contact_force_first.peak"].numerical is not None
     pressure = found.measures["peak_contact_pressure"].step
     assert pressure is not None
@@ -232,11 +248,105 @@ def test_a_mesh_file_is_refined_uniformly(tmp_path: Path) -> None:
         plica.estimate_uncertainty(tmp_path / "run", progress=False)
 
 
-def test_the_widest_opening_is_a_state_of_the_run(phonating: plica.Scene, tmp_path: Path) -> None:
-    run = plica.run(phonating.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
+def test_a_level_on_a_mesh_file_that_changed_is_computed_anew(bar: plica.Scene, tmp_path: Path) -> None:
+    meshio = pytest.importorskip("meshio")
+    (tmp_path / "own").mkdir()
+    finer = bar.replace({"mesh": _bar_file(meshio, tmp_path, (8, 2, 2))})
+    own = bar.replace({"mesh": _bar_file(meshio, tmp_path / "own", (4, 1, 1))})
+    plica.run(own, tmp_path / "run", progress=False)
+    first = plica.estimate_uncertainty(tmp_path / "run", mesh=finer, progress=False)
+    _bar_file(meshio, tmp_path, (10, 2, 2))
+    second = plica.estimate_uncertainty(tmp_path / "run", mesh=finer, progress=False)
+    assert [level["name"] for level in first.levels] == [level["name"] for level in second.levels]
+    assert [level["cells"] for level in first.levels if level["kind"] == "mesh"] == [8 * 2 * 2 * 6]
+    assert [level["cells"] for level in second.levels if level["kind"] == "mesh"] == [10 * 2 * 2 * 6]
+
+
+def _bar_file(meshio: Any, folder: Path, divisions: tuple[int, int, int]) -> plica.MeshFile:
+    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 2.0), divisions=divisions)
+    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(folder / "bar.vtu")
+    return plica.MeshFile(
+        file=folder / "bar.vtu",
+        unit="1 mm",
+        surfaces={"x_min": {"plane": {"point": (0, 0, 0), "normal": (1, 0, 0)}}},
+    )
+
+
+def test_a_mesh_on_which_a_trial_step_fails_is_left_out_and_said(
+    ringing: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_engine, "Simulation", StopsAfter(3))
+    found = plica.estimate_uncertainty(ringing, progress=False)
+    said = [remark for remark in found.remarks if "left out, a step of its trial failed: " in remark]
+    assert [remark.partition(" is left out")[0] for remark in said] == [
+        "a mesh with edges 0.67 times as long",
+        "a mesh with edges 2 times as long",
+    ]
+
+
+def test_another_scene_in_place_of_the_run_has_levels_of_its_own(
+    ringing: Path, bar: plica.Scene, tmp_path: Path
+) -> None:
+    first = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    scene = plica.Run.load(ringing).scene.replace({"tissue.body.E": "30 kPa", "time.duration": "36 ms"})
+    for name in ("results.h5", "scene.toml", "checkpoint-a.h5", "checkpoint-b.h5"):
+        (ringing / name).unlink(missing_ok=True)
+    plica.run(scene, ringing, progress=False)
+    plica.run(scene, tmp_path / "fresh", progress=False)
+    second = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
+    assert second.measures != first.measures
+    assert (
+        second.measures
+        == plica.estimate_uncertainty(tmp_path / "fresh", mesh="none", progress=False).measures
+    )
+
+
+def test_that_the_error_of_a_basis_is_not_seen_is_said(
+    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = "the error of the reduction's basis is in no uncertainty here"
+    plica.run(bar, tmp_path / "full", progress=False)
+    full = plica.estimate_uncertainty(tmp_path / "full", mesh="none", progress=False)
+    assert not any(said in remark for remark in full.remarks)
+    plica.run(
+        bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
+    )
+    assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
+    assert said in capsys.readouterr().out
+    assert said in (tmp_path / "run" / "uncertainty.json").read_text()
+    assert said[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")
+
+
+def test_angles_about_half_a_turn_scatter_by_their_distance_on_the_circle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    apart = iter([0.01, -0.01] * 4)  # rad, from half a turn
+
+    def measured(run: Any, cycles: Cycles) -> Measures:
+        angle = np.pi + next(apart)
+        return Measures([whole("left_right_phase", (angle + np.pi) % (2 * np.pi) - np.pi)])
+
+    monkeypatch.setattr(sample, "measure", measured)
+    run: Any = None
+    means = Measures([whole("left_right_phase", np.pi)])
+    found = sample._scatter(run, Cycles(np.arange(17.0)), means)
+    t = 2.364624  # Student's, 97.5 % of seven degrees of freedom
+    assert found["left_right_phase"] == pytest.approx(t * 0.01 / np.sqrt(7), rel=1e-6)
+
+
+@pytest.mark.parametrize(("duration", "opens"), [("1 ms", True), ("1.5 ms", False)])
+def test_the_widest_opening_is_a_state_of_the_run(
+    duration: str, opens: bool, phonating: plica.Scene, tmp_path: Path
+) -> None:
+    run = plica.run(phonating.replace({"time.duration": duration}), tmp_path / "run", progress=False)
     start = widest_opening(run)
     assert start is not None
     assert start.time >= run.time[-1]
+    longer = plica.run(phonating.replace({"time.duration": "4 ms"}), tmp_path / "longer", progress=False)
+    area = np.asarray(longer.waveforms["minimum_area"])
+    assert (area[run.steps] > area[run.steps - 1]) == opens  # where the checkpoint is
+    widest = int(np.argmin(np.abs(longer.time - start.time)))
+    assert area[widest - 1] <= area[widest] >= area[widest + 1]
     assert start.displacement.shape == start.velocity.shape == run.mesh.points.shape
     (tmp_path / "run" / "checkpoint-a.h5").unlink()
     (tmp_path / "run" / "checkpoint-b.h5").unlink()
@@ -290,6 +400,28 @@ def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> 
     assert again.measures == first.measures
 
 
+def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
+    longer = tmp_path / "run"
+    shutil.copytree(voice, longer)
+    plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
+    with h5py.File(longer / "uncertainty" / "start.h5") as file:
+        before = float(file.attrs["time"])
+    energy = plica.Run.load(longer / "uncertainty" / "orbit-step-2").waveforms["kinetic_energy"][0]
+    mine = longer / "uncertainty" / "orbit-notes"
+    mine.mkdir()
+    plica.run(
+        plica.Run.load(longer).scene.replace({"time.duration": "0.2 s"}), longer, resume=True, progress=False
+    )
+    found = plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
+    with h5py.File(longer / "uncertainty" / "start.h5") as file:
+        after = float(file.attrs["time"])
+    assert before < 0.2 <= after
+    level = plica.Run.load(longer / "uncertainty" / "orbit-step-2")
+    assert level.waveforms["kinetic_energy"][0] != energy  # it began anew
+    assert f"from the settled voice at {1e3 * after:.4g} ms" in found.source
+    assert mine.is_dir()
+
+
 @pytest.mark.parametrize("settles_after", [1, 2, 3, 9])
 def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
     settles_after: int, bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -321,3 +453,34 @@ def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
     made = estimate._run_level(level, run, own, start, tmp_path, shown=False)
     assert lengths == [40, 130, 220][: min(settles_after, 3)]
     assert made.found.cycles.settled == (settles_after <= 3)
+
+
+def test_a_second_call_makes_a_level_no_longer_than_the_first(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = 40
+
+    class Made:
+        @property
+        def steps(self) -> int:
+            return held
+
+        def between(self, start: float, end: None) -> Made:
+            return self
+
+    def continued(level: PlannedLevel, *parts: Any, **options: Any) -> Any:
+        nonlocal held
+        held = max(held, level.scene.time.steps)
+        return Made()
+
+    changing = Sampled(Cycles(np.arange(10.0), verdict="changing"), {})
+    monkeypatch.setattr(estimate, "_continued", continued)
+    monkeypatch.setattr(estimate, "sampled", lambda run, *, of_cycles: changing)
+    monkeypatch.setattr(estimate, "fields_of", lambda *parts: (None, None))
+    own = Sampled(Cycles(1e-3 * np.arange(10)), {})
+    level = PlannedLevel("step-2", "step", 2, bar)
+    start: Any = object()
+    run: Any = None
+    for _ in range(2):
+        estimate._run_level(level, run, own, start, tmp_path, shown=False)
+        assert held == 40 + 2 * 90

@@ -13,7 +13,7 @@ from plica.phonation.run.results import Run
 from plica.phonation.scene.scene import Scene
 from plica.uncertainty.convergence import Convergence, Level, converge
 from plica.uncertainty.plan import PlannedLevel
-from plica.uncertainty.sample import Sampled, Wave, waves
+from plica.uncertainty.sample import Sampled, Wave, near, waves
 
 __all__ = ["Computed", "compared_measures", "compared_waveforms"]
 
@@ -61,7 +61,7 @@ def compared_measures(
         for kind in _KINDS:
             others = {
                 key: Level(
-                    _size(one.run, kind), _near(item.value, compared.value, item.measure.unit), item.scatter
+                    _size(one.run, kind), near(item.value, compared.value, item.measure.unit), item.scatter
                 )
                 for key, (one, item) in values.items()
                 if one.level.kind == kind
@@ -172,10 +172,3 @@ def _has_no_limit(name: str, scene: Scene) -> bool:
 def _size(run: Run, kind: str) -> float:
     """The step, or the edge of a cell by their number."""
     return run.scene.time.step if kind == "step" else float(len(run.mesh.cells) ** (-1 / 3))
-
-
-def _near(value: float, to: float, unit: str) -> float:
-    """An angle as the one within half a turn of another."""
-    if unit != "rad":
-        return value
-    return to + float((value - to + np.pi) % (2 * np.pi) - np.pi)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from plica import _engine
-from plica.errors import InvalidInput, SolveFailed
+from plica.errors import InvalidInput, SceneError, SolveFailed
 from plica.measures.uncertainty import JSON_FILE, Uncertainty, write_uncertainty
 from plica.phonation.run.build import probe_nodes
-from plica.phonation.run.continuation import require_mesh
+from plica.phonation.run.continuation import holds_run, require_mesh
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run_from
 from plica.phonation.scene.mesh_parts import MeshFile
@@ -28,6 +30,7 @@ from plica.uncertainty.plan import (
     fields_of,
     lengthened,
     made_plan,
+    steps_measured,
     transient,
 )
 from plica.uncertainty.sample import Sampled, sampled
@@ -144,7 +147,7 @@ def _computed(
         _say(f"plica: {level.text()}", shown=shown)
         try:
             made = _run_level(level, run, own, start, folder, shown=shown)
-        except SolveFailed as error:
+        except (SceneError, SolveFailed) as error:
             remarks.append(f"{level.name} failed and is left out: {error}")
             continue
         if own.cycles.settled and not made.found.cycles.settled:
@@ -160,15 +163,16 @@ def _run_level(
 ) -> Computed:
     fields = fields_of(level, run, start)
     directory = folder / (level.name if start is None else f"orbit-{level.name}")
-    made = _continued(level, directory, fields, shown=shown)
     if start is None:
+        made = _made(level, directory, fields, shown=shown)
         return Computed(level, made, sampled(made, of_cycles=False))
+    made = _continued(level, directory, fields, shown=shown)
     period = float(own.cycles.periods.mean())
     found = sampled(made.between(transient * period, None), of_cycles=True)
-    for _ in range(_EXTENSIONS):
-        if found.cycles.settled:
-            break
-        level = lengthened(level, made.steps, own.cycles)
+    more = steps_measured(level, own.cycles)
+    most = level.scene.time.steps + _EXTENSIONS * more
+    while not found.cycles.settled and made.steps < most:
+        level = lengthened(level, min(made.steps + more, most))
         made = _continued(level, directory, fields, shown=shown)
         found = sampled(made.between(transient * period, None), of_cycles=True)
     return Computed(level, made, found)
@@ -180,7 +184,19 @@ def _continued(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *,
     if (directory / "results.h5").is_file():
         longest = max(Run.load(directory).steps_asked, scene.time.steps)
         scene = scene.replace({"time.duration": longest * scene.time.step})
-    return run_from(scene, directory, level.mesh, *fields, progress=shown)
+    return _made(replace(level, scene=scene), directory, fields, shown=shown)
+
+
+def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
+    """The level's run; one that is there of another scene, or on a mesh that has changed, is no longer it."""
+    try:
+        return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+    except SceneError:
+        if not holds_run(directory):
+            raise
+    with storage_errors(directory):
+        shutil.rmtree(directory)
+    return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
 
 
 def _compared(
@@ -196,7 +212,7 @@ def _compared(
         levels=[_described(one) for one in levels],
         measures=compared_measures(run, own, late, levels),
         waveforms={} if start is not None else compared_waveforms(run, levels),
-        remarks=[*remarks, *_lacking(late, levels), *_displaced_probes(run, levels, start)],
+        remarks=[*remarks, *_reduced(run), *_lacking(late, levels), *_displaced_probes(run, levels, start)],
         plica=run.versions["plica"],
     )
 
@@ -218,6 +234,15 @@ def _described(one: Computed) -> dict[str, Any]:
         "cycles": one.found.cycles.count,
         "seconds": one.run.seconds,
     }
+
+
+def _reduced(run: Run) -> list[str]:
+    """Levels have a basis of as many vectors: what those leave out is in no difference between levels."""
+    if run.scene.reduction is None:
+        return []
+    return [
+        "the error of the reduction's basis is in no uncertainty here: compare a full run (docs/reduction.md)"
+    ]
 
 
 def _lacking(late: Sampled, levels: list[Computed]) -> list[str]:

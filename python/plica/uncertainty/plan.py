@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from plica import _engine
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, SolveFailed
 from plica.measures.cycles import Cycles
 from plica.phonation.run.build import build_simulation, fixed_components
 from plica.phonation.run.results import Run
@@ -97,7 +97,13 @@ def made_plan(
     """
     candidates = _candidates(run, cycles, start, other)
     names = sorted(candidates)
-    options = {"budget": budget, "levels": names, "in_orbit": start is not None, "steps": run.steps}
+    options = {
+        "scene": run.scene.digest(),
+        "steps": run.steps,
+        "in_orbit": start is not None,
+        "levels": names,
+        "budget": budget,
+    }
     path = folder / "plan.json"
     kept = _kept(path, options, candidates)
     if kept is not None:
@@ -112,6 +118,9 @@ def made_plan(
             cost, note = _cost(level, run, start, own, left)
         except InvalidInput as error:
             remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
+            continue
+        except SolveFailed as error:
+            remarks.append(f"{_what(level)} is left out, a step of its trial failed: {error}")
             continue
         if cost > left and not (level.kind == "step" and not chosen):
             remarks.append(
@@ -163,11 +172,14 @@ def _scene(scene: Scene, steps: int, divisor: int) -> Scene:
     )
 
 
-def lengthened(level: PlannedLevel, done: int, cycles: Cycles) -> PlannedLevel:
-    """The level for as many steps as are done and as many cycles again as it is measured over."""
-    step = level.scene.time.step
-    more = round(min(cycles.count, most_cycles) * float(cycles.periods.mean()) / step)
-    return replace(level, scene=level.scene.replace({"time.duration": (done + more) * step}))
+def steps_measured(level: PlannedLevel, cycles: Cycles) -> int:
+    """Steps of the cycles that a level is measured over."""
+    return round(min(cycles.count, most_cycles) * float(cycles.periods.mean()) / level.scene.time.step)
+
+
+def lengthened(level: PlannedLevel, steps: int) -> PlannedLevel:
+    """The level for so many steps."""
+    return replace(level, scene=level.scene.replace({"time.duration": steps * level.scene.time.step}))
 
 
 def simulation_of(level: PlannedLevel, run: Run, start: Start | None) -> _engine.Simulation:

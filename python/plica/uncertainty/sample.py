@@ -3,7 +3,7 @@ times."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ from plica.phonation.measures.measure import measure, steady_cycles
 from plica.phonation.measures.run_data import RunData
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["Sample", "Sampled", "Wave", "sampled", "waves"]
+__all__ = ["Sample", "Sampled", "Wave", "near", "sampled", "waves"]
 
 Floats = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
     """
     cycles = steady_cycles(run)
     found = measure(run, cycles)
-    scatter = _scatter(run, cycles) if cycles.settled else {}
+    scatter = _scatter(run, cycles, found) if cycles.settled else {}
     samples = {}
     for name, item in found.items():
         left_out = name in _NO_MODEL or CATALOGUE[name].group == "Solver" or (of_cycles and not item.cycles)
@@ -83,7 +83,7 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
     return Sampled(cycles, samples)
 
 
-def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
+def _scatter(run: RunData, cycles: Cycles, means: Mapping[str, Measure]) -> dict[str, float]:
     """Student's interval of the means of blocks of cycles (batch means), or of single cycles if few."""
     from scipy import special
 
@@ -94,11 +94,21 @@ def _scatter(run: RunData, cycles: Cycles) -> dict[str, float]:
     blocks = [measure(run, Cycles(starts, verdict=cycles.verdict)) for starts in ends]
     found = {}
     for name in blocks[0] if blocks else ():
-        values = np.array([v for block in blocks if (v := block[name].value) is not None])
+        mean, unit = means[name].value, means[name].unit
+        if mean is None:
+            continue
+        values = np.array([near(v, mean, unit) for block in blocks if (v := block[name].value) is not None])
         if values.size > 1:
             half = special.stdtrit(values.size - 1, 0.975) * values.std(ddof=1) / np.sqrt(values.size)
             found[name] = float(half)
     return found
+
+
+def near(value: float, to: float, unit: str) -> float:
+    """An angle as the one within half a turn of another; of another unit the value as it is."""
+    if unit != "rad":
+        return value
+    return to + float((value - to + np.pi) % (2 * np.pi) - np.pi)
 
 
 @dataclass(frozen=True)

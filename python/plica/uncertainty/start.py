@@ -6,7 +6,9 @@ levels lie near that of the run, and what is left of the way to them dies out wi
 
 from __future__ import annotations
 
+import shutil
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,10 +20,11 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.phonation.run import checkpoint
 from plica.phonation.run.build import build_simulation
+from plica.phonation.run.continuation import holds_run
 from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import replaced
+from plica.storage.files import replaced, storage_errors
 from plica.uncertainty.transfer import taken_over
 
 __all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
@@ -66,30 +69,53 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
     if held.state.keys() != simulation.state().keys():
         return None
     simulation.restore(dict(held.state))
-    area = -1.0
+    area, rising = np.inf, False
     for _ in range(round((0.04 if limit is None else limit) / scene.time.step)):
         before = Start(simulation.time, np.array(simulation.displacement), np.array(simulation.velocity))
         wave = simulation.advance(1)
         touching = "contact_rows" in wave and wave["contact_rows"][-1] > 0
-        if not touching and 0 < wave["minimum_area"][-1] < area:
+        now = float(wave["minimum_area"][-1])
+        if rising and not touching and 0 < now < area:
             return before
-        area = float(wave["minimum_area"][-1])
+        rising, area = now > area, now
     return None
 
 
 def kept_start(run: Run, path: Path) -> Start | None:
-    """The widest opening as it was first found, from a file beside the levels that began there."""
+    """The widest opening as it was first found, from a file beside the levels that began there.
+
+    Where the file is of another scene, or of a run of another length, it goes, and plan and levels with it.
+    """
+    identity = _identity(run)
     if path.is_file():
         with h5py.File(path, "r", locking=False) as file:
-            return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
+            if all(file.attrs.get(name) == value for name, value in identity.items()):
+                return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
+    _forget(path)
     found = widest_opening(run)
     if found is not None:
-        replaced(path, lambda draft: _write(found, draft))
+        replaced(path, lambda draft: _write(found, identity, draft))
     return found
 
 
-def _write(start: Start, path: Path) -> None:
+def _identity(run: Run) -> dict[str, str | int]:
+    """What a state of a run, and the levels that begin in it, belong to."""
+    return {"scene": run.scene.digest(), "steps": run.steps}
+
+
+def _forget(path: Path) -> None:
+    """Remove a state with its plan and its levels, itself last: what is stopped here begins here again."""
+    with storage_errors(path.parent):
+        for level in path.parent.glob("orbit-*"):
+            if holds_run(level):
+                shutil.rmtree(level)
+        path.with_name("plan.json").unlink(missing_ok=True)
+        path.unlink(missing_ok=True)
+
+
+def _write(start: Start, identity: Mapping[str, str | int], path: Path) -> None:
     with h5py.File(path, "w", locking=False) as file:
+        file.attrs.update(identity)
         file.attrs["time"] = start.time
         for name, unit in (("displacement", "m"), ("velocity", "m/s")):
             file[name] = getattr(start, name)

@@ -126,10 +126,11 @@ def run_from(
 ) -> Run:
     """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s.
 
-    None: as the scene has them. What is in the directory is continued, or kept where it has all of it;
-    whoever calls sees to it that it began on this mesh and in this state. Else as `run`.
+    None: as the scene has them. What is in the directory is continued, or kept where it has all of it, and
+    refused where it is on another mesh; whoever calls sees to it that it began in this state. Else as `run`.
     """
     if holds_run(directory) and has_all(directory, scene):
+        require_mesh(directory, scene, mesh)
         return Run.load(directory)
     with _made(directory), only_writer(directory):
         simulation = build_simulation(scene, mesh, displacement, velocity)
