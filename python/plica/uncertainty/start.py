@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.phonation.run import checkpoint
+from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.continuation import holds_run
 from plica.phonation.run.results import Run
@@ -65,7 +66,9 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
     if held is None:
         return None
     scene: Scene = run.scene
-    simulation = build_simulation(scene, build_mesh(scene.mesh, scene.source))
+    mesh = build_mesh(scene.mesh, scene.source)
+    basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, begun=True)
+    simulation = build_simulation(scene, mesh, basis=basis)
     if held.state.keys() != simulation.state().keys():
         return None
     simulation.restore(dict(held.state))

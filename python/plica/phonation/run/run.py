@@ -132,8 +132,10 @@ def run_from(
     if holds_run(directory) and has_all(directory, scene):
         require_mesh(directory, scene, mesh)
         return Run.load(directory)
+    there = holds_run(directory)
     with _made(directory), only_writer(directory):
-        simulation = build_simulation(scene, mesh, displacement, velocity)
+        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh, begun=there)
+        simulation = build_simulation(scene, mesh, displacement, velocity, basis)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
 
