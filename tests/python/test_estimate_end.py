@@ -101,6 +101,10 @@ def test_intervals_are_refused_with_the_sd_where_nothing_answers_the_residuals()
     widened = replace(failed, inflation=np.array([1.5]))
     assert widened.answered
     assert "by a factor of 1.5, as the residuals' own" in widened.warnings()[0]
+    skewed = replace(widened, falls=np.array([0.4, 1.9]))
+    assert not skewed.answered
+    assert skewed.table().count("refused") == 2
+    assert "the density is not Gaussian" in skewed.warnings()[0]
     same = replace(failed, inflation=np.array([1.0]))
     assert "no wider than the information says" in same.warnings()[0]
 

@@ -162,6 +162,18 @@ def test_harmonics_to_noise_of_a_noisy_sine_is_its_ratio_of_powers(ratio: float)
     assert np.mean(found) == pytest.approx(10 * np.log10(ratio), abs=0.5)
 
 
+@pytest.mark.parametrize(
+    ("rate", "noise", "limited"), [(4e3, 0.0, True), (4e3, 0.3, False), (4e4, 0.1, False)]
+)
+def test_a_ratio_that_the_frame_rate_limits_says_so(rate: float, noise: float, limited: bool) -> None:
+    time = np.arange(0, 0.3, 1 / rate)
+    area = np.maximum(np.sin(2 * np.pi * 261.5 * time), 0)
+    area += noise * np.random.default_rng(1).standard_normal(time.size)
+    ratio = noise_measures(time, area, recorded_cycles(time, area))[0]
+    assert ratio.name == "harmonics_to_noise"
+    assert any("samples a cycle show no more than about 27 dB" in said for said in ratio.cautions) == limited
+
+
 def test_the_cepstral_peak_is_that_of_sums_written_out() -> None:
     random = np.random.default_rng(3)
     size, period = 240, 20

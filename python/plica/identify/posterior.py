@@ -110,8 +110,9 @@ class Posterior:
     @property
     def answered(self) -> bool:
         """Whether an interval may be shown: the model follows the motion, and where the residuals fail their
-        test, the interval is as wide as they ask for."""
-        return self.carried and (self.residuals.passed or self.inflation is not None)
+        test, the interval is as wide as they ask for, of a density that is a Gaussian's: another's cannot be
+        widened so."""
+        return self.carried and (self.residuals.passed or (self.inflation is not None and self.gaussian))
 
     @property
     def refused(self) -> NDArray[np.bool_]:

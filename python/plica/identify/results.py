@@ -221,7 +221,7 @@ _COLUMNS = (
     "parameter",
     "unit",
     "median",
-    "sd",
+    "sd_log",
     "low_95",
     "high_95",
     "prior_low_95",
@@ -232,8 +232,8 @@ _COLUMNS = (
 
 
 def _write_csv(path: Path, posterior: Posterior) -> None:
-    """A row a parameter, in its unit; the sd is that of the logarithm, but of an angle's its own. An sd that
-    is refused is an empty cell, and so is an interval where the model does not follow the motion."""
+    """A row a parameter, in its unit; sd_log is the sd of the logarithm, but of an angle its own. An sd
+    that is refused is an empty cell, and so is an interval that is not `answered`."""
     spread = 1.959964 * posterior.prior_sd
     prior = posterior.values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
     interval, shift = posterior.interval(), posterior.shift_in_sd

@@ -25,7 +25,7 @@ def table(posterior: Posterior) -> str:
     lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
     if not posterior.carried:
         lines.insert(0, "The model does not follow the motion: no number below is carried by the data.")
-    elif posterior.inflation is not None:
+    elif posterior.inflation is not None and posterior.answered:
         lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals ask for.")
     low_high = posterior.interval()
     spread = 1.959964 * posterior.prior_sd
@@ -62,6 +62,12 @@ def residual_warnings(posterior: Posterior) -> list[str]:
             "The residual test failed: sd and intervals of independent errors are refused, as these are not. "
             "The flow's error is correlated, the model does not hold, or this is a false maximum of the "
             "density, which another start may leave."
+        ]
+    if posterior.carried and not posterior.answered:
+        return [
+            "The residual test failed, and the density is not Gaussian: sd and intervals cannot be widened to "
+            "what the residuals ask for, and are refused. The model does not hold: other forces, geometry or "
+            "supports move this tissue."
         ]
     told = [
         f"The residual test failed: the intervals are {widened(posterior)}. What the model misses at all "

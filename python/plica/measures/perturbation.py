@@ -23,6 +23,7 @@ points = 5  # cycles of a perturbation quotient
 _HALF = points // 2
 few_cycles = 20  # with fewer, a perturbation is known to a fifth at best
 frame_jitter = 0.005  # of a regular voice, filmed at 20 frames a cycle: docs/verification/video.md
+_BELOW_SAMPLING = 10.0  # dB: nearer to what samples show of a voice without noise, they have a part in it
 _NEAR = 0.3  # of the period: where the cepstrum's peak is sought about it
 _FIRST = 4  # frames: shorter quefrencies tell of the spectrum's envelope
 
@@ -94,15 +95,27 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
     ratio = harmonics_to_noise(signal[part], step)
     drawn = _noise_replicates(time, signal, cycles)
     peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
+    limited = _limited_by_sampling(ratio, time[part], cycles.frequency, step)
     return [
-        Measure(name, value, None, cycles.count, cautions=said, replicates=replicates)
+        Measure(name, value, None, cycles.count, cautions=(*said, *further), replicates=replicates)
         if np.isfinite(value)
         else absent(name, why)
-        for name, value, replicates, why in (
-            (names[0], ratio, drawn, "the record is periodic to rounding, or has no period"),
-            (names[1], peak, None, "the record is too short for a cepstrum"),
+        for name, value, replicates, further, why in (
+            (names[0], ratio, drawn, limited, "the record is periodic to rounding, or has no period"),
+            (names[1], peak, None, (), "the record is too short for a cepstrum"),
         )
     ]
+
+
+def _limited_by_sampling(ratio: float, time: Floats, frequency: float, step: float) -> tuple[str, ...]:
+    """Where a ratio (dB) is near that of noise-free pulses, half sines, with as many samples a cycle."""
+    most = harmonics_to_noise(np.maximum(np.sin(2 * np.pi * frequency * (time - time[0])), 0.0), step)
+    if not (np.isfinite(most) and ratio > most - _BELOW_SAMPLING):
+        return ()
+    return (
+        f"{1 / frequency / step:.2g} samples a cycle show no more than about {most:.0f} dB of a voice "
+        "without noise: compare recordings of one frame rate only",
+    )
 
 
 def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicates | None:
