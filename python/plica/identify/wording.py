@@ -65,9 +65,9 @@ def residual_warnings(posterior: Posterior) -> list[str]:
         ]
     if posterior.carried and not posterior.answered:
         return [
-            "The residual test failed, and the density is not Gaussian: sd and intervals cannot be widened to "
-            "what the residuals ask for, and are refused. The model does not hold: other forces, geometry or "
-            "supports move this tissue."
+            "The residual test failed, and the density is not Gaussian: sd and intervals cannot be widened "
+            "to what the residuals ask for, and are refused. The model does not hold: other forces, another "
+            "geometry or other supports move this tissue."
         ]
     told = [
         f"The residual test failed: the intervals are {widened(posterior)}. What the model misses at all "

@@ -243,6 +243,8 @@ class Analysis:
                 self["glottis/left_out"] > 0,
                 self.midline,
                 self["glottis/border"] > 0,
+                self.settings.fps,
+                self.settings.mm_per_px,
             )
         )
 

@@ -21,6 +21,8 @@ _LEFT_OUT = 0.02  # of the largest area
 _COARSE = 8.0  # frames a cycle
 _MARGIN = 2.0  # px from the frame's border
 _CUT = 0.05  # share of the frames
+_VOICES = (30.0, 2000.0)  # Hz, creak to whistle
+_FOLDS = (2.0, 40.0)  # mm, of an infant to a large man's, with a margin
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class WholeGlottis:
     midline : Midline
     border : (frames) bool
         Where the frame's border cuts the glottis.
+    fps, mm_per_px : float or None
+        Where they are known.
     """
 
     total: Floats
@@ -45,6 +49,8 @@ class WholeGlottis:
     left_out: Mask
     midline: Midline
     border: Mask
+    fps: float | None = None
+    mm_per_px: float | None = None
 
 
 def doubts(seen: WholeGlottis) -> list[str]:
@@ -76,9 +82,30 @@ def doubts(seen: WholeGlottis) -> list[str]:
             f"a cycle has only {1 / frequency:.2g} frames: below {_COARSE:g}, opening and closure fall "
             "between them"
         )
+    found += _scales(seen, frequency)
     ends = _ends(seen)
     if ends:
         found.append(f"{ends}: area, length and what is relative to it are those of a part of the glottis")
+    return found
+
+
+def _scales(seen: WholeGlottis, frequency: float) -> list[str]:
+    """What the frame rate or the size of a pixel make of the voice and the folds that no larynx has."""
+    found = []
+    if seen.fps is not None and np.isfinite(frequency):
+        pitch = frequency * seen.fps
+        if not _VOICES[0] <= pitch <= _VOICES[1]:
+            found.append(
+                f"the voice has {pitch:.3g} Hz at {seen.fps:g} frames/s; voices have {_VOICES[0]:g} to "
+                f"{_VOICES[1]:g} Hz. Is fps the rate of recording, and not of playing?"
+            )
+    if seen.mm_per_px is not None:
+        length = seen.midline.length * seen.mm_per_px
+        if not _FOLDS[0] <= length <= _FOLDS[1]:
+            found.append(
+                f"the glottis is {length:.3g} mm long at {seen.mm_per_px:g} mm a pixel; folds have "
+                f"{_FOLDS[0]:g} to {_FOLDS[1]:g} mm. Is mm_per_px right?"
+            )
     return found
 
 
