@@ -72,8 +72,10 @@ _OPEN = (
     "by contact"
 )
 _SIDE = (
-    "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run mid-coronal "
-    "where the folds move most, in a recording the mean over the middle tenth of the midline"
+    "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run of "
+    "the mid-coronal point that moves most, also while it touches or is hidden (up to half as much again "
+    "as an edge has been seen), in a recording the mean of the visible edge over the middle tenth of the "
+    "midline"
 )
 _COLLISION = "over the collisions of the steady cycles, without cycles of the whole run"
 _LARGEST = "largest in each cycle, without cycles of the whole run"
@@ -253,7 +255,8 @@ _QUANTITIES = (
         "peak_strain",
         "Peak strain",
         "1",
-        "of a cycle: the strain that 0.1 % of the volume exceeds; linear tissue is off by nearly as much",
+        "of a cycle: the strain that 0.1 % of the volume exceeds; the caution large_strain says by how "
+        "much linear tissue is off",
     ),
     _run_vibration(
         "vertical_phase_difference",
