@@ -9,7 +9,7 @@ namespace plica {
 struct EllipticSections {};
 /// Sections cut from the interface at rest and carried by the tissue, dense where the glottis is narrow.
 struct CutSections {
-  int sections = 40;  // in [2, 1000], whatever the mesh's levels
+  int sections = 200;  // in [2, 1000], whatever the mesh's levels
 };
 
 /// Areas of all sections from the widths of the airway at stations along y. A width is a fixed combination of the

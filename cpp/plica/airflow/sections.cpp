@@ -228,6 +228,27 @@ struct Coronal {
 
 }  // namespace
 
+namespace {
+
+/// Moves to each vertex of the lines the height that is nearest to it, the first and the last height apart. Of
+/// several vertices with the same nearest height the nearest one has it.
+void move_to_vertices(const Coronal& coronal, std::vector<double>& heights) {
+  std::vector<double> vertex(heights.size(), std::numeric_limits<double>::infinity());
+  for (const auto* line : {&coronal.right, &coronal.left})
+    for (const auto& at : *line) {
+      const auto above = std::lower_bound(heights.begin(), heights.end(), at.z);
+      if (above == heights.begin() || above == heights.end()) continue;
+      const auto nearest = at.z - *(above - 1) < *above - at.z ? above - 1 : above;
+      const std::size_t i = nearest - heights.begin();
+      if (i == 0 || i + 1 == heights.size()) continue;
+      if (std::abs(at.z - heights[i]) < std::abs(vertex[i] - heights[i])) vertex[i] = at.z;
+    }
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    if (std::isfinite(vertex[i])) heights[i] = vertex[i];
+}
+
+}  // namespace
+
 Sections level_sections(const TetMesh& mesh, const Faces& surface) {
   const Coronal coronal(mesh, surface);
   std::vector<double> candidates, heights;
@@ -267,6 +288,7 @@ Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
     while (k + 2 < samples && below[k + 1] < wanted) ++k;
     heights.push_back(z[k] + (wanted - below[k]) / (below[k + 1] - below[k]) * (z[k + 1] - z[k]));
   }
+  move_to_vertices(coronal, heights);
   return coronal.at(mesh, heights);
 }
 

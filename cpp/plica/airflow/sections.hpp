@@ -34,7 +34,8 @@ Sections level_sections(const TetMesh& mesh, const Faces& surface);
 
 /// As many as asked for (>= 2) between the lowest and the highest height that both lines have, whatever the mesh's
 /// levels: their spacing is in proportion to a / L^2 + 0.05, with the area a and the anteroposterior length L of
-/// the airway at rest, so that they are dense where the glottis is narrow.
+/// the airway at rest, so that they are dense where the glottis is narrow. The section nearest to a vertex of a
+/// mid-coronal line is moved to its height: the surface has an edge there, and a throat is at an edge.
 Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count);
 
 /// Area enclosed by the interface at positions x in the plane z = height (m^2), from its cut polygon;

@@ -20,7 +20,7 @@ _LEAST_LINES = 8  # around the airway, the engine's
 
 @dataclass(frozen=True)
 class OtherMesh:
-    """A mesh that differs from the scene's in its edges alone.
+    """A mesh that differs from the scene's in its edges alone, and as many more sections of the airflow.
 
     Attributes
     ----------
@@ -29,7 +29,8 @@ class OtherMesh:
     factor : float
         How many times as short the edges are meant to be; below 1 they are longer.
     scene : Scene
-        The scene with it; of a refined file, the scene as it is.
+        The scene with it; of a refined file, the scene's own mesh. The airflow's cut sections are `factor` times
+        as many, within what a scene may have.
     build : callable
         Builds it.
     """
@@ -44,7 +45,7 @@ def finer(scene: Scene) -> OtherMesh | None:
     """The least refinement of the scene's mesh that keeps its shape, by 1.25 or more."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
-        return OtherMesh("mesh-2", 2.0, scene, lambda: refined(build_mesh(mesh, scene.source)))
+        return OtherMesh("mesh-2", 2.0, _sectioned(scene, 2.0), lambda: refined(build_mesh(mesh, scene.source)))
     if isinstance(mesh, Larynx):
         return _larynx(scene, mesh, 1.25)
     return _divided(scene, 1.5 if _halvable(mesh) else 2.0)
@@ -77,7 +78,7 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
             f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be "
             "shorter or longer by 1.1 or more, or the difference says nothing."
         )
-    return OtherMesh(f"mesh-{replaced.digest()[:8]}", ratio, replaced, lambda: built)
+    return OtherMesh(f"mesh-{replaced.digest()[:8]}", ratio, _sectioned(replaced, ratio), lambda: built)
 
 
 def _larynx(scene: Scene, larynx: Larynx, factor: float) -> OtherMesh | None:
@@ -130,7 +131,15 @@ def _divided(scene: Scene, factor: float) -> OtherMesh | None:
 
 def _changed(scene: Scene, factor: float, changes: dict[str, Any]) -> OtherMesh | None:
     try:
-        other = scene.replace(changes)
+        other = _sectioned(scene.replace(changes), factor)
     except SceneError:
         return None  # beyond what a mesh of that kind can have
     return OtherMesh(f"mesh-{factor:.3g}", factor, other, lambda: build_mesh(other.mesh, scene.source))
+
+
+def _sectioned(scene: Scene, factor: float) -> Scene:
+    """The scene with `factor` times as many cut sections of its airflow, if it has them."""
+    cut = scene.airflow.area.cut if scene.airflow is not None else None
+    if cut is None:
+        return scene
+    return scene.replace({"airflow.area.cut.sections": min(max(round(cut.sections * factor), 2), 1000)})

@@ -1,5 +1,6 @@
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <string>
 
 #include "plica/airflow/sections.hpp"
@@ -90,6 +91,22 @@ TEST_CASE("folds with different levels share the union of their heights") {
     CHECK(at_rest(i, 0) == doctest::Approx(cone(expected[i])).epsilon(1e-14));
     CHECK(at_rest(i, 1) == doctest::Approx(-cone(expected[i])).epsilon(1e-6));  // one level is 1e-7 off
   }
+}
+
+TEST_CASE("graded sections have the heights of the surface's edges among them, so that no throat is between two") {
+  const std::vector<double> heights{-2, -0.7, 0.3, 0.9, 2};
+  const auto hourglass = [](double z) { return 0.05 + 0.3 * std::abs(z - 0.3); };
+  const TetMesh mesh = tube(12, heights, hourglass, 0.7);
+  for (const int count : {12, 25, 40, 83}) {
+    const Sections sections = graded_sections(mesh, mesh.surface("airway"), count);
+    REQUIRE(sections.count() == count);
+    CHECK((sections.height.tail(count - 1) - sections.height.head(count - 1)).minCoeff() > 0);
+    for (const double z : {-0.7, 0.3, 0.9}) CHECK((sections.height.array() == z).count() == 1);
+    CHECK(sections.widths(mesh.points).minCoeff() == doctest::Approx(0.1).epsilon(1e-14));
+  }
+  const Sections few = graded_sections(mesh, mesh.surface("airway"), 2);  // the ends stay
+  CHECK(few.height[0] == doctest::Approx(-2).epsilon(1e-3));
+  CHECK(few.height[1] == doctest::Approx(2).epsilon(1e-3));
 }
 
 TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
