@@ -21,7 +21,20 @@ from plica.phonation.scene.scene import Scene
 __all__ = ["PROBES"]
 
 _NUMBER = re.compile(rb"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-_ODD = (b"nan", b"inf", b"-1", b"0", b"99999999999", b"1e400", b"-2147483649", b"5e-324", b"4294967296", b"0.5", b"''", b"[]")
+_ODD = (
+    b"nan",
+    b"inf",
+    b"-1",
+    b"0",
+    b"99999999999",
+    b"1e400",
+    b"-2147483649",
+    b"5e-324",
+    b"4294967296",
+    b"0.5",
+    b"''",
+    b"[]",
+)
 _LONGEST = 900
 
 _SCENE = """
@@ -101,7 +114,9 @@ def fuzzed(write: Callable[[Path], Path], read: Callable[[Path], object], count:
             except (InvalidInput, SolveFailed) as refusal:
                 refused += 1
                 if len(str(refusal)) > _LONGEST:
-                    raise Wrong(f"refused in {len(str(refusal))} characters: {str(refusal)[:200]} ...") from None
+                    raise Wrong(
+                        f"refused in {len(str(refusal))} characters: {str(refusal)[:200]} ..."
+                    ) from None
     if refused == 0:
         raise Wrong("no copy was refused: nothing was tried.")
     return Found(0.0, 0.0, note=f"{refused} of {count} refused, the rest read")
@@ -132,7 +147,11 @@ def _mesh_file(suffix: str, directory: Path, **options: Any) -> Path:
         np.asarray(block.points),
         [("tetra", cells), ("triangle", face)],
         cell_data={"gmsh:physical": [np.ones(len(cells), int), np.full(len(face), 10)]}
-        | ({"gmsh:geometrical": [np.ones(len(cells), int), np.ones(len(face), int)]} if suffix == ".msh" else {}),
+        | (
+            {"gmsh:geometrical": [np.ones(len(cells), int), np.ones(len(face), int)]}
+            if suffix == ".msh"
+            else {}
+        ),
     )
     path = directory / f"mesh{suffix}"
     meshio.write(path, mesh, **options)
@@ -144,7 +163,12 @@ def _step_mesh(path: Path) -> None:
     stepped(
         Scene.model_validate(
             {
-                "mesh": {"file": str(path), "labels": labels, "layers": {"a": [1]}, "surfaces": {"end": [10]}},
+                "mesh": {
+                    "file": str(path),
+                    "labels": labels,
+                    "layers": {"a": [1]},
+                    "surfaces": {"end": [10]},
+                },
                 "tissue": {"a": {"E": 1e3, "nu": 0.3}},
                 "supports": {"fixed": ["end"]},
                 "gravity": [0, 0, -9.81],
@@ -180,7 +204,9 @@ def _picture_file(suffix: str, directory: Path) -> Path:
             stream = made.add_stream("mjpeg", rate=25)
             stream.width, stream.height, stream.pix_fmt = 48, 32, "yuvj420p"
             for frame in _frames():
-                for packet in stream.encode(av.VideoFrame.from_ndarray(np.repeat(frame[..., None], 3, 2), "rgb24")):
+                for packet in stream.encode(
+                    av.VideoFrame.from_ndarray(np.repeat(frame[..., None], 3, 2), "rgb24")
+                ):
                     made.mux(packet)
             made.mux(stream.encode())
     else:
@@ -245,7 +271,10 @@ def random_scenes(count: int, seed: int) -> Found:
         except (InvalidInput, SolveFailed):
             refused += 1
             continue
-        terms = [np.asarray(waves[n], float) for n in ("kinetic_energy", "elastic_energy", "load_work", "viscous_loss")]
+        terms = [
+            np.asarray(waves[n], float)
+            for n in ("kinetic_energy", "elastic_energy", "load_work", "viscous_loss")
+        ]
         terms += [np.asarray(waves[n], float) for n in ("numerical_loss", "contact_work")]
         size = max(float(np.abs(term).max()) for term in terms)
         error = float(np.abs(waves["ledger_error"]).max()) / size
@@ -258,8 +287,15 @@ def random_scenes(count: int, seed: int) -> Found:
 def _probes() -> list[Probe]:
     known = "read, or refused with InvalidInput in one sentence"
     probes = [
-        Probe("broken scene files", known, partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 150)),
-        Probe("broken scene files, few", known, partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 15), True),
+        Probe(
+            "broken scene files", known, partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 150)
+        ),
+        Probe(
+            "broken scene files, few",
+            known,
+            partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 15),
+            True,
+        ),
         Probe("random scenes", "the energy ledger", partial(random_scenes, 60, 1), limit=120),
         Probe("random scenes, few", "the energy ledger", partial(random_scenes, 6, 2), True),
     ]

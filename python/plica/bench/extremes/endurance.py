@@ -22,7 +22,9 @@ def free_block(steps: int, solver: Any) -> Found:
     """
     mesh = engine.block_mesh(corner=(0, 0, 0), size=(1e-2, 1e-2, 1e-2), divisions=(1, 1, 1))
     points = np.asarray(mesh.points)
-    velocity = np.stack([0.1 + 0 * points[:, 0], 10 * points[:, 2], 20 * points[:, 0] * points[:, 1] * 1e2], axis=1)
+    velocity = np.stack(
+        [0.1 + 0 * points[:, 0], 10 * points[:, 2], 20 * points[:, 0] * points[:, 1] * 1e2], axis=1
+    )
     simulation = engine.Simulation(
         mesh,
         [engine.Material(engine.Isotropic(E=1e4, nu=0.3), density=1000.0, viscosity=0.0)],
@@ -55,8 +57,12 @@ def free_block(steps: int, solver: Any) -> Found:
 
 
 PROBES = [
-    Probe("1e4 steps", "energy and momentum kept", partial(free_block, 10_000, engine.Cholesky()), small=True),
-    Probe("1e6 steps", "energy and momentum kept", partial(free_block, 1_000_000, engine.Cholesky()), limit=400),
+    Probe(
+        "1e4 steps", "energy and momentum kept", partial(free_block, 10_000, engine.Cholesky()), small=True
+    ),
+    Probe(
+        "1e6 steps", "energy and momentum kept", partial(free_block, 1_000_000, engine.Cholesky()), limit=400
+    ),
     Probe(
         "1e5 steps, conjugate gradients",
         "energy and momentum kept",

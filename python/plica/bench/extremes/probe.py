@@ -7,7 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from pydantic import ValidationError
+
 from plica.errors import InvalidInput, SolveFailed
+from plica.phonation.scene.problems import describe
 
 __all__ = ["FORBIDDEN", "Found", "Probe", "Verdict", "Wrong", "judged"]
 
@@ -66,6 +69,8 @@ def judged(find: Callable[[], Found]) -> Verdict:
         if len(text) > _LONGEST:
             return Verdict("WRONG", f"refused in {len(text)} characters: {text[:200]} ...")
         return Verdict("refused", text)
+    except ValidationError as refusal:
+        return Verdict("refused", " ".join(describe(refusal, "Scene")))
     except Wrong as wrong:
         return Verdict("WRONG", str(wrong))
     except Exception as crash:
