@@ -15,7 +15,7 @@ __all__ = ["add_commands"]
 _HELP = """\
 Takes the engine to its limits: Poisson's ratios to 0.4999, layers 1e8 times as stiff as their neighbours,
 slivers, meshes far away or in other units, steps of 0.1 us to 10 ms, lung pressures from 0 to 20 kPa, closed
-and wide-open folds, a million steps, broken files of every kind, random scenes. Every probe ends in a verdict:
+and wide-open folds, a million steps, broken files of every kind, random scenes. Each ends in a verdict:
 
   right     within what is allowed of a closed form, a second algorithm, or itself in other words
   said      accuracy is lost, and a caution of the run names it

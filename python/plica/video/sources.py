@@ -364,8 +364,8 @@ def _hdf5_errors(path: Path) -> Iterator[None]:
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
         raise VideoError(
-            f"Recording: {path.name} cannot be read as HDF5 ({reason}). Is it whole? A .mat file must be saved "
-            "with -v7.3."
+            f"Recording: {path.name} cannot be read as HDF5 ({reason}). Is it whole? A .mat file must be "
+            "saved with -v7.3."
         ) from None
 
 

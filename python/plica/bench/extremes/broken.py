@@ -1,4 +1,4 @@
-"""Broken files of scenes, meshes, pictures and recordings, and random scenes: read, or refused in one sentence."""
+"""Broken files of every kind, and random scenes: read, or refused in one sentence."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ class Verdict:
 
 
 def judged(find: Callable[[], Found]) -> Verdict:
-    """Right within what is allowed, said by a caution, or refused in one readable sentence of the right kind."""
+    """Right within what is allowed, said by a caution, or refused in words, with the right exception."""
     try:
         found = find()
     except (InvalidInput, SolveFailed) as refusal:

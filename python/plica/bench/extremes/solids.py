@@ -1,8 +1,8 @@
 """Tissue at its limits: columns in closed form, and motion by a second algorithm from the same matrices.
 
-The second algorithm is HHT(-0.3) written out in double precision with SuperLU (three refinements), from the state
-after the engine's first step. Displacements and the strains of every layer are compared, each over the largest
-of its own layer, so that nothing hides behind a softer neighbour.
+The second algorithm is HHT(-0.3) written out in double precision with SuperLU (three refinements), from the
+state after the engine's first step. Displacements and strains of every layer are compared, each over the
+largest of its own layer, so that nothing hides behind a softer neighbour.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 ALPHA, BETA, GAMMA = -0.3, 0.4225, 0.8
 SIDE, STEPS = 0.01, 20
 SOLVED = 1e-5
-"""The solver's 1e-8 over twenty steps, times what a ratio of stiffness of 1e8 makes of it in the softer layer."""
+"""The solver's 1e-8 over twenty steps, times what a ratio of stiffness of 1e8 makes of it."""
 
 
 def isotropic(E: float, nu: float = 0.3, density: float = 1020.0, viscosity: float = 0.5) -> Any:
@@ -150,7 +150,7 @@ def _within(cells: NDArray[np.int32], found: Array, exact: Array) -> tuple[Array
 
 
 def column(E: tuple[float, float], nu: float, order: int = 1) -> Found:
-    """Both layers pressed by 10 Pa between smooth walls: sigma / (lambda + 2 mu) in each, whatever the elements."""
+    """Both layers pressed by 10 Pa between smooth walls: strains sigma / (lambda + 2 mu)."""
     mesh = layered(order)
     fixed = np.zeros((len(mesh.points), 3), bool)
     fixed[:, 1:] = True

@@ -1,13 +1,13 @@
 """A larynx with air and collisions at its limits, each held against itself in other words, or conserved sums.
 
-Units: lengths, times and masses in others that are powers of two change no bit of a computation that knows no
-absolute size. Elsewhere: the same larynx far from the origin, with its nodes in another order, with contact that
-never closes. Runs in steps too long for them are held against a sixteenth of the step, and a caution must say so.
+Units: lengths, times and masses in others that are powers of two change no bit of a computation that knows
+no absolute size. Elsewhere: the same larynx far from the origin, its nodes in another order, with contact
+that never closes. Steps too long are held against shorter ones, and a caution must say so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -29,7 +29,7 @@ __all__ = ["PROBES", "larynx"]
 Array = NDArray[np.float64]
 STEP, STEPS = 50e-6, 40
 ROUNDED = 1e-5
-"""Solves to 1e-8 in forty steps through an impact, whose instant and gaps go by tolerances of 1e-5 as well."""
+"""Solves to 1e-8 in forty steps through an impact; instant and gaps go by tolerances of 1e-5 as well."""
 _COARSE = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 _WAVES = {
     "flow": (3, -1, 0),
@@ -44,7 +44,7 @@ _SMOOTH = ("flow", "minimum_area", "kinetic_energy")
 def larynx(
     changes: Mapping[str, Any] | None = None, length: float = 1.0, time: float = 1.0, mass: float = 1.0
 ) -> Scene:
-    """The least larynx, thrown shut at 1 m/s and 0.8 kPa, in units of so many metres, seconds and kilograms."""
+    """The least larynx, thrown shut at 1 m/s and 0.8 kPa, in units of 1 / so many m, s and kg."""
     pressure, density = mass / (length * time**2), mass / length**3
     given: dict[str, Any] = {
         "mesh.larynx": "thesis_coarse",
@@ -143,7 +143,7 @@ def units(length: float, time: float, mass: float, **changes: Any) -> Found:
 
 
 def elsewhere(place: tuple[float, float, float]) -> Found:
-    """The same larynx at another place: what its coordinates round by there, over a half-width of the glottis."""
+    """The same larynx at another place: allowed is also what its coordinates round by there."""
     scene = larynx()
     mesh = build_mesh(scene.mesh)
     far = _changed(mesh, np.asarray(mesh.points) + np.asarray(place))
@@ -194,7 +194,7 @@ def _run(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:
 
 
 def conserved(**changes: Any) -> Found:
-    """Energy balanced by works and losses; forces of both sides opposite; flow where there is none behind it."""
+    """Energy balanced by works and losses, forces of both sides opposite, no more flow than a jet."""
     changes = {name.replace("__", "."): value for name, value in changes.items()}
     waves, _ = _run(larynx(changes))
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
@@ -244,7 +244,7 @@ def another_larynx(scale: float) -> Found:
 
 
 def _slit(least: float) -> dict[str, Any]:
-    """The least larynx with other half-widths (m) of its glottis: `least` for the least, none narrower."""
+    """The least larynx with another half-width (m) of its glottis, and nothing narrower."""
     sections = np.array(larynx_fields(Larynx(larynx="thesis_coarse"))["sections"], float)
     narrow = sections[:, 1] == sections[:, 1].min()
     sections[:, 1] = np.where(narrow, least, np.maximum(sections[:, 1], least))
