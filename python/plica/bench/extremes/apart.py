@@ -44,16 +44,16 @@ class _Worker:
         return bool(self._process.is_alive())
 
     def judge(self, probe: Probe) -> Verdict:
-        self._pipe.send(probe.name)
-        if not self._pipe.poll(probe.limit):
-            self.end()
-            return Verdict("HANG", f"no answer in {probe.limit:g} s")
         try:
-            verdict: Verdict = self._pipe.recv()
-        except EOFError:
+            self._pipe.send(probe.name)
+            if self._pipe.poll(probe.limit):
+                verdict: Verdict = self._pipe.recv()
+                return verdict
+        except (EOFError, OSError):
             self._process.join()
             return Verdict("CRASH", f"the process ended with code {self._process.exitcode}")
-        return verdict
+        self.end()
+        return Verdict("HANG", f"no answer in {probe.limit:g} s")
 
     def end(self) -> None:
         self._process.kill()
