@@ -181,7 +181,8 @@ def _step_mesh(path: Path) -> None:
 def _frames() -> np.ndarray:
     y, x = np.mgrid[:32, :48]
     shifts = 0.3 * np.arange(4)[:, None, None]
-    return (127 + 100 * np.sin(0.2 * x + shifts) * np.cos(0.3 * y)).astype(np.uint8)
+    frames: np.ndarray = (127 + 100 * np.sin(0.2 * x + shifts) * np.cos(0.3 * y)).astype(np.uint8)
+    return frames
 
 
 def _picture_file(suffix: str, directory: Path) -> Path:
@@ -296,7 +297,7 @@ def _probes() -> list[Probe]:
             partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 15),
             True,
         ),
-        Probe("random scenes", "the energy ledger", partial(random_scenes, 60, 1), limit=120),
+        Probe("random scenes", "the energy ledger", partial(random_scenes, 60, 1)),
         Probe("random scenes, few", "the energy ledger", partial(random_scenes, 6, 2), True),
     ]
     meshes: dict[str, dict[str, Any]] = {

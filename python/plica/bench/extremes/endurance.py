@@ -61,12 +61,12 @@ PROBES = [
         "1e4 steps", "energy and momentum kept", partial(free_block, 10_000, engine.Cholesky()), small=True
     ),
     Probe(
-        "1e6 steps", "energy and momentum kept", partial(free_block, 1_000_000, engine.Cholesky()), limit=400
+        "1e6 steps", "energy and momentum kept", partial(free_block, 1_000_000, engine.Cholesky()), limit=900
     ),
     Probe(
         "1e5 steps, conjugate gradients",
         "energy and momentum kept",
         partial(free_block, 100_000, engine.ConjugateGradients()),
-        limit=200,
+        limit=400,
     ),
 ]

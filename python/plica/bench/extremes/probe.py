@@ -46,7 +46,7 @@ class Probe:
     find: Callable[[], Found]
     small: bool = False
     """Whether the small size has it."""
-    limit: float = 60.0
+    limit: float = 180.0
     """s; longer is a hang."""
 
 

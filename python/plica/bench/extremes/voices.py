@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 STEP, STEPS = 50e-6, 40
 ROUNDED = 1e-5
 """Solves to 1e-8 in forty steps through an impact; instant and gaps go by tolerances of 1e-5 as well."""
-_COARSE = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
+_COARSE: Mapping[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 _WAVES = {
     "flow": (3, -1, 0),
     "minimum_area": (2, 0, 0),
@@ -103,7 +103,8 @@ def _renumbered(mesh: Any) -> tuple[Any, Any]:
     turn = rng.permutation(len(cells))
 
     def renamed(nodes: Any) -> NDArray[np.int32]:
-        return number[np.asarray(nodes)].astype(np.int32)
+        named: NDArray[np.int32] = number[np.asarray(nodes)].astype(np.int32)
+        return named
 
     made = engine.TetMesh(
         points=np.asarray(mesh.points)[order],
@@ -236,7 +237,7 @@ def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
 
 def another_larynx(scale: float) -> Found:
     """A mesh in the wrong unit: no error to name, a caution must ask."""
-    options = {"major": 7e-3 * scale, "radius": 8e-3 * scale, "layer_thickness": 5e-4 * scale}
+    options: dict[str, Any] = {"major": 7e-3 * scale, "radius": 8e-3 * scale, "layer_thickness": 5e-4 * scale}
     sections = [[scale * z, scale * x] for z, x in larynx_fields(Larynx(larynx="thesis_coarse"))["sections"]]
     options |= {**_COARSE, "sections": sections}
     said = _run(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
@@ -256,6 +257,28 @@ def _unlike(side: str, ratio: float) -> dict[str, Any]:
         f"tissue.{layer}": {"E": E, "nu": 0.45, "viscosity": 3.0, side: {"E": ratio * E}}
         for layer, E in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3))
     }
+
+
+_HARD: Mapping[str, Mapping[str, Any]] = {
+    "lung pressure 0": {"airflow__subglottal_pressure": 0.0},
+    "lung pressure 10 Pa": {"airflow__subglottal_pressure": 10.0},
+    "lung pressure 20 kPa": {"airflow__subglottal_pressure": 20e3},
+    "glottis closed at rest": {"mesh__options": _slit(0.0)},
+    "glottis of 2 nm at rest": {"mesh__options": _slit(1e-9)},
+    "folds wide open": {"mesh__options": _slit(5e-3)},
+    "folds wide open, 20 kPa": {"mesh__options": _slit(5e-3), "airflow__subglottal_pressure": 20e3},
+    "full closure": {"initial__opening_velocity": -5.0},
+    "unsupported folds": {"supports__fixed": []},
+    "viscosity x 1000": {f"tissue__{n}__viscosity": 3e3 for n in ("body", "ligament", "cover")},
+    "viscosity 0": {f"tissue__{n}__viscosity": 0.0 for n in ("body", "ligament", "cover")},
+    "density 1 kg/m^3": {f"tissue__{n}__density": 1.0 for n in ("body", "ligament", "cover")},
+    "density 1e5 kg/m^3": {f"tissue__{n}__density": 1e5 for n in ("body", "ligament", "cover")},
+    "Poisson's ratio 0.4999": {f"tissue__{n}__nu": 0.4999 for n in ("body", "ligament", "cover")},
+    "body 1e8 times as stiff as the cover": {"tissue__body__E": 1e11},
+    "step of 0.1 us": {"time__step": 1e-7, "time__duration": 4e-6},
+    "elliptic sections, full closure": {"airflow__area": "elliptic", "initial__opening_velocity": -3.0},
+}
+"""Changes of the least larynx; two underscores stand for a dot."""
 
 
 def _probes() -> list[Probe]:
@@ -283,25 +306,7 @@ def _probes() -> list[Probe]:
     ]
     probes.append(Probe("nodes and cells in random order", "the usual order", reordered))
     energy = "energy ledger, action and reaction, no more flow than a free jet"
-    for name, changes in {
-        "lung pressure 0": {"airflow__subglottal_pressure": 0.0},
-        "lung pressure 10 Pa": {"airflow__subglottal_pressure": 10.0},
-        "lung pressure 20 kPa": {"airflow__subglottal_pressure": 20e3},
-        "glottis closed at rest": {"mesh__options": _slit(0.0)},
-        "glottis of 2 nm at rest": {"mesh__options": _slit(1e-9)},
-        "folds wide open": {"mesh__options": _slit(5e-3)},
-        "folds wide open, 20 kPa": {"mesh__options": _slit(5e-3), "airflow__subglottal_pressure": 20e3},
-        "full closure": {"initial__opening_velocity": -5.0},
-        "unsupported folds": {"supports__fixed": []},
-        "viscosity x 1000": {f"tissue__{n}__viscosity": 3e3 for n in ("body", "ligament", "cover")},
-        "viscosity 0": {f"tissue__{n}__viscosity": 0.0 for n in ("body", "ligament", "cover")},
-        "density 1 kg/m^3": {f"tissue__{n}__density": 1.0 for n in ("body", "ligament", "cover")},
-        "density 1e5 kg/m^3": {f"tissue__{n}__density": 1e5 for n in ("body", "ligament", "cover")},
-        "Poisson's ratio 0.4999": {f"tissue__{n}__nu": 0.4999 for n in ("body", "ligament", "cover")},
-        "body 1e8 times as stiff as the cover": {"tissue__body__E": 1e11},
-        "step of 0.1 us": {"time__step": 1e-7, "time__duration": 4e-6},
-        "elliptic sections, full closure": {"airflow__area": "elliptic", "initial__opening_velocity": -3.0},
-    }.items():
+    for name, changes in _HARD.items():
         probes.append(Probe(name, energy, partial(conserved, **changes), name == "unsupported folds"))
     shut = {"contact.multipliers": None, "contact": None, "initial.opening_velocity": 0.01}
     open_ = {"initial.opening_velocity": 0.01}

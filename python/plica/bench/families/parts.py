@@ -66,7 +66,8 @@ def _steps(part: Mapping[str, Any], level: Level) -> Callable[[], Array]:
     """The first call makes the simulation, so that its memory counts; the later ones start it anew."""
     from plica.phonation.run.build import build_simulation
 
-    scene, made = _scene(level, part), []
+    scene = _scene(level, part)
+    made: list[Any] = []
 
     def run() -> Array:
         if not made:
