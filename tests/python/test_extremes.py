@@ -67,6 +67,7 @@ def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.Monk
     assert not worker.alive
     worker = _Worker()
     worker._process.kill()
+    worker._process.join()
     assert worker.judge(slow).word == "CRASH"
 
 

@@ -21,8 +21,8 @@ def test_a_scene_steps_without_scipy_and_a_reduced_one_with_it() -> None:
     code = """
 import sys, plica
 scene = plica.Scene.model_validate({
-    "mesh": {"blocks": {"a": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}}},
-    "tissue": {"a": {"E": 1e4, "nu": 0.3}}, "supports": {"fixed": ["a.x_min"]}, "gravity": [0, 0, -9.81],
+    "mesh": {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}},
+    "tissue": {"body": {"E": 1e4, "nu": 0.3}}, "supports": {"fixed": ["x_min"]}, "gravity": [0, 0, -9.81],
     "time": {"step": 1e-4, "duration": 1e-3}})
 plica.build_simulation(scene).advance(10)
 before = "scipy" in sys.modules
