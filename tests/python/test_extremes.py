@@ -12,7 +12,7 @@ import pytest
 
 import plica
 from plica import _engine as engine
-from plica.bench.extremes import voices
+from plica.bench.extremes import larynxes
 from plica.bench.extremes.apart import _Worker
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
 from plica.bench.extremes.probe import Found, Probe, Wrong, judged
@@ -79,11 +79,11 @@ def test_the_page_has_every_probe_and_none_that_is_not() -> None:
 
 
 def far(mesh: engine.TetMesh, by: float) -> engine.TetMesh:
-    return voices._changed(mesh, np.asarray(mesh.points) + by)
+    return larynxes.placed(mesh, np.asarray(mesh.points) + by)
 
 
 def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> None:
-    scene = voices.larynx()
+    scene = larynxes.larynx()
     mesh, place = build_mesh(scene.mesh), 1e5
     near, away = (build_simulation(scene, one) for one in (mesh, far(mesh, place)))
     # coordinates there are 1.5e-11 m apart, heights follow from areas of 1e-6 m^2
@@ -94,9 +94,9 @@ def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> Non
 @pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
 def test_a_coupling_without_sweeps_says_by_how_much_its_pressures_are_off(coupling: str) -> None:
     long_step = {"airflow.coupling": coupling, "time.step": 1e-3, "time.duration": 8e-3}
-    rough, said = voices._run(voices.larynx(long_step))
+    rough, said = larynxes.ran(larynxes.larynx(long_step))
     assert "unconverged_coupling" in said
-    fine, said = voices._run(voices.larynx({"airflow.coupling": coupling}))
+    fine, said = larynxes.ran(larynxes.larynx({"airflow.coupling": coupling}))
     assert "unconverged_coupling" not in said
     assert np.isfinite(rough["coupling_residual"]).all()
     assert rough["coupling_residual"].max() > 10 * np.median(fine["coupling_residual"]) > 0

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from plica import _engine as engine
+from plica.bench.extremes.good_files import SCENE, mesh_file, picture_file, scene_file
 from plica.bench.extremes.probe import Found, Probe, Wrong
 from plica.errors import InvalidInput, SolveFailed
 from plica.phonation.run.build import build_simulation
@@ -36,44 +36,6 @@ _ODD = (
     b"[]",
 )
 _LONGEST = 900
-
-_SCENE = """
-[mesh.blocks.a]
-size = [10e-3, 2e-3, 2e-3]
-divisions = [3, 1, 1]
-[mesh.blocks.b]
-corner = [10.1e-3, 0, 0]
-size = [10e-3, 2e-3, 2e-3]
-divisions = [3, 1, 1]
-[tissue.a]
-E = 20e3
-nu = 0.3
-viscosity = 0.5
-[tissue.b]
-E = 20e3
-nu = 0.3
-E_fibre = 30e3
-nu_fibre = 0.3
-mu_fibre = 10e3
-fibre = [0, 1, 0]
-[[loads]]
-surface = "a.x_min"
-traction = [0, 0, 5]
-frequency = 100
-[contact]
-first = "a.x_max"
-second = "b.x_min"
-friction = 0.3
-[contact.augmented]
-stiffness = 1
-growth = 10
-[initial.velocity]
-a = [0.5, 0, 0]
-[time]
-step = 50e-6
-duration = 4e-4
-scheme = { newmark = { beta = 0.25, gamma = 0.5 } }
-"""
 
 
 def broken(text: bytes, rng: np.random.Generator) -> bytes:
@@ -132,32 +94,6 @@ def stepped(scene: Scene) -> None:
             raise Wrong(f"{name} is not finite")
 
 
-def _scene_file(directory: Path) -> Path:
-    path = directory / "scene.toml"
-    path.write_text(_SCENE, encoding="utf-8")
-    return path
-
-
-def _mesh_file(suffix: str, directory: Path, **options: Any) -> Path:
-    import meshio
-
-    block = engine.block_mesh(corner=(0, 0, 0), size=(1e-2, 1e-2, 1e-2), divisions=(2, 1, 1))
-    cells, face = np.asarray(block.cells), np.asarray(block.surfaces["x_min"])
-    mesh = meshio.Mesh(
-        np.asarray(block.points),
-        [("tetra", cells), ("triangle", face)],
-        cell_data={"gmsh:physical": [np.ones(len(cells), int), np.full(len(face), 10)]}
-        | (
-            {"gmsh:geometrical": [np.ones(len(cells), int), np.ones(len(face), int)]}
-            if suffix == ".msh"
-            else {}
-        ),
-    )
-    path = directory / f"mesh{suffix}"
-    meshio.write(path, mesh, **options)
-    return path
-
-
 def _step_mesh(path: Path) -> None:
     labels = "medit:ref" if path.suffix == ".mesh" else "gmsh:physical"
     stepped(
@@ -176,45 +112,6 @@ def _step_mesh(path: Path) -> None:
             }
         )
     )
-
-
-def _frames() -> np.ndarray:
-    y, x = np.mgrid[:32, :48]
-    shifts = 0.3 * np.arange(4)[:, None, None]
-    frames: np.ndarray = (127 + 100 * np.sin(0.2 * x + shifts) * np.cos(0.3 * y)).astype(np.uint8)
-    return frames
-
-
-def _picture_file(suffix: str, directory: Path) -> Path:
-    path = directory / f"picture{suffix}"
-    if suffix == ".npy":
-        np.save(path, _frames())
-    elif suffix == ".tif":
-        import tifffile
-
-        tifffile.imwrite(path, _frames(), photometric="minisblack")
-    elif suffix == ".h5":
-        import h5py
-
-        with h5py.File(path, "w") as file:
-            file["frames"] = _frames()
-    elif suffix == ".avi":
-        import av
-
-        with av.open(str(path), "w") as made:
-            stream = made.add_stream("mjpeg", rate=25)
-            stream.width, stream.height, stream.pix_fmt = 48, 32, "yuvj420p"
-            for frame in _frames():
-                for packet in stream.encode(
-                    av.VideoFrame.from_ndarray(np.repeat(frame[..., None], 3, 2), "rgb24")
-                ):
-                    made.mux(packet)
-            made.mux(stream.encode())
-    else:
-        from PIL import Image
-
-        Image.fromarray(_frames()[0]).save(path)
-    return path
 
 
 def _read_frames(path: Path) -> None:
@@ -247,7 +144,7 @@ def _random_scene(rng: np.random.Generator) -> dict[str, Any]:
             made |= {"nu": 0.3, "E_fibre": E * decades(0, 2), "nu_fibre": 0.2, "mu_fibre": E * decades(-2, 1)}
         return made
 
-    scene: dict[str, Any] = tomllib.loads(_SCENE)
+    scene: dict[str, Any] = tomllib.loads(SCENE)
     scene["tissue"] = {"a": tissue(), "b": tissue()}
     scene["loads"][0]["traction"] = list(rng.normal(size=3) * decades(-3, 3))
     scene["initial"]["velocity"]["a"] = [decades(-6, 0), 0, 0]
@@ -289,12 +186,12 @@ def _probes() -> list[Probe]:
     known = "read, or refused with InvalidInput in one sentence"
     probes = [
         Probe(
-            "broken scene files", known, partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 150)
+            "broken scene files", known, partial(fuzzed, scene_file, lambda p: stepped(Scene.load(p)), 150)
         ),
         Probe(
             "broken scene files, few",
             known,
-            partial(fuzzed, _scene_file, lambda p: stepped(Scene.load(p)), 15),
+            partial(fuzzed, scene_file, lambda p: stepped(Scene.load(p)), 15),
             True,
         ),
         Probe("random scenes", "the energy ledger", partial(random_scenes, 60, 1)),
@@ -307,13 +204,13 @@ def _probes() -> list[Probe]:
         ".mesh": {},
     }
     for suffix, options in meshes.items():
-        write = partial(_mesh_file, suffix, **options)
+        write = partial(mesh_file, suffix, **options)
         probes.append(Probe(f"broken mesh files, {suffix}", known, partial(fuzzed, write, _step_mesh, 100)))
     for suffix in (".png", ".jpg", ".bmp"):
-        write = partial(_picture_file, suffix)
+        write = partial(picture_file, suffix)
         probes.append(Probe(f"broken pictures, {suffix}", known, partial(fuzzed, write, _read_picture, 150)))
     for suffix in (".avi", ".tif", ".npy", ".h5"):
-        write = partial(_picture_file, suffix)
+        write = partial(picture_file, suffix)
         probes.append(Probe(f"broken recordings, {suffix}", known, partial(fuzzed, write, _read_frames, 80)))
     return probes
 

@@ -9,28 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from plica import _engine as engine
+from plica.bench.extremes.larynxes import COARSE, STEP, STEPS, larynx, placed, ran, renumbered, slit, unlike
 from plica.bench.extremes.probe import Found, Probe
-from plica.phonation.measures.cautions import cautions as cautions_of
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
-from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["PROBES", "larynx"]
+__all__ = ["PROBES"]
 
 Array = NDArray[np.float64]
-STEP, STEPS = 50e-6, 40
 ROUNDED = 1e-5
 """Solves to 1e-8 in forty steps through an impact; instant and gaps go by tolerances of 1e-5 as well."""
-_COARSE: Mapping[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 _WAVES = {
     "flow": (3, -1, 0),
     "minimum_area": (2, 0, 0),
@@ -39,83 +34,6 @@ _WAVES = {
 }
 """Powers of length, time and mass."""
 _SMOOTH = ("flow", "minimum_area", "kinetic_energy")
-
-
-def larynx(
-    changes: Mapping[str, Any] | None = None, length: float = 1.0, time: float = 1.0, mass: float = 1.0
-) -> Scene:
-    """The least larynx, thrown shut at 1 m/s and 0.8 kPa, in units of 1 / so many m, s and kg."""
-    pressure, density = mass / (length * time**2), mass / length**3
-    given: dict[str, Any] = {
-        "mesh.larynx": "thesis_coarse",
-        "mesh.options": dict(_COARSE),
-        "airflow.subglottal_pressure": 800.0 * pressure,
-        "airflow.air_density": 1.23 * density,
-        "airflow.model.viscous_slit.air_viscosity": 1.8e-5 * pressure * time,
-        "contact.multipliers": {},
-        "initial.opening_velocity": -length / time,
-        "time.step": STEP * time,
-        "time.duration": STEPS * STEP * time,
-    }
-    for layer, stiffness in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3)):
-        given[f"tissue.{layer}"] = {
-            "E": stiffness * pressure,
-            "nu": 0.45,
-            "density": 1020 * density,
-            "viscosity": 3.0 * pressure * time,
-        }
-    return Scene.model_validate(_nested(given | dict(changes or {})))
-
-
-def _nested(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Dotted names as tables; a value of None leaves its name out."""
-    tables: dict[str, Any] = {}
-    for path, value in given.items():
-        *above, last = path.split(".")
-        table = tables
-        for name in above:
-            table = table.setdefault(name, {})
-        if value is None:
-            table.pop(last, None)
-        else:
-            table[last] = value
-    return tables
-
-
-def _changed(mesh: Any, points: Array) -> Any:
-    return engine.TetMesh(
-        points=points,
-        cells=np.asarray(mesh.cells),
-        cell_layer=np.asarray(mesh.cell_layer),
-        cell_side=np.asarray(mesh.cell_side),
-        layer_names=mesh.layer_names,
-        surfaces=mesh.surfaces,
-        node_sets=mesh.node_sets,
-    )
-
-
-def _renumbered(mesh: Any) -> tuple[Any, Any]:
-    """Nodes and cells in a random order, and which node is where."""
-    rng = np.random.default_rng(1)
-    order, cells = rng.permutation(len(mesh.points)), np.asarray(mesh.cells)
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    turn = rng.permutation(len(cells))
-
-    def renamed(nodes: Any) -> NDArray[np.int32]:
-        named: NDArray[np.int32] = number[np.asarray(nodes)].astype(np.int32)
-        return named
-
-    made = engine.TetMesh(
-        points=np.asarray(mesh.points)[order],
-        cells=renamed(cells)[turn],
-        cell_layer=np.asarray(mesh.cell_layer)[turn],
-        cell_side=np.asarray(mesh.cell_side)[turn],
-        layer_names=mesh.layer_names,
-        surfaces={name: renamed(faces) for name, faces in mesh.surfaces.items()},
-        node_sets={name: np.sort(renamed(nodes)) for name, nodes in mesh.node_sets.items()},
-    )
-    return made, order
 
 
 def _apart(one: Mapping[str, Any], other: Mapping[str, Any], names: Sequence[str] = tuple(_WAVES)) -> float:
@@ -131,7 +49,7 @@ def units(length: float, time: float, mass: float, **changes: Any) -> Found:
     """The same larynx in other units, which must not change a bit."""
     scene, usual = larynx(changes, length, time, mass), larynx(changes)
     mesh = build_mesh(usual.mesh)
-    far = _changed(mesh, length * np.asarray(mesh.points))
+    far = placed(mesh, length * np.asarray(mesh.points))
     thrown = np.array(build_simulation(usual, mesh).velocity)
     still = np.zeros_like(thrown)
     found = build_simulation(scene, far, still, thrown * length / time).advance(STEPS)
@@ -147,7 +65,7 @@ def elsewhere(place: tuple[float, float, float]) -> Found:
     """The same larynx at another place: allowed is also what its coordinates round by there."""
     scene = larynx()
     mesh = build_mesh(scene.mesh)
-    far = _changed(mesh, np.asarray(mesh.points) + np.asarray(place))
+    far = placed(mesh, np.asarray(mesh.points) + np.asarray(place))
     lost = np.spacing(np.abs(place).max()) / 2.5e-4
     return Found(_apart(_thrown(scene, far, mesh), _thrown(scene, mesh, mesh), _SMOOTH), ROUNDED + 1e3 * lost)
 
@@ -155,7 +73,7 @@ def elsewhere(place: tuple[float, float, float]) -> Found:
 def reordered() -> Found:
     scene = larynx()
     mesh = build_mesh(scene.mesh)
-    other, order = _renumbered(mesh)
+    other, order = renumbered(mesh)
     return Found(_apart(_thrown(scene, other, mesh, order), _thrown(scene, mesh, mesh), _SMOOTH), ROUNDED)
 
 
@@ -174,30 +92,10 @@ def alike(
     return Found(_apart(found, exact, _SMOOTH), allowed)
 
 
-def _run(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Waveforms of all steps, and the cautions that a stored run would have, by name."""
-    mesh = build_mesh(scene.mesh)
-    simulation = build_simulation(scene, mesh)
-    found = simulation.advance(scene.time.steps)
-    data: Any = SimpleNamespace(
-        time=np.asarray(found["time"], float),
-        waveforms=found,
-        fields={},
-        mesh=mesh,
-        section_height=np.asarray(simulation.section_height),
-        section_major=np.asarray(simulation.section_major),
-        scene_text=scene.text(),
-        scene_cautions=scene_cautions(scene, mesh),
-    )
-    data.whole = data
-    waves = {name: np.asarray(wave, float) for name, wave in found.items()}
-    return waves, tuple(caution.name for caution in cautions_of(data))
-
-
 def conserved(**changes: Any) -> Found:
     """Energy balanced by works and losses, forces of both sides opposite, no more flow than a jet."""
     changes = {name.replace("__", "."): value for name, value in changes.items()}
-    waves, _ = _run(larynx(changes))
+    waves, _ = ran(larynx(changes))
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
     works = ("load_work", "viscous_loss", "numerical_loss")
     size = max(energy.max(), *(np.abs(waves[name]).max() for name in works))
@@ -219,7 +117,7 @@ def conserved(**changes: Any) -> Found:
     return Found(float(max(0.0, errors[worst])), 1.0, note=f"worst: {worst}, in its tolerance")
 
 
-_OF_STEPS = ("time_step", "unconverged_coupling", "explicit_coupling", "energy_from_scheme")
+_OF_STEPS = ("time_step", "unconverged_coupling", "energy_from_scheme")
 """Cautions that name a step that is too long; another is no excuse."""
 
 
@@ -227,7 +125,7 @@ def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
     """Steps too long, against so many times shorter ones of the default coupling."""
     changes = {name.replace("__", "."): value for name, value in changes.items()}
     span = step * steps
-    waves, said = _run(larynx(changes | {"time.step": step, "time.duration": span}))
+    waves, said = ran(larynx(changes | {"time.step": step, "time.duration": span}))
     flow = waves["flow"]
     fine = larynx({"time.step": step / finer, "time.duration": span})
     exact = np.asarray(build_simulation(fine).advance(steps * finer)["flow"], float)[finer - 1 :: finer]
@@ -239,34 +137,19 @@ def another_larynx(scale: float) -> Found:
     """A mesh in the wrong unit: no error to name, a caution must ask."""
     options: dict[str, Any] = {"major": 7e-3 * scale, "radius": 8e-3 * scale, "layer_thickness": 5e-4 * scale}
     sections = [[scale * z, scale * x] for z, x in larynx_fields(Larynx(larynx="thesis_coarse"))["sections"]]
-    options |= {**_COARSE, "sections": sections}
-    said = _run(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
+    options |= {**COARSE, "sections": sections}
+    said = ran(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
     return Found(1.0, 0.0, tuple(name for name in said if name in ("fold_length", "mesh_size")))
-
-
-def _slit(least: float) -> dict[str, Any]:
-    """The least larynx with another half-width (m) of its glottis, and nothing narrower."""
-    sections = np.array(larynx_fields(Larynx(larynx="thesis_coarse"))["sections"], float)
-    narrow = sections[:, 1] == sections[:, 1].min()
-    sections[:, 1] = np.where(narrow, least, np.maximum(sections[:, 1], least))
-    return {**_COARSE, "sections": sections.tolist()}
-
-
-def _unlike(side: str, ratio: float) -> dict[str, Any]:
-    return {
-        f"tissue.{layer}": {"E": E, "nu": 0.45, "viscosity": 3.0, side: {"E": ratio * E}}
-        for layer, E in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3))
-    }
 
 
 _HARD: Mapping[str, Mapping[str, Any]] = {
     "lung pressure 0": {"airflow__subglottal_pressure": 0.0},
     "lung pressure 10 Pa": {"airflow__subglottal_pressure": 10.0},
     "lung pressure 20 kPa": {"airflow__subglottal_pressure": 20e3},
-    "glottis closed at rest": {"mesh__options": _slit(0.0)},
-    "glottis of 2 nm at rest": {"mesh__options": _slit(1e-9)},
-    "folds wide open": {"mesh__options": _slit(5e-3)},
-    "folds wide open, 20 kPa": {"mesh__options": _slit(5e-3), "airflow__subglottal_pressure": 20e3},
+    "glottis closed at rest": {"mesh__options": slit(0.0)},
+    "glottis of 2 nm at rest": {"mesh__options": slit(1e-9)},
+    "folds wide open": {"mesh__options": slit(5e-3)},
+    "folds wide open, 20 kPa": {"mesh__options": slit(5e-3), "airflow__subglottal_pressure": 20e3},
     "full closure": {"initial__opening_velocity": -5.0},
     "unsupported folds": {"supports__fixed": []},
     "viscosity x 1000": {f"tissue__{n}__viscosity": 3e3 for n in ("body", "ligament", "cover")},
@@ -315,7 +198,7 @@ def _probes() -> list[Probe]:
         Probe(
             "asymmetry 10:1 of stiffness",
             "left and right exchanged",
-            partial(alike, _unlike("left", 10.0), _unlike("right", 10.0), 0.05),
+            partial(alike, unlike("left", 10.0), unlike("right", 10.0), 0.05),
         ),
         Probe(
             "a velocity of 1e-310 m/s",
