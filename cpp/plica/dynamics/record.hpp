@@ -10,8 +10,8 @@ namespace plica {
 struct FlowRecord {
   FlowState state;
   int sweeps = 0;
-  /// Largest pressure change of the last sweep, in subglottal pressures; of a coupling that does not iterate by how
-  /// much the pressures it took differ from those of where the step has come to.
+  /// Largest pressure change of the last sweep, in subglottal pressures; of a coupling that does not iterate by
+  /// how much the pressures it took differ from those of where the step has come to.
   double residual = 0.0;
   bool frozen = false;    // separation and stop were held
   bool converged = true;  // residual within the tolerance; if not, the step is one under a load that lags by it
