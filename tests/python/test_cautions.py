@@ -156,7 +156,7 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
         ("tissue.body.viscosity = 10", "Is it 10 poise?"),
         (
             "time.step = 50\ntime.duration = 50",
-            "time.step = 50 s. A step of a voice has 100 ns to 500 us. Is it 50 us?",
+            "time.step = 50 s. A step of a voice has 100 ns to 200 us. Is it 50 us?",
         ),
         ("time.duration = 300", "Is it 300 ms?"),
         ("initial.opening_velocity = -1000", "initial.opening_velocity = -1000 m/s. Folds have"),

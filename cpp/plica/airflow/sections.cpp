@@ -295,6 +295,7 @@ Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
 Vector cut_areas(const Points& x, const Triangles& surface, const Vector& heights) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const auto node : surface.reshaped()) low = std::min(low, x(node, 2)), high = std::max(high, x(node, 2));
+  const double aside = origin_near(x)[0];  // of a mesh far away, whose x would drown the area in round-off
   Vector areas = Vector::Zero(heights.size());
   const double *first = heights.data(), *last = first + heights.size();
   for (const auto& triangle : surface.rowwise()) {
@@ -315,7 +316,7 @@ Vector cut_areas(const Points& x, const Triangles& surface, const Vector& height
         double* end = above(b) ? from : to;
         for (int k = 0; k < 2; ++k) end[k] = (1 - t) * x(a, k) + t * x(b, k);
       }
-      areas[plane - first] += (from[0] + to[0]) / 2 * (to[1] - from[1]);
+      areas[plane - first] += ((from[0] + to[0]) / 2 - aside) * (to[1] - from[1]);
     }
   }
   return areas;

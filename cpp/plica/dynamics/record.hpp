@@ -1,5 +1,4 @@
 #pragma once
-#include <limits>
 #include <optional>
 
 #include "plica/airflow/airflow.hpp"
@@ -11,8 +10,9 @@ namespace plica {
 struct FlowRecord {
   FlowState state;
   int sweeps = 0;
-  /// Largest pressure change of the last sweep, in subglottal pressures; NaN where the coupling does not iterate.
-  double residual = std::numeric_limits<double>::quiet_NaN();
+  /// Largest pressure change of the last sweep, in subglottal pressures; of a coupling that does not iterate by
+  /// how much the pressures it took differ from those of where the step has come to.
+  double residual = 0.0;
   bool frozen = false;    // separation and stop were held
   bool converged = true;  // residual within the tolerance; if not, the step is one under a load that lags by it
 };

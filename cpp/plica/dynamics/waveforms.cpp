@@ -120,7 +120,8 @@ std::vector<Waveform> make_waveforms() {
            [](const FlowRecord& r) { return r.state.stopped; }),
       wave("coupling_sweeps", "1", "Evaluations of the airflow in the step.", &FlowRecord::sweeps),
       wave("coupling_residual", "1",
-           "Largest pressure change of the last sweep, in subglottal pressures; NaN without iteration.",
+           "Largest pressure change of the last sweep, in subglottal pressures; without sweeps, what another "
+           "would change.",
            &FlowRecord::residual),
       wave("coupling_frozen", "1", "1 where separation and stop of the flow were held for the last sweeps.",
            &FlowRecord::frozen),

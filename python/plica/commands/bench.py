@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plica.commands import bench_contact
+from plica.commands import bench_contact, bench_extremes
 from plica.commands.arguments import add_command, whole
 from plica.errors import InvalidInput
 
@@ -30,6 +30,7 @@ examples:
 Tables of one subject, in more detail:
   plica bench impact --problems R3 --elements 50
   plica bench free --steps 2000 --contacts multipliers penalty
+  plica bench extremes --size small
 
 Trust ratios of rows that took turns on an idle machine; times of other machines or days say little.
 """
@@ -96,6 +97,7 @@ def add_commands(commands: Any) -> None:
     page = add_command(benches, "page", _page, "write the page of a directory anew")
     page.add_argument("directory", metavar="DIR", type=Path, help="where plica bench run wrote")
     bench_contact.add_commands(benches)
+    bench_extremes.add_commands(benches)
 
 
 def _list(options: argparse.Namespace) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
 from typing import Any, Protocol
@@ -339,24 +340,33 @@ class Dataset(Arrays):
         import h5py
 
         self._path = path
-        try:
-            with h5py.File(path, "r") as file:
-                self._key = _dataset(file, path, dataset)
-                of_matlab = path.suffix.lower() == ".mat"
-                super().__init__(f"{path.name}: {self._key}", file[self._key], reversed_axes=of_matlab)
-        except OSError as error:
-            raise VideoError(
-                f"Recording: {path.name} cannot be read as HDF5 ({error}). A .mat file must be saved with "
-                "-v7.3."
-            ) from None
+        with _hdf5_errors(path), h5py.File(path, "r") as file:
+            self._key = _dataset(file, path, dataset)
+            of_matlab = path.suffix.lower() == ".mat"
+            super().__init__(f"{path.name}: {self._key}", file[self._key], reversed_axes=of_matlab)
         self._data = None
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
         import h5py
 
-        with h5py.File(self._path, "r") as file:
+        with _hdf5_errors(self._path), h5py.File(self._path, "r") as file:
             data = file[self._key]
             yield from Arrays(self.name, data, reversed_axes=self._reversed).pixels(begin, end)
+
+
+@contextmanager
+def _hdf5_errors(path: Path) -> Iterator[None]:
+    """VideoError for a file that is damaged, which the HDF5 library tells in several ways."""
+    try:
+        yield
+    except VideoError:
+        raise
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+        reason = " ".join(str(error).split())
+        raise VideoError(
+            f"Recording: {path.name} cannot be read as HDF5 ({reason}). Is it whole? A .mat file must be "
+            "saved with -v7.3."
+        ) from None
 
 
 def _dataset(file: Any, path: Path, wanted: str | None) -> str:

@@ -79,6 +79,12 @@ FAMILIES = {
             "plica from some 60 states on, where settled covariances save most; below, statsmodels spends "
             "less around the arithmetic.",
         ),
+        Family(
+            "parts",
+            "Leaving out",
+            "Leave out what a scene does not need: a part that is not there costs nothing, one that is there "
+            "and idle costs what the table says.",
+        ),
     )
 }
 """By name; each is a module of this package."""

@@ -39,7 +39,7 @@ class RunData(Protocol):
     """A run, finished or not, with its results in SI units.
 
     Arrays hold the steps and frames that were computed, however many were asked for. A waveform may be NaN
-    where it has no meaning, as the residual of a lagged coupling. A part that the scene does not have
+    where it has no meaning. A part that the scene does not have
     (airflow, contact) has no entries.
     """
 

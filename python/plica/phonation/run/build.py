@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.run.initial import initial_fields
-from plica.phonation.run.reduction import reduction_basis
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
@@ -98,6 +97,8 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
     reduction = scene.reduction
     if reduction is None:
         raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
+    from plica.phonation.run.reduction import reduction_basis  # with SciPy, which no other scene needs
+
     try:
         return reduction_basis(
             build_simulation(scene.replace({"reduction": None}), mesh),

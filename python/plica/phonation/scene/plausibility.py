@@ -145,10 +145,11 @@ BOUNDS: dict[str, Bound] = {
     ),
     "time_step": Bound(
         1e-7,
-        0.5e-3,
+        0.2e-3,
         "s",
         "A step of a voice has",
-        "At 100 Hz the longest leaves 20 steps a period, the shortest takes 100,000.",
+        "At 100 Hz the longest leaves 50 steps a period, the shortest takes 100,000. At 0.4 ms the flow of a "
+        "larynx was off by 11 % within 16 ms (docs/extremes.md).",
         {"ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     ),
     "duration": Bound(

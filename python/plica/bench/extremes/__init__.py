@@ -1,0 +1,1 @@
+"""The engine at its limits: every probe must end right, with a caution, or refused."""

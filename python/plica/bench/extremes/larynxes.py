@@ -1,0 +1,136 @@
+"""The least larynx in many shapes: scenes, meshes, and a run of it with its cautions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine as engine
+from plica.phonation.measures.cautions import cautions as cautions_of
+from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.mesh_parts import Larynx
+from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.plausibility import scene_cautions
+from plica.phonation.scene.scene import Scene
+
+__all__ = ["COARSE", "STEP", "STEPS", "larynx", "placed", "ran", "renumbered", "slit", "unlike"]
+
+Array = NDArray[np.float64]
+STEP, STEPS = 50e-6, 40
+COARSE: Mapping[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
+
+
+def larynx(
+    changes: Mapping[str, Any] | None = None, length: float = 1.0, time: float = 1.0, mass: float = 1.0
+) -> Scene:
+    """The least larynx, thrown shut at 1 m/s and 0.8 kPa, in units of 1 / so many m, s and kg."""
+    pressure, density = mass / (length * time**2), mass / length**3
+    given: dict[str, Any] = {
+        "mesh.larynx": "thesis_coarse",
+        "mesh.options": dict(COARSE),
+        "airflow.subglottal_pressure": 800.0 * pressure,
+        "airflow.air_density": 1.23 * density,
+        "airflow.model.viscous_slit.air_viscosity": 1.8e-5 * pressure * time,
+        "contact.multipliers": {},
+        "initial.opening_velocity": -length / time,
+        "time.step": STEP * time,
+        "time.duration": STEPS * STEP * time,
+    }
+    for layer, stiffness in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3)):
+        given[f"tissue.{layer}"] = {
+            "E": stiffness * pressure,
+            "nu": 0.45,
+            "density": 1020 * density,
+            "viscosity": 3.0 * pressure * time,
+        }
+    return Scene.model_validate(_nested(given | dict(changes or {})))
+
+
+def _nested(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Dotted names as tables; a value of None leaves its name out."""
+    tables: dict[str, Any] = {}
+    for path, value in given.items():
+        *above, last = path.split(".")
+        table = tables
+        for name in above:
+            table = table.setdefault(name, {})
+        if value is None:
+            table.pop(last, None)
+        else:
+            table[last] = value
+    return tables
+
+
+def placed(mesh: Any, points: Array) -> Any:
+    return engine.TetMesh(
+        points=points,
+        cells=np.asarray(mesh.cells),
+        cell_layer=np.asarray(mesh.cell_layer),
+        cell_side=np.asarray(mesh.cell_side),
+        layer_names=mesh.layer_names,
+        surfaces=mesh.surfaces,
+        node_sets=mesh.node_sets,
+    )
+
+
+def renumbered(mesh: Any) -> tuple[Any, Any]:
+    """Nodes and cells in a random order, and which node is where."""
+    rng = np.random.default_rng(1)
+    order, cells = rng.permutation(len(mesh.points)), np.asarray(mesh.cells)
+    number = np.empty_like(order)
+    number[order] = np.arange(len(order))
+    turn = rng.permutation(len(cells))
+
+    def renamed(nodes: Any) -> NDArray[np.int32]:
+        named: NDArray[np.int32] = number[np.asarray(nodes)].astype(np.int32)
+        return named
+
+    made = engine.TetMesh(
+        points=np.asarray(mesh.points)[order],
+        cells=renamed(cells)[turn],
+        cell_layer=np.asarray(mesh.cell_layer)[turn],
+        cell_side=np.asarray(mesh.cell_side)[turn],
+        layer_names=mesh.layer_names,
+        surfaces={name: renamed(faces) for name, faces in mesh.surfaces.items()},
+        node_sets={name: np.sort(renamed(nodes)) for name, nodes in mesh.node_sets.items()},
+    )
+    return made, order
+
+
+def ran(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Waveforms of all steps, and the cautions that a stored run would have, by name."""
+    mesh = build_mesh(scene.mesh)
+    simulation = build_simulation(scene, mesh)
+    found = simulation.advance(scene.time.steps)
+    data: Any = SimpleNamespace(
+        time=np.asarray(found["time"], float),
+        waveforms=found,
+        fields={},
+        mesh=mesh,
+        section_height=np.asarray(simulation.section_height),
+        section_major=np.asarray(simulation.section_major),
+        scene_text=scene.text(),
+        scene_cautions=scene_cautions(scene, mesh),
+    )
+    data.whole = data
+    waves = {name: np.asarray(wave, float) for name, wave in found.items()}
+    return waves, tuple(caution.name for caution in cautions_of(data))
+
+
+def slit(least: float) -> dict[str, Any]:
+    """The least larynx with another half-width (m) of its glottis, and nothing narrower."""
+    sections = np.array(larynx_fields(Larynx(larynx="thesis_coarse"))["sections"], float)
+    narrow = sections[:, 1] == sections[:, 1].min()
+    sections[:, 1] = np.where(narrow, least, np.maximum(sections[:, 1], least))
+    return {**COARSE, "sections": sections.tolist()}
+
+
+def unlike(side: str, ratio: float) -> dict[str, Any]:
+    return {
+        f"tissue.{layer}": {"E": E, "nu": 0.45, "viscosity": 3.0, side: {"E": ratio * E}}
+        for layer, E in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3))
+    }

@@ -1,0 +1,89 @@
+"""``plica bench extremes``: the engine at its limits."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from plica.commands.arguments import add_command
+
+__all__ = ["add_commands"]
+
+_HELP = """\
+Takes the engine to its limits: Poisson's ratios to 0.4999, layers 1e8 times as stiff as their neighbours,
+slivers, meshes far away or in other units, steps of 0.1 us to 10 ms, lung pressures from 0 to 20 kPa, closed
+and wide-open folds, a million steps, broken files of every kind, random scenes. Each ends in a verdict:
+
+  right     within what is allowed of a closed form, a second algorithm, or itself in other words
+  said      accuracy is lost, and a caution of the run names it
+  refused   one clear sentence, InvalidInput or SolveFailed
+
+or, forbidden: WRONG (and no word of it), NaN, CRASH, HANG. docs/extremes.md has the table.
+
+examples:
+  plica bench extremes --size small         seconds: does it work here
+  plica bench extremes -o extremes.csv      everything, some five minutes on an idle core
+  plica bench extremes --subjects tissue voice
+  plica bench extremes --only "Poisson"     probes whose name has this in it
+
+Exit codes: 0 no probe ended in a forbidden way, 1 one did, 2 bad input.
+"""
+
+
+def add_commands(benches: Any) -> None:
+    """Add it to the benchmarks of ``plica bench``."""
+    sub = add_command(
+        benches, "extremes", _extremes, "the engine at its limits: right, said or refused", _HELP
+    )
+    sub.add_argument("--size", choices=("small", "full"), default="full", help="default: full")
+    sub.add_argument(
+        "--subjects", metavar="NAME", nargs="+", help="tissue, voice, endurance, files; default: all"
+    )
+    sub.add_argument("--only", metavar="TEXT", default="", help="probes whose name has it")
+    sub.add_argument(
+        "-o", "--output", dest="csv", metavar="FILE", type=Path, help="also write the table as CSV"
+    )
+    sub.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def _extremes(options: argparse.Namespace) -> int:
+    from plica.bench.combinations import chosen
+    from plica.bench.extremes.apart import verdicts
+    from plica.bench.extremes.catalogue import SUBJECTS
+    from plica.bench.extremes.probe import FORBIDDEN
+    from plica.bench.table import show
+    from plica.errors import InvalidInput
+
+    subjects = chosen(options.subjects, list(SUBJECTS), "--subjects")
+    subject_of = {
+        probe.name: subject
+        for subject in subjects
+        for probe in SUBJECTS[subject]
+        if options.only in probe.name and (probe.small or options.size == "full")
+    }
+    probes = [probe for subject in subjects for probe in SUBJECTS[subject] if probe.name in subject_of]
+    if not probes:
+        raise InvalidInput(f'bench: --only = "{options.only}"; must be part of the name of a probe.')
+
+    def rows() -> Iterator[dict[str, object]]:
+        for probe, verdict, seconds in verdicts(probes):
+            yield {
+                "subject": subject_of[probe.name],
+                "extreme": probe.name,
+                "reference": probe.reference,
+                "verdict": verdict.word,
+                "error": "" if verdict.error is None else f"{verdict.error:.1e}",
+                "allowed": "" if verdict.allowed is None else f"{verdict.allowed:.0e}",
+                "note": verdict.note.replace("|", "\\|"),
+                "s": f"{seconds:.1f}",
+            }
+
+    columns = ("subject", "extreme", "reference", "verdict", "error", "allowed", "note")
+    made = show(rows(), columns, total=len(probes), csv=options.csv, progress=not options.quiet)
+    forbidden = [row for row in made if row["verdict"] in FORBIDDEN]
+    for row in forbidden:
+        print(f"plica: {row['extreme']}: {row['verdict']}: {row['note']}", file=sys.stderr)
+    return 1 if forbidden else 0

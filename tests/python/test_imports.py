@@ -1,0 +1,33 @@
+"""What an import brings: whoever steps a scene pays for no picture, no estimate and no plot."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from plica.bench.families.parts import UNNEEDED, imported
+
+
+@pytest.mark.parametrize("module", UNNEEDED)
+def test_an_import_brings_nothing_that_it_does_not_need(module: str) -> None:
+    found = imported(module)
+    assert module in found
+    assert [name for name in found if name in UNNEEDED[module]] == []
+
+
+def test_a_scene_steps_without_scipy_and_a_reduced_one_with_it() -> None:
+    code = """
+import sys, plica
+scene = plica.Scene.model_validate({
+    "mesh": {"block": {"size": [1e-2, 1e-2, 1e-2], "divisions": [2, 2, 2]}},
+    "tissue": {"body": {"E": 1e4, "nu": 0.3}}, "supports": {"fixed": ["x_min"]}, "gravity": [0, 0, -9.81],
+    "time": {"step": 1e-4, "duration": 1e-3}})
+plica.build_simulation(scene).advance(10)
+before = "scipy" in sys.modules
+plica.build_simulation(scene.replace({"reduction": {"modes": 4, "contact_vectors": 0}})).advance(10)
+print(before, "scipy" in sys.modules)
+"""
+    made = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert made.stdout.split() == ["False", "True"]
