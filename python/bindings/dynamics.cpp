@@ -346,8 +346,9 @@ void bind_dynamics(py::module_& engine) {
             self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));
           },
           py::arg("force"))
-      .def("largest_step", [](const SteppedSimulation& self) { return self.simulation().largest_step(); },
-           py::call_guard<Released>())
+      .def(
+          "largest_step", [](const SteppedSimulation& self) { return self.simulation().largest_step(); },
+          py::call_guard<Released>())
       .def("info", &SteppedSimulation::info)
       .def("times", &SteppedSimulation::times)
       .def_property_readonly("time", [](const SteppedSimulation& self) { return self.simulation().time(); })

@@ -14,7 +14,8 @@ class ExplicitPath final : public ContactPath {
     for (std::ptrdiff_t j = 0; j < count; ++j) {
       const Row& row = rows[static_cast<std::size_t>(j)];
       if (!(row.compliance > 0))
-        throw InvalidInput("Contact: a gap that is held exactly needs a solve; must be a penalty in explicit steps.");
+        throw InvalidInput(
+            "Contact: a gap that is held exactly needs a solve; must be a penalty in explicit steps.");
       if (!(row.free < 0)) continue;
       found.force[j] = -row.free / row.compliance;
       found.active[static_cast<std::size_t>(j)] = 1;

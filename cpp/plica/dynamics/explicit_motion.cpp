@@ -23,7 +23,8 @@ void require_explicit(const Scene& scene, const Motion::Options& options) {
   if (scene.reduction) refuse("a reduction", "another scheme, whose steps of few coordinates are not limited");
   if (!scene.contact) return;
   const ContactPart& part = *scene.contact;
-  if (!std::holds_alternative<Penalty>(part.enforcement) && !std::holds_alternative<VolumePenalty>(part.enforcement))
+  if (!std::holds_alternative<Penalty>(part.enforcement) &&
+      !std::holds_alternative<VolumePenalty>(part.enforcement))
     refuse("contact that is solved for", "a penalty: its forces follow from positions alone");
   if (part.friction) refuse("friction", "left out, or another scheme: it is solved for");
   if (part.surface_mass == SurfaceMass::redistributed)
@@ -138,24 +139,21 @@ void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State
   for (Vector* v : {&now.acceleration, &now.elastic_force, &now.inertial_force}) v->resize(mass_.size());
   if (C) now.viscous_force.resize(mass_.size());
   if (!first) now.velocity.resize(mass_.size());
-  for_chunks(K.pattern()->rows(), BlockMatrix::chunk_rows,
-             [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-               const auto part = [at = 3 * begin, count = 3 * (end - begin)](auto& v) {
-                 return v.segment(at, count);
-               };
-               K.multiply_rows(begin, end, now.displacement.data(), now.elastic_force.data());
-               part(now.acceleration) = part(now.load) - part(now.elastic_force);
-               if (C) {
-                 C->multiply_rows(begin, end, velocity.data(), now.viscous_force.data());
-                 part(now.acceleration) -= part(now.viscous_force);
-               }
-               if (touching) part(now.acceleration) += part(now.contact_force);
-               part(now.acceleration).array() *= part(inverse_mass_).array();
-               part(now.inertial_force) = part(mass_).cwiseProduct(part(now.acceleration));
-               if (!first)
-                 part(now.velocity) =
-                     part(last.velocity) + 0.5 * h * (part(last.acceleration) + part(now.acceleration));
-             });
+  for_chunks(
+      K.pattern()->rows(), BlockMatrix::chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+        const auto part = [at = 3 * begin, count = 3 * (end - begin)](auto& v) { return v.segment(at, count); };
+        K.multiply_rows(begin, end, now.displacement.data(), now.elastic_force.data());
+        part(now.acceleration) = part(now.load) - part(now.elastic_force);
+        if (C) {
+          C->multiply_rows(begin, end, velocity.data(), now.viscous_force.data());
+          part(now.acceleration) -= part(now.viscous_force);
+        }
+        if (touching) part(now.acceleration) += part(now.contact_force);
+        part(now.acceleration).array() *= part(inverse_mass_).array();
+        part(now.inertial_force) = part(mass_).cwiseProduct(part(now.acceleration));
+        if (!first)
+          part(now.velocity) = part(last.velocity) + 0.5 * h * (part(last.acceleration) + part(now.acceleration));
+      });
   now.weighted_elastic_force = now.elastic_force;
 }
 
@@ -198,8 +196,8 @@ ExplicitMotion::Taken ExplicitMotion::step(const State& last, Vector scene_load,
     now.flow_stopped = contact && contact->blocks(*flow, taken.contacts, x, taken.x_previous, last.depth);
     const bool lagged = std::holds_alternative<Lagged>(coupling_);
     const Points& at = lagged ? taken.x_previous : x;
-    taken.flow = FlowRecord{
-        flow->airflow().evaluate(flow->areas(at), lagged ? last.flow_stopped : now.flow_stopped), 1};
+    taken.flow =
+        FlowRecord{flow->airflow().evaluate(flow->areas(at), lagged ? last.flow_stopped : now.flow_stopped), 1};
     flow->add_load(at, taken.flow->state.pressure, now.load);
   }
   const Stopwatch watch(times.solve);

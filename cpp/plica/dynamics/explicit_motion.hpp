@@ -46,7 +46,7 @@ class ExplicitMotion {
 
   const Motion& motion_;
   Coupling coupling_;
-  Vector mass_, inverse_mass_;      // (3 n) kg, 1/kg; the latter zero where held
+  Vector mass_, inverse_mass_;  // (3 n) kg, 1/kg; the latter zero where held
   StableStep stable_;
   double contact_stiffness_ = 0.0;  // 1/s^2
   double eigenvalue_;               // of the step

@@ -73,8 +73,9 @@ Motion::Motion(const Scene& scene, const Assembler& assembler, const Options& op
 
 const BlockMatrix& Motion::step_matrix() const {
   if (!step_matrix_)
-    throw InvalidInput("Simulation: step_matrix; must be of another scheme than central differences: they solve "
-                       "with the lumped mass alone.");
+    throw InvalidInput(
+        "Simulation: step_matrix; must be of another scheme than central differences: they solve "
+        "with the lumped mass alone.");
   return *step_matrix_;
 }
 

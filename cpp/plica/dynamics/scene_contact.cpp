@@ -85,8 +85,8 @@ Contacts SceneContact::forces_at(const Points& x, const Points& x_previous, cons
   return collision_->solve(x, 0.0, {x_previous, last.closed, last.closed_force, last.depth}, {}, unmoved);
 }
 
-bool SceneContact::blocks(const SceneFlow& flow, const Contacts& contacts, const Points& x, const Points& x_previous,
-                          double depth) const {
+bool SceneContact::blocks(const SceneFlow& flow, const Contacts& contacts, const Points& x,
+                          const Points& x_previous, double depth) const {
   if (!flow.airflow().stops_at_contact()) return false;
   for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
     if (!(contacts.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;

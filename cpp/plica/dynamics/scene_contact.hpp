@@ -32,8 +32,8 @@ class SceneContact {
   Contacts solve(const Step& step, Contacts known, Points& x);
   /// The contacts of an explicit step from the state `last` at x_previous: x is where it ends.
   Contacts forces_at(const Points& x, const Points& x_previous, const State& last);
-  /// Whether these contacts at x, or edges that cross there, lie in the middle of the glottis and can stop the flow;
-  /// the step began at x_previous with surfaces `depth` (m) deep in each other.
+  /// Whether these contacts at x, or edges that cross there, lie in the middle of the glottis and can stop the
+  /// flow; the step began at x_previous with surfaces `depth` (m) deep in each other.
   bool blocks(const SceneFlow& flow, const Contacts& contacts, const Points& x, const Points& x_previous,
               double depth) const;
   /// What these contacts did in a step from x_previous and `depth` that ended in the state `now` at x; folded:

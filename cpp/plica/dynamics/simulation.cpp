@@ -199,8 +199,7 @@ void Simulation::advance() {
 }
 
 void Simulation::advance_explicit(const Vector& scene_load) {
-  ExplicitMotion::Taken taken =
-      explicit_->step(state_, scene_load, flow_ ? &*flow_ : nullptr, contact(), times_);
+  ExplicitMotion::Taken taken = explicit_->step(state_, scene_load, flow_ ? &*flow_ : nullptr, contact(), times_);
   keep(std::move(taken.now), {taken.flow, scene_load, taken.contacts, taken.x_previous, 0, Vector()});
 }
 
@@ -242,8 +241,7 @@ void Simulation::keep(State now, Completed step) {
       now.supplied_power = step.flow->state.supplied_power;
       now.viscous_power = step.flow->state.viscous_power;
     }
-    now.ledger =
-        explicit_ ? explicit_->continued_ledger(state_, now) : continued_ledger(motion_, state_, now);
+    now.ledger = explicit_ ? explicit_->continued_ledger(state_, now) : continued_ledger(motion_, state_, now);
   }
   const Stopwatch watch(times_.record);
   const Points x = motion_.positions(now.displacement);

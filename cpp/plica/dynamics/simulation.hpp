@@ -94,11 +94,11 @@ class Simulation {
   /// What a completed step has besides the state that it leads to.
   struct Completed {
     const std::optional<FlowRecord>& flow;
-    const Vector& scene_load;    // (3 n) N
+    const Vector& scene_load;  // (3 n) N
     const Contacts& contacts;
-    const Points& x_previous;    // (n, 3) m, from the motion's origin
+    const Points& x_previous;  // (n, 3) m, from the motion's origin
     int iterations;
-    Vector image;                // State::past; empty where it has none
+    Vector image;  // State::past; empty where it has none
   };
   /// Keeps the state that a step led to, and says what it was like.
   void keep(State now, Completed step);

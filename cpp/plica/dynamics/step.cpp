@@ -128,9 +128,7 @@ void Step::touch() {
   take_weighted();
 }
 
-bool Step::blocks() const {
-  return contact_ && contact_->blocks(*flow_, contacts_, x_, x_previous_, last_.depth);
-}
+bool Step::blocks() const { return contact_ && contact_->blocks(*flow_, contacts_, x_, x_previous_, last_.depth); }
 
 Vector Step::right_hand_side(const Vector& contact_force) const {
   Vector force(load_.size());
