@@ -2,8 +2,8 @@
 
 A viscous block held at one side is driven at 60 Hz. Its steady motion u = Re z exp(i w t) with
 (K + i w C - w^2 M) z = F is exact for the mesh, every mode included; the run starts on it. Errors are
-relative to the amplitudes, after 24 ms; the order is log2 of the ratio to the line above. Central differences have
-a lumped mass, whose own steady motion they are held against, and steps below their limit.
+relative to the amplitudes, after 24 ms; the order is log2 of the ratio to the line above. Central
+differences have a lumped mass, whose own steady motion they are held against, and steps below their limit.
 """
 
 from __future__ import annotations

@@ -116,9 +116,12 @@ def test_a_mode_swings_with_the_frequency_of_the_closed_form() -> None:
 
 
 @pytest.mark.parametrize(
-    ("viscosity", "order", "nu"), [(0.0, 1, 0.3), (1.5, 1, 0.3), (0.4, 2, 0.3), (0.4, 1, 0.49), (200.0, 1, 0.3)]
+    ("viscosity", "order", "nu"),
+    [(0.0, 1, 0.3), (1.5, 1, 0.3), (0.4, 2, 0.3), (0.4, 1, 0.49), (200.0, 1, 0.3)],
 )
-def test_the_largest_step_is_just_below_that_of_the_eigenvalue(viscosity: float, order: int, nu: float) -> None:
+def test_the_largest_step_is_just_below_that_of_the_eigenvalue(
+    viscosity: float, order: int, nu: float
+) -> None:
     body = held_block(viscosity, order, nu)
     found = eigenvalue(body, stepped(body, 1e-8).largest_step())
     assert 0.97 < found <= 1.0
@@ -143,7 +146,9 @@ def test_motion_at_the_largest_step_stays_and_just_above_the_true_limit_grows(vi
 def test_a_step_above_the_limit_is_refused_with_the_largest_that_is_not() -> None:
     body = held_block(0.5)
     largest = stepped(body, 1e-6).largest_step()
-    with pytest.raises(InvalidInput, match=r"step = 0\.001 s; must be <= \S+ s\. Central differences") as caught:
+    with pytest.raises(
+        InvalidInput, match=r"step = 0\.001 s; must be <= \S+ s\. Central differences"
+    ) as caught:
         stepped(body, 1e-3)
     named = float(str(caught.value).split("<= ")[1].split(" s")[0])
     assert named == pytest.approx(largest, rel=1e-5)
@@ -169,40 +174,48 @@ def test_energy_is_lent_and_given_back_and_the_ledger_closes() -> None:
     assert np.abs(waves["ledger_error"]).max() < 1e-12 * before
 
 
-def bars(scheme: Any, stiffness: float, courant: float, lumped: bool) -> dict[str, Any]:
-    """R3, equal bars that meet: waveforms until they have parted; steps in units of the bar's own."""
+def bars(stiffness: float, courant: float) -> tuple[Any, dict[str, Any]]:
+    """R3, equal bars that meet: the problem, and waveforms until they have parted.
+
+    `stiffness` in N/m a node and m of edge; the step is `courant` times that of a wave through an edge.
+    """
     problem = PROBLEMS["R3"](40)
     body, parts = problem.build(problem.bar)
     parts.pop("measured")
-    contact = engine.Contact(
-        airway=parts.pop("airway"), enforcement=engine.Penalty(stiffness=stiffness * problem.bar.edge)
-    )
-    simulation = body.simulation(
-        scheme=scheme, step=courant * problem.bar.step, lumped_mass=lumped, contact=contact, **parts
-    )
-    waves = simulation.advance(round(problem.duration / problem.bar.step / courant))
-    return {"problem": problem, "velocity": simulation.velocity} | waves
+    penalty = engine.Penalty(stiffness=stiffness * problem.bar.edge)
+    contact = engine.Contact(airway=parts.pop("airway"), enforcement=penalty)
+    simulation = stepped(body, courant * problem.bar.step, contact=contact, **parts)
+    return problem, simulation.advance(round(problem.duration / problem.bar.step / courant))
 
 
 def test_equal_bars_exchange_velocities_in_penalty_contact() -> None:
-    found = bars(CENTRAL, 20e3, 0.25, lumped=True)
-    problem = found["problem"]
+    problem, found = bars(5e3, 0.25)
+    step = 0.25 * problem.bar.step
     pressure = np.abs(found["contact_force_first"][:, 0]) / problem.bar.edge**2
-    on = pressure > 0
-    assert np.median(pressure[on]) == pytest.approx(problem.exact.pressure(np.array([1e-3]))[0], rel=0.02)
-    assert on.sum() * 0.25 * problem.bar.step == pytest.approx(problem.exact.end, rel=0.05)
-    assert pressure.sum() * 0.25 * problem.bar.step == pytest.approx(
-        problem.exact.end * problem.exact.pressure(np.array([1e-3]))[0], rel=0.01
-    )
-    scale = found["kinetic_energy"].max()
-    assert np.abs(found["ledger_error"]).max() < 1e-11 * scale
-    # What the penalty lends it gives back, but for its share where the surfaces part within a step.
-    assert abs(found["contact_work"][-1]) < 0.01 * scale
+    exact = problem.exact.pressure(np.array([0.5 * problem.exact.end]))[0]
+    middle = np.abs(found["time"] / problem.exact.end - 0.5) < 0.25
+    assert pressure[middle].mean() == pytest.approx(exact, rel=0.005)
+    # Of 40 elements and a penalty that lets the waves through a little late.
+    assert (pressure > 0).sum() * step == pytest.approx(problem.exact.end, rel=0.03)
+    assert pressure.sum() * step == pytest.approx(problem.exact.end * exact, rel=0.01)
+    energy = found["kinetic_energy"] + found["elastic_energy"]
+    assert energy == pytest.approx(np.full(len(energy), energy[0]), rel=1e-3)
+    assert np.abs(found["ledger_error"]).max() < 1e-12 * energy[0]
+
+
+def test_energy_that_a_stiff_penalty_makes_falls_with_the_step() -> None:
+    made = []
+    for courant in (0.25, 0.125):
+        _, found = bars(20e3, courant)
+        energy = found["kinetic_energy"] + found["elastic_energy"]
+        made.append(abs(energy[-1] / energy[0] - 1))
+    assert made[0] > 0.02  # just below its largest step
+    assert made[1] < 0.25 * made[0]
 
 
 def test_a_penalty_that_is_too_stiff_for_the_step_is_refused_beforehand() -> None:
     with pytest.raises(InvalidInput, match=r"step = \S+ s; must be <= "):
-        bars(CENTRAL, 20e6, 0.25, lumped=True)
+        bars(20e6, 0.25)
 
 
 def test_a_volume_penalty_that_is_too_stiff_ends_the_step_that_meets_it() -> None:
@@ -231,7 +244,7 @@ def test_a_volume_penalty_that_is_too_stiff_ends_the_step_that_meets_it() -> Non
     ],
 )
 def test_what_takes_a_solve_is_refused(parts: dict[str, Any], contact: dict[str, Any], said: str) -> None:
-    problem = PROBLEMS["R3"](4)
+    problem = PROBLEMS["R3"](12)
     body, given = problem.build(problem.bar)
     given.pop("measured")
     airway = given.pop("airway")

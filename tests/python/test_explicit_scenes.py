@@ -1,4 +1,4 @@
-"""Scenes by central differences: with airflow and contact, resumed, on two threads, and what is said of them."""
+"""Scenes by central differences: with airflow and contact, resumed, on two threads, and what is refused."""
 
 from __future__ import annotations
 
@@ -60,7 +60,6 @@ def test_a_coupling_has_nothing_to_iterate(phonating: plica.Scene) -> None:
     ]
     assert differing(found[0], found[1]) == 0
     assert differing(found[0], found[2]) > 0
-    assert np.all(found[0]["flow_sweeps"] == 1) if "flow_sweeps" in found[0] else True
 
 
 def test_threads_and_restarts_change_no_bit(voiced: plica.Scene) -> None:
@@ -100,9 +99,13 @@ def test_the_scene_says_what_it_needs(bar: plica.Scene) -> None:
         bar.replace({"time.scheme": "central_differences"})
     with pytest.raises(plica.SceneError, match=r"step = 0\.0001 s; must be <= \S+ s\. Central differences"):
         plica.build_simulation(
-            bar.replace({"time.scheme": "central_differences", "time.mass": "lumped", "tissue.body.E": "2 MPa"})
+            bar.replace(
+                {"time.scheme": "central_differences", "time.mass": "lumped", "tissue.body.E": "2 MPa"}
+            )
         )
-    with pytest.raises(plica.InvalidInput, match=r"time\.scheme = central_differences; must be hht or newmark"):
+    with pytest.raises(
+        plica.InvalidInput, match=r"time\.scheme = central_differences; must be hht or newmark"
+    ):
         scene_evolution(explicit(bar))
 
 

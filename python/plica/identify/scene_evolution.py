@@ -85,7 +85,7 @@ def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
         options["newmark"] = scheme.beta, scheme.gamma
     else:
         raise InvalidInput(
-            f"{scene.source}: time.scheme = central_differences; must be hht or newmark: explicit steps have no "
-            "evolution here."
+            f"{scene.source}: time.scheme = central_differences; must be hht or newmark: explicit steps have "
+            "no evolution here."
         )
     return hht_evolution(matrices.M, matrices.C, matrices.K, **options), matrices

@@ -136,8 +136,8 @@ def _levels(cells: int, per_period: Sequence[int]) -> tuple[Level, ...]:
 CASES = (
     Case(
         name="vibration",
-        does="A block swings in one mode for four periods and an eighth, made and run from its mesh; with central "
-        "differences its mass is lumped.",
+        does="A block swings in one mode for four periods and an eighth, made and run from its mesh; with "
+        "central differences its mass is lumped.",
         reference="the cosine of the discrete mode, of either mass its own",
         errors={
             "displacement": "at the end, over the amplitude",
@@ -168,7 +168,8 @@ CASES = (
                 "HHT(-0.3) is of order 2", of_order("HHT(-0.3)", "displacement", "steps a period", 1.8, 2.2)
             ),
             Claim(
-                "central differences are of order 2", of_order(CENTRAL, "displacement", "steps a period", 1.8, 2.2)
+                "central differences are of order 2",
+                of_order(CENTRAL, "displacement", "steps a period", 1.8, 2.2),
             ),
             Claim(
                 "from 80 steps a period on Newmark(1, 3/2) is ten times behind the trapezoidal rule",
