@@ -59,5 +59,5 @@ def test_calculix_finds_the_motion_of_the_closed_form() -> None:
     found = calculix.measure(PROBLEM, calculix.deck(PROBLEM, -0.3))
     assert found["displacement"] < 0.1
     assert found["impulse"] == pytest.approx(1, abs=0.1)
-    with pytest.raises(RuntimeError, match="ccx ended with"):
+    with pytest.raises(RuntimeError, match="ccx ended"):
         calculix.measure(PROBLEM, "*NODE\n1, 0, 0\n")

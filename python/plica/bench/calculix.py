@@ -105,6 +105,8 @@ def _judged(problem: Problem, printed: str) -> dict[str, float]:
     x = np.asarray(body.mesh.points)[:, 0]
     own = parts["measured"]
     time, moved = _blocks(printed, r"displacements \(vx,vy,vz\)")
+    if not len(time) or time[-1] < (1 - 1e-6) * problem.duration:
+        raise RuntimeError(f"ccx ended before t = {problem.duration:g} s.")
     moved = moved.reshape(len(time), len(x), 4)[:, :, 1]
     _, force = _blocks(printed, r"statistics for slave set", r"total surface force")
     energy = sum(_blocks(printed, rf"total {kind} energy")[1].ravel() for kind in ("internal", "kinetic"))

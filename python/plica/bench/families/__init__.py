@@ -43,7 +43,7 @@ FAMILIES = {
             "Time schemes on free vibration",
             "The trapezoidal rule where nothing collides; HHT(-0.3) where something does; Newmark(1, 3/2), "
             "which is of first order, never. Central differences only where the motion itself asks for steps "
-            "below their limit: at a step they are as exact and cheaper.",
+            "below their limit: half the error of the trapezoidal rule, in less than half the time.",
         ),
         Family(
             "coupling",
