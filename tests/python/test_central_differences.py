@@ -199,7 +199,8 @@ def test_equal_bars_exchange_velocities_in_penalty_contact() -> None:
     assert (pressure > 0).sum() * step == pytest.approx(problem.exact.end, rel=0.03)
     assert pressure.sum() * step == pytest.approx(problem.exact.end * exact, rel=0.01)
     energy = found["kinetic_energy"] + found["elastic_energy"]
-    assert energy == pytest.approx(np.full(len(energy), energy[0]), rel=1e-3)
+    assert energy.min() < 0.99 * energy[0]  # lent to the penalty
+    assert energy[-1] == pytest.approx(energy[0], rel=1e-3)
     assert np.abs(found["ledger_error"]).max() < 1e-12 * energy[0]
 
 
