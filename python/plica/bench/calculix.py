@@ -109,7 +109,7 @@ def _judged(problem: Problem, printed: str) -> dict[str, float]:
         raise RuntimeError(f"ccx ended before t = {problem.duration:g} s.")
     moved = moved.reshape(len(time), len(x), 4)[:, :, 1]
     _, force = _blocks(printed, r"statistics for slave set", r"total surface force")
-    energy = sum(_blocks(printed, rf"total {kind} energy")[1].ravel() for kind in ("internal", "kinetic"))
+    internal, kinetic = (_blocks(printed, rf"total {kind} energy")[1] for kind in ("internal", "kinetic"))
     speed = parts["velocity"][:, 0]
     brought = 0.5 * bar.density * 2 * bar.length * bar.edge**2 * float(np.abs(speed).max()) ** 2
     pressure = np.abs(force.reshape(len(time), -1)[:, 0]) / bar.edge**2
@@ -117,7 +117,7 @@ def _judged(problem: Problem, printed: str) -> dict[str, float]:
     return {
         "displacement": displacement_error(problem, x[own] - x[own].min(), time, moved[:, own]),
         **first_impact(problem, time, pressure),
-        "energy end": float(energy[-1] / brought),
+        "energy end": float(internal[-1, 0] + kinetic[-1, 0]) / brought,
         # Both faces have the same nodes in the same order.
         "penetration": float(max((moved[:, struck] - moved[:, strikes]).max(), 0.0) / bar.edge),
     }

@@ -43,12 +43,12 @@ class Method:
     """Makes all that is given, from the level; what it returns is timed, and its result is judged."""
     package: str = "plica"
     """What it is imported from."""
-    program: bool = False
-    """Whether the package is a program on the PATH, which says its version when asked by ``-v``."""
     distribution: str = ""
     """What people call that, where it has another name."""
     fits: Callable[[Level], bool] = field(default=lambda level: True)
     """Whether the method is run at a level."""
+    program: bool = False
+    """Whether the package is a program on the PATH, which says its version when asked by ``-v``."""
 
     @property
     def installed(self) -> bool:
