@@ -82,6 +82,7 @@ void bind_options(py::module_& engine) {
       .bind(engine, {}, py::kw_only());
   options<HilberHughesTaylor>("HilberHughesTaylor", option("alpha", &HilberHughesTaylor::alpha))
       .bind(engine, {}, py::kw_only());
+  options<CentralDifferences>("CentralDifferences").bind(engine);
   engine.def(
       "scheme_coefficients",
       [](const TimeScheme& scheme) {
@@ -345,6 +346,9 @@ void bind_dynamics(py::module_& engine) {
             self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));
           },
           py::arg("force"))
+      .def(
+          "largest_step", [](const SteppedSimulation& self) { return self.simulation().largest_step(); },
+          py::call_guard<Released>())
       .def("info", &SteppedSimulation::info)
       .def("times", &SteppedSimulation::times)
       .def_property_readonly("time", [](const SteppedSimulation& self) { return self.simulation().time(); })

@@ -197,7 +197,7 @@ py::dict SteppedSimulation::info() const {
   info["order"] = scene.mesh.order();
   info["fixed_unknowns"] = scene.supports.fixed_count();
   info["unknowns"] = 3 * scene.mesh.node_count() - scene.supports.fixed_count();
-  info["matrix_bytes"] = simulation_.step_matrix().values().size() * sizeof(double);
+  info["matrix_bytes"] = simulation_.stiffness().values().size() * sizeof(double);
   info["linear_solver"] = simulation_.linear_solver();
   if (const ReducedModel* reduced = simulation_.reduced()) {
     info["coordinates"] = reduced->motion().size();
@@ -206,7 +206,8 @@ py::dict SteppedSimulation::info() const {
   if (simulation_.airflow()) info["sections"] = simulation_.airflow()->sections().count();
   if (simulation_.collision()) {
     info["airway_tetrahedra"] = simulation_.collision()->detector().airway().tets.rows();
-    info["contact_solver"] = name_of(*simulation_.contact_solver());
+    const ContactSolver* solver = simulation_.contact_solver();
+    info["contact_solver"] = solver ? name_of(*solver) : "none";
   }
   return info;
 }

@@ -65,6 +65,10 @@ std::unique_ptr<ContactPath> saddle_path(const BlockMatrix& A, const Supports& s
 std::unique_ptr<ContactPath> gmres_path(const BlockMatrix& A, const Supports& supports, const Indices& nodes,
                                         const KrylovOptions& options);
 
+/// Where nothing moves within the step and every row has a compliance: p = max(0, -free / compliance), A and scale
+/// having no part in it.
+std::unique_ptr<ContactPath> explicit_path();
+
 /// For one configuration of an A that iterations are slow on, as in statics: a factorisation, and a
 /// back-substitution for each row of each call. A must outlive it.
 std::unique_ptr<ContactPath> direct_path(const Factorization& A, const Supports& supports, const Indices& nodes);

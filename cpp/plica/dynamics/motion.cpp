@@ -65,9 +65,19 @@ Motion::Motion(const Scene& scene, const Assembler& assembler, const Options& op
       massless_(massless_nodes(scene)),
       mass_(assemble_mass(assembler, scene.tissue, options_.mass, massless_)),
       stiffness_(assembler.stiffness(scene.tissue)),
-      viscosity_(assemble_viscosity(assembler, scene.tissue)),
-      step_matrix_(assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene.supports)),
-      solver_(LinearSolver::make(step_matrix_, options_.solver)) {}
+      viscosity_(assemble_viscosity(assembler, scene.tissue)) {
+  if (is_explicit()) return;
+  step_matrix_ = assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene.supports);
+  solver_ = LinearSolver::make(*step_matrix_, options_.solver);
+}
+
+const BlockMatrix& Motion::step_matrix() const {
+  if (!step_matrix_)
+    throw InvalidInput(
+        "Simulation: step_matrix; must be of another scheme than central differences: they solve "
+        "with the lumped mass alone.");
+  return *step_matrix_;
+}
 
 void Motion::begin(State& state) {
   state.elastic_force = stiffness_ * state.displacement;

@@ -30,14 +30,17 @@ class Motion {
   const Options& options() const { return options_; }
   const SchemeCoefficients& scheme() const { return scheme_; }
   double step() const { return options_.step; }
+  /// Whether steps solve for nothing: then there is no step matrix.
+  bool is_explicit() const { return std::holds_alternative<CentralDifferences>(options_.scheme); }
   const Supports& supports() const { return scene_.supports; }
   const NodalMatrix& mass() const { return mass_; }
   const BlockMatrix& stiffness() const { return stiffness_; }
   /// Absent where no material is viscous.
   const std::optional<BlockMatrix>& viscosity() const { return viscosity_; }
   /// A = M + (1+alpha) gamma h C + (1+alpha) beta h^2 K.
-  const BlockMatrix& step_matrix() const { return step_matrix_; }
-  /// Of the step matrix.
+  /// Throws InvalidInput with CentralDifferences, which have none.
+  const BlockMatrix& step_matrix() const;
+  /// Of the step matrix, where there is one.
   const LinearSolver& solver() const { return *solver_; }
   /// Nodes, ascending; none unless the scene's contact asks for it.
   const std::vector<std::int32_t>& massless() const { return massless_; }
@@ -81,7 +84,7 @@ class Motion {
   NodalMatrix mass_;
   BlockMatrix stiffness_;
   std::optional<BlockMatrix> viscosity_;
-  BlockMatrix step_matrix_;
+  std::optional<BlockMatrix> step_matrix_;
   std::unique_ptr<const LinearSolver> solver_;
   Start start_;
 };

@@ -4,6 +4,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/contact_record.hpp"
+#include "plica/dynamics/scene_flow.hpp"
 #include "plica/dynamics/state.hpp"
 #include "plica/dynamics/step.hpp"
 #include "plica/dynamics/step_stress.hpp"
@@ -26,11 +27,16 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-  solver_ = chosen_solver(method->solver(part.friction.has_value()), nodes_.size());
+  std::unique_ptr<ContactPath> path;
+  if (motion.is_explicit()) {
+    path = explicit_path();
+  } else {
+    solver_ = chosen_solver(method->solver(part.friction.has_value()), nodes_.size());
+    path = contact_path(*solver_, motion.step_matrix(), motion.solver(), motion.supports(), nodes_,
+                        motion.options().solver.krylov());
+  }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
-                     contact_path(solver_, motion.step_matrix(), motion.solver(), motion.supports(), nodes_,
-                                  motion.options().solver.krylov()),
-                     part.faces);
+                     std::move(path), part.faces);
   overlap_.emplace(scene.mesh.cells, collision_->detector());
 }
 
@@ -74,9 +80,27 @@ Contacts SceneContact::solve(const Step& step, Contacts known, Points& x) {
   return contacts;
 }
 
-ContactRecord SceneContact::record(const Step& step, const State& now, const Points& x, bool folded) {
-  ContactRecord record =
-      contact_record(*collision_, step.contacts(), step.x_previous(), step.last().depth, now.contact(), x);
+Contacts SceneContact::forces_at(const Points& x, const Points& x_previous, const State& last) {
+  Points unmoved;
+  return collision_->solve(x, 0.0, {x_previous, last.closed, last.closed_force, last.depth}, {}, unmoved);
+}
+
+bool SceneContact::blocks(const SceneFlow& flow, const Contacts& contacts, const Points& x,
+                          const Points& x_previous, double depth) const {
+  if (!flow.airflow().stops_at_contact()) return false;
+  for (std::size_t i = 0; i < contacts.constraints.size(); ++i) {
+    if (!(contacts.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
+    if (flow.blocks(x.row(contacts.constraints[i].slave))) return true;
+  }
+  const Detector& detector = collision_->detector();
+  const auto crossings = detector.edge_crossings(x, detector.reach(x_previous, x, depth));
+  return std::any_of(crossings.begin(), crossings.end(),
+                     [&](const EdgeCrossing& crossing) { return flow.blocks(crossing.place); });
+}
+
+ContactRecord SceneContact::record(const Contacts& contacts, const Points& x_previous, double depth,
+                                   const State& now, const Points& x, bool folded) {
+  ContactRecord record = contact_record(*collision_, contacts, x_previous, depth, now.contact(), x);
   // A folded cell holds nodes of its own side, too.
   if (!folded) record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, collision_->detector()));
   return record;

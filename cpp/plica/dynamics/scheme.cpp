@@ -10,7 +10,7 @@ struct Coefficients {
   SchemeCoefficients operator()(const Newmark& scheme) const {
     if (!(scheme.beta > 0))
       throw InvalidInput("Newmark", "beta", scheme.beta, "", "> 0",
-                         "Explicit schemes (beta = 0) are not offered.");
+                         "The explicit scheme, beta = 0, is CentralDifferences.");
     if (!(scheme.gamma >= 0.5))
       throw InvalidInput("Newmark", "gamma", scheme.gamma, "", ">= 1/2", "Below, energy grows without bound.");
     if (!(2 * scheme.beta >= scheme.gamma))
@@ -23,6 +23,7 @@ struct Coefficients {
       throw InvalidInput("HilberHughesTaylor", "alpha", alpha, "", "in [-1/3, 0]");
     return {alpha, 0.25 * (1 - alpha) * (1 - alpha), 0.5 - alpha};
   }
+  SchemeCoefficients operator()(CentralDifferences) const { return {0.0, 0.0, 0.5}; }
 };
 
 }  // namespace

@@ -14,7 +14,11 @@ struct HilberHughesTaylor {
   double alpha = -0.3;  // in [-1/3, 0]
 };
 
-using TimeScheme = std::variant<Newmark, HilberHughesTaylor>;
+/// The explicit end of Newmark's family, beta = 0, gamma = 1/2, viscous forces being those of v_n + h a_n: nothing
+/// is solved for, and steps are limited (StableStep).
+struct CentralDifferences {};
+
+using TimeScheme = std::variant<Newmark, HilberHughesTaylor, CentralDifferences>;
 
 /// The three numbers of a scheme; alpha = 0 for Newmark.
 struct SchemeCoefficients {

@@ -29,6 +29,7 @@ Simulation::Simulation(Scene scene, Options options)
       strain_gauge_(scene_.mesh),
       motion_(scene_, assembler_, checked(options)),
       loads_(scene_, assembler_) {
+  if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
   if (scene_.airflow) flow_.emplace(scene_, motion_);
   if (scene_.contact) contact_.emplace(scene_, motion_);
   if (contact_)
@@ -37,7 +38,7 @@ Simulation::Simulation(Scene scene, Options options)
     seen_ = flow_->airflow().nodes();
   if (scene_.reduction)
     reduced_.emplace(scene_, motion_, airflow());
-  else if (flow_)
+  else if (flow_ && !explicit_)
     flow_->find_response(scene_.airflow->coupling, motion_, seen_);
   begin();
 }
@@ -68,6 +69,9 @@ void Simulation::begin() {
   if (reduced_) {
     state_ = reduced_->begun(state_);
     loads_.reduce(reduced_->motion().shapes());
+  } else if (explicit_) {
+    explicit_->begin(state_);
+    state_.ledger = explicit_->opened_ledger(state_);
   } else {
     motion_.begin(state_);
     state_.ledger = opened_ledger(motion_, state_);
@@ -133,7 +137,7 @@ Vector Simulation::contact_pressure() const {
 }
 
 void Simulation::set_external_force(Vector force) {
-  if (force.size() != step_matrix().rows())
+  if (force.size() != stiffness().rows())
     throw InvalidInput("Simulation", "external force", static_cast<double>(force.size()), "entries",
                        "3 times the " + std::to_string(scene_.mesh.node_count()) + " nodes");
   for (std::ptrdiff_t i = 0; i < force.size(); ++i)
@@ -146,8 +150,9 @@ void Simulation::set_external_force(Vector force) {
 
 void Simulation::restore(State state) {
   const Collision* collision = reduced_ && contact_ ? &reduced_->contact()->collision() : this->collision();
-  state.validate({reduced_ ? reduced_->motion().size() : step_matrix().rows(), scene_.mesh.cell_count(),
-                  viscosity().has_value(), flow_.has_value(), collision, reduced_ ? reduced_->interface() : -1});
+  state.validate({reduced_ ? reduced_->motion().size() : stiffness().rows(), scene_.mesh.cell_count(),
+                  viscosity().has_value(), flow_.has_value(), collision, reduced_ ? reduced_->interface() : -1,
+                  !explicit_});
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();
@@ -171,6 +176,7 @@ void Simulation::advance() {
   try {
     if (reduced_) return advance_reduced();
     const Vector scene_load = loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step());
+    if (explicit_) return advance_explicit(scene_load);
     Step step(motion_, state_, scene_load, seen_, flow_ ? &*flow_ : nullptr, contact(), times_);
     if (contact_) {
       const Stopwatch watch(times_.contact);
@@ -182,12 +188,19 @@ void Simulation::advance() {
     else
       step.move();
     step.complete();
-    keep(step, flow, scene_load);
+    State now = step.end();
+    keep(std::move(now),
+         {flow, scene_load, step.contacts(), step.x_previous(), step.iterations(), step.take_image()});
   } catch (const SolveFailed& failure) {
     throw failed(failure);
   } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
     throw failed(failure);
   }
+}
+
+void Simulation::advance_explicit(const Vector& scene_load) {
+  ExplicitMotion::Taken taken = explicit_->step(state_, scene_load, flow_ ? &*flow_ : nullptr, contact(), times_);
+  keep(std::move(taken.now), {taken.flow, scene_load, taken.contacts, taken.x_previous, 0, Vector()});
 }
 
 void Simulation::advance_reduced() {
@@ -220,34 +233,34 @@ void Simulation::advance_reduced() {
   record_ = std::move(record);
 }
 
-void Simulation::keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load) {
-  State now = step.end();
+void Simulation::keep(State now, Completed step) {
   {
     const Stopwatch watch(times_.ledger);
-    if (flow) {
-      now.flow_load = now.load - scene_load;
-      now.supplied_power = flow->state.supplied_power;
-      now.viscous_power = flow->state.viscous_power;
+    if (step.flow) {
+      now.flow_load = now.load - step.scene_load;
+      now.supplied_power = step.flow->state.supplied_power;
+      now.viscous_power = step.flow->state.viscous_power;
     }
-    now.ledger = continued_ledger(motion_, state_, now);
+    now.ledger = explicit_ ? explicit_->continued_ledger(state_, now) : continued_ledger(motion_, state_, now);
   }
   const Stopwatch watch(times_.record);
   const Points x = motion_.positions(now.displacement);
   StepRecord record;
   record.time = static_cast<double>(now.step) * motion_.step();
-  record.iterations = step.iterations();
-  record.flow = flow;
+  record.iterations = step.iterations;
+  record.flow = step.flow;
   record.strains = strain_gauge_.measure(now.displacement);
   record.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
   if (contact_) {
     contact_->update_pressure(now, x);
-    record.contact = contact_->record(step, now, x, record.inverted_tissue > 0);
+    record.contact =
+        contact_->record(step.contacts, step.x_previous, state_.depth, now, x, record.inverted_tissue > 0);
     now.depth = -record.contact->deepest_gap;
   }
   const bool at_origin = motion_.origin().isZero(0);
   now.first_signs.note(now.step, record, at_origin ? x : motion_.in_scene(x), scene_.mesh.cells);
   now.past = std::move(state_.past);
-  now.past.add(now.acceleration, step.take_image());
+  if (step.image.size() > 0) now.past.add(now.acceleration, std::move(step.image));
   state_ = std::move(now);
   record_ = record;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "plica/dynamics/explicit_motion.hpp"
 #include "plica/dynamics/motion.hpp"
 #include "plica/dynamics/record.hpp"
 #include "plica/dynamics/reduced_model.hpp"
@@ -43,15 +44,22 @@ class Simulation {
   const BlockMatrix& stiffness() const { return motion_.stiffness(); }
   /// Absent where no material is viscous.
   const std::optional<BlockMatrix>& viscosity() const { return motion_.viscosity(); }
+  /// Throws InvalidInput with CentralDifferences, which have none.
   const BlockMatrix& step_matrix() const { return motion_.step_matrix(); }
-  /// "Cholesky" or "conjugate gradients": what solves the step's linear systems.
-  std::string linear_solver() const { return motion_.solver().name(); }
+  /// "Cholesky" or "conjugate gradients": what solves the step's linear systems; "none" with CentralDifferences.
+  std::string linear_solver() const { return explicit_ ? "none" : motion_.solver().name(); }
+  /// s, the largest that CentralDifferences take; absent with other schemes, which take any.
+  std::optional<double> largest_step() const {
+    return explicit_ ? std::optional(explicit_->largest_step()) : std::nullopt;
+  }
   /// Null without airflow.
   const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
   /// Null without contact.
   const Collision* collision() const { return contact_ ? &contact_->collision() : nullptr; }
-  /// How contact forces are solved for, never Automatic; null without contact.
-  const ContactSolver* contact_solver() const { return contact_ ? &contact_->solver() : nullptr; }
+  /// How contact forces are solved for, never Automatic; null without contact and with CentralDifferences.
+  const ContactSolver* contact_solver() const {
+    return contact_ && contact_->solver() ? &*contact_->solver() : nullptr;
+  }
 
   /// Null where the scene is not reduced.
   const ReducedModel* reduced() const { return reduced_ ? &*reduced_ : nullptr; }
@@ -78,18 +86,29 @@ class Simulation {
  private:
   SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
   void begin();
+  void advance_explicit(const Vector& scene_load);
   void advance_reduced();
   Vector at_nodes(const Vector& unknowns) const {
     return reduced_ ? reduced_->motion().at_nodes(unknowns) : unknowns;
   }
-  /// Keeps what the completed step under this load (3 n) N of the scene led to, and says what it was like.
-  void keep(Step& step, const std::optional<FlowRecord>& flow, const Vector& scene_load);
+  /// What a completed step has besides the state that it leads to.
+  struct Completed {
+    const std::optional<FlowRecord>& flow;
+    const Vector& scene_load;  // (3 n) N
+    const Contacts& contacts;
+    const Points& x_previous;  // (n, 3) m, from the motion's origin
+    int iterations;
+    Vector image;  // State::past; empty where it has none
+  };
+  /// Keeps the state that a step led to, and says what it was like.
+  void keep(State now, Completed step);
   std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
 
   Scene scene_;
   Assembler assembler_;
   StrainGauge strain_gauge_;
   Motion motion_;
+  std::optional<ExplicitMotion> explicit_;
   SceneLoads loads_;
   std::optional<SceneFlow> flow_;
   std::optional<SceneContact> contact_;

@@ -27,7 +27,9 @@ void State::validate(const Shape& shape) const {
     const bool viscous =
         values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
     const bool absent = (values == &contact_force && !shape.collision) ||
-                        (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous);
+                        (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous) ||
+                        (!shape.solves && (values == &stiffness_velocity || values == &stiffness_acceleration ||
+                                           values == &viscosity_velocity || values == &viscosity_acceleration));
     const bool reduced = shape.interface >= 0, own = values == &interface_force;
     const std::ptrdiff_t size = absent ? 0 : !own ? shape.unknowns : reduced ? shape.interface : 0;
     if (values->size() != size)
@@ -38,8 +40,9 @@ void State::validate(const Shape& shape) const {
       throw InvalidInput(std::string("Simulation: the state's ") + name + " has a value that is not finite.");
   }
   const std::size_t past_steps = past.accelerations.size();
-  if (shape.interface >= 0 ? past_steps > 0
-                           : past_steps == 0 || past_steps > Past::depth || past.images.size() != past_steps)
+  if (shape.interface >= 0 || !shape.solves
+          ? past_steps > 0
+          : past_steps == 0 || past_steps > Past::depth || past.images.size() != past_steps)
     throw InvalidInput("Simulation", "state's past accelerations", static_cast<double>(past_steps), "",
                        "1 to " + std::to_string(Past::depth) + ", with as many images");
   for (const auto* vectors : {&past.accelerations, &past.images})

@@ -17,7 +17,7 @@ struct Watched {
 
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r)
 /// of its coordinates; contact_force is empty where the scene has no contact, flow_load where it has no airflow,
-/// those of the viscosity where no material is viscous.
+/// those of the viscosity where no material is viscous; explicit steps have no K v, K a, C v, C a and no past.
 struct State {
   std::int64_t step = 0;
   Vector displacement, velocity, acceleration;  // m, m/s, m/s^2
@@ -46,6 +46,7 @@ struct State {
     bool viscous, airflow;
     const Collision* collision;     // null without contact
     std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
+    bool solves = true;             // the step's linear systems: explicit ones keep nothing for the next
   };
   /// Throws InvalidInput where a part has another size, is not finite or cannot be in this scene.
   void validate(const Shape& shape) const;

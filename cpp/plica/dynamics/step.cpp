@@ -128,18 +128,7 @@ void Step::touch() {
   take_weighted();
 }
 
-bool Step::blocks() const {
-  if (!flow_->airflow().stops_at_contact()) return false;
-  for (std::size_t i = 0; i < contacts_.constraints.size(); ++i) {
-    if (!(contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0)) continue;
-    if (flow_->blocks(x_.row(contacts_.constraints[i].slave))) return true;
-  }
-  if (!contact_) return false;
-  const Detector& detector = contact_->collision().detector();
-  const auto crossings = detector.edge_crossings(x_, detector.reach(x_previous_, x_, last_.depth));
-  return std::any_of(crossings.begin(), crossings.end(),
-                     [&](const EdgeCrossing& crossing) { return flow_->blocks(crossing.place); });
-}
+bool Step::blocks() const { return contact_ && contact_->blocks(*flow_, contacts_, x_, x_previous_, last_.depth); }
 
 Vector Step::right_hand_side(const Vector& contact_force) const {
   Vector force(load_.size());

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
+from shutil import which
 from typing import Any, Literal
 
 from plica.bench.record import Level, Row
@@ -23,6 +26,14 @@ def _distributions() -> Mapping[str, Sequence[str]]:
     return metadata.packages_distributions()
 
 
+@cache
+def _said_version(program: str) -> str:
+    """The first version number that it prints."""
+    printed = subprocess.run([program, "-v"], capture_output=True, text=True, check=False).stdout
+    found = re.search(r"\d+(\.\d+)+", printed)
+    return found.group() if found else ""
+
+
 @dataclass(frozen=True)
 class Method:
     """One way to do what a case asks."""
@@ -36,15 +47,21 @@ class Method:
     """What people call that, where it has another name."""
     fits: Callable[[Level], bool] = field(default=lambda level: True)
     """Whether the method is run at a level."""
+    program: bool = False
+    """Whether the package is a program on the PATH, which says its version when asked by ``-v``."""
 
     @property
     def installed(self) -> bool:
-        """Whether this Python has it."""
+        """Whether this Python, or the PATH, has it."""
+        if self.program:
+            return which(self.package) is not None
         return find_spec(self.package) is not None
 
     @property
     def version(self) -> str:
         """Of the distribution that brought the package, by whichever of its names it was installed."""
+        if self.program:
+            return _said_version(self.package)
         names = _distributions().get(self.package.partition(".")[0])
         return metadata.version(names[0]) if names else ""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from plica.bench.body import mass_columns
 from plica.bench.combinations import Combination
 from plica.errors import InvalidInput, SolveFailed
 
-__all__ = ["COLUMNS", "PENALTY", "measure", "recommendation", "rows"]
+__all__ = ["COLUMNS", "PENALTY", "displacement_error", "first_impact", "measure", "recommendation", "rows"]
 
 COLUMNS = (
     "displacement",
@@ -57,8 +56,10 @@ def measure(
     if not first.any():
         raise SolveFailed("Simulation: the bar never touches.")
     return {
-        "displacement": _displacement_error(problem, measured, result),
-        **_force(problem, result["time"], np.abs(first[:, 0]) / bar.edge**2),
+        "displacement": displacement_error(
+            problem, measured.depth, result["time"], result["probes"][:, :, 0]
+        ),
+        **first_impact(problem, result["time"], np.abs(first[:, 0]) / bar.edge**2),
         "rebound": _rebound(problem, measured),
         "energy end": float(total[-1]),
         "energy max": float(total.max()),
@@ -71,37 +72,42 @@ def measure(
     }
 
 
-def _displacement_error(problem: Problem, measured: Measured, result: dict[str, Any]) -> float:
-    """Root mean square over the bar since first touch, over that of the exact displacement since then."""
-    since = result["time"] >= problem.exact.begin
-    exact = problem.exact.displacement(measured.depth, result["time"][since])
-    found = result["probes"][since, :, 0] - problem.offset
-    inner = np.abs(2 * measured.depth / problem.bar.length - 1) < 1 - 1e-9
-    weights = np.where(inner, 1.0, 0.5)
+def displacement_error(
+    problem: Problem, depth: NDArray[np.float64], time: NDArray[np.float64], moved: NDArray[np.float64]
+) -> float:
+    """Root mean square over the bar since first touch, over that of the exact displacement since then.
+
+    `moved` (times, depths) m; steps may differ.
+    """
+    since = time >= problem.exact.begin
+    exact = problem.exact.displacement(depth, time[since])
+    found = moved[since] - problem.offset
+    inner = np.abs(2 * depth / problem.bar.length - 1) < 1 - 1e-9
+    weights = np.diff(time, prepend=0.0)[since, None] * np.where(inner, 1.0, 0.5)
     return float(np.sqrt((weights * (found - exact) ** 2).sum() / (weights * exact**2).sum()))
 
 
-def _force(problem: Problem, t: NDArray[np.float64], pressure: NDArray[np.float64]) -> dict[str, float]:
-    """The first impact, in units of the exact one."""
-    exact, step = problem.exact, problem.bar.step
+def first_impact(problem: Problem, t: NDArray[np.float64], pressure: NDArray[np.float64]) -> dict[str, float]:
+    """The first impact, in units of the exact one, from the pressure at the ends of steps that may differ."""
+    exact, step = problem.exact, np.diff(t, prepend=0.0)
     length = exact.end - exact.begin
     window = (t > exact.begin - MARGIN * length) & (t < exact.end + MARGIN * length)
-    t, pressure = t[window], pressure[window]
+    t, step, pressure = t[window], step[window], pressure[window]
     mean = float(exact.pressure(np.linspace(exact.begin, exact.end, 10001)).mean())
     right = exact.pressure(t)
     on = np.flatnonzero(pressure)
     if not len(on):
         raise SolveFailed("Simulation: the bar does not touch when it should.")
-    lasted = t[on[-1]] - t[on[0]] + step
+    lasted = t[on[-1]] - t[on[0]] + step[on[0]]
     # Beyond the exact contact the pressure is compared with that at its nearer end.
     ratio = pressure[on] / exact.pressure(np.clip(t[on], exact.begin, exact.end))
     return {
-        "force": float(np.sqrt(((pressure - right) ** 2).sum() / (right**2).sum())),
-        "impulse": float(pressure.sum() * step / length / mean),
+        "force": float(np.sqrt((step * (pressure - right) ** 2).sum() / (step * right**2).sum())),
+        "impulse": float((pressure * step).sum() / length / mean),
         "duration": float(lasted / length),
         "plateau": float(np.median(ratio)),
         "peak": float(ratio.max()),
-        "duty": float(len(on) * step / lasted),
+        "duty": float(step[on].sum() / lasted),
     }
 
 

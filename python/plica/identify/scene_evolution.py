@@ -72,7 +72,10 @@ def scene_matrices(scene: Scene) -> SceneMatrices:
 
 
 def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
-    """The evolution of a scene without contact over one of its time steps, by its own scheme."""
+    """The evolution of a scene without contact over one of its time steps, by its own scheme.
+
+    Raises InvalidInput with central differences.
+    """
     matrices = scene_matrices(scene)
     scheme = scene.time.scheme.choice
     options: dict[str, Any] = {"step": float(scene.time.step)}
@@ -80,4 +83,9 @@ def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
         options["alpha"] = scheme.alpha
     elif isinstance(scheme, Newmark):
         options["newmark"] = scheme.beta, scheme.gamma
+    else:
+        raise InvalidInput(
+            f"{scene.source}: time.scheme = central_differences; must be hht or newmark: explicit steps have "
+            "no evolution here."
+        )
     return hht_evolution(matrices.M, matrices.C, matrices.K, **options), matrices

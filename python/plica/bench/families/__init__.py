@@ -42,7 +42,8 @@ FAMILIES = {
             "dynamics",
             "Time schemes on free vibration",
             "The trapezoidal rule where nothing collides; HHT(-0.3) where something does; Newmark(1, 3/2), "
-            "which is of first order, never.",
+            "which is of first order, never. Central differences only where the motion itself asks for steps "
+            "below their limit: half the error of the trapezoidal rule, in less than half the time.",
         ),
         Family(
             "coupling",

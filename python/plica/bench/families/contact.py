@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from plica.bench import free, impact
+from plica.bench import calculix, free, impact
 from plica.bench.bars import PROBLEMS
 from plica.bench.case import Case, Claim, Method
 from plica.bench.combinations import MASSES, Combination
@@ -27,6 +27,12 @@ DEFAULT = str(Combination("multipliers", "HHT(-0.3)", "kept"))
 def _bars(combination: Combination, level: Level) -> Callable[[], dict[str, float]]:
     problem = PROBLEMS[str(level["problem"])](int(level["elements"]))
     return lambda: impact.measure(problem, combination, SOLVES)
+
+
+def _calculix(level: Level) -> Callable[[], dict[str, float]]:
+    problem = PROBLEMS[str(level["problem"])](int(level["elements"]))
+    text = calculix.deck(problem, alpha=-0.3)
+    return lambda: calculix.measure(problem, text)
 
 
 def _bars_errors(level: Level, found: dict[str, float], truth: None) -> dict[str, float]:
@@ -70,7 +76,17 @@ CASES = (
             "penetration": "deepest, in edges",
         },
         levels={"small": _bars_levels(10, 20), "full": _bars_levels(20, 40, 80)},
-        methods=tuple(Method(str(combination), partial(_bars, combination)) for combination in COMBINATIONS),
+        methods=(
+            *(Method(str(combination), partial(_bars, combination)) for combination in COMBINATIONS),
+            Method(
+                "CalculiX, penalty, HHT(-0.3)",
+                _calculix,
+                package="ccx",
+                program=True,
+                distribution="CalculiX",
+                fits=lambda level: level["problem"] == "R3",
+            ),
+        ),
         truth=lambda level: None,
         judge=_bars_errors,
         problem=("problem",),

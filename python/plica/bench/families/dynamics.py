@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
+from scipy.sparse import diags_array
 
+from plica import _engine as engine
 from plica.bench.body import SCHEMES, Body
 from plica.bench.case import Case, Claim, Method
 from plica.bench.families.block import (
@@ -31,6 +33,9 @@ __all__ = ["CASES"]
 PERIODS = 4.125  # where neither displacement nor velocity vanishes
 SWING = 1e-4  # m
 SOLVES = 1e-12
+CENTRAL = "central differences"
+LEAST_STEPS = 11
+"""A period and cell, of central differences: what they are stable with, 10.9, rounded up."""
 
 
 @dataclass(frozen=True)
@@ -45,10 +50,15 @@ class Motion:
     """Found at the end; 1/s."""
 
 
-@lru_cache(maxsize=1)
-def _plica_mode(cells: int) -> tuple[Array, float, Any]:
+@lru_cache(maxsize=2)
+def _plica_mode(cells: int, lumped: bool) -> tuple[Array, float, Any]:
     """The discrete mode with a largest entry of 1, its frequency, and the numbers of its unknowns."""
-    made = plica_assembly({"cells": cells, "elements": "quadratic"})()
+    level: Level = {"cells": cells, "elements": "quadratic"}
+    made = plica_assembly(level)()
+    if lumped:
+        mesh = mesh_of(level)
+        assembly = engine.Assembly(mesh, [MATERIAL], ["tissue"], np.zeros(len(mesh.cells), np.int32))
+        made = replace(made, mass=diags_array(np.repeat(assembly.lumped_mass(), 3)))
     mode, omega = discrete_mode(made)
     return mode / np.abs(mode).max(), omega, made.unknowns().free
 
@@ -60,7 +70,8 @@ def _span(level: Level, omega: float) -> tuple[float, int]:
 
 
 def _engine(scheme: str, level: Level) -> Callable[[], Motion]:
-    mode, omega, free = _plica_mode(int(level["cells"]))
+    lumped = scheme == CENTRAL
+    mode, omega, free = _plica_mode(int(level["cells"]), lumped)
     mesh = mesh_of(level)
     start, fixed = np.zeros(3 * len(mesh.points)), np.ones(3 * len(mesh.points), bool)
     start[free], fixed[free] = SWING * mode, False
@@ -69,8 +80,9 @@ def _engine(scheme: str, level: Level) -> Callable[[], Motion]:
 
     def run() -> Motion:
         simulation = body.simulation(
-            scheme=SCHEMES[scheme],
+            scheme=engine.CentralDifferences() if lumped else SCHEMES[scheme],
             step=step,
+            lumped_mass=lumped,
             solver_tolerance=SOLVES,
             displacement=start.reshape(-1, 3),
         )
@@ -124,8 +136,9 @@ def _levels(cells: int, per_period: Sequence[int]) -> tuple[Level, ...]:
 CASES = (
     Case(
         name="vibration",
-        does="A block swings in one mode for four periods and an eighth, made and run from its mesh.",
-        reference="the cosine of the discrete mode",
+        does="A block swings in one mode for four periods and an eighth, made and run from its mesh; with "
+        "central differences its mass is lumped.",
+        reference="the cosine of the discrete mode, of either mass its own",
         errors={
             "displacement": "at the end, over the amplitude",
             "velocity": "likewise, over its amplitude",
@@ -136,6 +149,11 @@ CASES = (
         },
         methods=(
             *(Method(scheme, partial(_engine, scheme)) for scheme in SCHEMES),
+            Method(
+                CENTRAL,
+                partial(_engine, CENTRAL),
+                fits=lambda level: int(level["steps a period"]) >= LEAST_STEPS * int(level["cells"]),
+            ),
             Method("scikit-fem, trapezoidal", partial(_peer, scikit_fem_assembly), "skfem", "scikit-fem"),
             Method("NGSolve, trapezoidal", partial(_peer, ngsolve_assembly), "ngsolve"),
         ),
@@ -148,6 +166,10 @@ CASES = (
             ),
             Claim(
                 "HHT(-0.3) is of order 2", of_order("HHT(-0.3)", "displacement", "steps a period", 1.8, 2.2)
+            ),
+            Claim(
+                "central differences are of order 2",
+                of_order(CENTRAL, "displacement", "steps a period", 1.8, 2.2),
             ),
             Claim(
                 "from 80 steps a period on Newmark(1, 3/2) is ten times behind the trapezoidal rule",

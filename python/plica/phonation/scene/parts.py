@@ -24,13 +24,14 @@ from plica.phonation.scene.contact import Augmented, Contact, Multipliers, Nitsc
 from plica.phonation.scene.output import Output
 from plica.phonation.scene.reduction import Reduction
 from plica.phonation.scene.solver import Automatic, Cholesky, ConjugateGradients, LinearMethod, Solver
-from plica.phonation.scene.stepping import HilberHughesTaylor, Newmark, Scheme, Stepping
+from plica.phonation.scene.stepping import CentralDifferences, HilberHughesTaylor, Newmark, Scheme, Stepping
 
 __all__ = [
     "Airflow",
     "Augmented",
     "Automatic",
     "Bernoulli",
+    "CentralDifferences",
     "Cholesky",
     "ConjugateGradients",
     "Contact",

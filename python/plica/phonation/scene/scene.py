@@ -219,6 +219,10 @@ class Scene(Part):
 
     @model_validator(mode="after")
     def _parts_fit_together(self) -> Self:
+        if self.reduction is not None and self.time.scheme.central_differences is not None:
+            raise problem(
+                "must be left out with central_differences: no step limits a reduced run.", "reduction"
+            )
         on_larynx = isinstance(self.mesh, Larynx)
         if self.initial is not None and not on_larynx:
             for name in ("opening_velocity", "opening_displacement"):

@@ -1,0 +1,55 @@
+#pragma once
+#include "plica/dynamics/motion.hpp"
+#include "plica/dynamics/record.hpp"
+#include "plica/dynamics/stable_step.hpp"
+#include "plica/dynamics/state.hpp"
+
+namespace plica {
+
+class SceneContact;
+class SceneFlow;
+
+/// Central differences in the place of a Step: positions of t_{n+1} follow from the state, so flow and contact act
+/// at shapes that are known, nothing is solved for and a coupling has nothing to iterate. docs/theory.md, "Central
+/// differences".
+class ExplicitMotion {
+ public:
+  /// The motion must outlive it. Throws InvalidInput for a mass that is not lumped, for what of the scene takes a
+  /// solve, and for a step above the largest stable one.
+  ExplicitMotion(const Scene& scene, const Motion& motion);
+
+  /// s, with the stiffness of the scene's penalty, every node of the surfaces being in contact.
+  double largest_step() const { return stable_.largest(contact_stiffness_); }
+
+  /// Completes a state of t = 0, whose displacement, velocity and load are given.
+  void begin(State& state) const;
+  /// After begin() and each step.
+  Ledger opened_ledger(const State& state) const;
+  Ledger continued_ledger(const State& before, const State& now) const;
+
+  struct Taken {
+    State now;  // its ledger and first signs still those of the last
+    std::optional<FlowRecord> flow;
+    Contacts contacts;
+    Points x_previous;  // (n, 3) m, from the motion's origin; only where contact or flow look at it
+  };
+  /// From the state `last` under scene_load (3 n) N at t_{n+1}; flow and contact are null where there is none.
+  /// Throws SolveFailed where closed contacts are too stiff for the step.
+  Taken step(const State& last, Vector scene_load, const SceneFlow* flow, SceneContact* contact,
+             StepTimes& times) const;
+
+ private:
+  void require_stable(const Contacts& contacts) const;
+  /// a, v, M a, K u and C V of a state whose u and v^ are given and whose forces are known.
+  void accelerate(const State& last, const Vector& velocity, State& now) const;
+  Vector momentum(const Vector& velocity) const;
+
+  const Motion& motion_;
+  Coupling coupling_;
+  Vector mass_, inverse_mass_;  // (3 n) kg, 1/kg; the latter zero where held
+  StableStep stable_;
+  double contact_stiffness_ = 0.0;  // 1/s^2
+  double eigenvalue_;               // of the step
+};
+
+}  // namespace plica
