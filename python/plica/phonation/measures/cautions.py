@@ -273,9 +273,9 @@ def reduced_motion(run: RunData) -> Caution | None:
     return Caution(
         "reduced_motion",
         "The tissue moved in a basis of displacements ([reduction]). How far its numbers are from those of "
-        "all displacements is not known; with the default, open quotient and impulse were off by up to 0.05 "
+        "all displacements is not known; without full_run, open quotient and impulse were off by up to 0.05 "
         "and 42 %.",
-        "Run one such scene in full and compare (docs/reduction.md), or take more contact_vectors.",
+        "Run one such scene in full, take the vectors from it (reduction.full_run), and compare another.",
     )
 
 

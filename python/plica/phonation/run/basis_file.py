@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput
 from plica.phonation.run.build import basis_of
+from plica.phonation.run.full_run import motion_digest
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced
 
@@ -28,7 +29,7 @@ def kept_basis(
     begun: the run has states, which are coordinates in its basis and mean nothing in another; InvalidInput
     where that one is gone.
     """
-    found = _read(directory / BASIS, _digest(scene, mesh))
+    found = _read(directory / BASIS, _digest(scene, mesh), None if begun else _motion(scene))
     if found is None and begun:
         raise InvalidInput(
             f"{directory / BASIS}: is missing, damaged or of another mesh or tissue; must be the basis that "
@@ -46,6 +47,7 @@ def write_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh, basis: NDA
     def fill(path: Path) -> None:
         with h5py.File(path, "w", driver="core", backing_store=False) as file:
             file.attrs["scene"] = _digest(scene, mesh)
+            file.attrs["motion"] = _motion(scene)
             file["basis"] = basis
             file.flush()
             image = file.id.get_file_image()
@@ -65,11 +67,17 @@ def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
     return found.hexdigest()
 
 
-def _read(path: Path, digest: str) -> NDArray[np.float64] | None:
-    """The vectors in a file, or None where there are none of this scene or the file is damaged."""
+def _motion(scene: Scene) -> str:
+    """Digest of the motion that the scene takes its vectors from; empty without."""
+    taken = None if scene.reduction is None else scene.reduction.full_run
+    return "" if taken is None else motion_digest(taken)
+
+
+def _read(path: Path, digest: str, motion: str | None) -> NDArray[np.float64] | None:
+    """The vectors in a file, or None where there are none of this scene and motion or the file is damaged."""
     try:
         with h5py.File(path, "r", locking=False) as file:
-            if str(file.attrs["scene"]) != digest:
+            if str(file.attrs["scene"]) != digest or motion not in (None, str(file.attrs["motion"])):
                 return None
             basis: NDArray[np.float64] = file["basis"][()]
             return basis

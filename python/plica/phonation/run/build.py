@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -9,7 +10,9 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.phonation.run.full_run import stored_motion
 from plica.phonation.run.initial import initial_fields
+from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
@@ -99,19 +102,36 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
         raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
     from plica.phonation.run.reduction import reduction_basis  # with SciPy, which no other scene needs
 
+    given = reduction.full_run is not None
+
+    def count(asked: int | None) -> int | None:
+        return 0 if asked is None and given else asked
+
     try:
         return reduction_basis(
             build_simulation(scene.replace({"reduction": None}), mesh),
             mesh,
             fixed_components(scene, mesh),
-            modes=reduction.modes,
-            contact_vectors=0 if scene.contact is None else reduction.contact_vectors,
+            motion=None if reduction.full_run is None else _motion(scene, reduction.full_run, mesh),
+            components=reduction.components,
+            modes=count(reduction.modes),
+            contact_vectors=0 if scene.contact is None else count(reduction.contact_vectors),
             surface=None if scene.airflow is None else scene.airflow.surface,
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
         )
     except InvalidInput as error:
         raise _located(scene, error) from None
+
+
+def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
+    run = Run.load(directory)
+    motion = stored_motion(run, mesh)
+    if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
+        raise InvalidInput(
+            f"reduction.full_run = {directory} holds other nodes; must have the scene's supports."
+        )
+    return motion
 
 
 def equilibrium(scene: Scene) -> NDArray[np.float64]:

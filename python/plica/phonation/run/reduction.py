@@ -1,4 +1,4 @@
-"""The basis of a reduced scene: modes of vibration, and static responses to airflow and contact."""
+"""The basis of a reduced scene: principal components of a motion, modes of vibration, static responses."""
 
 from __future__ import annotations
 
@@ -17,14 +17,18 @@ __all__ = ["contact_nodes", "reduction_basis"]
 
 Floats = NDArray[np.float64]
 
+MODES, CONTACT_VECTORS = 200, 100  # where a scene does not say, and its mesh has so many
+
 
 def reduction_basis(
     full: _engine.Simulation,
     mesh: _engine.TetMesh,
     fixed: NDArray[np.bool_],
     *,
-    modes: int,
-    contact_vectors: int = 0,
+    motion: NDArray[np.floating[Any]] | None = None,
+    components: int = 0,
+    modes: int | None = 0,
+    contact_vectors: int | None = 0,
     surface: str | None = None,
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
@@ -38,11 +42,16 @@ def reduction_basis(
     mesh : TetMesh
     fixed : (n, 3) bool
         What is held.
-    modes : int
-        Of the lowest modes of vibration without damping, K phi = omega^2 M phi.
-    contact_vectors : int
+    motion : (frames, n, 3) m, optional
+        Displacements of a full run.
+    components : int
+        Of its principal components, those that hold most elastic energy.
+    modes : int or None
+        Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
+        there are.
+    contact_vectors : int or None
         Static responses to forces along the normals of the contact's nodes: of all of them the combinations
-        that hold most elastic energy.
+        that hold most elastic energy. None: 100, or as many as there are.
     surface : str, optional
         Where the air presses: a static response to each section's pressure, and to that below.
     sides : pair of (f, 3) int, optional
@@ -52,10 +61,21 @@ def reduction_basis(
     """
     free = ~fixed.ravel()
     count = int(free.sum())
+    forces = None if sides is None else _contact_forces(np.asarray(mesh.points), sides, reach, free)
+    if contact_vectors is None:
+        contact_vectors = 0 if forces is None else min(CONTACT_VECTORS, forces.shape[1], count)
+    if modes is None:
+        modes = min(MODES, count - contact_vectors)
     if modes + contact_vectors > count:
         raise InvalidInput(
             f"reduction: modes + contact_vectors = {modes + contact_vectors}; must be <= {count}, the "
             "scene's unknowns."
+        )
+    if contact_vectors and (forces is None or contact_vectors > forces.shape[1]):
+        raise InvalidInput(
+            f"reduction: contact_vectors = {contact_vectors}; must be <= "
+            f"{0 if forces is None else forces.shape[1]}, the free nodes of the contact within its reach. "
+            "Left out it is at most that."
         )
     K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
     try:
@@ -73,13 +93,13 @@ def reduction_basis(
         return found
 
     columns = [_lowest_modes(K, M, solve, modes)]
-    points = np.asarray(mesh.points)
+    if motion is not None:
+        columns.insert(0, _principal_components(K, motion.reshape(len(motion), -1)[:, free].T, components))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         columns.append(solve(np.ascontiguousarray(np.asarray(loads)[free])))
-    if contact_vectors:
-        assert sides is not None
-        columns.append(_contact_vectors(points, sides, reach, free, solve, contact_vectors))
+    if contact_vectors and forces is not None:
+        columns.append(_strongest(forces, solve(forces), contact_vectors))
     basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
     basis[free] = np.hstack(columns)
     return basis
@@ -120,26 +140,36 @@ def _lowest_modes(K: Any, M: Any, solve: Any, count: int) -> Floats:
     return ascending
 
 
-def _contact_vectors(
+def _principal_components(K: Any, motion: NDArray[np.floating[Any]], count: int) -> Floats:
+    """(unknowns, count), of displacements (unknowns, frames) those that hold most elastic energy."""
+    if not 1 <= count <= motion.shape[1]:
+        raise InvalidInput(
+            f"reduction: components = {count}; must be in [1, {motion.shape[1]}], the frames that full_run "
+            "has stored. Set its output.every shorter, or output.start earlier."
+        )
+    fields: Floats = motion.astype(float)
+    _, directions = np.linalg.eigh(fields.T @ (K @ fields))
+    strongest: Floats = fields @ directions[:, -count:]
+    return strongest
+
+
+def _contact_forces(
     points: Floats,
     sides: tuple[NDArray[np.int32], NDArray[np.int32]],
     reach: float,
     free: NDArray[np.bool_],
-    solve: Any,
-    count: int,
 ) -> Floats:
+    """Unit forces (unknowns, any) along the normals of the contact's free nodes."""
     nodes, normals = contact_nodes(points, sides, reach)
     forces = np.zeros((free.size, len(nodes)))
     for k in range(3):
         forces[3 * nodes + k, np.arange(len(nodes))] = normals[:, k]
     forces = forces[free]
-    forces = np.ascontiguousarray(forces[:, np.abs(forces).sum(axis=0) > 0])
-    if count > forces.shape[1]:
-        raise InvalidInput(
-            f"reduction: contact_vectors = {count}; must be <= {forces.shape[1]}, the free nodes of the "
-            "contact within its reach."
-        )
-    responses = solve(forces)
+    return np.ascontiguousarray(forces[:, np.abs(forces).sum(axis=0) > 0])
+
+
+def _strongest(forces: Floats, responses: Floats, count: int) -> Floats:
+    """Of static responses (unknowns, any) to forces the combinations that hold most elastic energy."""
     _, directions = np.linalg.eigh(forces.T @ responses)
     strongest: Floats = responses @ directions[:, -count:]
     return strongest

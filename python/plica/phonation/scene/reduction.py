@@ -2,27 +2,38 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from plica.phonation.scene.part import MAX_COUNT, Count, Part, engine_default
 from plica.units import Length
 
 __all__ = ["Reduction"]
 
+Vectors = Annotated[int, Field(ge=0, le=MAX_COUNT)]
+
 
 class Reduction(Part):
-    """Displacements as combinations of few vectors: modes of vibration, and static responses to the pressure
-    of each section and to forces on contact nodes. Airflow and contact stay as they are. Experimental: the
-    error is not known before a full run is compared (docs/reduction.md).
+    """Displacements as combinations of few vectors: principal components of a full run's motion, modes of
+    vibration, and static responses to the pressure of each section and to forces on contact nodes. Airflow
+    and contact stay as they are. Experimental: the error is not known before a full run is compared
+    (docs/reduction.md).
     """
 
-    modes: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 200
-    """Lowest modes of vibration."""
-    contact_vectors: Annotated[int, Field(ge=0, le=MAX_COUNT)] = 100
+    full_run: Annotated[Path, AfterValidator(Path.resolve)] | None = None
+    """Directory of a run without reduction, on the same mesh with the same supports, that stored
+    displacements of some settled cycles: principal components of these are the basis. A path beside the
+    scene file."""
+    components: Vectors = 60
+    """Principal components of `full_run`, those that hold most elastic energy; without it there are none."""
+    modes: Vectors | None = None
+    """Lowest modes of vibration. Left out: 200, with `full_run` none."""
+    contact_vectors: Vectors | None = None
     """Static responses to normal forces on the contact's nodes: of all, those combinations that hold most
-    elastic energy. Without contact there are none."""
+    elastic energy. Without contact there are none. Left out: 100, or as many as the mesh has; with `full_run`
+    none."""
     contact_reach: Annotated[Length, Field(gt=0)] = Field(
         default_factory=engine_default("Reduction", "contact_reach")
     )

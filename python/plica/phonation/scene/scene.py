@@ -128,15 +128,16 @@ class Scene(Part):
         where : str
             What messages begin with.
         folder : Path, optional
-            What the name of a mesh file is relative to; left out: the working directory.
+            What the names of a mesh file and of a run are relative to; left out: the working directory.
         """
         try:
             data = tomllib.loads(text)
         except ValueError as error:  # TOMLDecodeError, or a number of thousands of digits
             raise SceneError(f"{where}: not TOML: {error}.") from None
-        mesh = data.get("mesh")
-        if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
-            mesh["file"] = str(((folder or Path()) / mesh["file"]).resolve())
+        for name, path in (("mesh", "file"), ("reduction", "full_run")):
+            part = data.get(name)
+            if isinstance(part, dict) and isinstance(part.get(path), str):
+                part[path] = str(((folder or Path()) / part[path]).resolve())
         try:
             scene = cls.model_validate(data)
         except ValidationError as error:

@@ -1,0 +1,47 @@
+"""The full run that a reduced scene takes its vectors from."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput
+from plica.phonation.run.results import Run
+
+__all__ = ["motion_digest", "stored_motion"]
+
+
+def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
+    """The displacements (frames, n, 3) m that a run on this mesh has stored.
+
+    Raises InvalidInput for a run that is reduced itself, has no frames or is on another mesh.
+    """
+    key = f"reduction.full_run = {run.directory}"
+    if run.scene.reduction is not None:
+        raise InvalidInput(f"{key} is reduced itself; must be a run without reduction.")
+    if not (np.array_equal(run.mesh.points, mesh.points) and np.array_equal(run.mesh.cells, mesh.cells)):
+        raise InvalidInput(
+            f"{key} is on another mesh, of {len(run.mesh.points)} nodes; must be on the scene's."
+        )
+    if not len(run.fields.get("displacement", ())):
+        raise InvalidInput(
+            f"{key} has stored no displacements; must have some settled cycles. Set its output.every."
+        )
+    return np.asarray(run.displacement)
+
+
+def motion_digest(directory: Path) -> str:
+    """Of what a run has stored of its displacements; empty where there is none."""
+    try:
+        run = Run.load(directory)
+        frames = run.displacement
+    except InvalidInput:
+        return ""
+    found = hashlib.sha256(np.ascontiguousarray(run.fields["time"]).tobytes())
+    for frame in (0, -1) if len(frames) else ():
+        found.update(frames[frame].tobytes())
+    return found.hexdigest()
