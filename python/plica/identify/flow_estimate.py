@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.estimate import estimate
 from plica.identify.evaluation import Evaluation
 from plica.identify.flow_error import FlowError
 from plica.identify.learned_error import learned
@@ -16,6 +16,7 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import image_positions
 from plica.identify.robust_covariance import inflation
+from plica.identify.scoring import Iteration, Scoring
 
 __all__ = ["estimate_from_flow"]
 
