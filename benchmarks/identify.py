@@ -205,6 +205,7 @@ def main() -> None:
     parser.add_argument("--preset", default="coarse")
     parser.add_argument("--size", type=float, help="m, of the larynx's edges instead of the preset's")
     parser.add_argument("--before", nargs="*", default=[], help="presets to start from")
+    parser.add_argument("--seed", type=int, default=5000, help="of the first draw of calibration")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()

@@ -40,9 +40,9 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
     bench = Bench(SMALL, STEP, arguments.frames, SIZE, THICKNESS)
     middle = parameters(names, np.zeros(1 + len(names)))
     print(f"{bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
-    errors, sds, told, failed = [], [], [], []
+    errors, sds, told, failed, starts = [], [], [], [], []
     for draw in range(arguments.draws):
-        rng = np.random.default_rng(5000 + draw)
+        rng = np.random.default_rng(arguments.seed + draw)
         truth = true_log(names) + offsets(names, bench, rng)
         truth[-1] = rng.normal(0, GAIN_SD)
         blank = np.ones((bench.frames, len(bench.points.nodes), 2))
@@ -59,15 +59,22 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
         told.append(not found.residuals.passed or not found.gaussian)
         errors.append(found.mean - truth)
         sds.append(np.sqrt(np.diag(found.covariance)))
+        starts.append((found.starts, found.ended_here, time.process_time() - began))
         print(
-            f"draw {draw}: {found.iterations} iterations, {time.process_time() - began:.1f} s busy; "
+            f"draw {draw}: {found.iterations} iterations, {found.starts} starts, {found.ended_here} ended "
+            f"here, {starts[-1][2]:.1f} s busy; "
             f"errors in sd {np.round(errors[-1] / sds[-1], 2)}{', warned' * told[-1]}",
             flush=True,
         )
     out = report("whole estimates of tissues drawn from the prior", titles, np.array(errors), np.array(sds))
     scores, kept = np.array(errors) / np.array(sds), ~np.array(told)
     out["failed"], out["warned"] = failed, int(np.sum(told))
-    out["ranks"] = ranks(titles, scores)
+    out["ranks"], out["starts"] = ranks(titles, scores), starts
+    again = [row for row in starts if row[0] > 1]
+    print(
+        f"begun again: {len(again)}, of which {sum(s > e for s, e, _ in again)} ended elsewhere than some "
+        f"start; {sum(row[2] for row in again):.0f} of {sum(row[2] for row in starts):.0f} s busy"
+    )
     far = np.abs(scores).max(axis=1) > 4
     print(
         f"{len(failed)} did not converge; {int(np.sum(told))} warned of residuals or shape; {int(far.sum())} "

@@ -170,9 +170,10 @@ def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration
 
     def said(at: Iteration) -> None:
         kept(at)
+        again = f"start {at.start}, " if at.start > 1 else ""
         print(
-            f"plica: {words}: {f'start {at.start}, ' if at.start > 1 else ''}iteration {at.number}, log density {at.value:.6g}, step {at.step:.2g} sd, "
-            f"{time.monotonic() - began:.0f} s",
+            f"plica: {words}: {again}iteration {at.number}, log density {at.value:.6g}, "
+            f"step {at.step:.2g} sd, {time.monotonic() - began:.0f} s",
             file=sys.stderr,
             flush=True,
         )

@@ -56,7 +56,7 @@ class Posterior:
     """Share of the motion's variance that the model follows; None: not looked at"""
 
     starts: int = 1
-    """From which the estimate was begun: more than one where the residuals fail their test at the first's end"""
+    """From which it was tried: more than one where the residuals failed their test at the first's end"""
     ended_here: int = 1
     """How many of them ended here; the others at less probable tissues, or nowhere"""
 

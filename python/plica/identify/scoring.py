@@ -1,4 +1,4 @@
-"""Fisher scoring: uphill from one start to a maximum of the posterior density, and how well it is known there."""
+"""Fisher scoring: uphill from one start to a maximum of the posterior density, and the Gaussian there."""
 
 from __future__ import annotations
 
