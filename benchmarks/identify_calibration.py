@@ -28,30 +28,43 @@ from identify_block import (
 from scipy import stats
 
 import plica
-from plica.identify import MarginalLikelihood, estimate
+from plica.identify import MarginalLikelihood, MotionModel, estimate
 
 SMALL: Divisions = (2, 3, (1, 1, 1))
 
 
+NAMES = ("cover.mu_fibre", "body.mu_fibre", "body.E_fibre")
+
+
+class Drawn:
+    """Recordings of tissues and gains that are drawn from the prior."""
+
+    def __init__(self, frames: int, drive: float) -> None:
+        self.bench = Bench(SMALL, STEP, frames, SIZE, THICKNESS)
+        middle = parameters(NAMES, np.zeros(1 + len(NAMES)))
+        self._model = self.bench.model(middle, np.ones((frames, len(self.bench.points.nodes), 2)), drive)
+
+    def recording(self, seed: int) -> tuple[np.ndarray, MotionModel]:
+        """log theta with the log of the gain, (p), and the model that sees them; its priors are the block's."""
+        rng = np.random.default_rng(seed)
+        truth = true_log(NAMES) + offsets(NAMES, self.bench, rng)
+        truth[-1] = rng.normal(0, GAIN_SD)
+        responses = self._model.responses(truth[:-1], derivatives=False)
+        flow = self.bench.recording(responses, rng, float(np.exp(truth[-1])))
+        return truth, self._model.seeing(flow)
+
+
 def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
     """Whole estimates of tissues drawn from the prior, on the mesh of the truth."""
-    names = ("cover.mu_fibre", "body.mu_fibre", "body.E_fibre")
-    titles = ("viscosity", *names, "gain")
-    bench = Bench(SMALL, STEP, arguments.frames, SIZE, THICKNESS)
-    middle = parameters(names, np.zeros(1 + len(names)))
-    print(f"{bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
+    titles = ("viscosity", *NAMES, "gain")
+    drawn = Drawn(arguments.frames, arguments.drive)
+    print(f"{drawn.bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
     errors, sds, told, failed, starts = [], [], [], [], []
     for draw in range(arguments.draws):
-        rng = np.random.default_rng(arguments.seed + draw)
-        truth = true_log(names) + offsets(names, bench, rng)
-        truth[-1] = rng.normal(0, GAIN_SD)
-        blank = np.ones((bench.frames, len(bench.points.nodes), 2))
-        model = bench.model(middle, blank, arguments.drive)
-        responses = model.responses(truth[:-1], derivatives=False)
-        flow = bench.recording(responses, rng, float(np.exp(truth[-1])))
+        truth, model = drawn.recording(arguments.seed + draw)
         began = time.process_time()
         try:
-            found = estimate(MarginalLikelihood(model.seeing(flow)))
+            found = estimate(MarginalLikelihood(model))
         except plica.SolveFailed as error:
             failed.append((draw, str(error)))
             print(f"draw {draw}: {error}", flush=True)
