@@ -45,7 +45,7 @@ class Drawn:
         self._model = self.bench.model(middle, np.ones((frames, len(self.bench.points.nodes), 2)), drive)
 
     def recording(self, seed: int) -> tuple[np.ndarray, MotionModel]:
-        """log theta with the log of the gain, (p), and the model that sees them; its priors are the block's."""
+        """log theta and the log of the gain, (p), and the model that sees them, its priors the block's."""
         rng = np.random.default_rng(seed)
         truth = true_log(NAMES) + offsets(NAMES, self.bench, rng)
         truth[-1] = rng.normal(0, GAIN_SD)
