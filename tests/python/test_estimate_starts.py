@@ -80,6 +80,13 @@ def test_of_several_ends_the_most_probable_is_taken() -> None:
     assert any("false maximum of the density (started 3 times" in told for told in found.warnings())
 
 
+def test_two_starts_that_end_at_one_place_are_enough() -> None:
+    likelihood = outlying()
+    found = estimate(likelihood, np.array([likelihood.prior_mean[0] - 1.4]), Scoring(starts=5))
+    assert not found.residuals.passed
+    assert (found.starts, found.ended_here) == (2, 2)
+
+
 def test_one_start_stays_where_it_ends() -> None:
     likelihood = outlying()
     found = estimate(likelihood, options=Scoring(starts=1))

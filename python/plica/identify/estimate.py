@@ -32,8 +32,9 @@ def estimate(
 
     Fisher scoring (`plica.identify.scoring.climb`) goes uphill from `start`. Where that does not end, or the
     residuals at its end fail their test, which a false maximum's do, it is tried from other starts
-    (`plica.identify.starts.begins`), until one ends where they pass, at most `options.starts` in all. Of the
-    ends, that of the highest density is taken; how many starts ended there is in the posterior.
+    (`plica.identify.starts.begins`), until one ends where they pass or two end where the density is highest
+    so far, at most `options.starts` in all. Of the ends, that of the highest density is taken; how many
+    starts ended there is in the posterior.
 
     Parameters
     ----------
@@ -63,21 +64,24 @@ def estimate(
             failure = failure or error
             continue
         ends.append((found, likelihood.last()))
-        if found.residuals.passed:
+        if found.residuals.passed or _at_the_best(likelihood, ends)[1] > 1:
             break
     if not ends:
         assert failure is not None
         raise failure
-
-    def density(end: tuple[Posterior, Evaluation]) -> float:
-        return end[0].log_likelihood + likelihood.log_prior(end[1].point)
-
-    best, at = max(ends, key=density)
+    (best, at), here = _at_the_best(likelihood, ends)
     likelihood.evaluate_known(at.point, at.responses)
-    precision = np.linalg.inv(best.statistical_covariance)
-    apart = [found.mean - best.mean for found, _ in ends]
-    here = sum(float(d @ precision @ d) < _SAME**2 for d in apart)
     return replace(best, starts=tried, ended_here=here)
+
+
+def _at_the_best(
+    likelihood: MarginalLikelihood, ends: list[tuple[Posterior, Evaluation]]
+) -> tuple[tuple[Posterior, Evaluation], int]:
+    """The end of the highest density, and how many ends are within an sd of it."""
+    best = max(ends, key=lambda end: end[0].log_likelihood + likelihood.log_prior(end[1].point))
+    precision = np.linalg.inv(best[0].statistical_covariance)
+    apart = [found.mean - best[0].mean for found, _ in ends]
+    return best, sum(float(d @ precision @ d) < _SAME**2 for d in apart)
 
 
 def _numbered(progress: Callable[[Iteration], None] | None, start: int) -> Callable[[Iteration], None] | None:

@@ -42,7 +42,7 @@ class Scoring:
     max_halvings: int = 12
     """Of a step that does not raise the posterior density, >= 1."""
     starts: int = 3
-    """>= 1; at most so many, one after the other while the residuals fail their test"""
+    """>= 1; at most so many, while the residuals fail their test and no two starts end at one place"""
 
     def __post_init__(self) -> None:
         for name in ("max_iterations", "tolerance", "longest_step", "max_halvings", "starts"):

@@ -144,7 +144,7 @@ class Settings(Part):
     starts: Annotated[Count, Field(le=MOST_STARTS)] = 3
     """At most so many on the first mesh that is estimated. Where the residuals fail their test, which a false
     maximum's do, the estimate is begun again: on the first quarter of the recording, then on more of it, and
-    after that likewise from other tissues of the prior. 1: it never is."""
+    after that likewise from other tissues of the prior, until two starts end at one place. 1: it never is."""
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:
