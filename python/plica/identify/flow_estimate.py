@@ -38,10 +38,10 @@ def estimate_from_flow(
 
     The first estimate, to half an sd, takes the errors for independent; from what it leaves, size,
     correlation and outliers of the error are told, and gains of the points are given their own level. The
-    second estimate stands on that, the third on what the second leaves. Other starts are those of the first
-    estimate: at a false maximum the model's misfit would be learned as the flow's error. If the residuals then still fail
-    their test, the intervals are as wide as the residuals' own correlations ask for (`Posterior.inflation`).
-    Without `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
+    second estimate stands on that, the third on what the second leaves. Other starts are those of the first:
+    at a false maximum the misfit would be learned as an error of the flow. If the residuals fail their test
+    after all, the intervals are as wide as their own correlations ask for (`Posterior.inflation`). Without
+    `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
 
     Returns
     -------
