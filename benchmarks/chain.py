@@ -153,6 +153,16 @@ class FirstOrder(MotionModel):
         self.__dict__.update(model.__dict__)
         self._at, self._known = at, model.responses(at)
 
+    def of_first(self, frames: int) -> FirstOrder:
+        """Of the first frames alone."""
+        other = super().of_first(frames)
+        assert isinstance(other, FirstOrder)
+        known = self._known
+        other._known = Responses(
+            np.ascontiguousarray(known.mean[:, :frames]), np.ascontiguousarray(known.lags[:, :frames])
+        )
+        return other
+
     def responses(
         self, log_theta: np.ndarray, derivatives: bool = True, tilt: tuple[float, float] = (0.0, 0.0)
     ) -> Responses:

@@ -4,6 +4,7 @@
     python benchmarks/identify.py refined --draws 30    # no inverse crime: a finer mesh, half the step
     python benchmarks/identify.py wrong --draws 12      # what the model has wrong
     python benchmarks/identify.py calibration --draws 60 --frames 60    # whole, truth from the prior
+    python benchmarks/identify.py information           # how well it can be known at all
     python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
     python benchmarks/identify.py larynx --preset fine --size 6.5e-4 --before coarse    # and at over 30,000
 
@@ -40,6 +41,7 @@ from identify_block import (
     true_log,
 )
 from identify_calibration import calibration
+from identify_information import information
 from identify_larynx import larynx
 
 import plica
@@ -197,7 +199,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("what", choices=("same", "refined", "wrong", "calibration", "larynx"))
+    parser.add_argument("what", choices=("same", "refined", "wrong", "calibration", "information", "larynx"))
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--whole", type=int, default=0, help="of them, how many are iterated to the end")
     parser.add_argument("--drive", type=float, default=800.0, help="Pa, of the known pressure")
@@ -205,6 +207,7 @@ def main() -> None:
     parser.add_argument("--preset", default="coarse")
     parser.add_argument("--size", type=float, help="m, of the larynx's edges instead of the preset's")
     parser.add_argument("--before", nargs="*", default=[], help="presets to start from")
+    parser.add_argument("--seed", type=int, default=5000, help="of the first draw of calibration")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("-o", "--output", type=Path)
     arguments = parser.parse_args()
@@ -214,6 +217,7 @@ def main() -> None:
         "refined": refined,
         "wrong": wrong,
         "calibration": calibration,
+        "information": information,
         "larynx": larynx,
     }
     measured = benches[arguments.what](arguments)

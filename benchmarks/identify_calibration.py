@@ -28,30 +28,43 @@ from identify_block import (
 from scipy import stats
 
 import plica
-from plica.identify import MarginalLikelihood, estimate
+from plica.identify import MarginalLikelihood, MotionModel, estimate
 
 SMALL: Divisions = (2, 3, (1, 1, 1))
 
 
+NAMES = ("cover.mu_fibre", "body.mu_fibre", "body.E_fibre")
+
+
+class Drawn:
+    """Recordings of tissues and gains that are drawn from the prior."""
+
+    def __init__(self, frames: int, drive: float) -> None:
+        self.bench = Bench(SMALL, STEP, frames, SIZE, THICKNESS)
+        middle = parameters(NAMES, np.zeros(1 + len(NAMES)))
+        self._model = self.bench.model(middle, np.ones((frames, len(self.bench.points.nodes), 2)), drive)
+
+    def recording(self, seed: int) -> tuple[np.ndarray, MotionModel]:
+        """log theta and the log of the gain, (p), and the model that sees them, its priors the block's."""
+        rng = np.random.default_rng(seed)
+        truth = true_log(NAMES) + offsets(NAMES, self.bench, rng)
+        truth[-1] = rng.normal(0, GAIN_SD)
+        responses = self._model.responses(truth[:-1], derivatives=False)
+        flow = self.bench.recording(responses, rng, float(np.exp(truth[-1])))
+        return truth, self._model.seeing(flow)
+
+
 def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
     """Whole estimates of tissues drawn from the prior, on the mesh of the truth."""
-    names = ("cover.mu_fibre", "body.mu_fibre", "body.E_fibre")
-    titles = ("viscosity", *names, "gain")
-    bench = Bench(SMALL, STEP, arguments.frames, SIZE, THICKNESS)
-    middle = parameters(names, np.zeros(1 + len(names)))
-    print(f"{bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
-    errors, sds, told, failed = [], [], [], []
+    titles = ("viscosity", *NAMES, "gain")
+    drawn = Drawn(arguments.frames, arguments.drive)
+    print(f"{drawn.bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
+    errors, sds, told, failed, starts = [], [], [], [], []
     for draw in range(arguments.draws):
-        rng = np.random.default_rng(5000 + draw)
-        truth = true_log(names) + offsets(names, bench, rng)
-        truth[-1] = rng.normal(0, GAIN_SD)
-        blank = np.ones((bench.frames, len(bench.points.nodes), 2))
-        model = bench.model(middle, blank, arguments.drive)
-        responses = model.responses(truth[:-1], derivatives=False)
-        flow = bench.recording(responses, rng, float(np.exp(truth[-1])))
+        truth, model = drawn.recording(arguments.seed + draw)
         began = time.process_time()
         try:
-            found = estimate(MarginalLikelihood(model.seeing(flow)))
+            found = estimate(MarginalLikelihood(model))
         except plica.SolveFailed as error:
             failed.append((draw, str(error)))
             print(f"draw {draw}: {error}", flush=True)
@@ -59,15 +72,22 @@ def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
         told.append(not found.residuals.passed or not found.gaussian)
         errors.append(found.mean - truth)
         sds.append(np.sqrt(np.diag(found.covariance)))
+        starts.append((found.starts, found.ended_here, time.process_time() - began))
         print(
-            f"draw {draw}: {found.iterations} iterations, {time.process_time() - began:.1f} s busy; "
+            f"draw {draw}: {found.iterations} iterations, {found.starts} starts, {found.ended_here} ended "
+            f"here, {starts[-1][2]:.1f} s busy; "
             f"errors in sd {np.round(errors[-1] / sds[-1], 2)}{', warned' * told[-1]}",
             flush=True,
         )
     out = report("whole estimates of tissues drawn from the prior", titles, np.array(errors), np.array(sds))
     scores, kept = np.array(errors) / np.array(sds), ~np.array(told)
     out["failed"], out["warned"] = failed, int(np.sum(told))
-    out["ranks"] = ranks(titles, scores)
+    out["ranks"], out["starts"] = ranks(titles, scores), starts
+    again = [row for row in starts if row[0] > 1]
+    print(
+        f"begun again: {len(again)}, of which {sum(s > e for s, e, _ in again)} ended elsewhere than some "
+        f"start; {sum(row[2] for row in again):.0f} of {sum(row[2] for row in starts):.0f} s busy"
+    )
     far = np.abs(scores).max(axis=1) > 4
     print(
         f"{len(failed)} did not converge; {int(np.sum(told))} warned of residuals or shape; {int(far.sum())} "

@@ -186,6 +186,7 @@ def test_gains_of_points_belie_the_plain_estimate_and_not_the_learned_one() -> N
         assert one.refused.all()
         plain.append((one.mean - truth) / one.sd)
         careful.append((two.mean - truth) / two.sd)
+        assert (two.starts, two.ended_here) == (one.starts, one.ended_here)
         assert 0.05 < at.noise.gain < 0.4
     assert np.mean(np.square(plain)) > 4
     assert np.mean(np.square(careful)) < 3  # of 12 numbers, 1 expected; 3 once in 10^4

@@ -95,6 +95,9 @@ def add_commands(commands: Any) -> None:
     part.add_argument(
         "--drive", metavar="CSV", type=Path, help="pressures known up to a factor: s, then Pa a height"
     )
+    part.add_argument(
+        "--starts", metavar="N", type=whole, help="at most, while the residual test fails (default: 3)"
+    )
     part.add_argument("--resume", action="store_true", help="go on with what was begun in DIR")
     add_threads(part)
     part.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
@@ -116,6 +119,7 @@ _FIELDS = (
     "sd",
     "trust_factor",
     "drive",
+    "starts",
 )
 
 

@@ -9,7 +9,7 @@ them with a scene; `MarginalLikelihood` is a function of log theta, and `estimat
 """
 
 from plica.identify.em import EMResult, em
-from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.estimate import estimate
 from plica.identify.evaluation import Evaluation
 from plica.identify.evolution import Evolution, hht_evolution
 from plica.identify.flow_error import FlowError
@@ -27,6 +27,7 @@ from plica.identify.parameters import Prior, TissueParameter, TissueParameters
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import ResidualTest, residual_test, whitened
 from plica.identify.scene_evolution import SceneMatrices, scene_evolution, scene_matrices
+from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Estimated, Settings
 from plica.identify.smoother import Smoothed, smooth
 from plica.identify.sources import PixelMotion, open_motion

@@ -8,7 +8,7 @@ time with innovations of a size of each frame, and in space a share that decays 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,11 @@ class FlowError:
     """(N, r, 2) px a frame to which gains apply: what the model followed when the error was learned"""
     outliers: Mask
     """(N, r) values taken as missing"""
+
+    def of_first(self, frames: int) -> FlowError:
+        """That of the first frames alone."""
+        parts = {name: getattr(self, name)[:frames] for name in ("by_frame", "motion", "outliers")}
+        return replace(self, **parts)
 
 
 class Whitening:

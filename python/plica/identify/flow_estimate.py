@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from plica.identify.estimate import Iteration, Scoring, estimate
+from plica.identify.estimate import estimate
 from plica.identify.evaluation import Evaluation
 from plica.identify.flow_error import FlowError
 from plica.identify.learned_error import learned
@@ -16,6 +16,7 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import image_positions
 from plica.identify.robust_covariance import inflation
+from plica.identify.scoring import Iteration, Scoring
 
 __all__ = ["estimate_from_flow"]
 
@@ -37,9 +38,10 @@ def estimate_from_flow(
 
     The first estimate, to half an sd, takes the errors for independent; from what it leaves, size,
     correlation and outliers of the error are told, and gains of the points are given their own level. The
-    second estimate stands on that, the third on what the second leaves. If the residuals then still fail
-    their test, the intervals are as wide as the residuals' own correlations ask for (`Posterior.inflation`).
-    Without `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
+    second estimate stands on that, the third on what the second leaves. Other starts are those of the first:
+    at a false maximum the misfit would be learned as an error of the flow. If the residuals fail their test
+    after all, the intervals are as wide as their own correlations ask for (`Posterior.inflation`). Without
+    `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
 
     Returns
     -------
@@ -63,7 +65,7 @@ def estimate_from_flow(
         count[0] += 1
 
     rough = replace(options, tolerance=max(options.tolerance, _FIRST)) if learn else options
-    found = estimate(likelihood, start, rough, watched)
+    first = found = estimate(likelihood, start, rough, watched)
     at = likelihood.last()
     for tolerance in (rough.tolerance, options.tolerance) if learn else ():
         for _ in range(_ROUNDS):
@@ -71,9 +73,9 @@ def estimate_from_flow(
                 likelihood.model, likelihood.fixed_noise, flow_error=_learned(likelihood, at)
             )
             at = likelihood.evaluate_known(at.point, at.responses)
-        found = estimate(likelihood, at.point, replace(options, tolerance=tolerance), watched)
+        found = estimate(likelihood, at.point, replace(options, tolerance=tolerance, starts=1), watched)
         at = likelihood.last()
-    found = replace(found, iterations=max(count[0] - 1, 0))
+    found = replace(found, iterations=max(count[0] - 1, 0), starts=first.starts, ended_here=first.ended_here)
     if not found.residuals.passed:
         found = replace(found, inflation=inflation(likelihood, at))
     return found, likelihood, at

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.identify.coarser import coarser_scene, remainder, require_coarser
-from plica.identify.estimate import Iteration, Scoring
 from plica.identify.evaluation import Evaluation
 from plica.identify.flow_estimate import estimate_from_flow
 from plica.identify.iterates import Iterates, Marks
@@ -24,6 +23,7 @@ from plica.identify.pressures import forcing_of, heights_of, seen_surface
 from plica.identify.recording import Recorded, observe
 from plica.identify.residuals import whitened
 from plica.identify.results import Identification, Picture, load, store
+from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.step_error import stiffness_error
@@ -145,11 +145,12 @@ def _estimated(
     progress: bool,
 ) -> tuple[Posterior, MarginalLikelihood, Evaluation]:
     """The posterior of one mesh, and the likelihood at the last point of the iteration. The error of a flow
-    that was found in pictures is learned from the residuals."""
+    that was found in pictures is learned from the residuals. What begins at a coarser mesh's end has no
+    other starts: they were made there."""
     resumed = iterates.start(name)
 
     def kept(at: Iteration) -> None:
-        if resumed is None or at.number:
+        if at.start == 1 and (resumed is None or at.number):  # other starts are begun anew on --resume
             iterates.add(name, at)
 
     words = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
@@ -157,7 +158,7 @@ def _estimated(
     return estimate_from_flow(
         task.likelihood,
         start,
-        Scoring(max_iterations=settings.max_iterations),
+        Scoring(max_iterations=settings.max_iterations, starts=settings.starts if begin is None else 1),
         _shown(kept, words) if progress else kept,
         learn=task.recorded.found,
     )
@@ -169,9 +170,10 @@ def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration
 
     def said(at: Iteration) -> None:
         kept(at)
+        again = f"start {at.start}, " if at.start > 1 else ""
         print(
-            f"plica: {words}: iteration {at.number}, log density {at.value:.6g}, step {at.step:.2g} sd, "
-            f"{time.monotonic() - began:.0f} s",
+            f"plica: {words}: {again}iteration {at.number}, log density {at.value:.6g}, "
+            f"step {at.step:.2g} sd, {time.monotonic() - began:.0f} s",
             file=sys.stderr,
             flush=True,
         )

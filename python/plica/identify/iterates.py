@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.identify.estimate import Iteration
 from plica.identify.observation import Observation
+from plica.identify.scoring import Iteration
 from plica.identify.settings import Settings
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json

@@ -114,6 +114,14 @@ class MotionModel:
             )
         return other
 
+    def of_first(self, frames: int) -> MotionModel:
+        """The same model of the first frames alone; its matrices are shared."""
+        other = copy.copy(self)
+        other.observation = self.observation.of_first(frames)
+        if self.forcing.drive is not None:
+            other.forcing = replace(self.forcing, drive=self.forcing.drive[: other.steps])
+        return other
+
     @property
     def steps(self) -> int:
         """Of the time scheme, over all frames."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -122,6 +122,11 @@ class Observation:
     def frames(self) -> int:
         """N"""
         return len(self.flow)
+
+    def of_first(self, frames: int) -> Observation:
+        """That of the first frames alone."""
+        sd, closed = np.asarray(self.sd), np.asarray(self.closed)
+        return replace(self, flow=self.flow[:frames], sd=sd[:frames], closed=closed[:frames])
 
     @property
     def rows(self) -> Array:

@@ -55,6 +55,11 @@ class Posterior:
     follows: float | None = None
     """Share of the motion's variance that the model follows; None: not looked at"""
 
+    starts: int = 1
+    """From which it was tried: more than one where the residuals failed their test at the first's end"""
+    ended_here: int = 1
+    """How many of them ended here; the others at less probable tissues, or nowhere"""
+
     @property
     def carried(self) -> bool:
         """Whether the model follows half of the motion or more; else no number is carried by the data."""

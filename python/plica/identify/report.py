@@ -10,10 +10,10 @@ import jinja2
 import numpy as np
 
 from plica._engine import build_info
+from plica.identify import wording
 from plica.identify.figures import hardly_learned, sections
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification
-from plica.identify.wording import weakest, widened
 from plica.report.wording import number
 from plica.storage.files import replaced
 
@@ -76,6 +76,7 @@ def remark(found: Identification) -> str:
         *([f"gains of the points of {posterior.noise.gain:.2g}"] if posterior.noise.gain else []),
         f"unknown pressures of {posterior.noise.pressure:.3g} Pa",
         f"{posterior.iterations} iterations",
+        *([wording.started(posterior)] if posterior.starts > 1 else []),
     ]
     return "; ".join(parts) + "."
 
@@ -120,7 +121,7 @@ def _identifiable(posterior: Posterior) -> str:
     said = "every combination" if not weak else f"{len(values) - weak} of {len(values)} combinations"
     return (
         f"The recording tells more than the prior of {said} of the parameters. It tells least of "
-        f"{weakest(posterior)}: {number(float(values[0]), 2)} times what the prior tells."
+        f"{wording.weakest(posterior)}: {number(float(values[0]), 2)} times what the prior tells."
     )
 
 
@@ -136,4 +137,4 @@ def _residuals(posterior: Posterior) -> str:
 
 
 def _widened(posterior: Posterior) -> str:
-    return "" if posterior.inflation is None else f" Intervals are {widened(posterior)}."
+    return "" if posterior.inflation is None else f" Intervals are {wording.widened(posterior)}."

@@ -174,9 +174,9 @@ def _plain(posterior: Posterior) -> dict[str, Any]:
 
 
 def _posterior(stored: dict[str, Any]) -> Posterior:
-    stored = {name: stored.get(name) for name in (f.name for f in fields(Posterior))}
+    stored = {f.name: stored[f.name] for f in fields(Posterior) if f.name in stored}
     for name in ("names", "units", "notes"):
-        stored[name] = tuple(stored[name] or ())
+        stored[name] = tuple(stored.get(name, ()))
     noise: dict[str, Any] = stored["noise"]
     noise |= {name: tuple(noise.get(name, ())) for name in ("at_least", "at_most")}
     stored["noise"], stored["residuals"] = Noise(**noise), ResidualTest(**stored["residuals"])

@@ -24,6 +24,9 @@ Degrees = Annotated[Number, Field(gt=-90, lt=90)]
 MOST_POINTS = 400
 """Each point costs two rows of every frame; beyond it they say the same again."""
 
+MOST_STARTS = 18
+"""As many as there are tissues to begin at."""
+
 
 def _listed(value: object) -> object:
     return (value,) if isinstance(value, str) else value
@@ -138,6 +141,10 @@ class Settings(Part):
     which a warning says."""
     max_iterations: Count = 40
     """Of Fisher scoring."""
+    starts: Annotated[Count, Field(le=MOST_STARTS)] = 3
+    """At most so many on the first mesh that is estimated. Where the residuals fail their test, which a false
+    maximum's do, the estimate is begun again: on the first quarter of the recording, then on more of it, and
+    after that likewise from other tissues of the prior, until two starts end at one place. 1: it never is."""
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from plica.identify.posterior import Posterior
 
-__all__ = ["GAUSSIAN_FALL", "LEARNED", "table", "warnings", "weakest", "widened"]
+__all__ = ["GAUSSIAN_FALL", "LEARNED", "started", "table", "warnings", "weakest", "widened"]
 
 Array = NDArray[np.float64]
 LEARNED = 0.7
@@ -53,6 +53,13 @@ def widened(posterior: Posterior) -> str:
     return f"wider than the information says, by a factor of {factor}, {asked}"
 
 
+def started(posterior: Posterior) -> str:
+    """From how many starts, and where they ended, in words."""
+    others = posterior.starts - posterior.ended_here
+    where = f", {others} at less probable tissues or nowhere" if others else ""
+    return f"started {posterior.starts} times, {posterior.ended_here} ended here{where}"
+
+
 def residual_warnings(posterior: Posterior) -> list[str]:
     """What the failed residual test does to the intervals."""
     if posterior.residuals.passed:
@@ -60,8 +67,7 @@ def residual_warnings(posterior: Posterior) -> list[str]:
     if posterior.inflation is None:
         return [
             "The residual test failed: sd and intervals of independent errors are refused, as these are not. "
-            "The flow's error is correlated, the model does not hold, or this is a false maximum of the "
-            "density, which another start may leave."
+            f"The flow's error is correlated, the model does not hold, or {_false_maximum(posterior)}."
         ]
     if posterior.carried and not posterior.answered:
         return [
@@ -84,6 +90,13 @@ def residual_warnings(posterior: Posterior) -> list[str]:
     if lost:
         told.append(f"With that nothing is known any more of {', '.join(lost)}.")
     return told
+
+
+def _false_maximum(posterior: Posterior) -> str:
+    said = "this is a false maximum of the density"
+    if posterior.starts == 1:
+        return f"{said}, which another start may leave"
+    return f"{said} ({started(posterior)})"
 
 
 def warnings(posterior: Posterior) -> list[str]:

@@ -1,0 +1,198 @@
+"""Fisher scoring: uphill from one start to a maximum of the posterior density, and the Gaussian there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import InvalidInput, SolveFailed
+from plica.identify.evaluation import Evaluation
+from plica.identify.likelihood import MarginalLikelihood
+from plica.identify.posterior import Posterior
+from plica.identify.residuals import residual_test
+
+__all__ = ["Iteration", "Scoring", "climb"]
+
+Array = NDArray[np.float64]
+NEAR = 2.0
+"""[posterior sd] From a step shorter than this on, the curvature is the information at that point,
+corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
+from the information, and plain scoring would swing about the maximum."""
+
+LARGEST_BOOST = 64.0
+"""Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
+pressures, for more than there is. Near it, where the density is not concave, it has no curvature to tell.
+Steps by the information that gain more than they promise are lengthened."""
+
+
+@dataclass(frozen=True)
+class Scoring:
+    """Options of the iteration."""
+
+    max_iterations: int = 40
+    """>= 1"""
+    tolerance: float = 0.05
+    """[posterior sd] > 0; the last step is shorter than this."""
+    longest_step: float = 1.0
+    """[-] > 0; of a log parameter in one iteration."""
+    max_halvings: int = 12
+    """Of a step that does not raise the posterior density, >= 1."""
+    starts: int = 3
+    """>= 1; at most so many, while the residuals fail their test and no two starts end at one place"""
+
+    def __post_init__(self) -> None:
+        for name in ("max_iterations", "tolerance", "longest_step", "max_halvings", "starts"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InvalidInput(f"Scoring: {name} = {value:g}; must be > 0.")
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One accepted point, for whoever watches."""
+
+    number: int
+    value: float
+    """log posterior density, up to a constant"""
+    point: Array
+    step: float
+    """[posterior sd] of the step proposed from here"""
+    start: int = 1
+    """Which of several"""
+
+
+def climb(
+    likelihood: MarginalLikelihood,
+    start: Array,
+    options: Scoring,
+    progress: Callable[[Iteration], None] | None = None,
+) -> Posterior:
+    """The maximum uphill of `start` (p), with the Gaussian that fits it there.
+
+    Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
+    the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until
+    the density rises. The last one, which is short, is taken if it does. Raises as `estimate`.
+    """
+    precision = np.diag(1 / likelihood.prior_sd**2)
+    x = np.array(start, dtype=float)
+    now = likelihood.evaluate(x)
+    _require_dependence(likelihood, now)
+    value = now.value + likelihood.log_prior(x)
+    curvature: Array | None = None
+    boost = 1.0
+    for number in range(options.max_iterations):
+        gradient = now.gradient - precision @ (x - likelihood.prior_mean)
+        information = now.information + precision
+        step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
+        length = math.sqrt(max(float(step @ information @ step), 0.0))
+        plain = curvature is None
+        if curvature is not None:
+            step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
+            length = math.sqrt(max(float(step @ information @ step), 0.0))
+        elif length < NEAR:
+            curvature = information
+        if progress is not None:
+            progress(Iteration(number, value, x, length))
+        if length < options.tolerance:
+            return _posterior(likelihood, now, value, step, number)
+        if plain:
+            step *= boost
+        step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
+        promised = float(step @ gradient)
+        found = _line_search(likelihood, x, step, value, promised, options)
+        if isinstance(found, str):
+            raise SolveFailed(
+                f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
+                f"{found or 'Is the start far from the data, or the tolerance of the model too wide?'}"
+            )
+        gain = (found[2] - value) / promised  # 1/2 where the information is the curvature
+        boost = min(2 * boost, LARGEST_BOOST) if gain > 0.6 else max(1.0, boost / 2)
+        moved = found[0] - x
+        x, now, value = found
+        if curvature is not None:
+            change = gradient - (now.gradient - precision @ (x - likelihood.prior_mean))
+            curvature = _updated(curvature, moved, change)
+    raise SolveFailed(
+        f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
+        f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
+    )
+
+
+def _posterior(
+    likelihood: MarginalLikelihood, now: Evaluation, value: float, step: Array, iterations: int
+) -> Posterior:
+    """At the end of a last step from a point of this log density, or at that point if the density falls."""
+
+    def density(x: Array) -> float:
+        try:
+            return likelihood.value(x) + likelihood.log_prior(x)
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
+            return -math.inf
+
+    reached = density(now.point + step)
+    rises = reached >= value
+    found = Posterior(
+        names=likelihood.names,
+        units=likelihood.units,
+        mean=now.point + step if rises else now.point,
+        information=now.information,
+        prior_mean=likelihood.prior_mean,
+        prior_sd=likelihood.prior_sd,
+        noise=now.noise,
+        log_likelihood=now.value,
+        iterations=iterations,
+        residuals=residual_test(likelihood, now),
+        logarithmic=likelihood.logarithmic,
+    )
+    half = 1.959964 * found.least_known
+    ends = np.array([density(found.mean - half), density(found.mean + half)])
+    return replace(found, falls=max(reached, value) - ends)
+
+
+def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
+    """BFGS: with curvature change along step; None where the density is not concave there."""
+    image = curvature @ step
+    if step @ change <= 1e-2 * (step @ image):
+        return None
+    updated: Array = (
+        curvature - np.outer(image, image) / (step @ image) + np.outer(change, change) / (step @ change)
+    )
+    return updated
+
+
+def _line_search(
+    likelihood: MarginalLikelihood, x: Array, step: Array, value: float, slope: float, options: Scoring
+) -> tuple[Array, Evaluation, float] | str:
+    """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises.
+
+    A step is too long, too, where the density is not there: where a material would store no energy, a camera
+    would look up, a solve fails or a number overflows. If no step is short enough: what failed last, or an
+    empty text.
+    """
+    share, last = 1.0, ""
+    for _ in range(options.max_halvings):
+        candidate = x + share * step
+        try:
+            there = likelihood.evaluate(candidate)
+        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError) as error:
+            share, last = share / 2, f"The last that could not be evaluated: {error}"
+            continue
+        reached = there.value + likelihood.log_prior(candidate)
+        if reached >= value + 1e-4 * share * slope:
+            return candidate, there, reached
+        share /= 2
+    return last
+
+
+def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
+    told = np.diag(at.information) * likelihood.prior_sd**2
+    for name, share in zip(likelihood.names, told, strict=True):
+        if not share > 1e-10:
+            raise InvalidInput(
+                f'estimate: nothing in the data depends on "{name}": its information is '
+                f"{max(share, 0.0):.2g} of the prior's. Leave it out, or observe what it moves."
+            )

@@ -1,0 +1,178 @@
+"""False maxima: an estimate whose residuals fail is begun again, and ends at the highest of its ends."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import ArrayLike
+
+import plica
+from layered_block import layered_model, simulated
+from plica.identify import Evaluation, Iteration, MarginalLikelihood, Noise, Scoring, Settings, estimate
+from plica.identify.flow_error import FlowError
+from plica.identify.starts import begins
+from plica.identify.wording import started
+from test_estimate_end import one_number
+
+FRAMES = 12
+
+
+class TwoTops(MarginalLikelihood):
+    """Of cover.E, with a top of height 3 that the prior's median leads to, and one of height 30, 1.5 sd away;
+    the first frames know the latter alone. The information is that of each top."""
+
+    false, true, sd = 0.1, -1.5, 0.05
+    short = False
+
+    def of_first(self, frames: int) -> MarginalLikelihood:
+        found = super().of_first(frames)
+        made = TwoTops(found.model)
+        made.short = True
+        return made
+
+    def density(self, x: float) -> tuple[float, float, float]:
+        off = x - self.prior_mean[0]
+        width = 10 * self.sd if self.short else self.sd
+        nearer_false = not self.short and off > 0.5 * (self.false + self.true)
+        d = (off - (self.false if nearer_false else self.true)) / width
+        return (3.0 if nearer_false else 30.0) - 0.5 * d * d, -d / width, width**-2
+
+    def evaluate(self, x: ArrayLike) -> Evaluation:
+        at = np.array(x, dtype=float)
+        value, slope, curvature = self.density(at[0])
+        base = super().evaluate(self.prior_mean)
+        made = replace(
+            base, point=at, value=value, gradient=np.array([slope]), information=np.array([[curvature]])
+        )
+        self._last = made
+        return made
+
+    def evaluate_known(self, x: ArrayLike, responses: Any) -> Evaluation:
+        return self.evaluate(x)
+
+    def value(self, x: ArrayLike) -> float:
+        return self.density(np.array(x, dtype=float)[0])[0]
+
+
+def outlying(log_sd: float = 1.0) -> TwoTops:
+    """Whose residuals fail their test everywhere, by tails."""
+    model = one_number(log_sd)
+    flow = np.array(model.observation.flow)
+    flow[3:7, 2] += 3.0
+    return TwoTops(model.seeing(flow))
+
+
+def test_of_several_ends_the_most_probable_is_taken() -> None:
+    likelihood = outlying()
+    seen: list[Iteration] = []
+    found = estimate(likelihood, options=Scoring(starts=3), progress=seen.append)
+    assert not found.residuals.passed
+    assert (found.starts, found.ended_here) == (3, 2)
+    assert started(found) == "started 3 times, 2 ended here, 1 at less probable tissues or nowhere"
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.true, abs=0.05)
+    assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
+    assert {at.start for at in seen} == {1, 2, 3}
+    assert any("false maximum of the density (started 3 times" in told for told in found.warnings())
+
+
+def test_two_starts_that_end_at_one_place_are_enough() -> None:
+    likelihood = outlying()
+    found = estimate(likelihood, np.array([likelihood.prior_mean[0] - 1.4]), Scoring(starts=5))
+    assert not found.residuals.passed
+    assert (found.starts, found.ended_here) == (2, 2)
+
+
+def test_one_start_stays_where_it_ends() -> None:
+    likelihood = outlying()
+    found = estimate(likelihood, options=Scoring(starts=1))
+    assert (found.starts, found.ended_here) == (1, 1)
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
+    assert any("which another start may leave" in told for told in found.warnings())
+
+
+def test_nothing_is_begun_again_where_the_residuals_pass() -> None:
+    found = estimate(MarginalLikelihood(one_number(0.5)), options=Scoring(starts=5))
+    assert found.residuals.passed
+    assert found.starts == 1
+
+
+def test_where_the_first_start_has_no_end_another_may_have() -> None:
+    likelihood = outlying(log_sd=5.0)
+    likelihood.false = 3.5  # more than two steps away
+    short = Scoring(max_iterations=2, starts=1)
+    with pytest.raises(plica.SolveFailed, match="after 2 iterations"):
+        estimate(likelihood, options=short)
+    with pytest.raises(plica.SolveFailed, match="after 2 iterations"):
+        estimate(outlying(log_sd=5.0), np.array([20.0]), options=short)
+    found = estimate(likelihood, options=replace(short, starts=3, longest_step=2.0))
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.true, abs=0.05)
+
+
+def test_starts_that_store_no_energy_are_left_out() -> None:
+    """Of a wide prior of nu most tissues of the prior are none."""
+    named = [plica.identify.TissueParameter(("cover.nu",), plica.identify.Prior(0.6, 2.0))]
+    flow = simulated(layered_model(named, np.ones((FRAMES, 12, 2))), np.random.default_rng(2), pressure=50.0)
+    likelihood = MarginalLikelihood(layered_model(named, flow))
+    points = list(begins(likelihood, likelihood.prior_mean, Scoring()))
+    assert 2 < len(points) < 18
+    assert all(math.isfinite(likelihood.value(x)) for x in points)
+
+
+@pytest.mark.parametrize("frames", [5, 8])
+def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> None:
+    """Later pressures move nothing that is seen: the same likelihood, from a longer sweep."""
+    names: list[Any] = ["cover.E", "cover.viscosity"]
+    rng = np.random.default_rng(3)
+    sd = rng.uniform(0.05, 0.2, (FRAMES, 12, 2))
+    flow = simulated(layered_model(names, np.ones((FRAMES, 12, 2))), rng)
+    model = layered_model(names, flow, sd=sd, gain_sd=0.5)
+    error = FlowError(
+        sd=rng.uniform(0.05, 0.2, 12),
+        by_frame=rng.uniform(0.8, 1.2, FRAMES),
+        in_time=np.array([-0.4, 0.15]),
+        share=0.0,
+        length=1.0,
+        neighbours=np.full((12, 3), -1),
+        distances=np.ones((12, 12)),
+        motion=rng.normal(size=(FRAMES, 12, 2)),
+        outliers=rng.uniform(size=(FRAMES, 12)) < 0.1,
+    )
+    flow[frames:] = np.nan
+    for own in (None, error):
+        noise = Noise(30.0, 0.9, 0.0, 0.2)
+        short = MarginalLikelihood(model, noise, own).of_first(frames)
+        missing = MarginalLikelihood(model.seeing(flow), noise, own)
+        x = short.prior_mean + 0.1
+        assert short.model.steps < missing.model.steps
+        assert short.value(x) == pytest.approx(missing.value(x), rel=1e-10)
+        assert short.evaluate(x).gradient == pytest.approx(missing.evaluate(x).gradient, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_skipped_cycle_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A draw of the calibration whose one start ends more than 4 sd away."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
+    from identify_calibration import Drawn  # type: ignore[import-not-found]
+
+    drawn = Drawn(60, 800.0)
+    truth, model = drawn.recording(15086)
+    alone = estimate(MarginalLikelihood(model), options=Scoring(starts=1))
+    assert not alone.residuals.passed
+    assert np.abs((alone.mean - truth) / alone.sd).max() > 4
+    found = estimate(MarginalLikelihood(model))
+    assert (found.starts, found.ended_here) == (2, 1)
+    assert found.residuals.passed
+    assert np.abs((found.mean - truth) / found.sd).max() < 4
+
+
+def test_a_number_of_starts_that_is_none_is_refused() -> None:
+    with pytest.raises(plica.InvalidInput, match="starts = 0; must be > 0"):
+        Scoring(starts=0)
+    for wrong in (0, 19):
+        with pytest.raises(plica.SceneError, match="starts"):
+            Settings(starts=wrong)
