@@ -55,6 +55,10 @@ class Posterior:
     follows: float | None = None
     """Share of the motion's variance that the model follows; None: not looked at"""
 
+    fed_back: bool = False
+    """Whether the tissue's own motion makes the pressures that move it, as in a voice, while the model takes
+    what it does not know of them for independent of the motion"""
+
     @property
     def carried(self) -> bool:
         """Whether the model follows half of the motion or more; else no number is carried by the data."""
@@ -109,15 +113,16 @@ class Posterior:
 
     @property
     def answered(self) -> bool:
-        """Whether an interval may be shown: the model follows the motion, and where the residuals fail their
-        test, the interval is as wide as they ask for, of a density that is a Gaussian's: another's cannot be
-        widened so."""
-        return self.carried and (self.residuals.passed or (self.inflation is not None and self.gaussian))
+        """Whether an interval may be shown: the model follows the motion, the pressures do not, and where the
+        residuals fail their test, the interval is as wide as they ask for, of a density that is a Gaussian's:
+        another's cannot be widened so."""
+        sound = self.carried and not self.fed_back
+        return sound and (self.residuals.passed or (self.inflation is not None and self.gaussian))
 
     @property
     def refused(self) -> NDArray[np.bool_]:
         """(p) Whose sd is not printed: the mesh shift exceeds it, the residuals fail their test and nothing
-        was done about it, or the model does not follow the motion."""
+        was done about it, the model does not follow the motion, or the pressures do."""
         return self.belied | (not self.answered)
 
     def interval(self, level: float = 0.95) -> Array:
