@@ -1,12 +1,12 @@
 """A voice that drives itself, from run to film to tissue: how far estimates are off, in the sd they state.
 
-    python benchmarks/identify_voice.py                              # the voices of docs/identification_measured.md
+    python benchmarks/identify_voice.py                              # linear elements, four pressures
     python benchmarks/identify_voice.py --pressures 700 --cover 0.8  # others
     python benchmarks/identify_voice.py --order 2 --first 60         # quadratic elements
 
-Folds of the coarse larynx vibrate by their own airflow and are filmed from above without error. Noise is added
-to the film's true flow, and `plica.identify.identify` estimates viscosity and two shear moduli on the mesh of
-the truth, as if the unknown pressures did not depend on the motion (``voiced = false``).
+Folds of the coarse larynx vibrate by their own airflow and are filmed from above without error. Noise is
+added to the film's true flow, and `plica.identify.identify` estimates viscosity and two shear moduli on the
+mesh of the truth, as if the unknown pressures did not depend on the motion (``voiced = false``).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ ESTIMATED = (
 
 
 def voice(pressure: float, cover: float, order: int, frames: int, first: float) -> plica.Scene:
-    """The thesis's folds at a subglottal pressure (Pa), the cover's moduli times a factor, filmed from `first`
-    (ms) on for some frames."""
+    """The thesis's folds at a subglottal pressure (Pa), the cover's moduli times a factor, filmed from
+    `first` (ms) on for some frames."""
     scene = plica.Scene.load(SCENE)
     tissue = {
         f"tissue.cover.{name}": cover * getattr(scene.tissue["cover"], name)
@@ -85,7 +85,9 @@ def main() -> None:
     options.add_argument("--first", type=float, default=40.0, help="ms before the film")
     options.add_argument("--guess", type=float, default=1.35, help="prior medians of moduli over the truth")
     chosen = options.parse_args()
-    print("| Pa | cover | motion | closed | viscosity | mu' cover | mu' body | follows | residuals | Gaussian |")
+    print(
+        "| Pa | cover | motion | closed | viscosity | mu' cover | mu' body | follows | residuals | Gaussian |"
+    )
     for pressure in chosen.pressures:
         for cover in chosen.cover:
             scene = voice(pressure, cover, chosen.order, chosen.frames, chosen.first)

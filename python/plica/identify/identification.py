@@ -110,9 +110,7 @@ def identify(
             found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
-        found = replace(
-            found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene)
-        )
+        found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report

@@ -18,10 +18,11 @@ LEARNED = 0.7
 GAUSSIAN_FALL = 1.92
 """Of a Gaussian's log density, from the middle to an end of the 95 % interval."""
 FED_BACK = (
-    "The pressures are taken for a voice's own: made by the motion that they drive. Of the unknown ones the "
-    "estimate believes that they do not depend on the motion, so that stiffness and viscosity may come out far "
-    "off though the model follows all of the motion and the residuals pass: sd and intervals are refused. "
-    "Where something else moves the folds, say so (voiced = false in the settings)."
+    "The pressures are taken for a voice's own: the motion makes them, and they repeat themselves with it. "
+    "The estimate takes unknown pressures for independent of the motion and from frame to frame, so that "
+    "stiffness and viscosity may come out far off, though the model follows the motion and the residuals "
+    "pass: sd and intervals are refused. Where something else moves the folds, say so: voiced = false in the "
+    "settings."
 )
 _PRIOR = "What stands in the table is the prior."
 
@@ -98,7 +99,12 @@ def residual_warnings(posterior: Posterior) -> list[str]:
 
 def warnings(posterior: Posterior) -> list[str]:
     """What a reader must know before believing the table."""
-    told = [FED_BACK] * posterior.fed_back + list(posterior.notes) + posterior.noise.sentences() + residual_warnings(posterior)
+    told = (
+        [FED_BACK] * posterior.fed_back
+        + list(posterior.notes)
+        + posterior.noise.sentences()
+        + residual_warnings(posterior)
+    )
     told += posterior.residuals.sentences() + _shape_words(posterior)
     shares = posterior.sd / posterior.prior_sd
     alone = np.sqrt(np.diag(posterior.statistical_covariance)) / posterior.prior_sd
