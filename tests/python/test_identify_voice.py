@@ -69,8 +69,8 @@ def test_intervals_of_a_voice_are_refused_because_they_would_not_hold_the_truth(
 
 
 def test_a_voice_is_a_scene_with_airflow_or_a_larynx_of_unknown_pressures() -> None:
-    larynx = plica.Scene(plica.Larynx(larynx="coarse"), "normal")
     block = block_scene()
+    larynx = plica.Scene(plica.Larynx(larynx="coarse"), "normal", time=block.time)
     breathing = block.replace({"airflow": {}})
     known = Settings(drive=Path("drive.csv"))
     assert [fed_back(Settings(), scene) for scene in (larynx, block, breathing)] == [True, False, True]
