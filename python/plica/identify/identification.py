@@ -19,7 +19,7 @@ from plica.identify.iterates import Iterates, Marks
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel, require_linear
 from plica.identify.posterior import Posterior
-from plica.identify.pressures import forcing_of, heights_of, seen_surface
+from plica.identify.pressures import fed_back, forcing_of, heights_of, seen_surface
 from plica.identify.recording import Recorded, observe
 from plica.identify.residuals import whitened
 from plica.identify.results import Identification, Picture, load, store
@@ -110,7 +110,7 @@ def identify(
             found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
-        found = replace(found, notes=notes, follows=picture.explained)
+        found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report

@@ -59,6 +59,9 @@ class Posterior:
     """From which it was tried: more than one where the residuals failed their test at the first's end"""
     ended_here: int = 1
     """How many of them ended here; the others at less probable tissues, or nowhere"""
+    fed_back: bool = False
+    """Whether the tissue's own motion makes the pressures that move it, as in a voice, while the model takes
+    what it does not know of them for independent of the motion"""
 
     @property
     def carried(self) -> bool:
@@ -114,15 +117,16 @@ class Posterior:
 
     @property
     def answered(self) -> bool:
-        """Whether an interval may be shown: the model follows the motion, and where the residuals fail their
-        test, the interval is as wide as they ask for, of a density that is a Gaussian's: another's cannot be
-        widened so."""
-        return self.carried and (self.residuals.passed or (self.inflation is not None and self.gaussian))
+        """Whether an interval may be shown: the model follows the motion, the pressures do not, and where the
+        residuals fail their test, the interval is as wide as they ask for, of a density that is a Gaussian's:
+        another's cannot be widened so."""
+        sound = self.carried and not self.fed_back
+        return sound and (self.residuals.passed or (self.inflation is not None and self.gaussian))
 
     @property
     def refused(self) -> NDArray[np.bool_]:
         """(p) Whose sd is not printed: the mesh shift exceeds it, the residuals fail their test and nothing
-        was done about it, or the model does not follow the motion."""
+        was done about it, the model does not follow the motion, or the pressures do."""
         return self.belied | (not self.answered)
 
     def interval(self, level: float = 0.95) -> Array:

@@ -17,7 +17,7 @@ from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["forcing_of", "heights_of", "pressed_surface", "seen_surface"]
+__all__ = ["fed_back", "forcing_of", "heights_of", "pressed_surface", "seen_surface"]
 
 Floats = NDArray[np.float64]
 _LEAST_ROWS = 3  # of a table, within the recording
@@ -27,6 +27,13 @@ def pressed_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> 
     """The surface on which the pressures act."""
     default = "airway" if scene.airflow is None else scene.airflow.surface
     return _known(settings.surface or default, mesh, "surface")
+
+
+def fed_back(settings: Settings, scene: Scene) -> bool:
+    """Whether the motion makes its own pressures, as the settings say, or else the scene."""
+    if settings.voiced is not None:
+        return settings.voiced
+    return scene.airflow is not None or (isinstance(scene.mesh, Larynx) and settings.drive is None)
 
 
 def seen_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> str:

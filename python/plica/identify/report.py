@@ -93,6 +93,8 @@ def rows(found: Identification) -> list[Row]:
         sd = f"{100 * posterior.sd[j]:.1f} %" if relative else number(float(posterior.sd[j]), 2)
         if not found.picture.carried:
             verdict = "not carried by the data: the model does not follow the motion"
+        elif posterior.fed_back:
+            verdict = "how far off is not known: the motion makes its own pressures"
         elif hardly_learned(posterior)[j]:
             verdict = "hardly learned: this is the prior"
         elif posterior.belied[j]:

@@ -180,6 +180,7 @@ def _posterior(stored: dict[str, Any]) -> Posterior:
     noise: dict[str, Any] = stored["noise"]
     noise |= {name: tuple(noise.get(name, ())) for name in ("at_least", "at_most")}
     stored["noise"], stored["residuals"] = Noise(**noise), ResidualTest(**stored["residuals"])
+    stored["fed_back"] = bool(stored["fed_back"])
     return Posterior(**stored)
 
 

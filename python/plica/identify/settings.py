@@ -93,6 +93,10 @@ class Settings(Part):
     frame), then one a height (Pa). Left out: the unknown pressures do everything."""
     gain_sd: Annotated[Number, Field(ge=0)] = 0.3
     """[-] Prior standard deviation of the logarithm of that factor."""
+    voiced: bool | None = None
+    """Whether the folds' own motion makes the pressures that move them, as in a voice. Sd and intervals are
+    then refused, as unknown pressures are taken for independent of the motion and from frame to frame. Left
+    out: yes of a scene with an airflow, and of a larynx without `drive`."""
     closed_below: Share = 0.05
     """[-] Frames whose glottal area is less than this times the largest are closed: there unknown forces push
     apart what touches. 0: none."""

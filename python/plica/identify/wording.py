@@ -17,6 +17,13 @@ LEARNED = 0.7
 """A posterior sd above this share of the prior's is the prior's own."""
 GAUSSIAN_FALL = 1.92
 """Of a Gaussian's log density, from the middle to an end of the 95 % interval."""
+FED_BACK = (
+    "The pressures are taken for a voice's own: the motion makes them, and they repeat themselves with it. "
+    "The estimate takes unknown pressures for independent of the motion and from frame to frame, so that "
+    "stiffness and viscosity may come out far off, though the model follows the motion and the residuals "
+    "pass: sd and intervals are refused. Where something else moves the folds, say so: voiced = false in the "
+    "settings."
+)
 _PRIOR = "What stands in the table is the prior."
 
 
@@ -25,6 +32,8 @@ def table(posterior: Posterior) -> str:
     lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
     if not posterior.carried:
         lines.insert(0, "The model does not follow the motion: no number below is carried by the data.")
+    elif posterior.fed_back:
+        lines.insert(0, "The motion makes its own pressures: sd and intervals are refused.")
     elif posterior.inflation is not None and posterior.answered:
         lines.insert(0, "Residual test failed: sd and intervals are widened as the residuals ask for.")
     low_high = posterior.interval()
@@ -69,12 +78,14 @@ def residual_warnings(posterior: Posterior) -> list[str]:
             "The residual test failed: sd and intervals of independent errors are refused, as these are not. "
             f"The flow's error is correlated, the model does not hold, or {_false_maximum(posterior)}."
         ]
-    if posterior.carried and not posterior.answered:
+    if posterior.carried and not posterior.gaussian:
         return [
             "The residual test failed, and the density is not Gaussian: sd and intervals cannot be widened "
             "to what the residuals ask for, and are refused. The model does not hold: other forces, another "
             "geometry or other supports move this tissue."
         ]
+    if posterior.fed_back:
+        return []
     told = [
         f"The residual test failed: the intervals are {widened(posterior)}. What the model misses at all "
         "points and times alike is not in them."
@@ -101,7 +112,12 @@ def _false_maximum(posterior: Posterior) -> str:
 
 def warnings(posterior: Posterior) -> list[str]:
     """What a reader must know before believing the table."""
-    told = list(posterior.notes) + posterior.noise.sentences() + residual_warnings(posterior)
+    told = (
+        [FED_BACK] * posterior.fed_back
+        + list(posterior.notes)
+        + posterior.noise.sentences()
+        + residual_warnings(posterior)
+    )
     told += posterior.residuals.sentences() + _shape_words(posterior)
     shares = posterior.sd / posterior.prior_sd
     alone = np.sqrt(np.diag(posterior.statistical_covariance)) / posterior.prior_sd
