@@ -23,6 +23,7 @@ from plica.measures.recorded_quotients import count_measures, gap_measures, reco
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.errors import VideoError
+from plica.video.grid import with_grain
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
 
@@ -253,6 +254,8 @@ def measures(
                 for side, edge, said in (("left", left, sides[0]), ("right", right, sides[1]))
             ),
         ]
+    if cycles.count:
+        found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
     return Measures(found, scale), cycles
 
 
