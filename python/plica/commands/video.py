@@ -251,7 +251,7 @@ def remeasure(directory: Path) -> int:
     found = load(directory)
     with storage_errors(directory):
         write_tables(found)
-    print(measures_table(found.measures))
+    print(_table(found))
     return 0
 
 
@@ -320,10 +320,16 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         if page and options.pdf:
             page = pdf_of(page)
     if not options.quiet:
-        print(measures_table(found.measures))
+        print(_table(found))
         if page:
             print(f"report: {page}")
     return found
+
+
+def _table(found: Analysis) -> str:
+    """The measures, and which fold is the left one in their names."""
+    sides = f"left: {found.side('left')}; right: {found.side('right')}"
+    return f"{measures_table(found.measures)}\n{sides}"
 
 
 def _masks(options: argparse.Namespace) -> int:

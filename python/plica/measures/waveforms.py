@@ -49,13 +49,14 @@ _VIDEO = (
     _video(
         "area_least",
         "m^2",
-        "Glottal area, had the outline been drawn at 0.4 of the way from the glottis' dark to the tissue.",
+        "Glottal area, had the outline been drawn at 0.15 of the way from the glottis' dark to the tissue.",
     ),
-    _video("area_largest", "m^2", "Glottal area, had the outline been drawn at 0.6 of that way."),
+    _video("area_largest", "m^2", "Glottal area, had the outline been drawn at 0.7 of that way."),
     _video(
         "edge_left",
         "m",
-        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length.",
+        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length; the edge "
+        "of the darkest part of the glottis, at 0.2 of the way.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
     _video("phase", "", "Closed, opening, open or closing; nothing outside the cycles."),

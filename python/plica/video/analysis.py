@@ -50,6 +50,10 @@ Mask = npt.NDArray[np.bool_]
 
 _UNTIL = {"glottis": "sides", "modes": "modes"}  # what is asked for, and the last step of it
 _FEWEST = 4  # frames: three flows
+_BEFORE = (
+    "left and right were found by an earlier version of plica, which light from one side misled; analyse the "
+    "recording again, in another directory"
+)
 
 
 def analyse(
@@ -209,7 +213,16 @@ class Analysis:
     @cached_property
     def area(self) -> GlottalArea:
         """px^2, px."""
-        return GlottalArea(*(self[f"sides/{name}"] for name in ("left", "right", "left_edge", "right_edge")))
+        names = ("left", "right", "left_edge", "right_edge")
+        if not self._inner:
+            return GlottalArea(*(self[f"sides/{name}"] for name in names))
+        inner = GlottalArea(*(self[f"sides/inner_{name}"] for name in names))
+        return GlottalArea(*(self[f"sides/{name}"] for name in names), inner)
+
+    @property
+    def _inner(self) -> bool:
+        """Whether the darkest part of the glottis is known; not in an analysis of an earlier version."""
+        return "sides/inner_left" in self
 
     @cached_property
     def count(self) -> int:
@@ -230,13 +243,15 @@ class Analysis:
     def _measured(self) -> tuple[Measures, Cycles]:
         known = self.settings.fps, self.settings.mm_per_px
         sides = self.side("left"), self.side("right")
-        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts)
+        band = self["glottis/least"], self["glottis/largest"]
+        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
 
     @cached_property
     def doubts(self) -> list[str]:
         """What speaks against the glottal area of the whole recording, a sentence each; empty where nothing
         does."""
-        return doubts(
+        before = [] if self._inner else [_BEFORE]
+        return before + doubts(
             WholeGlottis(
                 self.area.total,
                 self["glottis/always"] > 0,
@@ -385,8 +400,8 @@ class Analysis:
             "area_right": size**2 * area.right,
             "area_least": size**2 * self["glottis/least"],
             "area_largest": size**2 * self["glottis/largest"],
-            "edge_left": size * area.left_edge,
-            "edge_right": size * area.right_edge,
+            "edge_left": size * area.sides.left_edge,
+            "edge_right": size * area.sides.right_edge,
             "phase": np.array(self.phase),
             "flags": np.array(self.flags),
         }

@@ -112,7 +112,7 @@ class Chain:
 
     def _area(self) -> GlottalArea:
         names = ("left", "right", "left_edge", "right_edge")
-        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))
+        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))  # as the flow sees it
 
     def _midline(self) -> Midline:
         return Midline.between(*self._results.read("sides/midline"))
@@ -146,13 +146,16 @@ class Chain:
         def add(file: h5py.File) -> None:
             group = file.create_group("glottis")
             packed = {"chunks": (1, *self._shape), "compression": "gzip", "compression_opts": 1}
-            kept = group.create_dataset("mask", (self._count, *self._shape), np.uint8, **packed)
-            kept.attrs["units"] = "1"
+            kept, inner = (
+                group.create_dataset(name, (self._count, *self._shape), np.uint8, **packed)
+                for name in ("mask", "inner")
+            )
+            kept.attrs["units"] = inner.attrs["units"] = "1"
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             tissue = np.ones(self._shape, dtype=bool)
             always = np.ones(self._shape, dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
-                mask = drawn.get(index)
+                mask, found = drawn.get(index), None
                 if mask is not None:
                     band[index] = mask.sum()
                 elif lost[index]:
@@ -162,6 +165,7 @@ class Chain:
                     found = finder.outline(frame, index)
                     mask, band[index] = found.mask, (found.least, found.largest)
                 kept[index] = mask
+                inner[index] = mask if found is None else found.inner
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
                 if np.isfinite(band[index, 0]):
@@ -174,12 +178,20 @@ class Chain:
         self._results.change(add)
 
     def _sides(self) -> None:
+        if "glottis/inner" not in self._results:  # an analysis that an earlier version began
+            self._results.change(lambda _: None, without=("glottis",))
+            self._glottis()
         ends = self._settings.midline
         midline = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
+        inner = areas(self._results.masks(name="inner"), midline)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         area = self._areas(midline)
         unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
-        sides = {name: np.where(unknown, np.nan, values) for name, values in vars(area).items()}
+        sides = {
+            f"{part}{name}": np.where(unknown, np.nan, getattr(of, name))
+            for part, of in (("", area), ("inner_", inner))
+            for name in ("left", "right", "left_edge", "right_edge")
+        }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
 

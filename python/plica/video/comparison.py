@@ -70,12 +70,13 @@ class Comparison:
             return found.measures
         area, settings = found.area, found.settings
         return measures(
-            GlottalArea(area.right, area.left, area.right_edge, area.left_edge),
+            area.mirrored,
             settings.fps,
             settings.mm_per_px,
             found.midline.length,
             (found.side("right"), found.side("left")),
             doubts=found.doubts,
+            band=(found["glottis/least"], found["glottis/largest"]),
         )[0]
 
     @cached_property

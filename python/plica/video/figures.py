@@ -86,8 +86,8 @@ def _area(found: Analysis) -> Drawing:
         strip.set_xlabel(name)
 
     caption = (
-        "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at 0.4 "
-        "or at 0.6 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
+        "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at "
+        "0.15 or at 0.7 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
         f"phases: closed (dark; up to {100 * closed_share:g} % of the cycle's largest area), opening (light "
         f"blue), open (blue; from {100 * wide_share:g} %), closing (light red)."
     )

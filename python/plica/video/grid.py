@@ -81,7 +81,9 @@ def _of_frames(values: dict[str, float], frames: float) -> dict[str, float]:
     """The grains of what is told by instants."""
     frame = 1 / frames  # of a cycle
     found = {name: frame * values[name] for name in _ENDS[:2] if name in values}
-    found |= {name: frame for name in values if name.startswith(("open_quotient", "closed_quotient", "closing_"))}
+    found |= {
+        name: frame for name in values if name.startswith(("open_quotient", "closed_quotient", "closing_"))
+    }
     found |= {name: _JITTER * frame for name in _IN_SQUARES[:2]}
     closing, speed = values.get("closing_quotient", 0.0), values.get("speed_quotient", 1.0)
     if closing > 0:
@@ -91,7 +93,9 @@ def _of_frames(values: dict[str, float], frames: float) -> dict[str, float]:
     return found
 
 
-def _of_pixels(values: dict[str, float], frames: float, size: float, length: float | None) -> dict[str, float]:
+def _of_pixels(
+    values: dict[str, float], frames: float, size: float, length: float | None
+) -> dict[str, float]:
     """The grains of what is told by edges and areas."""
     found: dict[str, float] = {}
     left, right = (values.get(f"amplitude_{side}", 0.0) / size for side in ("left", "right"))  # px

@@ -45,6 +45,10 @@ _UNITS = {
     "sides/right": "px^2",
     "sides/left_edge": "px",
     "sides/right_edge": "px",
+    "sides/inner_left": "px^2",
+    "sides/inner_right": "px^2",
+    "sides/inner_left_edge": "px",
+    "sides/inner_right_edge": "px",
     "sides/midline": "px: x, y of the upper end, x, y of the lower",
     "sides/kymogram": "grey levels",
     "trust/mismatch": "px",
@@ -155,10 +159,10 @@ class Results:
             masks = file["drawn/masks"][()].astype(bool)
             return dict(zip(file["drawn/frames"][()].tolist(), masks, strict=True))
 
-    def masks(self, begin: int = 0) -> Iterator[Mask]:
-        """The glottis of each frame from this one on."""
+    def masks(self, begin: int = 0, name: str = "mask") -> Iterator[Mask]:
+        """The glottis of each frame from this one on, or its "inner" part."""
         with h5py.File(self.path, "r") as file:
-            kept = file["glottis/mask"]
+            kept = file[f"glottis/{name}"]
             for index in range(begin, len(kept)):
                 yield kept[index].astype(bool)
 

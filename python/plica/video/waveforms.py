@@ -26,6 +26,7 @@ from plica.video.errors import VideoError
 from plica.video.grid import with_grain
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
+from plica.video.shade import shaded
 
 __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
 
@@ -35,6 +36,7 @@ Mask = npt.NDArray[np.bool_]
 _EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
 _PRECISE = 0.05  # of an amplitude: a larger share of it is said
 
+_SHADED = 0.6  # width of the area's band, of the area: films without shade have less, with shade more
 _APART = 0.05  # relative difference of two folds' frequencies
 _PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
 
@@ -54,12 +56,26 @@ class GlottalArea:
         Not a number where it is not known.
     left_edge, right_edge : (frames) px
         Mean distance of the folds' edges from the midline, over the middle tenth of its length.
+    inner : GlottalArea or None
+        The same of the darkest part of the glottis, whose edges shade moves less; None: there is none.
     """
 
     left: Floats
     right: Floats
     left_edge: Floats
     right_edge: Floats
+    inner: GlottalArea | None = None
+
+    @property
+    def sides(self) -> GlottalArea:
+        """That by which left and right are compared."""
+        return self.inner or self
+
+    @property
+    def mirrored(self) -> GlottalArea:
+        """Left and right changed."""
+        inner = None if self.inner is None else self.inner.mirrored
+        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner)
 
     @property
     def total(self) -> Floats:
@@ -72,7 +88,9 @@ class GlottalArea:
         if known.all() or not known.any():
             return self
         frames = np.arange(known.size)
-        return GlottalArea(*(np.interp(frames, frames[known], part[known]) for part in vars(self).values()))
+        parts = (self.left, self.right, self.left_edge, self.right_edge)
+        inner = None if self.inner is None else self.inner.filled()
+        return GlottalArea(*(np.interp(frames, frames[known], part[known]) for part in parts), inner)
 
 
 def middle(place: Floats, midline: Midline) -> Mask:
@@ -197,6 +215,7 @@ def measures(
     sides: tuple[str, str] = ("left in the image", "right in the image"),
     *,
     doubts: Sequence[str] = (),
+    band: tuple[Floats, Floats] | None = None,
     cycles: Cycles | None = None,
 ) -> tuple[Measures, Cycles]:
     """What the glottal area and the edges of the folds tell, each with its interval over cycles.
@@ -204,7 +223,8 @@ def measures(
     Times are in seconds with `fps`, else in frames: a frequency is then in cycles per frame, "1/frame".
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
-    speaks against the whole area, which all that stands on it repeats. `cycles` are all complete ones unless
+    speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
+    which outlines it lies, which is said where it is wide. `cycles` are all complete ones unless
     given.
     """
     known = np.isfinite(area.total)
@@ -212,7 +232,7 @@ def measures(
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
     total = size**2 * area.total
-    left, right = size * area.left_edge, size * area.right_edge
+    left, right = size * area.sides.left_edge, size * area.sides.right_edge
     if cycles is None:
         cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
         apart = _folds_apart(area, cycles, scale, step)
@@ -229,15 +249,20 @@ def measures(
             [
                 *quotient_measures(time, total, cycles),
                 *recorded_quotient_measures(time, total, cycles),
-                *area_measures(time, total, cycles),
+                *_banded(area_measures(time, total, cycles), area, band),
                 *gap_measures(time, total, cycles, size * length if length else None),
             ],
             doubts,
         ),
         *perturbation_measures(time, total, cycles),
         *noise_measures(time, total, cycles),
-        *_placed(side_measures(time, left, right, cycles, sides, between), size),
-        _area_asymmetry(time, area, cycles, between),
+        *shaded(
+            [
+                *_placed(side_measures(time, left, right, cycles, sides, between), size),
+                _area_asymmetry(time, area.sides, cycles, between),
+            ],
+            side_measures(time, area.left_edge, area.right_edge, cycles),
+        ),
     ]
     if length:
         over = total / (size * length) ** 2
@@ -263,6 +288,20 @@ def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
     return [
         item if item.value is None else replace(item, cautions=(*item.cautions, *doubts)) for item in found
     ]
+
+
+def _banded(found: list[Measure], area: GlottalArea, band: tuple[Floats, Floats] | None) -> list[Measure]:
+    """With a caution where shade leaves open where the outline is."""
+    if band is None or not area.total.any():
+        return found
+    low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
+    if high - low <= _SHADED:
+        return found
+    said = (
+        f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
+        "measured. Shade beside the folds makes it too large; the darkest part of the glottis has the least area"
+    )
+    return [item if item.value is None else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
 def _folds_apart(area: GlottalArea, cycles: Cycles, scale: Scale, step: float) -> str:
