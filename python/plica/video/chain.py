@@ -188,9 +188,9 @@ class Chain:
         area = self._areas(midline)
         unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
         sides = {
-            f"{part}{name}": np.where(unknown, np.nan, getattr(of, name))
+            f"{part}{name}": np.where(unknown, np.nan, values)
             for part, of in (("", area), ("inner_", inner))
-            for name in ("left", "right", "left_edge", "right_edge")
+            for name, values in of.parts.items()
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []

@@ -17,7 +17,7 @@ from plica.measures.comparison import SIDED, Change, changes
 from plica.measures.measure import Measures
 from plica.video.analysis import Analysis, load
 from plica.video.light import light_of
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 if TYPE_CHECKING:
     from plica.report.comparison import Sheet

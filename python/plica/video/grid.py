@@ -84,7 +84,7 @@ def _of_frames(values: dict[str, float], frames: float) -> dict[str, float]:
     found |= {
         name: frame for name in values if name.startswith(("open_quotient", "closed_quotient", "closing_"))
     }
-    found |= {name: _JITTER * frame for name in _IN_SQUARES[:2]}
+    found |= dict.fromkeys(_IN_SQUARES[:2], _JITTER * frame)
     closing, speed = values.get("closing_quotient", 0.0), values.get("speed_quotient", 1.0)
     if closing > 0:
         found["speed_quotient"] = frame * (1 + speed) / closing

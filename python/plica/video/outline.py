@@ -21,8 +21,8 @@ class Outline:
     ----------
     mask : (h, w) bool
     inner : (h, w) bool
-        What is darkest of it: its outline is moved little by shade beside the folds, which is taken for glottis
-        at a half. The mask itself where there is nothing to tell it by.
+        What is darkest of it: shade beside the folds, which is glottis at a half, hardly moves its outline.
+        The mask itself where there is nothing to tell it by.
     least, largest : float
         px^2, band of its area: had the outline been drawn somewhat nearer to the dark, or to the tissue.
     """

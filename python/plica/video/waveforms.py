@@ -67,6 +67,12 @@ class GlottalArea:
     inner: GlottalArea | None = None
 
     @property
+    def parts(self) -> dict[str, Floats]:
+        """By their names, without the inner ones."""
+        names = ("left", "right", "left_edge", "right_edge")
+        return {name: getattr(self, name) for name in names}
+
+    @property
     def sides(self) -> GlottalArea:
         """That by which left and right are compared."""
         return self.inner or self
@@ -88,9 +94,10 @@ class GlottalArea:
         if known.all() or not known.any():
             return self
         frames = np.arange(known.size)
-        parts = (self.left, self.right, self.left_edge, self.right_edge)
         inner = None if self.inner is None else self.inner.filled()
-        return GlottalArea(*(np.interp(frames, frames[known], part[known]) for part in parts), inner)
+        return GlottalArea(
+            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner
+        )
 
 
 def middle(place: Floats, midline: Midline) -> Mask:
@@ -299,7 +306,7 @@ def _banded(found: list[Measure], area: GlottalArea, band: tuple[Floats, Floats]
         return found
     said = (
         f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
-        "measured. Shade beside the folds makes it too large; the darkest part of the glottis has the least area"
+        "measured. Shade beside the folds makes it too large"
     )
     return [item if item.value is None else replace(item, cautions=(*item.cautions, said)) for item in found]
 
