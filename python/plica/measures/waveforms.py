@@ -55,8 +55,8 @@ _VIDEO = (
     _video(
         "edge_left",
         "m",
-        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length; the edge "
-        "of the darkest part of the glottis, at 0.2 of the way.",
+        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length: that of "
+        "the glottis' darkest part, the outline at 0.2 of the way.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
     _video("phase", "", "Closed, opening, open or closing; nothing outside the cycles."),
