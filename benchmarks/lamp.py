@@ -54,7 +54,11 @@ def row(clip: Clip, name: str) -> str:
         item = measured[what]
         low, high = item.interval
         values = [turn * value for value in (parts[0][what], parts[1][what], item.value, low, high)]
-        cells += [f"{values[0]:.3g}", f"{values[1]:.3g}", f"{values[2]:.3g}, {values[3]:.3g} to {values[4]:.3g}"]
+        cells += [
+            f"{values[0]:.3g}",
+            f"{values[1]:.3g}",
+            f"{values[2]:.3g}, {values[3]:.3g} to {values[4]:.3g}",
+        ]
     warned = any("light from one side" in said for said in measured["amplitude_ratio"].cautions)
     cells += ["yes" if warned else "no", f"{100 * (found.area.total.mean() / truth.total.mean() - 1):+.0f} %"]
     return "| " + " | ".join([*cells, f"{100 * held:.0f} %"]) + " |"

@@ -62,7 +62,9 @@ def test_a_wave_that_runs_outward_has_its_speed(side: int, speed: float) -> None
 
 def test_a_standing_motion_has_no_wave_number() -> None:
     distance = np.abs(pixels(_SHAPE)[..., 0] - 47.5)
-    phasor = np.stack([np.sign(pixels(_SHAPE)[..., 0] - 47.5) * np.exp(-distance / 20 + 0.7j), 0 * distance], -1)
+    phasor = np.stack(
+        [np.sign(pixels(_SHAPE)[..., 0] - 47.5) * np.exp(-distance / 20 + 0.7j), 0 * distance], -1
+    )
     found = fundamental(_flows(phasor), _CYCLES, _TIME, distance > 6, _LINE)
     np.testing.assert_allclose(wave_numbers(found.displacement, _LINE, 1), 0, atol=1e-6)
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from plica.errors import one_of
 from plica.measures.cycles import Cycles
-from plica.measures.measure import Measures
+from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
@@ -38,7 +38,9 @@ from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
 from plica.video.vibrogram import vibrogram
+from plica.video.wave_measures import wave_measures
 from plica.video.waveforms import GlottalArea, measures, phases, scale_of
+from plica.video.waves import Fundamental
 
 if TYPE_CHECKING:
     import xarray
@@ -48,7 +50,7 @@ __all__ = ["Analysis", "Settings", "analyse", "load"]
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_UNTIL = {"glottis": "sides", "modes": "modes"}  # what is asked for, and the last step of it
+_UNTIL = {"glottis": "sides", "modes": "waves"}  # what is asked for, and the last step of it
 _FEWEST = 4  # frames: three flows
 _BEFORE = (
     "left and right were found by an earlier version of plica, which light from one side misled; analyse the "
@@ -244,7 +246,37 @@ class Analysis:
         known = self.settings.fps, self.settings.mm_per_px
         sides = self.side("left"), self.side("right")
         band = self["glottis/least"], self["glottis/largest"]
-        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
+        found, cycles = measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
+        return Measures([*found.values(), *self.wave_measures()], self.scale), cycles
+
+    @cached_property
+    def fundamental(self) -> Fundamental | None:
+        """Complex amplitudes of displacement (px) and strain at the cycles' frequency; None where they are
+        not known: without flow, without cycles, in an analysis of an earlier version."""
+        if "waves/known" not in self or not self["waves/known"]:
+            return None
+        parts = (self[f"waves/{name}"] for name in ("displacement", "strain"))
+        return Fundamental(*(real + 1j * imaginary for real, imaginary in parts))
+
+    def wave_measures(self, *, mirrored: bool = False) -> list[Measure]:
+        """Strain and mucosal waves; `mirrored` with left and right changed. Empty without a fundamental."""
+        if self.fundamental is None:
+            return []
+        period, folds = float(np.median(np.diff(self.cycles_in_frames.starts))), self["sides/folds"] > 0
+        return wave_measures(
+            self.fundamental,
+            self.midline,
+            folds,
+            period,
+            self.pixel,
+            self.settings.fps or 1.0,
+            mirrored=mirrored,
+        )
+
+    @cached_property
+    def cycles_in_frames(self) -> Cycles:
+        """Of the glottal area, in frames."""
+        return measures(self.area)[1]
 
     @cached_property
     def doubts(self) -> list[str]:

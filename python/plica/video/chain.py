@@ -37,13 +37,23 @@ from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
+from plica.video.waves import fundamental
 
 __all__ = ["Chain"]
 
 T = TypeVar("T")
 Mask = npt.NDArray[np.bool_]
 
-_STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # each stands on those before it
+_STEPS = (
+    "drift",
+    "glottis",
+    "sides",
+    "flow",
+    "trust",
+    "paths",
+    "modes",
+    "waves",
+)  # each stands on those before it
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
@@ -368,6 +378,30 @@ class Chain:
             symmetry=found.symmetry(midline),
             variance=np.array(found.variance),
             used=used,
+        )
+
+    def _waves(self) -> None:
+        _, cycles = measures(self._area())
+        (used,), midline = self._results.read("modes/used"), self._midline()
+        half = (self._results.shape("sides/kymogram")[2] - 1) // 2
+        with h5py.File(self._flows, "r") as file:
+            across = (file["uv"][k] @ midline.across for k in range(self._count - 1))
+            lines = kymogram(across, midline, self._settings.places, half).astype(np.float32)
+        if not cycles.count:
+            self._results.store("waves", known=False, kymogram=lines)
+            return
+        with h5py.File(self._flows, "r") as file:
+            seen = np.isfinite(file["residual"][:])
+            flows = (
+                file["uv"][k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size)
+            )
+            found = fundamental(flows, cycles, np.arange(float(self._count)), used > 0, midline)
+        parts = {name: np.stack([values.real, values.imag]) for name, values in vars(found).items()}
+        self._results.store(
+            "waves",
+            known=True,
+            kymogram=lines,
+            **{name: part.astype(np.float32) for name, part in parts.items()},
         )
 
     def _mode_count(self, pairs: int, pixels: int) -> int:

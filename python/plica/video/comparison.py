@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Comparison", "compare"]
 
-_LENGTHS, _TIMES = frozenset({"m", "m^2"}), frozenset({"s", "Hz"})
+_LENGTHS, _TIMES = frozenset({"m", "m^2", "m/s"}), frozenset({"s", "Hz", "1/s", "m/s"})
 _COUNTS = ("cycles_found", "cycles_used")
 _UNEVEN = 1.25  # ratio of the frames a cycle, beyond which quotients differ by sampling alone
 
@@ -69,7 +69,7 @@ class Comparison:
         if not self.mirrored(found):
             return found.measures
         area, settings = found.area, found.settings
-        return measures(
+        mirrored, _ = measures(
             area.mirrored,
             settings.fps,
             settings.mm_per_px,
@@ -77,7 +77,8 @@ class Comparison:
             (found.side("right"), found.side("left")),
             doubts=found.doubts,
             band=(found["glottis/least"], found["glottis/largest"]),
-        )[0]
+        )
+        return Measures([*mirrored.values(), *found.wave_measures(mirrored=True)], found.scale)
 
     @cached_property
     def changes(self) -> list[Change]:

@@ -91,7 +91,9 @@ def fundamental(
             right += row[:, None, None, None] * flow
             used += 1
     if used < _FRAMES * _HARMONICS:
-        raise VideoError(f"Waves: {used} pairs of frames in the cycles; must be {_FRAMES * _HARMONICS} or more.")
+        raise VideoError(
+            f"Waves: {used} pairs of frames in the cycles; must be {_FRAMES * _HARMONICS} or more."
+        )
     first = np.linalg.pinv(normal, hermitian=True)[[0, _HARMONICS]]
     cosine, sine = np.tensordot(first, right, 1)
     found = np.where(tissue[..., None], cosine - 1j * sine, np.nan)
@@ -159,8 +161,10 @@ def wave_numbers(displacement: Complex, midline: Midline, side: int) -> Floats:
         mean = sums[there] / count[there]
         size = np.abs(mean)
         strong = size >= _WEAK * size.max()
-        end = there.size if strong[np.argmax(strong) :].all() else int(np.argmax(strong)) + int(
-            np.argmin(strong[np.argmax(strong) :])
+        end = (
+            there.size
+            if strong[np.argmax(strong) :].all()
+            else int(np.argmax(strong)) + int(np.argmin(strong[np.argmax(strong) :]))
         )
         part = slice(int(np.argmax(strong)), end)
         if there[part].size >= _FEWEST:
