@@ -12,13 +12,13 @@ from plica.measures.measure import whole
 from plica.video.analysis import Analysis, analyse
 from plica.video.light import light_of
 from plica.video.settings import Settings
-from plica.video.shade import shaded
+from plica.video.shade import by_light
 
 _FRAMES, _PERIOD, _SIZE = 76, 16.37, 72
 _DARK, _SHADE, _TISSUE = 12.0, 55.0, 140.0
 
 
-def _recorded(directory: Path, amplitude: tuple[float, float], shade: float) -> Analysis:
+def _frames(amplitude: tuple[float, float], shade: float) -> np.ndarray:
     """Folds of these amplitudes (px) in phase; beside the right one a surface in shade, of so many px while
     they part and of less while they close."""
     y, x = np.mgrid[0:_SIZE, 0:_SIZE].astype(float)
@@ -36,7 +36,11 @@ def _recorded(directory: Path, amplitude: tuple[float, float], shade: float) -> 
         fine = np.where((off > -left) & (off < right), _DARK, fine)
         noise = np.random.default_rng(t).standard_normal(fine.shape)
         frames.append(ndimage.gaussian_filter(fine, 0.8) + noise)
-    np.save(directory / "folds.npy", np.round(np.clip(frames, 0, 255)).astype(np.uint8))
+    return np.round(np.clip(frames, 0, 255)).astype(np.uint8)
+
+
+def _recorded(directory: Path, amplitude: tuple[float, float], shade: float) -> Analysis:
+    np.save(directory / "folds.npy", _frames(amplitude, shade))
     settings = Settings(fps=4000, correct_drift=False)
     return analyse(directory / "folds.npy", directory / "a", settings, until="glottis", progress=False)
 
@@ -61,7 +65,17 @@ def test_a_true_asymmetry_in_even_light_is_kept_and_not_taken_for_the_lamp(tmp_p
     assert not _told(found)
 
 
+def test_a_recording_without_cycles_has_no_green_light(tmp_path: Path) -> None:
+    np.save(tmp_path / "folds.npy", _frames((5.0, 5.0), 0.0)[:20])
+    settings = Settings(fps=4000, correct_drift=False)
+    found = analyse(tmp_path / "folds.npy", tmp_path / "a", settings, until="glottis", progress=False)
+    assert not found.cycles.count
+    assert light_of(found).colour == "bad"
+    assert "No cycles were found" in light_of(found).said
+
+
 def test_what_is_not_measured_is_not_compared() -> None:
     names = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
-    none = [whole(name, float("nan")) for name in names]
-    assert shaded(none, [whole(name, 1.0) for name in names]) == none
+    none, ones = ([whole(name, value) for name in names] for value in (float("nan"), 1.0))
+    assert by_light(none, ones, wide=False) == none
+    assert by_light(none, ones, wide=True) == ones

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles
+from plica.measures.measure import Measures
 from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
+from plica.video.wave_measures import wave_measures
 from plica.video.waves import fundamental, wave_numbers
 
 _SHAPE, _FRAMES, _PERIOD = (80, 96), 61, 14.3
@@ -67,6 +69,38 @@ def test_a_standing_motion_has_no_wave_number() -> None:
     )
     found = fundamental(_flows(phasor), _CYCLES, _TIME, distance > 6, _LINE)
     np.testing.assert_allclose(wave_numbers(found.displacement, _LINE, 1), 0, atol=1e-6)
+
+
+def _measured(phasor: np.ndarray, *, mirrored: bool = False) -> Measures:
+    distance = np.abs(pixels(_SHAPE)[..., 0] - 47.5)
+    noise = 0.02 * np.random.default_rng(1).standard_normal((_FRAMES - 1, *_SHAPE, 2))
+    found = fundamental(_flows(phasor) + noise, _CYCLES, _TIME, distance > 6, _LINE)
+    return Measures(wave_measures(found, _LINE, _ALL, _PERIOD, 1e-4, 4000.0, mirrored=mirrored))
+
+
+def test_the_speed_of_a_wave_is_in_metres_a_second_with_an_interval_that_holds_it() -> None:
+    offset = pixels(_SHAPE)[..., 0] - 47.5
+    distance, right = np.abs(offset), offset > 0
+    speed = np.where(right, 2.0, 5.0)  # px a frame, of 0.1 mm and 0.25 ms: 0.8 and 2 m/s
+    outward = 2 * np.exp(-distance / 20 - 2j * np.pi / _PERIOD / speed * distance)
+    phasor = np.stack([np.sign(offset) * outward, 0 * outward], axis=-1)
+    found = _measured(phasor)
+    for side, true in (("right", 0.8), ("left", 2.0)):
+        item = found[f"mucosal_wave_speed_{side}"]
+        assert item.value == pytest.approx(true, rel=0.05)
+        assert item.interval[0] < true < item.interval[1]
+        assert item.unit == "m/s"
+    changed = _measured(phasor, mirrored=True)
+    assert changed["mucosal_wave_speed_left"].value == found["mucosal_wave_speed_right"].value
+
+
+def test_where_no_wave_runs_there_is_no_speed_and_strain_is_that_of_the_field() -> None:
+    found = _measured(_linear(np.array([[0.03, 0.0], [0.0, 0.0]])) + 0j)
+    assert found["mucosal_wave_speed_left"].value is None
+    assert "no outward wave" in found["mucosal_wave_speed_left"].note
+    assert found["strain_amplitude_across"].value == pytest.approx(0.03, rel=0.1)  # noise adds to it
+    rate = found["strain_rate_amplitude_across"].value / found["strain_amplitude_across"].value
+    assert rate == pytest.approx(2 * np.pi * 4000 / _PERIOD)
 
 
 def test_too_few_frames_or_no_cycles_are_refused() -> None:

@@ -55,10 +55,16 @@ _VIDEO = (
     _video(
         "edge_left",
         "m",
-        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length: that of "
-        "the glottis' darkest part, the outline at 0.2 of the way.",
+        "Mean distance of the left fold's edge from the midline, over the middle tenth of its length.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
+    _video(
+        "inner_edge_left",
+        "m",
+        "The same of the glottis' darkest part, the outline at 0.2 of the way: left and right are compared by "
+        "it where shade moves the outline.",
+    ),
+    _video("inner_edge_right", "m", "The same, of the right fold."),
     _video("phase", "", "Closed, opening, open or closing; nothing outside the cycles."),
     _video("flags", "", "What speaks against the frame."),
     _video("drift_right", "px", "Motion of the picture to the right against the first frame."),

@@ -432,11 +432,14 @@ class Analysis:
             "area_right": size**2 * area.right,
             "area_least": size**2 * self["glottis/least"],
             "area_largest": size**2 * self["glottis/largest"],
-            "edge_left": size * area.sides.left_edge,
-            "edge_right": size * area.sides.right_edge,
+            "edge_left": size * area.left_edge,
+            "edge_right": size * area.right_edge,
             "phase": np.array(self.phase),
             "flags": np.array(self.flags),
         }
+        if area.inner is not None:
+            found["inner_edge_left"] = size * area.inner.left_edge
+            found["inner_edge_right"] = size * area.inner.right_edge
         motion = self["drift/motion"]
         found["drift_right"], found["drift_down"], found["drift_turn"] = motion.T
         if self.complete:

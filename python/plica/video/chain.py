@@ -37,7 +37,7 @@ from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
-from plica.video.waves import fundamental
+from plica.video.waves import fewest_pairs, fundamental
 
 __all__ = ["Chain"]
 
@@ -387,11 +387,11 @@ class Chain:
         with h5py.File(self._flows, "r") as file:
             across = (file["uv"][k] @ midline.across for k in range(self._count - 1))
             lines = kymogram(across, midline, self._settings.places, half).astype(np.float32)
-        if not cycles.count:
-            self._results.store("waves", known=False, kymogram=lines)
-            return
         with h5py.File(self._flows, "r") as file:
             seen = np.isfinite(file["residual"][:])
+            if int(seen[cycles.extent(np.arange(seen.size))].sum() if cycles.count else 0) < fewest_pairs:
+                self._results.store("waves", known=False, kymogram=lines)
+                return
             flows = (
                 file["uv"][k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size)
             )

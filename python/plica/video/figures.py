@@ -239,9 +239,9 @@ def _modes(found: Analysis) -> Drawing:
             axes.set_axis_off()
 
     caption = (
-        "Principal modes of the tissue's motion: laid over the frame of least area: colour is the direction, "
-        "its strength the size; what is darkened does not count. Share of the variance; likeness to the mirror image in the midline: +1 symmetric, -1 "
-        "in opposite phase."
+        "Principal modes of the tissue's motion, laid over the frame of least area: colour is the direction, "
+        "its strength the size; what is darkened does not count. Share of the variance; likeness to the "
+        "mirror image in the midline: +1 symmetric, -1 in opposite phase."
     )
     return draw("modes", caption, "Principal modes of the motion", (9, 3.4), paint)
 

@@ -1,4 +1,4 @@
-"""The figures of the tissue's fundamental: motion, phase and strain over the tissue, kymograms of the flow."""
+"""The figures of the tissue's fundamental: motion, phase and strain, and kymograms of the flow."""
 
 from __future__ import annotations
 
@@ -63,9 +63,10 @@ def _maps(found: Analysis, known: Fundamental) -> Drawing:
         figure.colorbar(shown, ax=right, label="phase (deg)")
 
     caption = (
-        "Motion across the midline at the voice's frequency, laid over the frame of least area: amplitude; and "
-        "phase of the motion away from the midline against its mean, where it is over 15 % of the largest. "
-        "A wave that runs outward lags more the farther out; left and right apart are a phase between the folds."
+        "Motion across the midline at the voice's frequency, laid over the frame of least area: amplitude; "
+        "and phase of the motion away from the midline against its mean, where it is over 15 % of the "
+        "largest. A wave that runs outward lags more the farther out; left and right apart are a phase "
+        "between the folds."
     )
     return draw("waves", caption, "Amplitude and phase of the motion", (9, 4.4), paint)
 
@@ -86,10 +87,11 @@ def _strains(found: Analysis, known: Fundamental) -> Drawing:
     size = shown_unit(found.scale.unit("m"))
     width = f" ({size[0] * found.pixel * gauge:.2g} {size[1]})" if found.settings.mm_per_px else ""
     caption = (
-        "Strain amplitude at the voice's frequency: 2-D projection of the surface's motion as the camera sees "
-        f"it, symmetric gradient of the displacement in the axes of the midline, over a gauge of {gauge:g} px"
-        f"{width}; colours end at what 1 % of the pixels exceed. Strain rates are strains times the number above "
-        "each map. A surface that tips towards the camera changes its length in the picture without strain."
+        "Strain amplitude at the voice's frequency: 2-D projection of the surface's motion as the camera "
+        "sees it, symmetric gradient of the displacement in the axes of the midline, over a gauge of "
+        f"{gauge:g} px{width}; colours end at what 1 % of the pixels exceed. Strain rates are strains times "
+        "the number above each map. A surface that tips towards the camera changes its length in the "
+        "picture without strain."
     )
     return draw("strain", caption, "Strain and strain rate of the tissue's surface", (9, 3.6), paint)
 
@@ -123,9 +125,9 @@ def _kymograms(found: Analysis) -> Drawing:
             axes.set_xlabel(f"time ({name})")
 
     caption = (
-        "Kymograms of the picture (left) and of the flow (right) along the same lines: how far what is seen moves "
-        "to the image's right (red) or left (blue), to the next frame; the image's left is up. Within the glottis "
-        "there is no tissue, and the flow is what lies around it, filled in."
+        "Kymograms of the picture (left) and of the flow (right) along the same lines: how far what is seen "
+        "moves to the image's right (red) or left (blue), to the next frame; the image's left is up. Within "
+        "the glottis there is no tissue, and the flow is what lies around it, filled in."
     )
     return draw(
         "flow_kymograms", caption, "Kymograms of picture and flow", (9, 0.6 + 1.7 * len(stored)), paint

@@ -26,7 +26,7 @@ from plica.video.errors import VideoError
 from plica.video.grid import with_grain
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
-from plica.video.shade import shaded
+from plica.video.shade import by_light, is_wide
 
 __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
 
@@ -36,7 +36,6 @@ Mask = npt.NDArray[np.bool_]
 _EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
 _PRECISE = 0.05  # of an amplitude: a larger share of it is said
 
-_SHADED = 0.6  # width of the area's band, of the area: films without shade have less, with shade more
 _APART = 0.05  # relative difference of two folds' frequencies
 _PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
 
@@ -57,7 +56,7 @@ class GlottalArea:
     left_edge, right_edge : (frames) px
         Mean distance of the folds' edges from the midline, over the middle tenth of its length.
     inner : GlottalArea or None
-        The same of the darkest part of the glottis, whose edges shade moves less; None: there is none.
+        The same of the darkest part of the glottis; None: not known.
     """
 
     left: Floats
@@ -71,11 +70,6 @@ class GlottalArea:
         """By their names, without the inner ones."""
         names = ("left", "right", "left_edge", "right_edge")
         return {name: getattr(self, name) for name in names}
-
-    @property
-    def sides(self) -> GlottalArea:
-        """That by which left and right are compared."""
-        return self.inner or self
 
     @property
     def mirrored(self) -> GlottalArea:
@@ -239,7 +233,6 @@ def measures(
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
     total = size**2 * area.total
-    left, right = size * area.sides.left_edge, size * area.sides.right_edge
     if cycles is None:
         cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
         apart = _folds_apart(area, cycles, scale, step)
@@ -248,7 +241,6 @@ def measures(
         lost = "" if left_out else _lost(known, time, cycles)
         said = filter(None, (cycles.note, apart, lost))
         cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
-    between = f"the left fold being the one {sides[0]}"
     found = [
         *count_measures(cycles),
         *frequency_measures(time, total, cycles, scale),
@@ -263,28 +255,19 @@ def measures(
         ),
         *perturbation_measures(time, total, cycles),
         *noise_measures(time, total, cycles),
-        *shaded(
-            [
-                *_placed(side_measures(time, left, right, cycles, sides, between), size),
-                _area_asymmetry(time, area.sides, cycles, between),
-            ],
-            side_measures(time, area.left_edge, area.right_edge, cycles),
-        ),
     ]
+    halfway, inner = (
+        None if part is None else _of_sides(part, time, cycles, size, length, sides)
+        for part in (area, area.inner)
+    )
+    assert halfway is not None
+    wide = band is not None and is_wide(area.total, band)
+    found += halfway if inner is None else by_light(halfway, inner, wide=wide)
     if length:
         over = total / (size * length) ** 2
         found += [
             whole("glottal_length", size * length),
             over_cycles("glottal_area_max_relative", time, over, cycles, np.max),
-            *(
-                per_cycle(
-                    f"amplitude_{side}_relative",
-                    cycles,
-                    amplitudes(time, edge, cycles) / (size * length),
-                    said,
-                )
-                for side, edge, said in (("left", left, sides[0]), ("right", right, sides[1]))
-            ),
         ]
     if cycles.count:
         found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
@@ -297,13 +280,36 @@ def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
     ]
 
 
+def _of_sides(
+    area: GlottalArea,
+    time: Floats,
+    cycles: Cycles,
+    size: float,
+    length: float | None,
+    sides: tuple[str, str],
+) -> list[Measure]:
+    """What is measured of either fold, and between them."""
+    between = f"the left fold being the one {sides[0]}"
+    edges = size * area.left_edge, size * area.right_edge
+    found = [
+        *_placed(side_measures(time, *edges, cycles, sides, between), size),
+        _area_asymmetry(time, area, cycles, between),
+    ]
+    if length:
+        found += [
+            per_cycle(name, cycles, amplitudes(time, edge, cycles) / (size * length), said)
+            for name, edge, said in zip(
+                ("amplitude_left_relative", "amplitude_right_relative"), edges, sides, strict=True
+            )
+        ]
+    return found
+
+
 def _banded(found: list[Measure], area: GlottalArea, band: tuple[Floats, Floats] | None) -> list[Measure]:
     """With a caution where shade leaves open where the outline is."""
-    if band is None or not area.total.any():
+    if band is None or not is_wide(area.total, band):
         return found
     low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
-    if high - low <= _SHADED:
-        return found
     said = (
         f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
         "measured. Shade beside the folds makes it too large"

@@ -1,4 +1,4 @@
-"""The fundamental of the tissue's motion, pixel by pixel: its strain, and the wave that runs outward on a fold.
+"""The fundamental of the tissue's motion, pixel by pixel: its strain, and the wave that runs outward.
 
 With theta(t) the angle that the cycles' marks give (2 pi from mark to mark), the displacement at a pixel has
 the part Re(D exp(i theta)); a flow is its difference between two frames, so that D and four more harmonics
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +25,7 @@ from plica.measures.cycles import Cycles
 from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
 
-__all__ = ["Fundamental", "fundamental", "gauge", "wave_numbers"]
+__all__ = ["Fundamental", "fewest_pairs", "fundamental", "gauge", "wave_numbers"]
 
 Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -33,7 +34,8 @@ Mask = npt.NDArray[np.bool_]
 gauge = 8.0
 """px, over which strain is taken."""
 _HARMONICS = 5
-_FRAMES = 4  # pairs for each unknown
+fewest_pairs = 4 * _HARMONICS
+"""Pairs of frames in the cycles: two for each unknown."""
 _BANDS = np.linspace(0.2, 0.8, 7)  # of the midline: one wave number between each two
 _WEAK = 0.3  # of the largest amplitude in a band: farther out is no wave to be seen
 _FAR = 0.35  # of the glottal length
@@ -90,10 +92,8 @@ def fundamental(
             normal += np.outer(row, row)
             right += row[:, None, None, None] * flow
             used += 1
-    if used < _FRAMES * _HARMONICS:
-        raise VideoError(
-            f"Waves: {used} pairs of frames in the cycles; must be {_FRAMES * _HARMONICS} or more."
-        )
+    if used < fewest_pairs:
+        raise VideoError(f"Waves: {used} pairs of frames in the cycles; must be {fewest_pairs} or more.")
     first = np.linalg.pinv(normal, hermitian=True)[[0, _HARMONICS]]
     cosine, sine = np.tensordot(first, right, 1)
     found = np.where(tissue[..., None], cosine - 1j * sine, np.nan)
@@ -149,7 +149,7 @@ def wave_numbers(displacement: Complex, midline: Midline, side: int) -> Floats:
     along, distance = place[..., 0] / midline.length, side * place[..., 1]
     outward = side * (displacement @ midline.across)
     found = []
-    for low, high in zip(_BANDS, _BANDS[1:], strict=False):
+    for low, high in pairwise(_BANDS.tolist()):
         inside = (along >= low) & (along < high) & (distance > 0) & (distance < _FAR * midline.length)
         inside &= np.isfinite(outward)
         bins = np.floor(distance[inside]).astype(int)
