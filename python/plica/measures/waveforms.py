@@ -61,8 +61,8 @@ _VIDEO = (
     _video(
         "inner_edge_left",
         "m",
-        "The same of the glottis' darkest part, the outline at 0.2 of the way: left and right are compared by "
-        "it where shade moves the outline.",
+        "The same of the glottis' darkest part, the outline at 0.2 of the way: left and right are compared "
+        "by it where shade moves the outline.",
     ),
     _video("inner_edge_right", "m", "The same, of the right fold."),
     _video("phase", "", "Closed, opening, open or closing; nothing outside the cycles."),

@@ -219,7 +219,7 @@ class Analysis:
         if not self._inner:
             return GlottalArea(*(self[f"sides/{name}"] for name in names))
         inner = GlottalArea(*(self[f"sides/inner_{name}"] for name in names))
-        return GlottalArea(*(self[f"sides/{name}"] for name in names), inner)
+        return GlottalArea(*(self[f"sides/{name}"] for name in names), inner=inner)
 
     @property
     def _inner(self) -> bool:

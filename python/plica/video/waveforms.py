@@ -6,7 +6,7 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -63,7 +63,7 @@ class GlottalArea:
     right: Floats
     left_edge: Floats
     right_edge: Floats
-    inner: GlottalArea | None = None
+    inner: GlottalArea | None = field(default=None, kw_only=True)
 
     @property
     def parts(self) -> dict[str, Floats]:
@@ -75,7 +75,7 @@ class GlottalArea:
     def mirrored(self) -> GlottalArea:
         """Left and right changed."""
         inner = None if self.inner is None else self.inner.mirrored
-        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner)
+        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner=inner)
 
     @property
     def total(self) -> Floats:
@@ -90,7 +90,7 @@ class GlottalArea:
         frames = np.arange(known.size)
         inner = None if self.inner is None else self.inner.filled()
         return GlottalArea(
-            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner
+            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner=inner
         )
 
 
