@@ -60,7 +60,9 @@ def row(clip: Clip, name: str) -> str:
             f"{values[2]:.3g}, {values[3]:.3g} to {values[4]:.3g}",
         ]
     warned = any("light from one side" in said for said in measured["amplitude_ratio"].cautions)
-    cells += ["yes" if warned else "no", f"{100 * (found.area.total.mean() / truth.total.mean() - 1):+.0f} %"]
+    wide = any("outline is not sharp" in said for said in measured["glottal_area_mean"].cautions)
+    cells += ["yes" if warned else "no", "yes" if wide else "no"]
+    cells += [f"{100 * (found.area.total.mean() / truth.total.mean() - 1):+.0f} %"]
     return "| " + " | ".join([*cells, f"{100 * held:.0f} %"]) + " |"
 
 

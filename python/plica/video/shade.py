@@ -23,7 +23,7 @@ __all__ = ["by_light", "is_shaded", "is_wide"]
 
 Floats = npt.NDArray[np.float64]
 
-_WIDE = 0.6  # of the area: films without shade have a narrower band, with shade a wider one
+_WIDE = 0.5  # of the area: films without shade have a narrower band, with shade a wider one
 _UNEVEN = 0.03  # amplitude asymmetry
 _LATE = 0.045  # rad
 _SAID = "light from one side"

@@ -282,7 +282,7 @@ def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
 
 def _of_sides(
     area: GlottalArea,
-    time: Floats,
+    time: npt.NDArray[Any],
     cycles: Cycles,
     size: float,
     length: float | None,
