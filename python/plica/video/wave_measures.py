@@ -41,13 +41,12 @@ def wave_measures(
     turn = 2 * np.pi / period  # rad a frame
     strain = np.abs(found.strain[..., 0][folds])
     strain = strain[np.isfinite(strain)]
-    measured = []
-    if strain.size:
-        most = float(np.percentile(strain, _MOST))
-        measured = [
-            whole("strain_amplitude_across", most),
-            whole("strain_rate_amplitude_across", turn * rate * most),
-        ]
+    most = float(np.percentile(strain, _MOST)) if strain.size else float("nan")
+    said = "" if strain.size else "no tissue of the folds is seen in every frame"
+    measured = [
+        whole("strain_amplitude_across", most, said),
+        whole("strain_rate_amplitude_across", turn * rate * most, said),
+    ]
     for name, side in (("left", 1 if mirrored else -1), ("right", -1 if mirrored else 1)):
         numbers = wave_numbers(found.displacement, midline, side)
         measured.append(_speed(f"mucosal_wave_speed_{name}", numbers, turn * rate * size))
