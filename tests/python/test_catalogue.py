@@ -22,7 +22,10 @@ from plica.measures.waveforms import RECORDED, STORED
 from plica.phonation.measures.folds import half_widths
 from plica.phonation.measures.measure import measure, steady_cycles
 from plica.units import read_quantity
+from plica.video.midline import Midline
+from plica.video.wave_measures import wave_measures
 from plica.video.waveforms import GlottalArea, measures
+from plica.video.waves import Fundamental
 
 MM_PER_PX = 0.005  # so fine that no edge is uncertain for its pixels
 BASE = Phonation(frequency=213.7)
@@ -100,6 +103,11 @@ def test_every_quantity_is_measured_of_what_the_catalogue_says() -> None:
     run = dataclasses.replace(VOICES["closing"], waveforms={**VOICES["closing"].waveforms, **rough})
     simulated = {*measure(run), *measure(free_vibration())}
     recorded = set(measures(filmed(run), length=100.0)[0])
+    unseen, line = (
+        Fundamental(np.full((9, 9, 2), np.nan), np.full((9, 9, 3), np.nan)),
+        Midline((4, 0), (4, 8)),
+    )
+    recorded |= {item.name for item in wave_measures(unseen, line, np.ones((9, 9), bool), 10.0, 1.0, 1.0)}
     for source, found in (("run", simulated), ("video", recorded)):
         assert found == {name for name, entry in CATALOGUE.items() if entry.source in (source, "both")}
 

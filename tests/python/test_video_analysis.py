@@ -69,6 +69,8 @@ def test_the_command_leaves_measures_tables_and_a_report(done: Path) -> None:
         "mode 1",
         "--fps=4000",
         "closing error",
+        "Strain and strain rate",
+        "Kymograms of picture and flow",
     ):
         assert text in page
     assert page.count("data:image/jpeg") > 20
@@ -149,7 +151,9 @@ def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
 ) -> None:
     arguments = [str(movie), "-o", str(tmp_path), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast"]
     assert main(["glottis", *arguments]) == 0
-    assert "fundamental_frequency" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "fundamental_frequency" in said
+    assert said.index("left: left in the image; right: right in the image") > said.index("amplitude_left")
     with h5py.File(tmp_path / "results.h5") as file:
         assert set(file) == {"drift", "glottis", "sides"}
     with (tmp_path / "waveforms.csv").open() as table:
@@ -169,6 +173,8 @@ def test_glottis_alone_is_gone_on_with_and_modes_are_printed(
         assert np.array_equal(one["modes/patterns"][:], other["modes/patterns"][:])
         share = 100 * one["modes/share"][0]
     assert f"   1 {share:6.2f} %" in said
+    assert main(["glottis", *arguments, "--patient-left", "right"]) == 0
+    assert "left: left in the image (the patient's right)" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -302,7 +302,7 @@ def test_measures_over_frames_that_are_not_known_say_so() -> None:
     whole = measures(_pulses(), _FPS)[0]
     assert whole["open_quotient"].cautions == ()
     lost = np.random.default_rng(0).random(400) < 0.4
-    parts = (np.where(lost, np.nan, part) for part in vars(_pulses()).values())
+    parts = (np.where(lost, np.nan, part) for part in _pulses().parts.values())
     found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
     assert found.value != pytest.approx(whole["open_quotient"].value, abs=0.03)
     (said,) = found.cautions
@@ -310,7 +310,7 @@ def test_measures_over_frames_that_are_not_known_say_so() -> None:
 
 
 def test_cycles_with_a_lost_frame_are_found_and_not_used() -> None:
-    parts = [part.copy() for part in vars(_pulses()).values()]
+    parts = [part.copy() for part in _pulses().parts.values()]
     for part in parts:
         part[[60, 61, 210]] = np.nan  # in two cycles, at their height
     found, cycles = measures(GlottalArea(*parts), _FPS)
@@ -333,7 +333,7 @@ def test_folds_of_two_frequencies_are_diplophonic() -> None:
 
 def test_a_record_that_is_lost_at_its_end_has_the_cycles_before() -> None:
     late = np.arange(400) > 250
-    parts = (np.where(late, np.nan, part) for part in vars(_pulses()).values())
+    parts = (np.where(late, np.nan, part) for part in _pulses().parts.values())
     found = measures(GlottalArea(*parts), _FPS)[0]["open_quotient"]
     assert found.cycles == 8  # of 25 frames each in 250; the record begins within the first rise
     assert found.value == pytest.approx(measures(_pulses(), _FPS)[0]["open_quotient"].value, abs=0.01)

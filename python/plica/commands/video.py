@@ -22,11 +22,11 @@ tissue from frame to frame, its modes, and how far to trust all of it. Reads AVI
 a folder of images, HDF5, NPY, and what cameras write: Phantom's .cine (pip install "plica[cine]"), Photron's
 .mraw with its .cih or .cihx. Stores in DIR as it goes:
 
-  results.h5     masks, flow, modes, paths, trust (HDF5)
+  results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
   waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
   measures.json  {name: {value, unit, spread, cycles, definition}}
-  report.html    pictures, waveforms, kymogram, modes, quality; a player
+  report.html    pictures, waveforms, kymograms of picture and flow, modes, strain, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
 
 The frame rate that a video file states is nearly always the speed of playing it, so it is not taken: give
@@ -251,7 +251,7 @@ def remeasure(directory: Path) -> int:
     found = load(directory)
     with storage_errors(directory):
         write_tables(found)
-    print(measures_table(found.measures))
+    print(_table(found))
     return 0
 
 
@@ -320,10 +320,16 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         if page and options.pdf:
             page = pdf_of(page)
     if not options.quiet:
-        print(measures_table(found.measures))
+        print(_table(found))
         if page:
             print(f"report: {page}")
     return found
+
+
+def _table(found: Analysis) -> str:
+    """The measures, and which fold is the left one in their names."""
+    sides = f"left: {found.side('left')}; right: {found.side('right')}"
+    return f"{measures_table(found.measures)}\n{sides}"
 
 
 def _masks(options: argparse.Namespace) -> int:

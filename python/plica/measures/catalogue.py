@@ -85,6 +85,7 @@ _STEP_PRESSURE = "largest nodal pressure of each step"
 _vibration = partial(Quantity, group="Vibration", source="both")
 _run_vibration = partial(Quantity, group="Vibration", source="run")
 _video_vibration = partial(Quantity, group="Vibration", source="video")
+_motion = partial(Quantity, group="Motion of the tissue", source="video")
 _glottis = partial(Quantity, group="Glottis", source="both")
 _video_glottis = partial(Quantity, group="Glottis", source="video")
 _perturbation = partial(Quantity, group="Perturbation", source="video")
@@ -257,6 +258,31 @@ _QUANTITIES = (
         "1",
         "of a cycle: the strain that 0.1 % of the volume exceeds; the caution large_strain says by how "
         "much linear tissue is off",
+    ),
+    *(
+        _motion(
+            f"mucosal_wave_speed_{side}",
+            f"Mucosal wave speed, {side} fold",
+            "m/s",
+            "medial-lateral phase velocity of the fundamental on the upper surface as the picture shows it: "
+            "angular frequency over the slope of the outward motion's phase away from the midline, where the "
+            "motion is over 30 % of its largest, mean over bands of the fold's middle (Titze, Jiang, Hsiao, "
+            "Ann. Otol. Rhinol. Laryngol. 102, 1993); the interval is by bands, which are not independent",
+        )
+        for side in ("left", "right")
+    ),
+    _motion(
+        "strain_amplitude_across",
+        "Strain amplitude across the midline",
+        "1",
+        "of the fundamental, 2-D projection, over a gauge of 8 px: what 5 % of the folds' visible surface "
+        "exceed; du/dx with x across the midline",
+    ),
+    _motion(
+        "strain_rate_amplitude_across",
+        "Strain rate amplitude across the midline",
+        "1/s",
+        "the same times the angular frequency",
     ),
     _run_vibration(
         "vertical_phase_difference",

@@ -34,6 +34,8 @@ SIDED = frozenset(
         "left_right_phase",
         "amplitude_left_relative",
         "amplitude_right_relative",
+        "mucosal_wave_speed_left",
+        "mucosal_wave_speed_right",
     }
 )
 """Measures that tell left from right."""

@@ -49,7 +49,9 @@ class Scale:
     def unit(self, si: str) -> str:
         """The unit, in this record, of what is in `si` where the scale is known."""
         lengths = {} if self.length == "m" else {"m": "px", "m^2": "px^2"}
-        times = {} if self.time == "s" else {"s": "frames", "Hz": "1/frame"}
+        times = {} if self.time == "s" else {"s": "frames", "Hz": "1/frame", "1/s": "1/frame"}
+        if si == "m/s":
+            return f"{self.length}/{'s' if self.time == 's' else 'frame'}"
         return (lengths | times).get(si, si)
 
 

@@ -49,15 +49,22 @@ _VIDEO = (
     _video(
         "area_least",
         "m^2",
-        "Glottal area, had the outline been drawn at 0.4 of the way from the glottis' dark to the tissue.",
+        "Glottal area, had the outline been drawn at 0.15 of the way from the glottis' dark to the tissue.",
     ),
-    _video("area_largest", "m^2", "Glottal area, had the outline been drawn at 0.6 of that way."),
+    _video("area_largest", "m^2", "Glottal area, had the outline been drawn at 0.7 of that way."),
     _video(
         "edge_left",
         "m",
         "Mean distance of the left fold's edge from the midline, over the middle tenth of its length.",
     ),
     _video("edge_right", "m", "Mean distance of the right fold's edge from the midline, likewise."),
+    _video(
+        "inner_edge_left",
+        "m",
+        "The same of the glottis' darkest part, the outline at 0.2 of the way: left and right are compared "
+        "by it where shade moves the outline.",
+    ),
+    _video("inner_edge_right", "m", "The same, of the right fold."),
     _video("phase", "", "Closed, opening, open or closing; nothing outside the cycles."),
     _video("flags", "", "What speaks against the frame."),
     _video("drift_right", "px", "Motion of the picture to the right against the first frame."),

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from plica.errors import one_of
 from plica.measures.cycles import Cycles
-from plica.measures.measure import Measures
+from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
@@ -38,7 +38,9 @@ from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
 from plica.video.vibrogram import vibrogram
+from plica.video.wave_measures import wave_measures
 from plica.video.waveforms import GlottalArea, measures, phases, scale_of
+from plica.video.waves import Fundamental
 
 if TYPE_CHECKING:
     import xarray
@@ -48,8 +50,12 @@ __all__ = ["Analysis", "Settings", "analyse", "load"]
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_UNTIL = {"glottis": "sides", "modes": "modes"}  # what is asked for, and the last step of it
+_UNTIL = {"glottis": "sides", "modes": "waves"}  # what is asked for, and the last step of it
 _FEWEST = 4  # frames: three flows
+_BEFORE = (
+    "left and right were found by an earlier version of plica, which light from one side misled; analyse the "
+    "recording again, in another directory"
+)
 
 
 def analyse(
@@ -209,7 +215,16 @@ class Analysis:
     @cached_property
     def area(self) -> GlottalArea:
         """px^2, px."""
-        return GlottalArea(*(self[f"sides/{name}"] for name in ("left", "right", "left_edge", "right_edge")))
+        names = ("left", "right", "left_edge", "right_edge")
+        if not self._inner:
+            return GlottalArea(*(self[f"sides/{name}"] for name in names))
+        inner = GlottalArea(*(self[f"sides/inner_{name}"] for name in names))
+        return GlottalArea(*(self[f"sides/{name}"] for name in names), inner=inner)
+
+    @property
+    def _inner(self) -> bool:
+        """Whether the darkest part of the glottis is known; not in an analysis of an earlier version."""
+        return "sides/inner_left" in self
 
     @cached_property
     def count(self) -> int:
@@ -230,13 +245,45 @@ class Analysis:
     def _measured(self) -> tuple[Measures, Cycles]:
         known = self.settings.fps, self.settings.mm_per_px
         sides = self.side("left"), self.side("right")
-        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts)
+        band = self["glottis/least"], self["glottis/largest"]
+        found, cycles = measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
+        return Measures([*found.values(), *self.wave_measures()], self.scale), cycles
+
+    @cached_property
+    def fundamental(self) -> Fundamental | None:
+        """Complex amplitudes of displacement (px) and strain at the cycles' frequency; None where they are
+        not known: without flow, without cycles, in an analysis of an earlier version."""
+        if "waves/known" not in self or not self["waves/known"]:
+            return None
+        parts = (self[f"waves/{name}"] for name in ("displacement", "strain"))
+        return Fundamental(*(real + 1j * imaginary for real, imaginary in parts))
+
+    def wave_measures(self, *, mirrored: bool = False) -> list[Measure]:
+        """Strain and mucosal waves; `mirrored` with left and right changed. Empty without a fundamental."""
+        if self.fundamental is None:
+            return []
+        period, folds = float(np.median(np.diff(self.cycles_in_frames.starts))), self["sides/folds"] > 0
+        return wave_measures(
+            self.fundamental,
+            self.midline,
+            folds,
+            period,
+            self.pixel,
+            self.settings.fps or 1.0,
+            mirrored=mirrored,
+        )
+
+    @cached_property
+    def cycles_in_frames(self) -> Cycles:
+        """Of the glottal area, in frames."""
+        return measures(self.area)[1]
 
     @cached_property
     def doubts(self) -> list[str]:
         """What speaks against the glottal area of the whole recording, a sentence each; empty where nothing
         does."""
-        return doubts(
+        before = [] if self._inner else [_BEFORE]
+        return before + doubts(
             WholeGlottis(
                 self.area.total,
                 self["glottis/always"] > 0,
@@ -390,6 +437,9 @@ class Analysis:
             "phase": np.array(self.phase),
             "flags": np.array(self.flags),
         }
+        if area.inner is not None:
+            found["inner_edge_left"] = size * area.inner.left_edge
+            found["inner_edge_right"] = size * area.inner.right_edge
         motion = self["drift/motion"]
         found["drift_right"], found["drift_down"], found["drift_turn"] = motion.T
         if self.complete:

@@ -37,13 +37,23 @@ from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
+from plica.video.waves import fewest_pairs, fundamental
 
 __all__ = ["Chain"]
 
 T = TypeVar("T")
 Mask = npt.NDArray[np.bool_]
 
-_STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # each stands on those before it
+_STEPS = (
+    "drift",
+    "glottis",
+    "sides",
+    "flow",
+    "trust",
+    "paths",
+    "modes",
+    "waves",
+)  # each stands on those before it
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
@@ -112,7 +122,7 @@ class Chain:
 
     def _area(self) -> GlottalArea:
         names = ("left", "right", "left_edge", "right_edge")
-        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))
+        return GlottalArea(*self._results.read(*(f"sides/{name}" for name in names)))  # as the flow sees it
 
     def _midline(self) -> Midline:
         return Midline.between(*self._results.read("sides/midline"))
@@ -146,13 +156,16 @@ class Chain:
         def add(file: h5py.File) -> None:
             group = file.create_group("glottis")
             packed = {"chunks": (1, *self._shape), "compression": "gzip", "compression_opts": 1}
-            kept = group.create_dataset("mask", (self._count, *self._shape), np.uint8, **packed)
-            kept.attrs["units"] = "1"
+            kept, inner = (
+                group.create_dataset(name, (self._count, *self._shape), np.uint8, **packed)
+                for name in ("mask", "inner")
+            )
+            kept.attrs["units"] = inner.attrs["units"] = "1"
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             tissue = np.ones(self._shape, dtype=bool)
             always = np.ones(self._shape, dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
-                mask = drawn.get(index)
+                mask, found = drawn.get(index), None
                 if mask is not None:
                     band[index] = mask.sum()
                 elif lost[index]:
@@ -162,6 +175,7 @@ class Chain:
                     found = finder.outline(frame, index)
                     mask, band[index] = found.mask, (found.least, found.largest)
                 kept[index] = mask
+                inner[index] = mask if found is None else found.inner
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
                 if np.isfinite(band[index, 0]):
@@ -174,12 +188,20 @@ class Chain:
         self._results.change(add)
 
     def _sides(self) -> None:
+        if "glottis/inner" not in self._results:  # an analysis that an earlier version began
+            self._results.change(lambda _: None, without=("glottis",))
+            self._glottis()
         ends = self._settings.midline
         midline = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
+        inner = areas(self._results.masks(name="inner"), midline)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         area = self._areas(midline)
         unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
-        sides = {name: np.where(unknown, np.nan, values) for name, values in vars(area).items()}
+        sides = {
+            f"{part}{name}": np.where(unknown, np.nan, values)
+            for part, of in (("", area), ("inner_", inner))
+            for name, values in of.parts.items()
+        }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
 
@@ -356,6 +378,30 @@ class Chain:
             symmetry=found.symmetry(midline),
             variance=np.array(found.variance),
             used=used,
+        )
+
+    def _waves(self) -> None:
+        _, cycles = measures(self._area())
+        (used,), midline = self._results.read("modes/used"), self._midline()
+        half = (self._results.shape("sides/kymogram")[2] - 1) // 2
+        with h5py.File(self._flows, "r") as file:
+            across = (file["uv"][k] @ midline.across for k in range(self._count - 1))
+            lines = kymogram(across, midline, self._settings.places, half).astype(np.float32)
+        with h5py.File(self._flows, "r") as file:
+            seen = np.isfinite(file["residual"][:])
+            if int(seen[cycles.extent(np.arange(seen.size))].sum() if cycles.count else 0) < fewest_pairs:
+                self._results.store("waves", known=False, kymogram=lines)
+                return
+            flows = (
+                file["uv"][k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size)
+            )
+            found = fundamental(flows, cycles, np.arange(float(self._count)), used > 0, midline)
+        parts = {name: np.stack([values.real, values.imag]) for name, values in vars(found).items()}
+        self._results.store(
+            "waves",
+            known=True,
+            kymogram=lines,
+            **{name: part.astype(np.float32) for name, part in parts.items()},
         )
 
     def _mode_count(self, pairs: int, pixels: int) -> int:

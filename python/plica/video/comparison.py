@@ -17,14 +17,14 @@ from plica.measures.comparison import SIDED, Change, changes
 from plica.measures.measure import Measures
 from plica.video.analysis import Analysis, load
 from plica.video.light import light_of
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 if TYPE_CHECKING:
     from plica.report.comparison import Sheet
 
 __all__ = ["Comparison", "compare"]
 
-_LENGTHS, _TIMES = frozenset({"m", "m^2"}), frozenset({"s", "Hz"})
+_LENGTHS, _TIMES = frozenset({"m", "m^2", "m/s"}), frozenset({"s", "Hz", "1/s", "m/s"})
 _COUNTS = ("cycles_found", "cycles_used")
 _UNEVEN = 1.25  # ratio of the frames a cycle, beyond which quotients differ by sampling alone
 
@@ -69,14 +69,16 @@ class Comparison:
         if not self.mirrored(found):
             return found.measures
         area, settings = found.area, found.settings
-        return measures(
-            GlottalArea(area.right, area.left, area.right_edge, area.left_edge),
+        mirrored, _ = measures(
+            area.mirrored,
             settings.fps,
             settings.mm_per_px,
             found.midline.length,
             (found.side("right"), found.side("left")),
             doubts=found.doubts,
-        )[0]
+            band=(found["glottis/least"], found["glottis/largest"]),
+        )
+        return Measures([*mirrored.values(), *found.wave_measures(mirrored=True)], found.scale)
 
     @cached_property
     def changes(self) -> list[Change]:

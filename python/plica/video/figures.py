@@ -18,6 +18,7 @@ from plica.report.wording import axis
 from plica.video.analysis import Analysis
 from plica.video.pictures import cycle_poses, kymograms, paint_pose, row_height
 from plica.video.trajectories import spacing
+from plica.video.wave_figures import over_tissue, wave_drawings
 from plica.video.waveforms import wide_share
 
 __all__ = ["sections"]
@@ -38,7 +39,7 @@ def sections(found: Analysis) -> list[tuple[str, list[Drawing]]]:
     drawings = [_modes(found), _coefficients(found)]
     if found.paths.places.shape[1]:
         drawings.append(_paths(found))
-    motion = ("Motion of the tissue", drawings)
+    motion = ("Motion of the tissue", [*drawings, *wave_drawings(found)])
     return [glottis, motion, ("Trust", [_trust(found), _confidence(found)])]
 
 
@@ -86,8 +87,8 @@ def _area(found: Analysis) -> Drawing:
         strip.set_xlabel(name)
 
     caption = (
-        "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at 0.4 "
-        "or at 0.6 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
+        "Glottal area, left and right of the midline. Band: the total, had the outline been drawn at "
+        "0.15 or at 0.7 of the way from the dark of the glottis to the tissue instead of a half. Below, the "
         f"phases: closed (dark; up to {100 * closed_share:g} % of the cycle's largest area), opening (light "
         f"blue), open (blue; from {100 * wide_share:g} %), closing (light red)."
     )
@@ -220,14 +221,15 @@ def coloured(pattern: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
 
 def _modes(found: Analysis) -> Drawing:
     patterns, share, used = found.modes.patterns[:3], found.modes.share, found.modes.mask
-    symmetry = found["modes/symmetry"]
+    symmetry, tissue = found["modes/symmetry"], over_tissue(found).mean(axis=-1, keepdims=True) / 255
 
     def paint(figure: Figure) -> None:
         panels = figure.subplots(1, len(patterns) + 1, width_ratios=[1] * len(patterns) + [0.22])
         for k, (axes, pattern) in enumerate(zip(panels, patterns, strict=False)):
             picture = coloured(pattern)
-            picture[~used] = 0.35
-            axes.imshow(picture)
+            strength = picture.max(axis=-1, keepdims=True)
+            laid = 0.8 * picture + (1 - 0.8 * strength) * tissue
+            axes.imshow(np.clip(np.where(used[..., None], laid, 0.6 * tissue), 0, 1))
             axes.set_title(f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f}")
         y, x = np.mgrid[-1:1:61j, -1:1:61j]
         wheel = coloured(np.stack([x, y], axis=-1))
@@ -237,9 +239,9 @@ def _modes(found: Analysis) -> Drawing:
             axes.set_axis_off()
 
     caption = (
-        "Principal modes of the tissue's motion: colour is the direction, brightness the size; grey does "
-        "not count. Share of the variance; likeness to the mirror image in the midline: +1 symmetric, -1 "
-        "in opposite phase."
+        "Principal modes of the tissue's motion, laid over the frame of least area: colour is the direction, "
+        "its strength the size; what is darkened does not count. Share of the variance; likeness to the "
+        "mirror image in the midline: +1 symmetric, -1 in opposite phase."
     )
     return draw("modes", caption, "Principal modes of the motion", (9, 3.4), paint)
 

@@ -24,7 +24,8 @@ Mask = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 
 _NOISE = 0.03  # of the contrast
-_BAND = (0.4, 0.6)  # shares of the way from dark to tissue at which the outline might as well be drawn
+_BAND = (0.15, 0.7)  # shares of the way from dark to tissue between whose outlines the true area lies
+_INNER = 0.2  # the same, of the outline that shade hardly moves (docs/verification/video.md, "One lamp")
 _LEAST = 6  # px; what is smaller is noise, and would draw the midline to it
 
 
@@ -89,9 +90,11 @@ class Look:
         return region_below(below, 0.0, self.reach, _LEAST)
 
     def outline(self, frame: Grey, index: int) -> Outline:
-        """The glottis of a frame; its band is that of the outlines at 0.4 and 0.6 of the way."""
-        band = [float(self.mask(frame, index, share).sum()) for share in _BAND]
-        return Outline(self.mask(frame, index), min(band), max(band))
+        """The glottis of a frame; its band is that of the outlines at 0.15 and 0.7 of the way."""
+        mask = self.mask(frame, index)
+        inner, narrow, wide = (self.mask(frame, index, share) for share in (_INNER, *_BAND))
+        areas = float(narrow.sum()), float(mask.sum()), float(wide.sum())
+        return Outline(mask, inner & mask, min(areas), max(areas))
 
 
 def learn(

@@ -9,6 +9,7 @@ import numpy as np
 
 from plica.video.analysis import Analysis
 from plica.video.quality import in_doubt, lit
+from plica.video.shade import is_shaded
 
 __all__ = ["Light", "light_of"]
 
@@ -23,7 +24,7 @@ class Light(NamedTuple):
 
 
 def light_of(found: Analysis) -> Light:
-    """Of the flags of all frames, the doubts about the area, and the flow where it was found."""
+    """Of the flags of all frames, the doubts about the area, the cycles, and the flow where it was found."""
     doubtful = [flag for flag in found.flags if in_doubt(flag)]
     share = len(doubtful) / found.count
     light = "good" if share < 0.02 else "fair" if share < 0.15 else "bad"
@@ -33,6 +34,12 @@ def light_of(found: Analysis) -> Light:
     if found.doubts:
         light = "bad" if light == "bad" else "fair"
         said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
+    if is_shaded(found.measures.values()):
+        light = "bad" if light == "bad" else "fair"
+        said += "Light from one side: see what is said of the phase and of the amplitudes' asymmetry. "
+    if not found.cycles.count:
+        light = "bad"
+        said += f"No cycles were found, so that nothing of the voice is measured: {found.cycles.note}. "
     if not found.complete:
         return Light(light, said + "The motion of the tissue was not looked at (plica video does it).")
     changes = sum(map(lit, found.flags))

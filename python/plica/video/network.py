@@ -125,9 +125,8 @@ class Network:
         """
         found = self.probability(frame, f"frame {index}")
         lower, higher = max(self.threshold - _BAND, 0.0), min(self.threshold + _BAND, 1.0)
-        return Outline(
-            found >= self.threshold, float(np.sum(found >= higher)), float(np.sum(found >= max(lower, 1e-6)))
-        )
+        mask = found >= self.threshold
+        return Outline(mask, mask, float(np.sum(found >= higher)), float(np.sum(found >= max(lower, 1e-6))))
 
     def left_out(self, glottis: Mask) -> Mask:
         """Nothing: the model alone says what is glottis."""

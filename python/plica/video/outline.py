@@ -20,11 +20,15 @@ class Outline:
     Attributes
     ----------
     mask : (h, w) bool
+    inner : (h, w) bool
+        What is darkest of it: shade beside the folds, which is glottis at a half, hardly moves its outline.
+        The mask itself where there is nothing to tell it by.
     least, largest : float
         px^2, band of its area: had the outline been drawn somewhat nearer to the dark, or to the tissue.
     """
 
     mask: Mask
+    inner: Mask
     least: float
     largest: float
 

@@ -31,8 +31,8 @@ _CHANGES = {
     "patient_left": (),
     "label": (),
     "recorded": (),
-    "kymogram": ("sides",),
-    "midline": ("sides", "flow", "trust", "paths", "modes"),
+    "kymogram": ("sides", "waves"),
+    "midline": ("sides", "flow", "trust", "paths", "modes", "waves"),
     "modes": ("modes",),
 }
 """Settings that may change, each with the groups to be made again."""
@@ -45,6 +45,10 @@ _UNITS = {
     "sides/right": "px^2",
     "sides/left_edge": "px",
     "sides/right_edge": "px",
+    "sides/inner_left": "px^2",
+    "sides/inner_right": "px^2",
+    "sides/inner_left_edge": "px",
+    "sides/inner_right_edge": "px",
     "sides/midline": "px: x, y of the upper end, x, y of the lower",
     "sides/kymogram": "grey levels",
     "trust/mismatch": "px",
@@ -54,6 +58,9 @@ _UNITS = {
     "modes/coefficients": "px",
     "modes/round_trip": "px",
     "modes/variance": "px^2",
+    "waves/displacement": "px: real and imaginary part; to the right, down",
+    "waves/kymogram": "px to the right across the midline, to the next frame",
+    "waves/strain": "1: real and imaginary part; across the midline, along it, shear",
 }  # others are pure numbers
 
 
@@ -140,12 +147,17 @@ class Results:
                     masks=np.array([drawn[k] for k in sorted(drawn)]),
                 )
 
-        self.change(add, without=("drawn", "glottis", "sides", "flow", "trust", "paths", "modes"))
+        self.change(add, without=("drawn", "glottis", *_CHANGES["midline"]))
 
     def read(self, *names: str) -> list[Any]:
         """Data sets by their names."""
         with h5py.File(self.path, "r") as file:
             return [file[name][()] for name in names]
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Of a data set."""
+        with h5py.File(self.path, "r") as file:
+            return tuple(file[name].shape)
 
     def drawn(self) -> dict[int, Mask]:
         """Masks drawn by hand, by their frames."""
@@ -155,10 +167,10 @@ class Results:
             masks = file["drawn/masks"][()].astype(bool)
             return dict(zip(file["drawn/frames"][()].tolist(), masks, strict=True))
 
-    def masks(self, begin: int = 0) -> Iterator[Mask]:
-        """The glottis of each frame from this one on."""
+    def masks(self, begin: int = 0, name: str = "mask") -> Iterator[Mask]:
+        """The glottis of each frame from this one on, or its "inner" part."""
         with h5py.File(self.path, "r") as file:
-            kept = file["glottis/mask"]
+            kept = file[f"glottis/{name}"]
             for index in range(begin, len(kept)):
                 yield kept[index].astype(bool)
 

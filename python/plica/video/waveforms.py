@@ -6,7 +6,7 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,10 @@ from plica.measures.recorded_quotients import count_measures, gap_measures, reco
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.errors import VideoError
+from plica.video.grid import with_grain
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
+from plica.video.shade import by_light, is_wide
 
 __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
 
@@ -53,12 +55,27 @@ class GlottalArea:
         Not a number where it is not known.
     left_edge, right_edge : (frames) px
         Mean distance of the folds' edges from the midline, over the middle tenth of its length.
+    inner : GlottalArea or None
+        The same of the darkest part of the glottis; None: not known.
     """
 
     left: Floats
     right: Floats
     left_edge: Floats
     right_edge: Floats
+    inner: GlottalArea | None = field(default=None, kw_only=True)
+
+    @property
+    def parts(self) -> dict[str, Floats]:
+        """By their names, without the inner ones."""
+        names = ("left", "right", "left_edge", "right_edge")
+        return {name: getattr(self, name) for name in names}
+
+    @property
+    def mirrored(self) -> GlottalArea:
+        """Left and right changed."""
+        inner = None if self.inner is None else self.inner.mirrored
+        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner=inner)
 
     @property
     def total(self) -> Floats:
@@ -71,7 +88,10 @@ class GlottalArea:
         if known.all() or not known.any():
             return self
         frames = np.arange(known.size)
-        return GlottalArea(*(np.interp(frames, frames[known], part[known]) for part in vars(self).values()))
+        inner = None if self.inner is None else self.inner.filled()
+        return GlottalArea(
+            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner=inner
+        )
 
 
 def middle(place: Floats, midline: Midline) -> Mask:
@@ -196,6 +216,7 @@ def measures(
     sides: tuple[str, str] = ("left in the image", "right in the image"),
     *,
     doubts: Sequence[str] = (),
+    band: tuple[Floats, Floats] | None = None,
     cycles: Cycles | None = None,
 ) -> tuple[Measures, Cycles]:
     """What the glottal area and the edges of the folds tell, each with its interval over cycles.
@@ -203,7 +224,8 @@ def measures(
     Times are in seconds with `fps`, else in frames: a frequency is then in cycles per frame, "1/frame".
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
-    speaks against the whole area, which all that stands on it repeats. `cycles` are all complete ones unless
+    speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
+    which outlines it lies, which is said where it is wide. `cycles` are all complete ones unless
     given.
     """
     known = np.isfinite(area.total)
@@ -211,7 +233,6 @@ def measures(
     size, step, scale = scale_of(fps, mm_per_px)
     time = step * np.arange(area.total.size)
     total = size**2 * area.total
-    left, right = size * area.left_edge, size * area.right_edge
     if cycles is None:
         cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
         apart = _folds_apart(area, cycles, scale, step)
@@ -220,7 +241,6 @@ def measures(
         lost = "" if left_out else _lost(known, time, cycles)
         said = filter(None, (cycles.note, apart, lost))
         cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
-    between = f"the left fold being the one {sides[0]}"
     found = [
         *count_measures(cycles),
         *frequency_measures(time, total, cycles, scale),
@@ -228,31 +248,29 @@ def measures(
             [
                 *quotient_measures(time, total, cycles),
                 *recorded_quotient_measures(time, total, cycles),
-                *area_measures(time, total, cycles),
+                *_banded(area_measures(time, total, cycles), area, band),
                 *gap_measures(time, total, cycles, size * length if length else None),
             ],
             doubts,
         ),
         *perturbation_measures(time, total, cycles),
         *noise_measures(time, total, cycles),
-        *_placed(side_measures(time, left, right, cycles, sides, between), size),
-        _area_asymmetry(time, area, cycles, between),
     ]
+    halfway, inner = (
+        None if part is None else _of_sides(part, time, cycles, size, length, sides)
+        for part in (area, area.inner)
+    )
+    assert halfway is not None
+    wide = band is not None and is_wide(area.total, band)
+    found += halfway if inner is None else by_light(halfway, inner, wide=wide)
     if length:
         over = total / (size * length) ** 2
         found += [
             whole("glottal_length", size * length),
             over_cycles("glottal_area_max_relative", time, over, cycles, np.max),
-            *(
-                per_cycle(
-                    f"amplitude_{side}_relative",
-                    cycles,
-                    amplitudes(time, edge, cycles) / (size * length),
-                    said,
-                )
-                for side, edge, said in (("left", left, sides[0]), ("right", right, sides[1]))
-            ),
         ]
+    if cycles.count:
+        found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
     return Measures(found, scale), cycles
 
 
@@ -260,6 +278,43 @@ def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
     return [
         item if item.value is None else replace(item, cautions=(*item.cautions, *doubts)) for item in found
     ]
+
+
+def _of_sides(
+    area: GlottalArea,
+    time: npt.NDArray[Any],
+    cycles: Cycles,
+    size: float,
+    length: float | None,
+    sides: tuple[str, str],
+) -> list[Measure]:
+    """What is measured of either fold, and between them."""
+    between = f"the left fold being the one {sides[0]}"
+    edges = size * area.left_edge, size * area.right_edge
+    found = [
+        *_placed(side_measures(time, *edges, cycles, sides, between), size),
+        _area_asymmetry(time, area, cycles, between),
+    ]
+    if length:
+        found += [
+            per_cycle(name, cycles, amplitudes(time, edge, cycles) / (size * length), said)
+            for name, edge, said in zip(
+                ("amplitude_left_relative", "amplitude_right_relative"), edges, sides, strict=True
+            )
+        ]
+    return found
+
+
+def _banded(found: list[Measure], area: GlottalArea, band: tuple[Floats, Floats] | None) -> list[Measure]:
+    """With a caution where shade leaves open where the outline is."""
+    if band is None or not is_wide(area.total, band):
+        return found
+    low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
+    said = (
+        f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
+        "measured. Shade beside the folds makes it too large"
+    )
+    return [item if item.value is None else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
 def _folds_apart(area: GlottalArea, cycles: Cycles, scale: Scale, step: float) -> str:

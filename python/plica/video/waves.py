@@ -1,0 +1,173 @@
+"""The fundamental of the tissue's motion, pixel by pixel: its strain, and the wave that runs outward.
+
+With theta(t) the angle that the cycles' marks give (2 pi from mark to mark), the displacement at a pixel has
+the part Re(D exp(i theta)); a flow is its difference between two frames, so that D and four more harmonics
+are found from all flows by least squares. What is said is of the picture: a 2-D projection of the motion, at
+fixed pixels. Strain is the symmetric gradient of D in the axes of the midline (across, along, shear), that of
+the plane fitted with a Gaussian of standard deviation `gauge` / 2 about each pixel, over tissue alone: exact
+for linear fields, and smaller than the truth where motion changes within the gauge.
+
+A wave that runs outward from the edge at the speed c has the outward displacement exp(i (theta - k d)) at the
+distance d, k = omega / c (medial-lateral phase velocity; Titze, Jiang, Hsiao, Ann. Otol. Rhinol. Laryngol.
+102, 1993). k is the slope of the phase, by least squares weighted by the amplitude, in bands across the fold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.measures.cycles import Cycles
+from plica.video.errors import VideoError
+from plica.video.midline import Midline, pixels
+
+__all__ = ["Fundamental", "fewest_pairs", "fundamental", "gauge", "wave_numbers"]
+
+Floats = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
+Mask = npt.NDArray[np.bool_]
+
+gauge = 8.0
+"""px, over which strain is taken."""
+_HARMONICS = 5
+fewest_pairs = 4 * _HARMONICS
+"""Pairs of frames in the cycles: two for each unknown."""
+_BANDS = np.linspace(0.2, 0.8, 7)  # of the midline: one wave number between each two
+_WEAK = 0.3  # of the largest amplitude in a band: farther out is no wave to be seen
+_FAR = 0.35  # of the glottal length
+_FEWEST = 6  # px over which a slope is taken
+
+
+@dataclass(frozen=True)
+class Fundamental:
+    """Complex amplitudes at the cycles' frequency; not a number where tissue is not seen.
+
+    Attributes
+    ----------
+    displacement : (h, w, 2) px
+        To the image's right and down.
+    strain : (h, w, 3)
+        Across the midline, along it, and shear (half the change of a right angle).
+    """
+
+    displacement: Complex
+    strain: Complex
+
+
+def fundamental(
+    flows: Iterable[npt.NDArray[np.floating]], cycles: Cycles, time: Floats, tissue: Mask, midline: Midline
+) -> Fundamental:
+    """Of the motion over all complete cycles.
+
+    Parameters
+    ----------
+    flows : (h, w, 2) px each
+        From each frame to the next; one that is not finite at tissue does not count.
+    cycles : Cycles
+    time : (frames)
+        In the unit of the cycles.
+    tissue : (h, w) bool
+        Pixels that show tissue in every frame.
+    midline : Midline
+
+    Raises
+    ------
+    VideoError
+        Without cycles, or for fewer than twenty pairs of frames within them.
+    """
+    if not cycles.count:
+        raise VideoError(f"Waves: no cycles ({cycles.note}); must have some.")
+    turns = np.interp(time, cycles.starts, np.arange(cycles.count + 1.0), left=np.nan, right=np.nan)
+    angle = 2 * np.pi * turns[:, None] * np.arange(1, _HARMONICS + 1)
+    basis = np.diff(np.concatenate([np.cos(angle), np.sin(angle)], axis=1), axis=0)
+    right = np.zeros((basis.shape[1], *tissue.shape, 2))
+    normal = np.zeros((basis.shape[1],) * 2)
+    used = 0
+    for row, flow in zip(basis, flows, strict=True):
+        if np.isfinite(row).all() and np.isfinite(flow[tissue]).all():
+            normal += np.outer(row, row)
+            right += row[:, None, None, None] * flow
+            used += 1
+    if used < fewest_pairs:
+        raise VideoError(f"Waves: {used} pairs of frames in the cycles; must be {fewest_pairs} or more.")
+    first = np.linalg.pinv(normal, hermitian=True)[[0, _HARMONICS]]
+    cosine, sine = np.tensordot(first, right, 1)
+    found = np.where(tissue[..., None], cosine - 1j * sine, np.nan)
+    return Fundamental(found, _strain(found, tissue, midline))
+
+
+def _strain(displacement: Complex, tissue: Mask, midline: Midline) -> Complex:
+    """(h, w, 3) of (h, w, 2) px; not a number off tissue."""
+    gradient = np.stack([_gradient(part, tissue) for part in np.moveaxis(displacement, -1, 0)], axis=-2)
+    axes = np.stack([midline.across, midline.along])  # rows
+    turned = np.einsum("ai,...ij,bj->...ab", axes, gradient, axes)
+    shear = 0.5 * (turned[..., 0, 1] + turned[..., 1, 0])
+    return np.stack([turned[..., 0, 0], turned[..., 1, 1], shear], axis=-1)
+
+
+def _gradient(values: Complex, tissue: Mask) -> Complex:
+    """(h, w, 2) d/dx, d/dy of the plane fitted about each pixel."""
+    from scipy import ndimage
+
+    reach = np.arange(-round(1.5 * gauge), round(1.5 * gauge) + 1.0)
+    weight = np.exp(-0.5 * (reach / (0.5 * gauge)) ** 2)
+
+    def moment(part: Floats, x: int, y: int) -> Floats:
+        over_x = ndimage.correlate1d(part, weight * reach**x, axis=1, mode="constant")
+        return np.asarray(ndimage.correlate1d(over_x, weight * reach**y, axis=0, mode="constant"))
+
+    there = tissue.astype(float)
+    known = np.where(tissue, values, 0.0)
+    powers = [(0, 0), (1, 0), (0, 1)]
+    matrix = np.stack(
+        [np.stack([moment(there, a + c, b + d) for c, d in powers], -1) for a, b in powers], axis=-2
+    )
+    sums = np.stack([moment(known.real, *p) + 1j * moment(known.imag, *p) for p in powers], axis=-1)
+    found = np.full((*tissue.shape, 2), np.nan, dtype=complex)
+    sound = tissue & (np.linalg.cond(matrix) < 1e6)  # no plane through a line of pixels
+    found[sound] = np.linalg.solve(matrix[sound].astype(complex), sums[sound][..., None])[:, 1:, 0]
+    return found
+
+
+def wave_numbers(displacement: Complex, midline: Midline, side: int) -> Floats:
+    """(bands) rad per px, by which the outward motion lags from px to px away from the midline.
+
+    Only bands of the middle of the fold that show six pixels or more; a standing motion has 0.
+
+    Parameters
+    ----------
+    displacement : (h, w, 2) px
+        As of :class:`Fundamental`.
+    side : int
+        -1 left of the midline in the image, 1 right of it.
+    """
+    place = midline.place(pixels(displacement.shape[:2]))
+    along, distance = place[..., 0] / midline.length, side * place[..., 1]
+    outward = side * (displacement @ midline.across)
+    found = []
+    for low, high in pairwise(_BANDS.tolist()):
+        inside = (along >= low) & (along < high) & (distance > 0) & (distance < _FAR * midline.length)
+        inside &= np.isfinite(outward)
+        bins = np.floor(distance[inside]).astype(int)
+        count = np.bincount(bins)
+        sums = np.bincount(bins, outward[inside].real) + 1j * np.bincount(bins, outward[inside].imag)
+        there = np.flatnonzero(count)
+        if there.size < _FEWEST:
+            continue
+        mean = sums[there] / count[there]
+        size = np.abs(mean)
+        strong = size >= _WEAK * size.max()
+        end = (
+            there.size
+            if strong[np.argmax(strong) :].all()
+            else int(np.argmax(strong)) + int(np.argmin(strong[np.argmax(strong) :]))
+        )
+        part = slice(int(np.argmax(strong)), end)
+        if there[part].size >= _FEWEST:
+            phase = np.unwrap(np.angle(mean[part]))
+            found.append(-np.polyfit(there[part] + 0.5, phase, 1, w=size[part])[0])
+    return np.array(found)
