@@ -178,7 +178,7 @@ def _found(
     folds: Folds | None,
 ) -> tuple[NDArray[np.float32], list[float], float]:
     """The flow, and the light's gain and offset, of grey levels that were stretched."""
-    parting = None if folds is None else folds.parting()
+    parting = None if folds is None else folds.parting(one, two)
     if parting is None:
         return engine.dense_flow(one, two, options, used)
     kept = ~parting.gone if used is None else (used > 0) & ~parting.gone
