@@ -119,8 +119,8 @@ bits, or floats). What is printed; where most pixels do not come back to within 
 
 presets: robust (the default), gradient (for sharp pictures: brightness may change as things move, its
 gradient not; less error where motion is smooth, more at its edges), video (as gradient, but smoother and less
-moved by noise: made for recordings of the larynx, the default of plica video), reference (Sun, Roth and Black, solved to rest), thesis (as reference, with
-lambda 0.5), fast (for a first look).
+moved by noise: made for recordings of the larynx, the default of plica video), reference (Sun, Roth and
+Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
 """
 
 

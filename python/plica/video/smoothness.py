@@ -56,7 +56,7 @@ class SmoothnessPair:
     noise : float
         Standard deviation (grey levels) of the noise of a frame as the camera made it.
     seen : function, optional
-        What the way from the camera to `first` and `second` makes of two fields of white noise; none: nothing.
+        What the way from the camera to these frames makes of two fields of white noise; none: nothing.
     """
 
     first: Frame
@@ -142,10 +142,11 @@ def lambda_report(
         Without a pair, for a pair without tissue, and for a ladder that is none.
     """
     given = list(pairs)
-    if not given or not all(pair.counted.any() for pair in given):
+    blind = sum(not pair.counted.any() for pair in given)
+    if not given or blind:
         raise InvalidInput(
-            f"lambda_report: {len(given)} pairs of frames, of which {sum(not p.counted.any() for p in given)} "
-            "show no tissue; must be one or more, all with tissue."
+            f"lambda_report: {len(given)} pairs of frames, {blind} without tissue; must be one or more, all "
+            "with tissue."
         )
     used = PRESETS[preset].smoothness
     steps = np.asarray(used * _LADDER if ladder is None else ladder, dtype=float)
