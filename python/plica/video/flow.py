@@ -40,7 +40,7 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
     {
         "robust": FlowOptions(),
         "reference": FlowOptions(sweeps=40, light="none"),
-        "video": FlowOptions(**_GRADIENT, smoothness=0.15, gradient_noise=1.0, warps=4),
+        "video": FlowOptions(**_GRADIENT, smoothness=0.1, gradient_noise=1.0, warps=4),
         "thesis": FlowOptions(smoothness=0.5, sweeps=40, light="none"),
         "fast": FlowOptions(stages=2, warps=3),
         "gradient": FlowOptions(**_GRADIENT, smoothness=0.1, gradient_noise=0.3, spacing=1.5, warps=3),

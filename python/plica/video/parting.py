@@ -82,13 +82,11 @@ class Folds:
     def parting(self, one: Floats, two: Floats) -> Parting | None:
         """What they and the frames (h, w), in grey levels of a range of 255, know of the motion.
 
-        None where the glottis is open in neither frame, or along the same lines in both.
+        None where no edge leaves the midline or comes to it.
         """
         lines = _Lines(self.midline, self.first.shape)
         open_then = lines.sums(self.first) > 0, lines.sums(self.second) > 0
         turned = open_then[0] ^ open_then[1]
-        if not turned.any():
-            return None
         ways = _darkening(lines, self, one, two)
         unseen = lines.within & ~open_then[0] & ~open_then[1]
         measured, displacement = np.zeros_like(one, np.float32), np.zeros_like(one, np.float32)
@@ -105,6 +103,8 @@ class Folds:
             beside = own & ~self.first & goes[lines.number] & (far < _BESIDE)
             measured[beside] = 1
             displacement[beside] = (side * way)[lines.number][beside]
+        if not turned.any() and not measured.any():
+            return None
         meet = lines.within | open_then[0] | open_then[1]
         return Parting(
             np.where(meet[lines.number], lines.side, 0).astype(np.float32),
@@ -147,11 +147,9 @@ def _darkening(lines: _Lines, folds: Folds, one: Floats, two: Floats) -> Callabl
     blurred the slit. What the light changes is taken from the tissue beside.
     """
     far = np.abs(lines.off)
-    dark = min(
-        float(np.percentile(frame[mask], 25))
-        for frame, mask in ((one, folds.first), (two, folds.second))
-        if mask.any()
-    )
+    shown = [frame[mask] for frame, mask in ((one, folds.first), (two, folds.second)) if mask.any()]
+    # Where neither frame shows a glottis it is as dark as the recording gets.
+    dark = min((float(np.percentile(grey, 25)) for grey in shown), default=0.0)
     tissue = (
         lines.within[lines.number] & (far > _TISSUE[0]) & (far < _TISSUE[1]) & ~folds.first & ~folds.second
     )
