@@ -47,11 +47,11 @@ Measures need three complete cycles. All frames have one size and one depth (8 o
 HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:
 name an HDF5 file that MATLAB wrote .mat too.
 
-Presets of the flow: video (the default, made for recordings), gradient (less smooth), robust, fast (a first
-look), reference, thesis; plica flow --help says more. --lambda-report adds what three criteria that need no
-truth (discrepancy, L-curve, cross-validation) make of the smoothness lambda: lambda.json, and in words. It
-takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how near each
-criterion comes to the best lambda, where that is known.
+Presets of the flow: video (the default, made for recordings), gradient (for sharp ones), robust, fast (a
+first look), reference, thesis; plica flow --help says more. --lambda-report adds what three criteria that
+need no truth (discrepancy, L-curve, cross-validation) make of the smoothness lambda: lambda.json, and in
+words. It takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how near
+each criterion comes to the best lambda, where that is known.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
@@ -118,8 +118,8 @@ bits, or floats). What is printed; where most pixels do not come back to within 
   error      with --truth: mean distance from the true flow
 
 presets: robust (the default), gradient (for sharp pictures: brightness may change as things move, its
-gradient not; less error where motion is smooth, more at its edges), video (as gradient, but smoother and less
-moved by noise: made for recordings of the larynx, the default of plica video), reference (Sun, Roth and
+gradient not; less error where motion is smooth, more at its edges), video (as gradient, less moved by noise:
+made for recordings of the larynx, the default of plica video), reference (Sun, Roth and
 Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
 """
 

@@ -48,10 +48,10 @@ PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
 )
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
 for recordings, whose default it is, chosen on the synthetic glottis (docs/verification/recorded_flow.md): not
-brightness but its gradient stays as things move. ``gradient``: the same, less smooth, for sharp pictures
-(docs/imaging.md). ``thesis``: ``reference`` with the lambda of Paper C. ``fast``: one stage of graduation and
-seven warps a level less. For ``reference`` and ``thesis``, as published, the light is constant; for the
-others it may change."""
+brightness but its gradient stays as things move. ``gradient``: the same for sharp pictures, whose finer grey
+levels it follows (docs/imaging.md). ``thesis``: ``reference`` with the lambda of Paper C. ``fast``: one stage
+of graduation and seven warps a level less. For ``reference`` and ``thesis``, as published, the light is
+constant; for the others it may change."""
 
 
 @dataclass(frozen=True)
