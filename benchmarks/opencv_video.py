@@ -1,6 +1,6 @@
 """What OpenCV would do in the analysis of a recording, beside what does it: error and processor time.
 
-    peers/bin/python -m pip install opencv-python-headless      into plica's own environment, or
+    python -m venv peers && peers/bin/pip install opencv-python-headless
     PYTHONPATH=peers/lib/python3.11/site-packages python benchmarks/opencv_video.py
 
 The endoscope's motion: the films of light.py (which has the true motion), found twice as `plica video` does,
@@ -67,13 +67,10 @@ def motion_table() -> None:
                 start = time.process_time()
                 off = twice(find, frames) - true
                 seconds = time.process_time() - start
-                shift, turn = (
-                    np.sqrt(np.square(off[:, :2]).sum(axis=1).mean()),
-                    np.sqrt(np.mean(off[:, 2] ** 2)),
-                )
-                print(
-                    f"| {options.seed} | {100 * change:g} % | {name} | {shift:.3f} | {turn:.4f} | {seconds:.2f} |"
-                )
+                shift = np.sqrt(np.square(off[:, :2]).sum(axis=1).mean())
+                turn = np.sqrt(np.mean(off[:, 2] ** 2))
+                row = (options.seed, f"{100 * change:g} %", name)
+                print("|", " | ".join(map(str, row)), f"| {shift:.3f} | {turn:.4f} | {seconds:.2f} |")
 
 
 def filter_table() -> None:

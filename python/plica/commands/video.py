@@ -50,8 +50,8 @@ name an HDF5 file that MATLAB wrote .mat too.
 Presets of the flow: video (the default, made for recordings), gradient (for sharp ones), robust, fast (a
 first look), reference, thesis; plica flow --help says more. --lambda-report adds what three criteria that
 need no truth (discrepancy, L-curve, cross-validation) make of the smoothness lambda: lambda.json, and in
-words. It takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how near
-each criterion comes to the best lambda, where that is known.
+words. It takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how
+near each criterion comes to the best lambda, where that is known.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
