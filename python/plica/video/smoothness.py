@@ -155,14 +155,15 @@ def lambda_report(
             f"lambda_report: ladder = {steps.tolist()}; must be {_FEWEST} or more numbers above 0 that rise."
         )
     curves = np.array([np.mean([_at(pair, preset, value) for pair in given], axis=0) for value in steps])
-    found = [*np.sqrt(curves[:, :3]).T, curves[:, 3]]
+    residual, expected, roughness = np.sqrt(curves[:, :3]).T
+    validation = curves[:, 3]
     chosen = {
-        "discrepancy": _crossing(steps, found[0] / found[1]),
-        "L-curve": _corner(steps, found[0], found[2]),
-        "cross-validation": _lowest(steps, found[3]),
+        "discrepancy": _crossing(steps, residual / expected),
+        "L-curve": _corner(steps, residual, roughness),
+        "cross-validation": _lowest(steps, validation),
     }
     noise = float(np.sqrt(np.mean([pair.noise**2 for pair in given])))
-    return LambdaReport(preset, used, steps, *found, chosen, noise)
+    return LambdaReport(preset, used, steps, residual, expected, roughness, validation, chosen, noise)
 
 
 def noise_level(frame: Frame) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -35,7 +36,11 @@ def report_lambda(found: Analysis) -> LambdaReport:
     chosen = np.unique(seen[np.linspace(0, seen.size - 1, _PAIRS).round().astype(int)])
     said = lambda_report([_pair(found, int(k)) for k in chosen], found.settings.preset)
     text = json.dumps(said.as_dict(), indent=1) + "\n"
-    replaced(found.directory / "lambda.json", lambda draft: draft.write_text(text, encoding="utf-8"))
+
+    def write(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(found.directory / "lambda.json", write)
     return said
 
 
