@@ -10,8 +10,7 @@ neighbours. The three choose by
   fit makes of the first frame's grey levels, its trace from one more flow, of a frame with white noise added
   (Girard 1989).
 
-None knows the truth, and what the light or a hidden thing does to r is no noise: none of them is used for
-anything. How near they come where the best lambda is known is in docs/verification/recorded_flow.md.
+None knows the truth: none is used for anything. docs/verification/recorded_flow.md has how near they come.
 """
 
 from __future__ import annotations
@@ -136,10 +135,7 @@ def lambda_report(
     ladder : floats, optional
         Rising lambdas, five or more; the default is the preset's times 1/32 to 32 by factors of 2.
 
-    Raises
-    ------
-    InvalidInput
-        Without a pair, for a pair without tissue, and for a ladder that is none.
+    Raises InvalidInput without a pair, for a pair without tissue, and for a ladder that is none.
     """
     given = list(pairs)
     blind = sum(not pair.counted.any() for pair in given)
@@ -167,8 +163,8 @@ def lambda_report(
 
 
 def noise_level(frame: Frame) -> float:
-    """Standard deviation (grey levels) of white noise in a frame, by the mask of Immerkaer (1996), which
-    neither planes nor bilinear shading answer to; the median of its answer, not its mean, as edges do."""
+    """Standard deviation (grey levels) of white noise in a frame: the median answer to Immerkaer's mask (1996),
+    as edges answer to it and planes do not."""
     from scipy import ndimage
 
     once = np.array([1.0, -2.0, 1.0])
