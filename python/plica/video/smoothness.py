@@ -74,17 +74,15 @@ class LambdaReport:
     Attributes
     ----------
     preset : str
-    used : float
-        Its lambda, which was used.
+    used : float, its lambda
     smoothness : (n,)
         The ladder of lambda, rising.
     residual, expected, roughness, validation : (n,)
         Scale of the residual and what noise alone makes it (grey levels); roughness (px per px); the
         function of cross-validation (grey levels squared).
     chosen : dict of criterion to float, or None
-        None where the criterion chooses nothing: its curve has no such point within the ladder.
-    noise : float
-        Grey levels.
+        None where its curve has no such point within the ladder.
+    noise : float, grey levels
     """
 
     preset: str
@@ -163,8 +161,8 @@ def lambda_report(
 
 
 def noise_level(frame: Frame) -> float:
-    """Standard deviation (grey levels) of white noise in a frame: the median answer to Immerkaer's mask (1996),
-    as edges answer to it and planes do not."""
+    """Standard deviation (grey levels) of white noise in a frame: the median answer to a mask (Immerkaer 1996)
+    to which planes do not answer; its mean would count edges."""
     from scipy import ndimage
 
     once = np.array([1.0, -2.0, 1.0])
