@@ -161,7 +161,7 @@ def lambda_report(
 
 
 def noise_level(frame: Frame) -> float:
-    """Standard deviation (grey levels) of white noise in a frame: the median answer to a mask (Immerkaer 1996)
+    """Standard deviation (grey levels) of white noise in a frame: median answer to a mask (Immerkaer 1996)
     to which planes do not answer; its mean would count edges."""
     from scipy import ndimage
 
