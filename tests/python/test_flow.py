@@ -247,7 +247,7 @@ def test_gradient_has_the_error_of_the_grid_that_chose_it() -> None:
         folder = shared_data(f"flow/middlebury/{name}")
         frames = [read_image(folder / f"frame{k}.png") for k in (10, 11)]
         found.append(endpoint_error(flow(*frames, preset="gradient").flow, read_flow(folder / "flow10.flo")))
-    assert np.mean(found) == pytest.approx(0.153, rel=0.02)  # another compiler's round-off
+    assert np.mean(found) == pytest.approx(0.150, rel=0.02)  # another compiler's round-off
 
 
 Save = Callable[[str, Frame], str]

@@ -9,7 +9,7 @@ import pytest
 from plica.errors import InvalidInput
 from plica.video.flow import flow
 from plica.video.midline import Midline
-from plica.video.parting import Folds
+from plica.video.parting import Folds, Parting
 from plica.video.seen import Seen, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
@@ -24,6 +24,12 @@ Mask = npt.NDArray[np.bool_]
 
 def folds(t: float) -> Folds:
     return Folds(GLOTTIS.mask(t), GLOTTIS.mask(t + 1), LINE)
+
+
+def told(t: float, back: bool = False) -> Parting | None:
+    """What the frames from t to t + 1, or the way back, tell of the motion."""
+    frames = GLOTTIS.frame(t), GLOTTIS.frame(t + 1)
+    return folds(t).back.parting(*frames[::-1]) if back else folds(t).parting(*frames)
 
 
 def opens() -> float:
@@ -45,7 +51,7 @@ def beside(t: float) -> Mask:
 
 def test_measured_displacements_are_those_of_the_edges() -> None:
     t = opens()
-    found = folds(t).parting()
+    found = told(t)
     assert found is not None
     truth, _ = GLOTTIS.flow(t, t + 1)
     where = found.measured > 0
@@ -59,20 +65,20 @@ def test_measured_displacements_are_those_of_the_edges() -> None:
 
 def test_the_motion_back_is_the_opposite() -> None:
     t = opens()
-    there, back = folds(t).parting(), folds(t).back.parting()
+    there, back = told(t), told(t, back=True)
     assert there is not None
     assert back is not None
     assert np.array_equal(there.sides, back.sides)
-    assert (np.abs(back.displacement[back.measured > 0]) > 0.2).all()
+    assert (np.abs(back.displacement[back.measured > 0]) > 0.15).all()
     assert (np.sign(back.displacement[back.measured > 0]) == -back.sides[back.measured > 0]).all()
     assert np.array_equal(back.gone, GLOTTIS.mask(t + 1))
 
 
 def test_folds_that_neither_part_nor_meet_tell_nothing() -> None:
-    mask = GLOTTIS.mask(5)
+    mask, frame = GLOTTIS.mask(5), GLOTTIS.frame(5)
     assert mask.any()
-    assert Folds(mask, mask, LINE).parting() is None
-    assert Folds(~mask & mask, ~mask & mask, LINE).parting() is None
+    assert Folds(mask, mask, LINE).parting(frame, frame) is None
+    assert Folds(~mask & mask, ~mask & mask, LINE).parting(frame, frame) is None
 
 
 @pytest.mark.parametrize("preset", ["video", "robust", "fast"])
@@ -95,3 +101,40 @@ def test_a_glottis_of_another_size_is_refused() -> None:
     wrong = Folds(np.zeros((4, 4), bool), np.zeros((96, 96), bool), LINE)
     with pytest.raises(InvalidInput, match=r"flow: the glottis of the first frame is bool of shape \(4, 4\)"):
         flow(frame, frame, folds=wrong)
+
+
+def test_a_slit_too_narrow_for_a_mask_tells_by_how_dark_it_gets() -> None:
+    t = opens()
+    seen = folds(t).second.copy()
+    rows = np.flatnonzero(seen.any(axis=1))
+    hidden = np.zeros_like(seen)
+    hidden[rows[0] : rows[0] + 8] = hidden[rows[-1] - 7 : rows[-1] + 1] = True  # its narrow ends
+    partly = Folds(folds(t).first, seen & ~hidden, LINE)
+    found = partly.parting(GLOTTIS.frame(t), GLOTTIS.frame(t + 1))
+    assert found is not None
+    truth, _ = GLOTTIS.flow(t, t + 1)
+    where = (found.measured > 0) & hidden
+    assert where.sum() >= 20
+    true, said = truth[where][:, 0], found.displacement[where]
+    assert np.abs(true).mean() > 0.3
+    assert np.abs(said - true).mean() < 0.5 * np.abs(true).mean()
+    assert (np.sign(said) == found.sides[where]).all()
+
+
+@pytest.mark.parametrize("change", [0.9, 1.1])
+def test_light_that_changes_is_taken_for_no_motion(change: float) -> None:
+    t = opens()
+    steady, lit = told(t), folds(t).parting(GLOTTIS.frame(t), change * GLOTTIS.frame(t + 1))
+    assert steady is not None
+    assert lit is not None
+    assert np.mean(steady.measured != lit.measured) < 0.005
+    both = (steady.measured > 0) & (lit.measured > 0)
+    assert np.abs(steady.displacement - lit.displacement)[both].max() < 0.15
+
+
+def test_folds_that_meet_are_two_bodies_all_along_the_midline() -> None:
+    found = told(opens())
+    assert found is not None
+    assert (found.sides[10:86, 20] == -1).all()
+    assert (found.sides[10:86, 76] == 1).all()
+    assert (found.sides[:9] == 0).all()

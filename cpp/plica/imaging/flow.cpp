@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::ptrdiff_t smallest_side = 8;  // px, of a picture
 constexpr double coarsest_side = 16;         // px, of a pyramid's last level
-constexpr float normal_slope = 3;            // the same among channels that are divided by their slope
-constexpr float edge_slope = 30;  // grey levels per px: what a known motion weighs is what a fold's edge does
+constexpr float edge_slope = 30;   // grey levels per px: what a known motion weighs is what a fold's edge does
+constexpr float normal_slope = 8;  // the same among channels that are divided by their slope
 
 void require(bool holds, const char* name, double value, const char* unit, const char* relation) {
   if (!holds) throw InvalidInput("FlowOptions", name, value, unit, relation);

@@ -47,8 +47,11 @@ Measures need three complete cycles. All frames have one size and one depth (8 o
 HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:
 name an HDF5 file that MATLAB wrote .mat too.
 
-Presets of the flow: video (the default: for noisy recordings), gradient (for sharp ones), robust, fast (a
-first look), reference, thesis; plica flow --help says more.
+Presets of the flow: video (the default, made for recordings), gradient (for sharp ones), robust, fast (a
+first look), reference, thesis; plica flow --help says more. --lambda-report adds what three criteria that
+need no truth (discrepancy, L-curve, cross-validation) make of the smoothness lambda: lambda.json, and in
+words. It takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how
+near each criterion comes to the best lambda, where that is known.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
@@ -115,9 +118,9 @@ bits, or floats). What is printed; where most pixels do not come back to within 
   error      with --truth: mean distance from the true flow
 
 presets: robust (the default), gradient (for sharp pictures: brightness may change as things move, its
-gradient not; less error where motion is smooth, more at its edges), video (lambda 0.5 instead of 0.045:
-smoother, for noisy recordings), reference (Sun, Roth and Black, solved to rest), thesis (as reference, with
-lambda 0.5), fast (for a first look).
+gradient not; less error where motion is smooth, more at its edges), video (as gradient, less moved by noise:
+made for recordings of the larynx, the default of plica video), reference (Sun, Roth and
+Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
 """
 
 
@@ -131,6 +134,12 @@ def add_commands(commands: Any) -> None:
         with_page = part(name, command, summary, text)
         _add_recording(with_page)
         add_pdf(with_page)
+        if name == "video":
+            with_page.add_argument(
+                "--lambda-report",
+                action="store_true",
+                help="also say what three criteria make of the flow's lambda (lambda.json); nothing uses it",
+            )
     _add_recording(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
     masks = part("masks", _masks, "write masks of an analysis to be corrected by hand", _MASKS_HELP)
     masks.add_argument("analysis", metavar="DIR", type=Path, help="of plica video or plica glottis")
@@ -256,7 +265,13 @@ def remeasure(directory: Path) -> int:
 
 
 def _video(options: argparse.Namespace) -> int:
-    _analysed(options, "modes", report=True)
+    found = _analysed(options, "modes", report=True)
+    if options.lambda_report:
+        from plica.video.smoothness_command import report_lambda
+
+        said = report_lambda(found)
+        if not options.quiet:
+            print(f"{said}\nwritten: {found.directory / 'lambda.json'}")
     return 0
 
 

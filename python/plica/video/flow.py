@@ -28,30 +28,30 @@ __all__ = [
 
 FlowOptions = engine.FlowOptions
 
+_GRADIENT: dict[str, Any] = {
+    "data_scale": 0.01,
+    "smooth_scale": 0.001,
+    "data_penalty": "charbonnier",
+    "smooth_penalty": "charbonnier",
+    "fine_levels": 4,
+}  # not brightness but its gradient stays as things move
+
 PRESETS: Mapping[str, FlowOptions] = MappingProxyType(
     {
         "robust": FlowOptions(),
         "reference": FlowOptions(sweeps=40, light="none"),
-        "video": FlowOptions(smoothness=0.5),
+        "video": FlowOptions(**_GRADIENT, smoothness=0.1, gradient_noise=1.0, warps=4),
         "thesis": FlowOptions(smoothness=0.5, sweeps=40, light="none"),
         "fast": FlowOptions(stages=2, warps=3),
-        "gradient": FlowOptions(
-            smoothness=0.1,
-            data_scale=0.01,
-            smooth_scale=0.001,
-            data_penalty="charbonnier",
-            smooth_penalty="charbonnier",
-            gradient_noise=0.3,
-            fine_levels=4,
-            warps=4,
-        ),
+        "gradient": FlowOptions(**_GRADIENT, smoothness=0.1, gradient_noise=0.3, spacing=1.5, warps=3),
     }
 )
 """Named options. ``robust``: the default. ``reference``: Sun, Roth and Black's, solved to rest. ``video``:
-for noisy recordings, chosen on the synthetic glottis (docs/verification/recorded_flow.md). ``thesis``:
-``reference`` with the lambda of Paper C. ``fast``: one stage of graduation and seven warps a level less.
-``gradient``: not brightness but its gradient stays as things move; for sharp pictures (docs/imaging.md). For
-``reference`` and ``thesis``, as published, the light is constant; for the others it may change."""
+for recordings, whose default it is, chosen on the synthetic glottis (docs/verification/recorded_flow.md): not
+brightness but its gradient stays as things move. ``gradient``: the same for sharp pictures, whose finer grey
+levels it follows (docs/imaging.md). ``thesis``: ``reference`` with the lambda of Paper C. ``fast``: one stage
+of graduation and seven warps a level less. For ``reference`` and ``thesis``, as published, the light is
+constant; for the others it may change."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _found(
     folds: Folds | None,
 ) -> tuple[NDArray[np.float32], list[float], float]:
     """The flow, and the light's gain and offset, of grey levels that were stretched."""
-    parting = None if folds is None else folds.parting()
+    parting = None if folds is None else folds.parting(one, two)
     if parting is None:
         return engine.dense_flow(one, two, options, used)
     kept = ~parting.gone if used is None else (used > 0) & ~parting.gone
