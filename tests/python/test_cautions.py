@@ -159,6 +159,7 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
             "time.step = 50 s. A step of a voice has 100 ns to 500 us. Is it 50 us?",
         ),
         ("time.duration = 300", "Is it 300 ms?"),
+        ("time.duration = 0.005", "A run of a voice has 10 ms to 60 s. Is the unit right?"),
         ("initial.opening_velocity = -1000", "initial.opening_velocity = -1000 m/s. Folds have"),
         ("gravity = [0, 0, -981]", "Is it 981 cm/s^2?"),
     ],

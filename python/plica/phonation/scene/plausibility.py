@@ -157,7 +157,7 @@ BOUNDS: dict[str, Bound] = {
         "s",
         "A run of a voice has",
         "One period at 100 Hz (measures need three, of any voice) to more than anyone phonates in a breath.",
-        {"ms": 1e-3, "us": 1e-6, "min": 60.0},
+        {"ms": 1e-3, "us": 1e-6},
     ),
     "initial_velocity": Bound(
         1e-6,
