@@ -312,10 +312,15 @@ def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
         source, block_scene(), _one(), resume=False
     )
     softer = block_scene().replace({"tissue.body.nu": 0.3})
-    assert "was begun with another scene" in text(source, softer, _one())
+    assert "was begun with scene: tissue.body.nu = 0.4, now it is 0.3; must be" in text(
+        source, softer, _one()
+    )
     other = flow_file(begun / "other.h5", flow=0.5 * np.ones((PAIRS, *SHAPE, 2)))
     assert "was begun with another recording" in text(other, block_scene(), _one())
     assert "was begun with log_sd = 0.7, now it is 0.5" in text(source, block_scene(), _one(log_sd=0.5))
+    parameters = ({"targets": "body.E", "log_sd": 0.4},)
+    both = text(source, block_scene(), _one(max_iterations=2, parameters=parameters))
+    assert "parameters[0].log_sd = none, now it is 0.4; max_iterations = 1, now it is 2; must be" in both
     with pytest.raises(plica.InvalidInput, match="has not ended"):
         load(out)
     assert (out / "iterates.json").read_bytes() == kept

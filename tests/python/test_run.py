@@ -98,7 +98,7 @@ def test_an_occupied_directory_is_left_alone(bar: plica.Scene, tmp_path: Path) -
 def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: Path) -> None:
     plica.run(bar, tmp_path / "run", progress=False)
     other = plica.Scene.from_text(bar.text().replace("nu = 0.3", "nu = 0.31"))
-    with pytest.raises(plica.SceneError, match=r"tissue\.body\.nu = 0\.31; the run has 0\.3"):
+    with pytest.raises(plica.SceneError, match=r"tissue\.body\.nu = 0\.31, the run has 0\.3"):
         plica.run(other, tmp_path / "run", progress=False, resume=True)
 
 
