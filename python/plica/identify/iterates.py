@@ -126,7 +126,7 @@ def _require_same(directory: Path, there: Marks, marks: Marks) -> None:
         if before != now and isinstance(before, dict) and isinstance(now, dict):
             prefix = "" if whose == "settings" else f"{_WORDS[whose]}: "
             told += [
-                f"{prefix}{key} = {'none' if old is None else old}, now it is {'none' if new is None else new}"
+                f"{prefix}{key} = {old or 'none'}, now it is {new or 'none'}"
                 for key, old, new in differences(before, now)
             ]
         elif before != now:
@@ -135,7 +135,8 @@ def _require_same(directory: Path, there: Marks, marks: Marks) -> None:
         told.append("another recording")
     if told:
         raise InvalidInput(
-            f"{directory}: was begun with {'; '.join(told)}; must be the same to go on. Take another directory."
+            f"{directory}: was begun with {'; '.join(told)}; must be the same to go on. Take another "
+            "directory."
         )
 
 

@@ -68,8 +68,8 @@ class Quantity:
 
 
 _OPEN = (
-    "share of the cycle with the glottal area above {:g} % of the cycle's largest and the flow not stopped "
-    "by contact"
+    "share of the cycle with the glottal area above {:g} % of the cycle's largest and, in a run, the flow "
+    "not stopped by contact"
 )
 _SIDE = (
     "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run of "
