@@ -124,8 +124,8 @@ _USUAL = {
 }
 """Units that people of the field write, by the SI unit of their kind."""
 _NOT_MEANT = 10**6
-"""How many times larger a unit is that differs from a usual one in upper and lower case alone, and that nobody
-means: "Ms" is a million seconds."""
+"""A unit so many times as large as a usual one that differs from it in upper and lower case alone is never
+meant: "Ms" is a million seconds."""
 
 
 def _meant(name: str, unit: str) -> str:

@@ -88,8 +88,8 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
 def kept_start(run: Run, path: Path) -> Start | None:
     """The widest opening as it was first found, from a file beside the levels that began there.
 
-    Where the file is of another scene, another length or another version of plica, it goes, and plan and levels
-    with it; InvalidInput where it is damaged.
+    Where the file is of another scene, length or version of plica, it goes, and plan and levels with it;
+    InvalidInput where it is damaged.
     """
     identity = _identity(run)
     if path.is_file():
