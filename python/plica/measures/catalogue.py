@@ -112,8 +112,8 @@ _QUANTITIES = (
         "amplitude_growth",
         "Growth per cycle",
         "1",
-        "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; 0 in a "
-        "steady voice",
+        "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; in a "
+        "steady voice less than 1 %, and 5 % over all, unless scatter may explain more",
     ),
     _run_vibration(
         "damping_ratio",
