@@ -207,7 +207,7 @@ def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, show
 def _of_other_version(directory: Path) -> bool:
     if not (directory / "results.h5").is_file():
         return False
-    return Run.load(directory).versions["plica"] != _engine.build_info()["version"]
+    return Run.load(directory).versions["plica"] != str(_engine.build_info()["version"])
 
 
 def _compared(
