@@ -368,3 +368,18 @@ def test_the_command_says_what_is_wrong_and_returns_two(
     assert '--parameters = "body.E,"; must be names with single commas' in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--from", "5", "--to", "6"]) == 2
     assert "plica: --to = 6; must be >= first + 2 = 7" in capsys.readouterr().err
+
+
+def test_parameters_are_refused_before_a_flow_is_read(refused: Made, tmp_path: Path) -> None:
+    missing = tmp_path / "nothing.h5"  # would be refused as soon as it is opened
+    assert 'Did you mean "body.mu"?' in refused(missing, settings={"parameters": ("body.muu",)})
+    assert 'Did you mean "body"?' in refused(missing, settings={"parameters": ("bodi.E",)})
+
+
+def test_that_there_is_one_mesh_only_is_said_at_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = block_scene().replace({"mesh.divisions": (1, 1, 1)})
+    with pytest.raises(plica.InvalidInput, match="there is no such file"):
+        identify(tmp_path / "nothing.h5", scene, tmp_path / "out", Settings(**SETTINGS | {"coarser": "auto"}))
+    assert "Caution: it is estimated on one mesh only. A coarser mesh cannot" in capsys.readouterr().err

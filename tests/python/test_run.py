@@ -416,6 +416,19 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path: Path) -> None:
     assert [(left.name, left.read_text()) for left in tmp_path.iterdir()] == [("file", "old")]
 
 
+def test_what_was_stored_before_is_spoken_of_only_where_there_is_something(tmp_path: Path) -> None:
+    from plica.storage.files import storage_errors
+
+    def said() -> str:
+        with pytest.raises(plica.StorageFailed) as failed, storage_errors(tmp_path / "measures.json"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return str(failed.value)
+
+    assert said().endswith("No space left on device.")
+    (tmp_path / "results.h5").touch()
+    assert said().endswith("What was stored before is kept, and can be gone on with.")
+
+
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
 def test_a_directory_that_cannot_be_written_is_one_sentence(bar: plica.Scene, tmp_path: Path) -> None:
     (tmp_path / "closed").mkdir(mode=0o500)
