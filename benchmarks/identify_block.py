@@ -25,6 +25,7 @@ from plica.identify import (
     TissueParameters,
 )
 from plica.phonation.run.build import materials_of
+from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
 
 THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
 SIZE = (4e-3, 8e-3, 4e-3)
@@ -40,17 +41,11 @@ SEVEN = (
     "ligament.E_fibre",
     "body.E_fibre",
 )
-TISSUE = {
-    "body": {"E": 20e3, "nu": 0.45, "E_fibre": 40e3, "nu_fibre": 0.45, "mu_fibre": 30e3, "viscosity": 0.35},
-    "ligament": {
-        "E": 3e3,
-        "nu": 0.58,
-        "E_fibre": 20e3,
-        "nu_fibre": 0.58,
-        "mu_fibre": 40e3,
-        "viscosity": 0.35,
-    },
-    "cover": {"E": 1e3, "nu": 0.66, "E_fibre": 10e3, "nu_fibre": 0.66, "mu_fibre": 10e3, "viscosity": 0.14},
+TISSUE: dict[str, dict[str, float]] = {
+    layer: {
+        name: getattr(tissue, name) for name in ("E", "nu", "E_fibre", "nu_fibre", "mu_fibre", "viscosity")
+    }
+    for layer, tissue in TISSUE_PRESETS["normal"].items()
 }
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from plica import __version__
 from plica.commands import bench, compare, examples, film, identify, keys, larynx, uncertainty, verify, video
-from plica.commands.arguments import Parser, add_command, add_pdf, add_threads, joined
+from plica.commands.arguments import Parser, add_command, add_pdf, add_threads, as_options, joined
 from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
@@ -319,7 +319,8 @@ def _measures(options: argparse.Namespace) -> int:
             raise InvalidInput(f"{options.directory}: --from and --to are for runs; it is of a recording.")
         return video.remeasure(options.directory)
     run = plica.Run.load(options.directory)
-    chosen = run.between(_time(options.start), _time(options.end)) if asked else run
+    with as_options(("Run.between",), {"start": "--from", "end": "--to"}):
+        chosen = run.between(_time(options.start), _time(options.end)) if asked else run
     measures = measure(chosen) if asked else _measured(run)
     print(measures_table(measures))
     return _say_cautions(cautions(chosen))

@@ -95,16 +95,45 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     import pint
 
     units = registry()
+    meant = _meant(name, unit)
+    hint = f' Did you mean "{meant}"?' if meant else ""
     try:
         found = units.parse_units(name)
     except pint.UndefinedUnitError:
-        raise ValueError(f'must be {expected}; "{name}" is not known. Upper and lower case differ.') from None
+        raise ValueError(
+            f'must be {expected}; "{name}" is not known. Upper and lower case differ.{hint}'
+        ) from None
     except Exception:  # pint's parser raises many kinds (tokenize, assertion, attribute errors)
-        raise ValueError(f'must be {expected}; "{name}" cannot be read as a unit.') from None
+        raise ValueError(f'must be {expected}; "{name}" cannot be read as a unit.{hint}') from None
     target = units.parse_units(unit or "dimensionless")
     if not found.is_compatible_with(target):
-        raise ValueError(f'must be {expected}; "{name}" is of another kind.')
+        raise ValueError(f'must be {expected}; "{name}" is of another kind.{hint}')
+    if meant and units.Quantity(Decimal(1), found) > _NOT_MEANT * units.Quantity(Decimal(1), meant):
+        raise ValueError(f'must be {expected}; "{name}" has the prefix of a million.{hint}')
     return float(units.Quantity(number, found).to(target).magnitude)
+
+
+_USUAL = {
+    "s": ("s", "ms", "us", "ns"),
+    "m": ("m", "cm", "mm", "um"),
+    "Pa": ("Pa", "kPa", "MPa", "cmH2O", "mmHg", "dyn/cm^2"),
+    "Pa s": ("Pa s", "mPa s", "uPa s", "poise"),
+    "Hz": ("Hz", "kHz"),
+    "m/s": ("m/s", "cm/s", "mm/s"),
+    "kg/m^3": ("kg/m^3", "g/cm^3"),
+}
+"""Units that people of the field write, by the SI unit of their kind."""
+_NOT_MEANT = 10**6
+"""A unit so many times as large as a usual one that differs from it in upper and lower case alone is never
+meant: "Ms" is a million seconds."""
+
+
+def _meant(name: str, unit: str) -> str:
+    """The usual unit that differs from a name in upper and lower case alone, or nothing."""
+    usual = _USUAL.get(unit, ())
+    if name in usual:
+        return ""
+    return next((one for one in usual if one.lower() == name.lower()), "")
 
 
 def number(where: str, name: str, value: Any, least: float, most: float, unit: str) -> None:

@@ -134,6 +134,9 @@ tissue.body.viscosity = 0.35
 tissue.ligament.viscosity = 0.35
 tissue.cover.viscosity = 0.14""",
     ),
+    "layer_thickness": Given(
+        LARYNX, 'mesh.options.layer_thickness = "6 mm"\nairflow.subglottal_pressure = "0.25 kPa"'
+    ),
     "mesh_size": Given(LARYNX, "mesh.options.radius = 0.3"),
     "time_step": Given(
         LARYNX,

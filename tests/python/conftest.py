@@ -7,20 +7,15 @@ from typing import Any
 import pytest
 
 import plica
+from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
 
 TINY_LARYNX: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 
 THESIS_TISSUE: dict[str, dict[str, Any]] = {
-    "body": {"E": 20e3, "nu": 0.45, "E_fibre": 40e3, "nu_fibre": 0.45, "mu_fibre": 30e3, "viscosity": 0.35},
-    "ligament": {
-        "E": 3e3,
-        "nu": 0.58,
-        "E_fibre": 20e3,
-        "nu_fibre": 0.58,
-        "mu_fibre": 40e3,
-        "viscosity": 0.35,
-    },
-    "cover": {"E": 1e3, "nu": 0.66, "E_fibre": 10e3, "nu_fibre": 0.66, "mu_fibre": 10e3, "viscosity": 0.14},
+    layer: {
+        name: getattr(tissue, name) for name in ("E", "nu", "E_fibre", "nu_fibre", "mu_fibre", "viscosity")
+    }
+    for layer, tissue in TISSUE_PRESETS["normal"].items()
 }
 
 

@@ -68,7 +68,11 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "missing key": ('duration = "1 ms"', "", "s.toml: time.duration is missing."),
     "wrong sign": (*pressure("-800"), "airflow.subglottal_pressure = -800; must be > 0. Is the sign"),
     "wrong dimension": (*pressure('"8 kHz"'), "must be a number in Pa or a text with a unit of that"),
-    "unknown unit": (*pressure('"1 kpa"'), '"kpa" is not known. Upper and lower case differ.'),
+    "unknown unit": (
+        *pressure('"1 kpa"'),
+        '"kpa" is not known. Upper and lower case differ. Did you mean "kPa"?',
+    ),
+    "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix of a million. Did you mean "ms"?'),
     "no unit": (*pressure('"800"'), "the text has no unit."),
     "not a number": (*pressure("true"), "airflow.subglottal_pressure = true; must be a number in Pa"),
     "not finite": (*pressure("nan"), "airflow.subglottal_pressure = NaN; must be finite."),

@@ -159,8 +159,18 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
             "time.step = 50 s. A step of a voice has 100 ns to 200 us. Is it 50 us?",
         ),
         ("time.duration = 300", "Is it 300 ms?"),
+        ("time.duration = 0.005", "A run of a voice has 10 ms to 60 s. Is the unit right?"),
         ("initial.opening_velocity = -1000", "initial.opening_velocity = -1000 m/s. Folds have"),
         ("gravity = [0, 0, -981]", "Is it 981 cm/s^2?"),
+        (
+            "gravity = [0, 0, 9.81]",
+            "gravity = [0, 0, 9.81] m/s^2 points upward, from the lungs to the mouth.",
+        ),
+        ("mesh.options.layer_thickness = 2", "A layer of a fold has 10 um to 7 mm. Is it 2 mm?"),
+        (
+            'mesh.options.layer_thickness = "3 mm"',
+            "ligament are cut off at 0.3 of its depth, 2.4 mm or less.",
+        ),
     ],
 )
 def test_the_unit_that_was_meant_is_asked_for(changes: str, sentence: str) -> None:

@@ -265,3 +265,24 @@ def test_an_onset_unlike_the_irregular_voice_after_it_is_left_out() -> None:
         periods[:4] *= 0.7
         kept.append(find_cycles(*voice(periods, amplitudes, seed=seed)).count)
     assert np.mean([count in (34, 35, 36) for count in kept]) >= 0.9
+
+
+def test_no_steady_voice_drifts_by_more_than_is_promised_without_a_word() -> None:
+    told = Counter[str]()
+    for count in (5, 8, 14):
+        for scatter in (0.0, 0.003, 0.01):
+            for seed in range(20):
+                periods, noise = scattered(count, 0.0, scatter, seed)
+                amplitudes = noise * 1.012 ** np.arange(count)
+                instants, signal = voice(periods, amplitudes, samples=200, seed=seed)
+                cycles = find_cycles(instants, signal)
+                if cycles.verdict != "steady":
+                    told["changing"] += 1
+                    continue
+                seen = np.array([np.ptp(signal[part]) for part in cycles.samples(instants)])
+                drift = abs(fit(seen, of_amplitude).rate) * (cycles.count - 1)
+                beyond = drift > 1.02 * min(0.05, 0.01 * (cycles.count - 1))  # a peak lies between samples
+                assert not beyond or "a cycle, which their scatter about that line may explain" in cycles.note
+                told["note" if beyond else "small"] += 1
+    assert told["changing"] > 80
+    assert told["note"] > 5

@@ -10,6 +10,7 @@ import pytest
 
 import plica
 from plica.cli import main
+from plica.commands.synonyms import SYNONYMS
 from plica.measures.catalogue import CATALOGUE
 from plica.phonation.scene.reference import scene_tables
 
@@ -116,3 +117,29 @@ def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixtur
             main(arguments)
         assert end.value.code == 2
         assert capsys.readouterr().err.endswith(f". {whom} --help says more.\n")
+
+
+@pytest.mark.parametrize(
+    ("word", "found"),
+    [
+        ("pitch", "fundamental_frequency"),
+        ("f0", "fundamental_frequency"),
+        ("frequency", "fundamental_frequency"),
+        ("OQ", "open_quotient"),
+        ("closed quotient", "closed_quotient"),
+        ("Stiffness", "mu_fibre"),
+        ("viscosity", "air_viscosity"),
+        ("asymmetry", "left_right_phase"),
+    ],
+)
+def test_what_people_call_a_key_finds_it(word: str, found: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", *word.split()]) == 0
+    assert f"\n  {found} " in capsys.readouterr().out
+
+
+def test_every_synonym_leads_to_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
+    for word, names in SYNONYMS.items():
+        assert word == word.lower()
+        for name in names:
+            assert main(["keys", name]) == 0, name
+            assert name.rpartition(".")[2] in capsys.readouterr().out

@@ -312,10 +312,15 @@ def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
         source, block_scene(), _one(), resume=False
     )
     softer = block_scene().replace({"tissue.body.nu": 0.3})
-    assert "was begun with another scene" in text(source, softer, _one())
+    assert "was begun with scene: tissue.body.nu = 0.4, now it is 0.3; must be" in text(
+        source, softer, _one()
+    )
     other = flow_file(begun / "other.h5", flow=0.5 * np.ones((PAIRS, *SHAPE, 2)))
     assert "was begun with another recording" in text(other, block_scene(), _one())
     assert "was begun with log_sd = 0.7, now it is 0.5" in text(source, block_scene(), _one(log_sd=0.5))
+    parameters = ({"targets": "body.E", "log_sd": 0.4},)
+    both = text(source, block_scene(), _one(max_iterations=2, parameters=parameters))
+    assert "parameters[0].log_sd = none, now it is 0.4; max_iterations = 1, now it is 2; must be" in both
     with pytest.raises(plica.InvalidInput, match="has not ended"):
         load(out)
     assert (out / "iterates.json").read_bytes() == kept
@@ -363,3 +368,18 @@ def test_the_command_says_what_is_wrong_and_returns_two(
     assert '--parameters = "body.E,"; must be names with single commas' in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--from", "5", "--to", "6"]) == 2
     assert "plica: --to = 6; must be >= first + 2 = 7" in capsys.readouterr().err
+
+
+def test_parameters_are_refused_before_a_flow_is_read(refused: Made, tmp_path: Path) -> None:
+    missing = tmp_path / "nothing.h5"  # would be refused as soon as it is opened
+    assert 'Did you mean "body.mu"?' in refused(missing, settings={"parameters": ("body.muu",)})
+    assert 'Did you mean "body"?' in refused(missing, settings={"parameters": ("bodi.E",)})
+
+
+def test_that_there_is_one_mesh_only_is_said_at_the_start(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = block_scene().replace({"mesh.divisions": (1, 1, 1)})
+    with pytest.raises(plica.InvalidInput, match="there is no such file"):
+        identify(tmp_path / "nothing.h5", scene, tmp_path / "out", Settings(**SETTINGS | {"coarser": "auto"}))
+    assert "Caution: it is estimated on one mesh only. A coarser mesh cannot" in capsys.readouterr().err

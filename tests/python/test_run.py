@@ -98,7 +98,7 @@ def test_an_occupied_directory_is_left_alone(bar: plica.Scene, tmp_path: Path) -
 def test_a_run_is_continued_with_its_own_scene_only(bar: plica.Scene, tmp_path: Path) -> None:
     plica.run(bar, tmp_path / "run", progress=False)
     other = plica.Scene.from_text(bar.text().replace("nu = 0.3", "nu = 0.31"))
-    with pytest.raises(plica.SceneError, match=r"tissue\.body\.nu = 0\.31; the run has 0\.3"):
+    with pytest.raises(plica.SceneError, match=r"tissue\.body\.nu = 0\.31, the run has 0\.3"):
         plica.run(other, tmp_path / "run", progress=False, resume=True)
 
 
@@ -414,6 +414,19 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path: Path) -> None:
     with pytest.raises(plica.StorageFailed, match="file: cannot be written: No space left on device"):
         replaced(path, fill_the_disk)
     assert [(left.name, left.read_text()) for left in tmp_path.iterdir()] == [("file", "old")]
+
+
+def test_what_was_stored_before_is_spoken_of_only_where_there_is_something(tmp_path: Path) -> None:
+    from plica.storage.files import storage_errors
+
+    def said() -> str:
+        with pytest.raises(plica.StorageFailed) as failed, storage_errors(tmp_path / "measures.json"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return str(failed.value)
+
+    assert said().endswith("No space left on device.")
+    (tmp_path / "results.h5").touch()
+    assert said().endswith("What was stored before is kept, and can be gone on with.")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")

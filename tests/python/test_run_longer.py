@@ -102,10 +102,14 @@ def test_a_run_that_failed_or_lost_its_checkpoints_goes_on_to_the_same_results(
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"time.duration": "3 ms"}, r"time\.duration = 0\.003; the run has 0\.004; a run is continued with"),
-        ({"time.duration": "8 ms", "tissue.body.nu": 0.31}, r"tissue\.body\.nu = 0\.31; the run has 0\.3;"),
-        ({"time.duration": "8 ms", "time.step": "50 us"}, r"time\.step = 5e-05; the run has 0\.0001;"),
-        ({"time.duration": "8 ms", "output.every": None}, r"output\.every is missing; the run has 0\.0005;"),
+        ({"time.duration": "3 ms"}, r"time\.duration = 0\.003, the run has 0\.004; a run is continued with"),
+        ({"time.duration": "8 ms", "tissue.body.nu": 0.31}, r"tissue\.body\.nu = 0\.31, the run has 0\.3;"),
+        ({"time.duration": "8 ms", "time.step": "50 us"}, r"time\.step = 5e-05, the run has 0\.0001;"),
+        (
+            {"time.duration": "8 ms", "tissue.body": {"nu": 0.31, "viscosity": 2.0}, "output.every": None},
+            r"nu = 0\.31, the run has 0\.3; tissue\.body\.viscosity = 2\.0, .*; output\.every is missing",
+        ),
+        ({"time.duration": "8 ms", "output.every": None}, r"output\.every is missing, the run has 0\.0005;"),
     ],
 )
 def test_a_shorter_duration_or_another_change_is_refused_and_nothing_is_touched(

@@ -6,6 +6,7 @@ import csv
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
@@ -22,7 +23,7 @@ from plica.phonation.run import store
 from plica.uncertainty import estimate, sample
 from plica.uncertainty.plan import PlannedLevel
 from plica.uncertainty.sample import Sampled
-from plica.uncertainty.start import widest_opening
+from plica.uncertainty.start import kept_start, widest_opening
 from test_run import StopsAfter
 
 
@@ -484,3 +485,31 @@ def test_a_second_call_makes_a_level_no_longer_than_the_first(
     for _ in range(2):
         estimate._run_level(level, run, own, start, tmp_path, shown=False)
         assert held == 40 + 2 * 90
+
+
+def test_a_damaged_state_is_one_sentence_and_one_of_another_version_goes(tmp_path: Path) -> None:
+    path = tmp_path / "uncertainty" / "start.h5"
+    path.parent.mkdir()
+    scene = SimpleNamespace(digest=lambda: "scene")
+    run: Any = SimpleNamespace(scene=scene, steps=3, versions={"plica": "1"}, directory=tmp_path)
+    with h5py.File(path, "w") as file:
+        file.attrs.update({"scene": "scene", "steps": 3, "plica": "1", "time": 0.5})
+        file["displacement"], file["velocity"] = np.ones((2, 3)), np.zeros((2, 3))
+    held = kept_start(run, path)
+    assert held is not None
+    assert held.time == 0.5
+    run.versions["plica"] = "2"
+    assert kept_start(run, path) is None  # there is no checkpoint to find one by
+    assert not path.exists()
+    path.write_bytes(b"no HDF5")
+    with pytest.raises(plica.InvalidInput, match=r"start\.h5: is damaged; must be .* Remove the directory"):
+        kept_start(run, path)
+
+
+def test_a_level_of_another_version_is_computed_anew(bar: plica.Scene, tmp_path: Path) -> None:
+    level = PlannedLevel("step-2", "step", 2, bar)
+    made = estimate._made(level, tmp_path / "step-2", (None, None), shown=False)
+    with h5py.File(made.path, "r+") as file:
+        file.attrs["plica_version"] = "0.0.1"
+    again = estimate._made(level, tmp_path / "step-2", (None, None), shown=False)
+    assert again.versions["plica"] == plica.__version__

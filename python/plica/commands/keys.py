@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command
+from plica.commands.synonyms import meant
 from plica.commands.text import first_sentence, hanging
 
 if TYPE_CHECKING:
@@ -26,13 +27,16 @@ examples:
   plica keys subglottal_pressure      one key, wherever it stands; tissue.cover.E, only there
   plica keys open_quotient            one measure or waveform, with its definition
   plica keys measures                 all measures; likewise waveforms
+  plica keys stiffness                what people call so; OQ, pitch, closed quotient, mucosal wave
 """
 
 
 def add_commands(commands: Any) -> None:
     """``plica keys [NAME]``."""
     part = add_command(commands, "keys", _keys, "say what keys, measures and waveforms mean", _HELP)
-    part.add_argument("name", metavar="NAME", nargs="?", help="a table, key, measure or waveform")
+    part.add_argument(
+        "name", metavar="NAME", nargs="*", help="a table, key, measure or waveform, or what people call it"
+    )
 
 
 def _keys(options: argparse.Namespace) -> int:
@@ -40,18 +44,14 @@ def _keys(options: argparse.Namespace) -> int:
     from plica.phonation.scene.reference import scene_tables
 
     tables = scene_tables()
-    if options.name is None:
+    if not options.name:
         print(_overview(tables))
         return 0
-    name = options.name.strip("[]")
+    name = " ".join(options.name).strip("[]")
     listed = {"measures": _measures(), "waveforms": _waveforms()}
-    found = [_whole(table) for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
-    if not found:
-        found = [f"{table.title}\n{_rows([key])}" for table, key in _places(tables, name)]
-    found += [_rows(keys) for title, keys in listed.items() if title == name]
-    for title, keys in listed.items():
-        rows = [key for key in keys if key.name == name]
-        found += [f"{title}\n{_rows(rows)}"] if rows else []
+    found = _entries(tables, listed, name)
+    for other in meant(name, _called(tables, listed)):
+        found += [text for text in _entries(tables, listed, other) if text not in found]
     if not found:
         known = [_bare(table) for table in tables] + [key.name for table in tables for key in table.keys]
         known += [key.name for keys in listed.values() for key in keys]
@@ -61,6 +61,27 @@ def _keys(options: argparse.Namespace) -> int:
         )
     print("\n\n".join(found))
     return 0
+
+
+def _entries(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]], name: str) -> list[str]:
+    """What is to be said of a name: tables, a key wherever it stands, a measure, a waveform."""
+    found = [_whole(table) for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
+    if not found:
+        found = [f"{table.title}\n{_rows([key])}" for table, key in _places(tables, name)]
+    found += [_rows(keys) for title, keys in listed.items() if title == name]
+    for title, keys in listed.items():
+        rows = [key for key in keys if key.name == name]
+        found += [f"{title}\n{_rows(rows)}"] if rows else []
+    return found
+
+
+def _called(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]]) -> Iterator[tuple[str, str, str]]:
+    """Name, symbol and label of all that there is."""
+    from plica.measures.catalogue import CATALOGUE
+
+    yield from ((entry.name, entry.symbol, entry.label) for entry in CATALOGUE.values())
+    yield from ((key.name, "", "") for table in tables for key in table.keys)
+    yield from ((key.name, "", "") for key in listed["waveforms"])
 
 
 def _places(tables: Sequence[Table], name: str) -> Iterator[tuple[Table, Key]]:

@@ -51,7 +51,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, help="also store the report"
     )
-    part.add_argument("--quiet", action="store_true", help="no progress")
+    part.add_argument("--quiet", action="store_true", help="only what fails, and the last line")
     add_threads(part)
 
 
@@ -69,26 +69,29 @@ def _verify(options: argparse.Namespace) -> int:
     plica.set_threads(options.threads)
     installation, began = this_installation(), time.perf_counter()
     total = sum(len(cases(subject)) for subject in subjects)
-    made, subject = [], ""
+    made, subject, printed = [], "", False
     with tqdm(
         total=total, unit=" cases", file=sys.stderr, disable=options.quiet, delay=2, leave=False
     ) as bar:
         for case, rows in verify(subjects):
             made.append((case, rows))
             bar.update()
-            if options.json:
+            told = [row for row in rows if not (options.quiet and row.passed)]
+            if options.json or not told:
                 continue
             bar.clear()
             if rows[0].subject != subject:
                 subject = rows[0].subject
-                print(f"\n{subject.upper()}" if len(made) > 1 else subject.upper())
-            print("\n" + "\n".join(case_lines(case, rows)), flush=True)
+                print(f"\n{subject.upper()}" if printed else subject.upper())
+                printed = True
+            print("\n" + "\n".join(case_lines(case, told)), flush=True)
     seconds = time.perf_counter() - began
     rows = [row for _, theirs in made for row in theirs]
     if options.json:
         print(json.dumps([row.as_json() for row in rows], indent=2, allow_nan=False))
     else:
-        print(f"\n{conclusion(rows, seconds)}\n{installation}")
+        above = "\n" if printed else ""
+        print(f"{above}{conclusion(rows, seconds)}" + ("" if options.quiet else f"\n{installation}"))
     if options.directory is not None:
         from plica.verify.files import write
 

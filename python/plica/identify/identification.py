@@ -17,7 +17,7 @@ from plica.identify.evaluation import Evaluation
 from plica.identify.flow_estimate import estimate_from_flow
 from plica.identify.iterates import Iterates, Marks
 from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.model import MotionModel, require_linear
+from plica.identify.model import MotionModel, require_linear, require_parameters
 from plica.identify.posterior import Posterior
 from plica.identify.pressures import fed_back, forcing_of, heights_of, seen_surface
 from plica.identify.recording import Recorded, observe
@@ -87,12 +87,17 @@ def identify(
     require_linear(scene)
     left = 1.0
     coarser, why = coarser_scene(settings, scene)
+    mesh = build_mesh(scene.mesh, scene.source)
+    require_parameters(settings.tissue_parameters(scene), scene, mesh)  # before a long recording is read
+    if why and progress:
+        print(f"plica: Caution: it is estimated on one mesh only. {why}", file=sys.stderr, flush=True)
     motion = open_motion(recording)
-    tasks = {"scene": _task(motion, settings, scene, progress)}
+    tasks = {"scene": _task(motion, settings, scene, mesh, progress)}
     if coarser is not None:
         require_linear(coarser)
-        tasks["coarser"] = _task(motion, settings, coarser, progress, tasks["scene"].recorded)
-        left = remainder(require_coarser(tasks["coarser"].mesh, tasks["scene"].mesh, coarser.source))
+        mesh = build_mesh(coarser.mesh, coarser.source)
+        left = remainder(require_coarser(mesh, tasks["scene"].mesh, coarser.source))
+        tasks["coarser"] = _task(motion, settings, coarser, mesh, progress, tasks["scene"].recorded)
     directory = Path(directory)
     fine = tasks["scene"]
     marks = Marks.of(settings, scene, coarser, fine.recorded.observation)
@@ -123,11 +128,11 @@ def _task(
     motion: PixelMotion,
     settings: Settings,
     scene: Scene,
+    mesh: _engine.TetMesh,
     progress: bool,
     like: Recorded | None = None,
 ) -> _Task:
     """Where `like` is given, its points on this mesh."""
-    mesh = build_mesh(scene.mesh, scene.source)
     seen = seen_surface(settings, scene, mesh)
     recorded = observe(motion, settings, scene, mesh, seen, progress) if like is None else like.on(mesh, seen)
     forcing = forcing_of(settings, scene, mesh, recorded.observation, recorded.lead)

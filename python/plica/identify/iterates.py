@@ -15,6 +15,7 @@ from plica.errors import InvalidInput
 from plica.identify.observation import Observation
 from plica.identify.scoring import Iteration
 from plica.identify.settings import Settings
+from plica.phonation.scene.problems import differences
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json
 
@@ -28,21 +29,29 @@ class Marks:
     """What an estimate stands on, told from others."""
 
     settings: dict[str, Any]
-    scene: str
-    coarser: str | None
+    scene: dict[str, Any]
+    coarser: dict[str, Any] | None
     recording: str
 
     @staticmethod
     def of(settings: Settings, scene: Scene, coarser: Scene | None, observation: Observation) -> Marks:
-        """Of these settings and digests of the others."""
+        """Of these settings and scenes, and a digest of what is seen."""
         points = observation.points
         content = hashlib.sha256()
         for part in (observation.flow, observation.sd, observation.closed, points.nodes, points.weights):
             content.update(np.ascontiguousarray(part).tobytes())
-        chosen = json.loads(settings.model_dump_json())
         return Marks(
-            chosen, scene.digest(), None if coarser is None else coarser.digest(), content.hexdigest()
+            json.loads(settings.model_dump_json()),
+            _table(scene),
+            None if coarser is None else _table(coarser),
+            content.hexdigest(),
         )
+
+
+def _table(scene: Scene) -> dict[str, Any]:
+    """As JSON gives it back."""
+    found: dict[str, Any] = json.loads(json.dumps(scene.resolved()))
+    return found
 
 
 @dataclass
@@ -111,15 +120,24 @@ class Iterates:
 
 
 def _require_same(directory: Path, there: Marks, marks: Marks) -> None:
-    for name, value in marks.settings.items():
-        if value != there.settings.get(name):
-            raise InvalidInput(
-                f"{directory}: was begun with {name} = {json.dumps(there.settings.get(name))}, now it is "
-                f"{json.dumps(value)}; must be the same to go on. Take another directory."
-            )
-    for what, name in (("scene", "scene"), ("coarser scene", "coarser"), ("recording", "recording")):
-        if getattr(there, name) != getattr(marks, name):
-            raise InvalidInput(
-                f"{directory}: was begun with another {what}; must be the same to go on. Take another "
-                "directory."
-            )
+    told = []
+    for whose in ("settings", "scene", "coarser"):
+        before, now = getattr(there, whose), getattr(marks, whose)
+        if before != now and isinstance(before, dict) and isinstance(now, dict):
+            prefix = "" if whose == "settings" else f"{_WORDS[whose]}: "
+            told += [
+                f"{prefix}{key} = {old or 'none'}, now it is {new or 'none'}"
+                for key, old, new in differences(before, now)
+            ]
+        elif before != now:
+            told.append(f"another {_WORDS[whose]}")
+    if there.recording != marks.recording and not told:  # what of it is taken follows from the rest
+        told.append("another recording")
+    if told:
+        raise InvalidInput(
+            f"{directory}: was begun with {'; '.join(told)}; must be the same to go on. Take another "
+            "directory."
+        )
+
+
+_WORDS = {"settings": "settings", "scene": "scene", "coarser": "coarser scene"}

@@ -20,7 +20,7 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.parts import HilberHughesTaylor
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["MotionModel", "Responses", "require_linear"]
+__all__ = ["MotionModel", "Responses", "require_linear", "require_parameters"]
 
 Array = NDArray[np.float64]
 
@@ -202,6 +202,14 @@ class MotionModel:
             total += fft.rfft(seen[..., i], length, axis=0) * wave[:, None, None]
         position = fft.irfft(total, length, axis=0)[:steps]
         return np.ascontiguousarray(self._frames(position).transpose(1, 0, 2))
+
+
+def require_parameters(
+    parameters: Sequence[TissueParameter | str], scene: Scene, mesh: _engine.TetMesh
+) -> None:
+    """Raises InvalidInput unless the tissue of a scene has these parameters."""
+    materials, names, _ = materials_of(scene, mesh)
+    TissueParameters(materials, names, parameters)
 
 
 def require_linear(scene: Scene) -> None:

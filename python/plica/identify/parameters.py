@@ -65,7 +65,7 @@ class TissueParameter:
         for target in self.targets:
             layer, _, field = target.rpartition(".")
             if not layer or field not in FIELDS:
-                hint = nearest(field, list(FIELDS))
+                hint = nearest(target, [f"{layer}.{known}" for known in FIELDS]) if layer else ""
                 if field == "density":
                     hint = " Mass and stiffness may be scaled together: no motion tells the density."
                 raise InvalidInput(

@@ -68,8 +68,8 @@ class Quantity:
 
 
 _OPEN = (
-    "share of the cycle with the glottal area above {:g} % of the cycle's largest and the flow not stopped "
-    "by contact"
+    "share of the cycle with the glottal area above {:g} % of the cycle's largest and, in a run, the flow "
+    "not stopped by contact"
 )
 _SIDE = (
     "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run of "
@@ -113,8 +113,8 @@ _QUANTITIES = (
         "amplitude_growth",
         "Growth per cycle",
         "1",
-        "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; 0 in a "
-        "steady voice",
+        "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; in a "
+        "steady voice less than 1 %, and 5 % over all, unless scatter may explain more",
     ),
     _run_vibration(
         "damping_ratio",

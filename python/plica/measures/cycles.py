@@ -7,7 +7,8 @@ the six periods before it. Of periods and peak-to-peak amplitudes, :mod:`plica.m
 which are the stationary ones up to the end: all of those are used. Without any the voice is changing, and
 the last three cycles are used. A stationary voice is steady if its periods scatter by no more than 2 % and
 its amplitudes by 5 % (standard deviation), subharmonic if they have a pattern of 2 to 4 pulses, else
-irregular.
+irregular. Over the cycles that are used its periods change by no more than 2 % and its amplitudes by 5 %, and
+by 0.5 % and 1 % a cycle; where they change by more, but their scatter may explain it, the note says how much.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from plica.measures.scale import SI, Scale
 from plica.measures.stationary import (
     Fit,
     drifts,
+    exceeds,
     fewest,
     fit,
     of_amplitude,
@@ -58,7 +60,7 @@ class Cycles:
     ----------
     starts : (c + 1) s, the beginning of each cycle and the end of the last; empty without cycles
     note : str
-        Why there are none, or what is unusual about them; empty for a steady voice.
+        Why there are none, or what is unusual about them; empty for a steady voice that does not drift.
     verdict : Verdict
         "steady"; "subharmonic": pulses alternate in a pattern that repeats itself; "irregular": stationary,
         but its cycles differ; "changing": it grows, decays or glides, the last three cycles are used;
@@ -212,6 +214,13 @@ def _regular(starts: Floats, period: Fit, amplitude: Fit, unit: str) -> Cycles:
         for line, same, what in scatter
         if line.spread > same.scatter
     ]
+    for line, same, what in scatter:
+        if not wide and exceeds(line, same):  # not by more than chance, or it were not stationary
+            way = "rise" if line.rate > 0 else "fall"
+            notes.append(
+                f"the {what} {way} by {100 * abs(line.rate):.2g} % a cycle, which their scatter about "
+                f"that line may explain, over {line.residual.size} cycles: a longer run tells"
+            )
     if wide:
         notes.append(f"irregular: {' and '.join(wide)} (standard deviation)")
     verdict: Verdict = "subharmonic" if pattern > 1 else "irregular" if wide else "steady"

@@ -126,14 +126,19 @@ def fit(values: Floats, tolerance: Tolerance) -> Fit:
     return found
 
 
+def exceeds(line: Fit, tolerance: Tolerance) -> bool:
+    """Whether the line through a sequence rises or falls by more than is allowed, whatever its scatter."""
+    steps = line.residual.size - 1
+    return abs(line.rate) * steps > min(tolerance.scatter, tolerance.rate * steps)
+
+
 def drifts(line: Fit, tolerance: Tolerance) -> bool:
     """Whether a sequence rises or falls by more than is allowed and than its scatter explains."""
     from scipy import special
 
-    steps = line.residual.size - 1
-    if abs(line.rate) * steps <= min(tolerance.scatter, tolerance.rate * steps):
-        return False
-    return bool(abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.005 / 2) * line.error)
+    return exceeds(line, tolerance) and bool(
+        abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.005 / 2) * line.error
+    )
 
 
 def _fit(values: Floats, pattern: int) -> Fit:

@@ -23,8 +23,17 @@ def storage_errors(path: Path, action: str = "written") -> Iterator[None]:
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
         kept = action == "written" and error.errno  # HDF5's own complaint is of a file that is broken
-        hint = " What was stored before is kept, and can be gone on with." if kept else ""
+        hint = " What was stored before is kept, and can be gone on with." if kept and _begun(path) else ""
         raise StorageFailed(f"{path}: cannot be {action}: {reason}.{hint}") from None
+
+
+def _begun(path: Path) -> bool:
+    """Whether something is there that a command goes on with: of a run, a recording or an identification."""
+    try:
+        directory = path if path.is_dir() else path.parent
+        return any((directory / name).exists() for name in ("results.h5", "iterates.json"))
+    except OSError:  # the directory cannot be looked at
+        return False
 
 
 def replaced(path: Path, write: Callable[[Path], None]) -> None:

@@ -188,15 +188,26 @@ def _continued(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *,
 
 
 def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
-    """The level's run; one that is there of another scene, or on a mesh that has changed, is no longer it."""
+    """The level's run; one that is there of another scene or version, or on a mesh that has changed, is no
+    longer it."""
     try:
-        return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+        if not _of_other_version(directory):
+            return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+        _say(
+            f"plica: {level.name} was computed by another version of plica: it is computed anew", shown=shown
+        )
     except SceneError:
         if not holds_run(directory):
             raise
     with storage_errors(directory):
         shutil.rmtree(directory)
     return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+
+
+def _of_other_version(directory: Path) -> bool:
+    if not (directory / "results.h5").is_file():
+        return False
+    return Run.load(directory).versions["plica"] != str(_engine.build_info()["version"])
 
 
 def _compared(

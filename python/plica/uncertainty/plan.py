@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,7 +15,7 @@ import numpy as np
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.measures.cycles import Cycles
-from plica.phonation.run.build import build_simulation, fixed_components
+from plica.phonation.run.build import basis_of, build_simulation, fixed_components
 from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.parts import Output
@@ -109,13 +110,14 @@ def made_plan(
     if kept is not None:
         return kept
     own = run.seconds / max(run.steps, 1)
+    basis = _basis_seconds(run)
     limit = max(budget * run.seconds, least_budget)
     chosen: list[PlannedLevel] = []
     remarks: list[str] = []
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
         try:
-            cost, note = _cost(level, run, start, own, left)
+            cost, note = _cost(level, run, start, own, left, basis)
         except InvalidInput as error:
             remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
             continue
@@ -194,20 +196,37 @@ def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, 
     return start.on(run.mesh, np.asarray(level.mesh.points), fixed_components(level.scene, level.mesh))
 
 
-def _cost(level: PlannedLevel, run: Run, start: Start | None, own: float, left: float) -> tuple[float, str]:
+def _basis_seconds(run: Run) -> float:
+    """s that the basis of a reduced scene takes, measured; every level makes its own."""
+    if run.scene.reduction is None:
+        return 0.0
+    mesh = build_mesh(run.scene.mesh, run.scene.source)
+    begin = time.perf_counter()
+    basis_of(run.scene, mesh)
+    return time.perf_counter() - begin
+
+
+def _cost(
+    level: PlannedLevel, run: Run, start: Start | None, own: float, left: float, basis: float
+) -> tuple[float, str]:
     """s that a level takes, by the run's measured step; of another mesh, by the ratio measured now."""
     steps = level.scene.time.steps
     if level.kind == "step":
-        seconds = steps * own
-        return seconds, f"{steps} steps of {1e3 * own:.3g} ms are {clock(seconds)}"
+        seconds = basis + steps * own
+        return seconds, f"{steps} steps of {1e3 * own:.3g} ms{_with(basis)} are {clock(seconds)}"
     cells = len(level.mesh.cells) / len(run.mesh.cells)
-    guess = steps * own * cells**_COST_GROWS
+    basis *= cells**_COST_GROWS
+    guess = basis + steps * own * cells**_COST_GROWS
     if guess > _HOPELESS * max(left, 1.0):
         return guess, f"{cells:.3g} times the cells would take some {clock(guess)}"
     base = build_simulation(run.scene, build_mesh(run.scene.mesh, run.scene.source), *_as_pair(start))
     ratio = step_cost(simulation_of(level, run, start)) / step_cost(base)
-    seconds = steps * own * ratio
-    return seconds, f"{steps} steps of {1e3 * own * ratio:.3g} ms are {clock(seconds)}"
+    seconds = basis + steps * own * ratio
+    return seconds, f"{steps} steps of {1e3 * own * ratio:.3g} ms{_with(basis)} are {clock(seconds)}"
+
+
+def _with(basis: float) -> str:
+    return f" after a basis of {clock(basis)}" if basis else ""
 
 
 def _as_pair(start: Start | None) -> tuple[Any, Any]:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
+from plica.errors import InvalidInput
 from plica.phonation.run import checkpoint
 from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.run.build import build_simulation
@@ -87,13 +88,14 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
 def kept_start(run: Run, path: Path) -> Start | None:
     """The widest opening as it was first found, from a file beside the levels that began there.
 
-    Where the file is of another scene, or of a run of another length, it goes, and plan and levels with it.
+    Where the file is of another scene, length or version of plica, it goes, and plan and levels with it;
+    InvalidInput where it is damaged.
     """
     identity = _identity(run)
     if path.is_file():
-        with h5py.File(path, "r", locking=False) as file:
-            if all(file.attrs.get(name) == value for name, value in identity.items()):
-                return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
+        held = _read(path, identity)
+        if held is not None:
+            return held
     _forget(path)
     found = widest_opening(run)
     if found is not None:
@@ -101,9 +103,23 @@ def kept_start(run: Run, path: Path) -> Start | None:
     return found
 
 
+def _read(path: Path, identity: Mapping[str, str | int]) -> Start | None:
+    """The state in a file, or None where it is of another run."""
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            if any(file.attrs.get(name) != value for name, value in identity.items()):
+                return None
+            return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
+    except (OSError, KeyError, RuntimeError):
+        raise InvalidInput(
+            f"{path}: is damaged; must be as plica uncertainty wrote it. Remove the directory {path.parent}, "
+            "and all levels are computed anew."
+        ) from None
+
+
 def _identity(run: Run) -> dict[str, str | int]:
     """What a state of a run, and the levels that begin in it, belong to."""
-    return {"scene": run.scene.digest(), "steps": run.steps}
+    return {"scene": run.scene.digest(), "steps": run.steps, "plica": run.versions["plica"]}
 
 
 def _forget(path: Path) -> None:

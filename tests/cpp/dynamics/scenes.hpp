@@ -1,5 +1,7 @@
 #pragma once
 #include <cmath>
+#include <initializer_list>
+#include <vector>
 
 #include "plica/dynamics/simulation.hpp"
 #include "plica/mesh/block.hpp"
@@ -10,6 +12,16 @@
 namespace scenes {
 
 using namespace plica;
+
+/// The cases of a long test; under sanitizers, which take thirty times as long, the first alone.
+template <class Case>
+std::vector<Case> cases(std::initializer_list<Case> all) {
+#ifdef PLICA_SANITIZE
+  return {*all.begin()};
+#else
+  return all;
+#endif
+}
 
 inline Scene tissue_scene(TetMesh mesh, double nu, double viscosity, double density = 1040.0) {
   Supports supports(mesh.node_count());

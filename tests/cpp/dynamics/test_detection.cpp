@@ -140,7 +140,7 @@ TEST_CASE("phonating folds: the detector confirms the nodes in the other fold's 
     double opening_velocity, pressure;
     int steps;
   };
-  for (const Run& run : {Run{1.0, 800, 65}, Run{-1.0, 1200, 75}}) {  // two collisions each
+  for (const Run& run : scenes::cases({Run{1.0, 800, 65}, Run{-1.0, 1200, 75}})) {  // two collisions each
     CAPTURE(run.opening_velocity);
     const Scene scene = larynx(run.opening_velocity, run.pressure);
     const std::array<Cells, 2> cells{cells_of(scene.mesh, Side::left), cells_of(scene.mesh, Side::right)};
@@ -201,8 +201,8 @@ TEST_CASE("phonating folds, symmetric or not: a triangulated airway confirms wha
     int steps;
   };
   // The last: the left fold twice as soft, thrown together above the glottis's middle: contact at its upper edge.
-  for (const Run& run :
-       {Run{1.0, 800, 1.0, -1.0, 65}, Run{-1.0, 1200, 1.0, -1.0, 75}, Run{-1.5, 1200, 2.0, -1e-3, 200}}) {
+  for (const Run& run : scenes::cases(
+           {Run{1.0, 800, 1.0, -1.0, 65}, Run{-1.0, 1200, 1.0, -1.0, 75}, Run{-1.5, 1200, 2.0, -1e-3, 200}})) {
     CAPTURE(run.opening_velocity);
     const Scene scene = triangulated(larynx(run.opening_velocity, run.pressure, run.stiffer, run.above));
     const std::array<Cells, 2> cells{cells_of(scene.mesh, Side::left), cells_of(scene.mesh, Side::right)};
@@ -217,7 +217,7 @@ TEST_CASE("phonating folds, symmetric or not: a triangulated airway confirms wha
 }
 
 TEST_CASE("folds collide alike in a matched and in a triangulated airway") {
-  for (const bool exact : {false, true}) {
+  for (const bool exact : scenes::cases({false, true})) {
     CAPTURE(exact);
     Scene scene = larynx(-1.0, 1200);
     if (exact) scene.contact->enforcement = Multipliers{};
@@ -344,7 +344,7 @@ TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shall
 // of bodies passed nodes up to 0.25 edges deep, for up to 46 steps.
 TEST_CASE(
     "convex bodies that dent each other deeply: no node is deeper in the other's tissue than the deepest gap") {
-  for (const unsigned seed : {3u, 10u, 16u}) {
+  for (const unsigned seed : scenes::cases({3u, 10u, 16u})) {
     CAPTURE(seed);
     std::array<Cells, 2> cells;
     const Scene scene = convex::thrown(seed, 4.0, cells);

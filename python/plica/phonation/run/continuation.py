@@ -10,7 +10,7 @@ import numpy as np
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.phonation.run.results import Run
-from plica.phonation.scene.problems import path_text, value_text
+from plica.phonation.scene.problems import differences
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
 
@@ -35,7 +35,7 @@ def has_all(directory: Path, scene: Scene) -> bool:
     stored, given = held.resolved(), scene.resolved()
     if scene.time.steps > held.time.steps:
         stored["time"]["duration"] = given["time"]["duration"]
-    different = _first_difference(stored, given)
+    different = _differences(stored, given)
     if different:
         raise SceneError(
             f"{scene.source}: {different}; a run is continued with the scene that started it, or with a "
@@ -62,19 +62,10 @@ def _same(stored: Any, given: Any) -> bool:
     return np.array_equal(stored, np.asarray(given))
 
 
-def _first_difference(stored: Any, given: Any, path: tuple[str | int, ...] = ()) -> str:
-    """``time.step = 1e-05, but 5e-05 in the run`` for the first key that differs, or nothing."""
-    if isinstance(stored, dict) and isinstance(given, dict):
-        for name in [*stored, *(name for name in given if name not in stored)]:
-            if name not in given:
-                return f"{path_text((*path, name))} is missing; the run has {value_text(stored[name])}"
-            if name not in stored:
-                return f"{path_text((*path, name))} = {value_text(given[name])}; the run has none"
-            if found := _first_difference(stored[name], given[name], (*path, name)):
-                return found
-        return ""
-    return (
-        ""
-        if stored == given
-        else f"{path_text(path)} = {value_text(given)}; the run has {value_text(stored)}"
-    )
+def _differences(stored: Any, given: Any) -> str:
+    """``time.step = 1e-05, the run has 5e-05`` for each key that differs, or nothing."""
+    found = []
+    for key, before, now in differences(stored, given):
+        begins = f"{key} is missing" if now is None else f"{key} = {now}"
+        found.append(f"{begins}, the run has {'none' if before is None else before}")
+    return "; ".join(found)

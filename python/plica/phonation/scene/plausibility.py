@@ -69,6 +69,7 @@ class Bound:
 
 _WRITTEN = (1e-3, 1e5)  # numbers that people write; others are no slip of a unit
 _PERSON = 15e-3  # m, length of a person's vocal folds, to guess a unit by
+_DEEPEST_LAYER = 0.3  # of the tissue's depth, as the engine's Larynx has it
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 
 BOUNDS: dict[str, Bound] = {
@@ -135,6 +136,15 @@ BOUNDS: dict[str, Bound] = {
         "104 mm in an elephant (Herbst and others, Science 337, 2012).",
         _LENGTHS,
     ),
+    "layer_thickness": Bound(
+        1e-5,
+        7e-3,
+        "m",
+        "A layer of a fold has",
+        "About 1 mm in adults, scaled by the length of the folds from a mouse to an elephant. A parametric "
+        "larynx cuts it off at 0.3 of the tissue's depth, which a caution says too.",
+        _LENGTHS,
+    ),
     "mesh_size": Bound(
         1e-3,
         0.5,
@@ -158,7 +168,7 @@ BOUNDS: dict[str, Bound] = {
         "s",
         "A run of a voice has",
         "One period at 100 Hz (measures need three, of any voice) to more than anyone phonates in a breath.",
-        {"ms": 1e-3, "us": 1e-6, "min": 60.0},
+        {"ms": 1e-3, "us": 1e-6},
     ),
     "initial_velocity": Bound(
         1e-6,
@@ -242,7 +252,31 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
             rest = f" (and {', '.join(path for path, _ in beyond[1:])})" if beyond[1:] else ""
             seen = f"{path} = {value:g} {bound.unit}{rest}. {bound.whose} {bound.span()}."
             found.append(Caution(name, seen, bound.question(value)))
-    return (*found, *_mesh_caution(scene, scene.airflow.surface, mesh))
+    return (
+        *found,
+        *_turned(scene),
+        *_cut_off(scene, mesh),
+        *_mesh_caution(scene, scene.airflow.surface, mesh),
+    )
+
+
+def _turned(scene: Scene) -> Iterator[Caution]:
+    if scene.gravity is not None and scene.gravity[2] > 0:
+        x, y, z = scene.gravity
+        seen = f"gravity = [{x:g}, {y:g}, {z:g}] m/s^2 points upward, from the lungs to the mouth."
+        yield Caution("gravity", seen, "Is the sign of z right?")
+
+
+def _cut_off(scene: Scene, mesh: _Points) -> Iterator[Caution]:
+    """A layer of a parametric larynx that is thinner than the scene says."""
+    given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
+    most = _DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
+    if given is not None and most < given <= BOUNDS["layer_thickness"].high:
+        seen = (
+            f"mesh.options.layer_thickness = {_shown(given, 'm')}. The tissue is so thin that cover and "
+            f"ligament are cut off at {_DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
+        )
+        yield Caution("layer_thickness", seen, "Take thinner layers, or a larger mesh.options.radius.")
 
 
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
@@ -267,6 +301,8 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
                     yield kind, f"{path}.{field}", value
     yield "time_step", "time.step", scene.time.step
     yield "duration", "time.duration", scene.time.duration
+    if isinstance(scene.mesh, Larynx) and scene.mesh.options.layer_thickness is not None:
+        yield "layer_thickness", "mesh.options.layer_thickness", scene.mesh.options.layer_thickness
     if scene.gravity is not None:
         yield "gravity", "gravity", math.hypot(*scene.gravity)
     for k, load in enumerate(scene.loads):
@@ -319,4 +355,4 @@ def _shown(value: float, unit: str) -> str:
     if unit not in {"Pa", "s", "m", "Hz"}:
         return f"{value:g} {unit}"
     thousands = math.floor(math.log10(value) / 3 + 1e-9)
-    return f"{value / 1000.0**thousands:g} {_PREFIXES[thousands]}{unit}"
+    return f"{value / 1000.0**thousands:.4g} {_PREFIXES[thousands]}{unit}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
@@ -11,7 +11,7 @@ from pydantic_core import ErrorDetails
 
 from plica.errors import nearest
 
-__all__ = ["describe", "path_text", "unknown_text", "value_text"]
+__all__ = ["describe", "differences", "path_text", "unknown_text", "value_text"]
 
 _MISSING = object()
 
@@ -32,6 +32,31 @@ def value_text(value: object) -> str:
     """A value as TOML shows it, shortened."""
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def differences(
+    before: Any, now: Any, path: tuple[str | int, ...] = ()
+) -> Iterator[tuple[str, str | None, str | None]]:
+    """Key, value before and value now of all that differs between two tables; None where there is none."""
+    if isinstance(before, dict) and isinstance(now, dict):
+        names: Iterable[Any] = [*before, *(name for name in now if name not in before)]
+        pairs = ((name, before.get(name, _MISSING), now.get(name, _MISSING)) for name in names)
+    elif isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        pairs = ((k, *pair) for k, pair in enumerate(zip(before, now, strict=True)))
+    else:
+        if before != now:
+            yield path_text(path), _shown(before), _shown(now)
+        return
+    for name, old, new in pairs:
+        yield from differences(old, new, (*path, name))
+
+
+def _shown(value: object) -> str | None:
+    if value is _MISSING:
+        return None
+    if isinstance(value, dict):
+        return f"a table with {', '.join(map(str, value))}" if value else "an empty table"
+    return "none" if value is None else value_text(value)
 
 
 def describe(error: ValidationError, where: str, inside: tuple[str | int, ...] = ()) -> list[str]:
