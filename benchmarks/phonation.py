@@ -6,7 +6,7 @@
 
 The second form makes the runs first: the scene itself, then one for each other step and each other mesh
 (mesh options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs
-whose scenes differ in the step alone, or in the mesh alone, are compared; with three levels the observed
+whose scenes differ in the step, the mesh or the number of the airflow's sections alone are compared; with three levels the observed
 order follows, and the value extrapolated with it where the three are monotone. The level of a mesh is
 unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a limit, or misses it,
 only where twice its standard error does not reach across the limit; else it is undecided. Successive cycles
@@ -161,6 +161,7 @@ def show_runs(cases: list[Case]) -> None:
     row("tetrahedra", *(f"{len(a)}, {order}" for a, order in zip(cells, orders, strict=True)), *blank)
     row("unknowns", *(str(case.unknowns) for case in cases), *blank)
     row("step (us)", *(f"{1e6 * case.run.scene.time.step:g}" for case in cases), "50", "50", "50")
+    row("sections", *(str(sections(case)) for case in cases), *blank)
     row("measured until (ms)", *(f"{1e3 * case.measured:.1f}" for case in cases), *blank)
     row("state of the run", *(case.run.status for case in cases), *blank)
     frequencies = [case.measures.get("fundamental_frequency", {}) for case in cases]
@@ -191,20 +192,33 @@ def show_runs(cases: list[Case]) -> None:
             print(f"\n{case.name} failed: {case.run.failure}")
 
 
-def families(cases: list[Case], table: str, key: str | None) -> Iterable[list[Case]]:
+KINDS = {"step": ("time", "step"), "mesh": ("mesh",), "sections": ("airflow", "area", "cut", "sections")}
+
+
+def families(cases: list[Case], kind: str) -> Iterable[list[Case]]:
     """Runs whose scenes are equal but for one entry."""
     found: dict[str, list[Case]] = {}
+    *tables, key = KINDS[kind]
     for case in cases:
         rest = copy.deepcopy(case.run.scene.resolved())
         rest.pop("output", None)
         rest["time"].pop("duration")
-        rest.pop(table) if key is None else rest[table].pop(key)
+        table = rest
+        for name in tables:
+            table = table[name]
+        table.pop(key)
         found.setdefault(json.dumps(rest, sort_keys=True), []).append(case)
     return [family for family in found.values() if len(family) > 1]
 
 
 def level(case: Case, kind: str) -> float:
-    return case.run.scene.time.step if kind == "step" else case.unknowns ** (-1 / 3)
+    if kind == "mesh":
+        return case.unknowns ** (-1 / 3)
+    return case.run.scene.time.step if kind == "step" else 1 / sections(case)
+
+
+def sections(case: Case) -> int:
+    return int(case.run.scene.airflow.area.cut.sections)
 
 
 def verdict(change: float, doubt: float, limit: float | None) -> str:
@@ -278,8 +292,8 @@ def main() -> None:
     until = min(float(run.time[-1]) for _, run in runs) if options.common else np.inf
     cases = [load(name, run, options.start, until) for name, run in runs]
     show_runs(cases)
-    for kind, table, key in (("step", "time", "step"), ("mesh", "mesh", None)):
-        for family in families(cases, table, key):
+    for kind in KINDS:
+        for family in families(cases, kind):
             show_differences(family, kind)
 
 
