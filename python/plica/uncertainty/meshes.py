@@ -29,8 +29,8 @@ class OtherMesh:
     factor : float
         How many times as short the edges are meant to be; below 1 they are longer.
     scene : Scene
-        The scene with it; of a refined file, the scene's own mesh. The airflow's cut sections are `factor` times
-        as many, within what a scene may have.
+        The scene with it; of a refined file, the scene's own mesh. The airflow's cut sections are `factor`
+        times as many, within what a scene may have.
     build : callable
         Builds it.
     """
@@ -45,7 +45,9 @@ def finer(scene: Scene) -> OtherMesh | None:
     """The least refinement of the scene's mesh that keeps its shape, by 1.25 or more."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
-        return OtherMesh("mesh-2", 2.0, _sectioned(scene, 2.0), lambda: refined(build_mesh(mesh, scene.source)))
+        return OtherMesh(
+            "mesh-2", 2.0, _sectioned(scene, 2.0), lambda: refined(build_mesh(mesh, scene.source))
+        )
     if isinstance(mesh, Larynx):
         return _larynx(scene, mesh, 1.25)
     return _divided(scene, 1.5 if _halvable(mesh) else 2.0)
