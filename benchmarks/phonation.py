@@ -7,12 +7,13 @@
 The second form makes the runs first: the scene itself, then one for each other step and each other mesh
 (mesh options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs
 whose scenes differ in the step, the mesh or the number of the airflow's sections alone are compared; with
-three levels the observed order follows, and the value extrapolated with it where the three are monotone. The
-level of a mesh is unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a limit, or misses it,
-only where twice its standard error does not reach across the limit; else it is undecided. Successive cycles
-are not independent (those of a period-doubled orbit alternate), so the standard error of a mean is that of
-the means of blocks of four cycles. Runs that ended at different times are cut to the shortest one's with
---common, so that the same stretch of each is measured; --from leaves out the start.
+three levels the observed order follows, and the value extrapolated with it where the three are monotone.
+The level of a mesh is unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a
+limit, or misses it, only where twice its standard error does not reach across the limit; else it is
+undecided. Successive cycles are not independent (those of a period-doubled orbit alternate), so the
+standard error of a mean is that of the means of blocks of four cycles. Runs that ended at different times
+are cut to the shortest one's with --common, so that the same stretch of each is measured; --from leaves out
+the start.
 """
 
 from __future__ import annotations
