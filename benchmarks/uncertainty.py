@@ -281,18 +281,18 @@ def summary(label: str, rows: list[Row]) -> None:
 
 # Of docs/phonation.md, in SI: demo, demo with a quarter of the step, finest.
 VOICE: dict[str, tuple[float, float, float]] = {
-    "fundamental_frequency": (258.53, 258.67, 257.62),
-    "open_quotient": (0.7148, 0.7123, 0.6979),
-    "open_quotient_1_percent": (0.8809, 0.8666, 0.8833),
-    "peak_flow": (657.0e-6, 660.8e-6, 658.1e-6),
-    "contact_length_fraction": (0.961, 0.951, 0.934),
-    "contact_impulse": (8.299e-6, 8.558e-6, 8.213e-6),
-    "contact_duration": (1.004e-3, 0.987e-3, 1.082e-3),
-    "contact_force_left_mean": (8.27e-3, 8.67e-3, 7.59e-3),
-    "peak_strain": (0.651, 0.654, 0.632),
-    "peak_contact_pressure": (4606.0, 8445.0, 5469.0),
-    "converging_while_opening": (0.99, 0.99, 0.99),
-    "diverging_while_closing": (0.81, 0.84, 0.83),
+    "fundamental_frequency": (259.10, 259.22, 258.76),
+    "open_quotient": (0.7832, 0.7795, 0.7896),
+    "open_quotient_1_percent": (0.9811, 0.9335, 0.9941),
+    "peak_flow": (539.4e-6, 543.1e-6, 477.8e-6),
+    "contact_length_fraction": (0.860, 0.899, 0.805),
+    "contact_impulse": (5.283e-6, 5.489e-6, 4.660e-6),
+    "contact_duration": (0.682e-3, 0.644e-3, 0.682e-3),
+    "contact_force_left_mean": (7.75e-3, 8.53e-3, 6.84e-3),
+    "peak_strain": (0.526, 0.527, 0.484),
+    "peak_contact_pressure": (3763.0, 7231.0, 4287.0),
+    "converging_while_opening": (0.94, 0.96, 0.99),
+    "diverging_while_closing": (0.73, 0.77, 0.74),
 }
 
 

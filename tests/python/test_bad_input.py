@@ -184,7 +184,11 @@ SCENES: dict[str, tuple[str, str, str]] = {
         '[airflow]\ncoupling = "itrated"',
         "must be one of lagged, extrapolated, iterated.",
     ),
-    "scheme": ("[time]", '[time]\nscheme = "euler"', 'time.scheme = "euler"; must be one of hht, newmark.'),
+    "scheme": (
+        "[time]",
+        '[time]\nscheme = "euler"',
+        'time.scheme = "euler"; must be one of hht, newmark, central_differences.',
+    ),
     "alpha": (
         "[time]",
         "[time]\nscheme = { hht = { alpha = -1 } }",
