@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 
 import plica
 from plica import _engine as engine
-from plica.bench.extremes import larynxes
+from plica.bench.extremes import broken, larynxes, voices
 from plica.bench.extremes.apart import _Worker
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
 from plica.bench.extremes.probe import Found, Probe, Wrong, judged
@@ -38,7 +37,7 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(probe.small for probe in PROBES) > 15
     assert {row["verdict"] for row in rows} == {"right", "said", "refused"}
-    assert "forbidden" not in capfd.readouterr().err
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.parametrize(
@@ -58,6 +57,23 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
 )
 def test_a_verdict_tells_what_is_forbidden_from_what_is_not(find: object, word: str) -> None:
     assert judged(find).word == word  # type: ignore[arg-type]
+
+
+def test_a_ratio_that_is_no_number_is_forbidden_wherever_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folds that are shut for good: no jet to hold the flow against, while ledger and forces are in order."""
+    waves, said = larynxes.ran(larynxes.larynx({"time.duration": 2 * larynxes.STEP}))
+    shut = waves | {"minimum_area": 0 * waves["minimum_area"], "flow": 0 * waves["flow"]}
+    assert judged(voices.conserved).word == "right"
+    monkeypatch.setattr(voices, "ran", lambda scene: (shut, said))
+    with np.errstate(invalid="ignore"):
+        assert judged(voices.conserved).word == "NaN"
+
+
+def test_random_scenes_that_are_nearly_all_refused_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(broken, "build_simulation", lambda scene: raised(plica.InvalidInput("no")))
+    verdict = judged(lambda: broken.random_scenes(4, 2))
+    assert verdict.word == "WRONG"
+    assert "4 of 4" in verdict.note
 
 
 def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,9 +140,8 @@ def test_a_damaged_hdf5_recording_is_a_video_error(tmp_path: Path) -> None:
 
 
 def test_a_worker_answers_by_name() -> None:
-    worker, start = _Worker(), time.perf_counter()
+    worker = _Worker()
     assert (
         worker.judge(next(probe for probe in PROBES if probe.name == "layers of one element")).word == "right"
     )
-    assert time.perf_counter() - start < 60
     worker.end()

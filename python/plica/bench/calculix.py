@@ -26,6 +26,8 @@ __all__ = ["deck", "measure"]
 Array = NDArray[np.float64]
 FACES = ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0))
 """Of C3D4, S1 to S4."""
+LIMIT = 3600.0
+"""s; longer is a hang."""
 
 
 def deck(problem: Problem, alpha: float) -> str:
@@ -84,14 +86,18 @@ def measure(problem: Problem, text: str) -> dict[str, float]:
     """What a run of this input gave, as `impact.measure` has it; RuntimeError where it does not end."""
     with tempfile.TemporaryDirectory() as directory:
         Path(directory, "bars.inp").write_text(text, encoding="ascii")
-        ended = subprocess.run(
-            ["ccx", "bars"],
-            cwd=directory,
-            env=os.environ | {"OMP_NUM_THREADS": "1"},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        try:
+            ended = subprocess.run(
+                ["ccx", "bars"],
+                cwd=directory,
+                env=os.environ | {"OMP_NUM_THREADS": "1"},
+                capture_output=True,
+                text=True,
+                check=False,
+                timeout=LIMIT,
+            )
+        except subprocess.TimeoutExpired:
+            raise RuntimeError(f"ccx did not end within {LIMIT:g} s.") from None
         if ended.returncode:
             said = re.findall(r"\*ERROR[^*]*", ended.stdout) or [ended.stderr]
             raise RuntimeError(f"ccx ended with {ended.returncode}: {' '.join(said[-1].split())}")

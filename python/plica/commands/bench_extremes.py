@@ -25,7 +25,7 @@ or, forbidden: WRONG (and no word of it), NaN, CRASH, HANG. docs/extremes.md has
 
 examples:
   plica bench extremes --size small         seconds: does it work here
-  plica bench extremes -o extremes.csv      everything, some five minutes on an idle core
+  plica bench extremes -o extremes.csv      everything, about a minute
   plica bench extremes --subjects tissue voice
   plica bench extremes --only "Poisson"     probes whose name has this in it
 

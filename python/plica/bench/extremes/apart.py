@@ -5,7 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import time
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -65,11 +65,7 @@ def _work(pipe: Connection) -> None:
     from plica.bench.extremes.catalogue import PROBES
 
     warnings.simplefilter("ignore")  # of readers of broken files
-    known = _by_name(PROBES)
+    known = {probe.name: probe for probe in PROBES}
     pipe.send(len(known))
     while True:
         pipe.send(judged(known[pipe.recv()].find))
-
-
-def _by_name(probes: Iterable[Probe]) -> dict[str, Probe]:
-    return {probe.name: probe for probe in probes}

@@ -18,7 +18,8 @@ _CHUNK = 20_000
 def free_block(steps: int, solver: Any) -> Found:
     """Free, unloaded, undamped: the trapezoidal rule keeps energy and momentum, a line its course.
 
-    Each solve may leave 1e-8 of its right-hand side, and energy is allowed to walk as far as these at random.
+    Each solve may leave 1e-8 of its right-hand side; allowed is as far as these would walk at random. What
+    is found stays below, but is a drift: it grows faster than in proportion to the steps.
     """
     mesh = engine.block_mesh(corner=(0, 0, 0), size=(1e-2, 1e-2, 1e-2), divisions=(1, 1, 1))
     points = np.asarray(mesh.points)

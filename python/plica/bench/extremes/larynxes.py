@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import SimpleNamespace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
+from plica.measures.caution import Caution
 from plica.phonation.measures.cautions import cautions as cautions_of
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_parts import Larynx
@@ -101,22 +102,42 @@ def renumbered(mesh: Any) -> tuple[Any, Any]:
     return made, order
 
 
+@dataclass(frozen=True)
+class _Ran:
+    """A whole run that was not stored, as `RunData` has it."""
+
+    time: Array
+    waveforms: Mapping[str, Array]
+    mesh: Any
+    section_height: Array
+    section_major: Array
+    scene_text: str
+    scene_cautions: Sequence[Caution]
+    steps_asked: int
+    fields: Mapping[str, Array] = field(default_factory=dict)
+    failure: str = ""
+    versions: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> _Ran:
+        return self
+
+
 def ran(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Waveforms of all steps, and the cautions that a stored run would have, by name."""
     mesh = build_mesh(scene.mesh)
     simulation = build_simulation(scene, mesh)
     found = simulation.advance(scene.time.steps)
-    data: Any = SimpleNamespace(
+    data = _Ran(
         time=np.asarray(found["time"], float),
         waveforms=found,
-        fields={},
         mesh=mesh,
         section_height=np.asarray(simulation.section_height),
         section_major=np.asarray(simulation.section_major),
         scene_text=scene.text(),
         scene_cautions=scene_cautions(scene, mesh),
+        steps_asked=scene.time.steps,
     )
-    data.whole = data
     waves = {name: np.asarray(wave, float) for name, wave in found.items()}
     return waves, tuple(caution.name for caution in cautions_of(data))
 

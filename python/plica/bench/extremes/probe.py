@@ -12,12 +12,12 @@ from pydantic import ValidationError
 from plica.errors import InvalidInput, SolveFailed
 from plica.phonation.scene.problems import describe
 
-__all__ = ["FORBIDDEN", "Found", "Probe", "Verdict", "Wrong", "judged"]
+__all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "judged"]
 
 Word = Literal["right", "said", "refused", "WRONG", "NaN", "CRASH", "HANG"]
 
 FORBIDDEN: tuple[Word, ...] = ("WRONG", "NaN", "CRASH", "HANG")
-_LONGEST = 900
+LONGEST = 900
 """Characters of a refusal that a person still reads."""
 
 
@@ -66,7 +66,7 @@ def judged(find: Callable[[], Found]) -> Verdict:
         found = find()
     except (InvalidInput, SolveFailed) as refusal:
         text = " ".join(str(refusal).split())
-        if len(text) > _LONGEST:
+        if len(text) > LONGEST:
             return Verdict("WRONG", f"refused in {len(text)} characters: {text[:200]} ...")
         return Verdict("refused", text)
     except ValidationError as refusal:
@@ -81,5 +81,5 @@ def judged(find: Callable[[], Found]) -> Verdict:
     if found.error <= found.allowed:
         return Verdict("right", found.note, *numbers)
     if found.cautions:
-        return Verdict("said", ", ".join(found.cautions), *numbers)
+        return Verdict("said", "; ".join(filter(None, (", ".join(found.cautions), found.note))), *numbers)
     return Verdict("WRONG", found.note, *numbers)

@@ -113,8 +113,9 @@ def conserved(**changes: Any) -> Found:
     wild = [name for name, wave in waves.items() if not np.isfinite(wave).all()]
     if wild:
         return Found(np.nan, 1.0, note=f"not finite: {', '.join(wild)}")
-    worst = max(errors, key=lambda name: float(errors[name]))
-    return Found(float(max(0.0, errors[worst])), 1.0, note=f"worst: {worst}, in its tolerance")
+    sizes = np.array([*errors.values()])  # max and argmax of numpy find a NaN wherever it stands
+    worst = [*errors][int(np.argmax(sizes))]
+    return Found(float(np.maximum(0.0, sizes.max())), 1.0, note=f"worst: {worst}, in its tolerance")
 
 
 _OF_STEPS = ("time_step", "unconverged_coupling", "energy_from_scheme")
@@ -122,15 +123,22 @@ _OF_STEPS = ("time_step", "unconverged_coupling", "energy_from_scheme")
 
 
 def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
-    """Steps too long, against so many times shorter ones of the default coupling."""
+    """Steps too long, against so many times shorter ones of the default coupling: the worst of flow, area
+    and energy, root mean square. Flow and area alone agree where steps as long as a period see their mean.
+    """
     changes = {name.replace("__", "."): value for name, value in changes.items()}
     span = step * steps
     waves, said = ran(larynx(changes | {"time.step": step, "time.duration": span}))
-    flow = waves["flow"]
     fine = larynx({"time.step": step / finer, "time.duration": span})
-    exact = np.asarray(build_simulation(fine).advance(steps * finer)["flow"], float)[finer - 1 :: finer]
+    found = build_simulation(fine).advance(steps * finer)
+    exact = {name: np.asarray(found[name], float)[finer - 1 :: finer] for name in _SMOOTH}
+    errors = {
+        name: float(np.linalg.norm(waves[name] - exact[name]) / np.linalg.norm(exact[name]))
+        for name in _SMOOTH
+    }
     about = tuple(name for name in said if name in _OF_STEPS)
-    return Found(float(np.linalg.norm(flow - exact) / np.linalg.norm(exact)), 0.05, about)
+    note = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in errors.items())
+    return Found(float(np.max([*errors.values()])), 0.05, about, note)
 
 
 def another_larynx(scale: float) -> Found:
@@ -198,7 +206,7 @@ def _probes() -> list[Probe]:
         Probe(
             "asymmetry 10:1 of stiffness",
             "left and right exchanged",
-            partial(alike, unlike("left", 10.0), unlike("right", 10.0), 0.05),
+            partial(alike, unlike("left", 10.0), unlike("right", 10.0), ROUNDED),
         ),
         Probe(
             "a velocity of 1e-310 m/s",
@@ -217,7 +225,7 @@ def _probes() -> list[Probe]:
             ),
         ),
     ]
-    finer = "a shorter step, iterated"
+    finer = "flow, area and energy of shorter steps, iterated"
     for coupling in ("iterated", "extrapolated", "lagged"):
         for step, steps, shorter in ((1e-3, 16, 16), (1e-2, 8, 64)):
             find = partial(coarse, step, steps, shorter, airflow__coupling=coupling)
