@@ -53,13 +53,13 @@ def colliding() -> plica.Scene:
 
 @pytest.fixture
 def phonating() -> plica.Scene:
-    """A very coarse larynx with airflow and contact, 40 steps."""
+    """A very coarse larynx with airflow, of few sections, and contact; it collides within its 40 steps."""
     return plica.Scene(
         plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
         {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
         time=plica.Stepping(step=5e-5, duration=2e-3),
-        airflow=plica.Airflow(subglottal_pressure="0.8 kPa"),
+        airflow=plica.Airflow(subglottal_pressure="0.8 kPa", area=plica.Cut(sections=40)),
         contact=plica.Multipliers(),
-        initial=plica.Initial(opening_velocity=-1.0),
+        initial=plica.Initial(opening_velocity=-1.2),
         output=plica.Output(every=2e-4, checkpoint_every=5e-4),
     )

@@ -60,6 +60,8 @@ def test_a_coupling_has_nothing_to_iterate(phonating: plica.Scene) -> None:
     ]
     assert differing(found[0], found[1]) == 0
     assert differing(found[0], found[2]) > 0
+    assert np.asarray(found[0]["coupling_residual"]).max() == 0
+    assert np.asarray(found[2]["coupling_residual"])[1:].min() > 0
 
 
 def test_threads_and_restarts_change_no_bit(voiced: plica.Scene) -> None:

@@ -11,7 +11,7 @@ import plica
 from plica.errors import SceneError
 from plica.phonation.run.basis_file import BASIS, kept_basis
 from plica.phonation.run.build import basis_of, build_simulation, fixed_components
-from plica.phonation.run.reduction import contact_nodes
+from plica.phonation.run.reduction import PRESSURE_VECTORS, contact_nodes
 from plica.phonation.scene.mesh_source import build_mesh
 
 REACH = "10 mm"
@@ -142,8 +142,8 @@ def test_a_reduction_left_to_its_defaults_takes_what_a_small_mesh_has(phonating:
     near = contact_nodes(np.asarray(mesh.points), (first, second), reach)[0]
     contact = int((~fixed[near].all(axis=1)).sum())
     assert 0 < contact < 100
-    flow = build_simulation(scene.replace({"reduction": None}), mesh).section_height.size
-    assert basis_of(scene, mesh).shape[1] == min(200, int((~fixed).sum()) - contact) + flow + contact
+    modes = min(200, int((~fixed).sum()) - contact)
+    assert basis_of(scene, mesh).shape[1] == modes + PRESSURE_VECTORS + contact
 
 
 @pytest.fixture
@@ -187,6 +187,7 @@ def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
+        ({"reduction.full_run": None}, r"components = 10; must be left out without full_run"),
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
         ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),

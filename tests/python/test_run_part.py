@@ -131,7 +131,7 @@ def test_the_command_measures_a_part_and_leaves_what_is_stored(
     assert (said["steps"], said["duration"]) == ("20", "2")
     assert before == {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1 s"]) == 2
-    assert "start = 1 s; must be in [0, 0.004] s" in capsys.readouterr().err
+    assert "--from = 1 s; must be in [0, 0.004] s" in capsys.readouterr().err
 
 
 def test_a_part_says_its_measures_cautions_and_waveforms_itself(

@@ -226,31 +226,8 @@ struct Coronal {
   }
 };
 
-}  // namespace
-
-namespace {
-
-/// Moves to each vertex of the lines the height that is nearest to it, the first and the last height apart. Of
-/// several vertices with the same nearest height the nearest one has it.
-void move_to_vertices(const Coronal& coronal, std::vector<double>& heights) {
-  std::vector<double> vertex(heights.size(), std::numeric_limits<double>::infinity());
-  for (const auto* line : {&coronal.right, &coronal.left})
-    for (const auto& at : *line) {
-      const auto above = std::lower_bound(heights.begin(), heights.end(), at.z);
-      if (above == heights.begin() || above == heights.end()) continue;
-      const auto nearest = at.z - *(above - 1) < *above - at.z ? above - 1 : above;
-      const std::size_t i = nearest - heights.begin();
-      if (i == 0 || i + 1 == heights.size()) continue;
-      if (std::abs(at.z - heights[i]) < std::abs(vertex[i] - heights[i])) vertex[i] = at.z;
-    }
-  for (std::size_t i = 0; i < heights.size(); ++i)
-    if (std::isfinite(vertex[i])) heights[i] = vertex[i];
-}
-
-}  // namespace
-
-Sections level_sections(const TetMesh& mesh, const Faces& surface) {
-  const Coronal coronal(mesh, surface);
+/// Where the lines have vertices, within the heights that both have; heights closer than same_height are one.
+std::vector<double> vertex_heights(const Coronal& coronal) {
   std::vector<double> candidates, heights;
   for (const auto* line : {&coronal.right, &coronal.left})
     for (const auto& vertex : *line)
@@ -260,7 +237,29 @@ Sections level_sections(const TetMesh& mesh, const Faces& surface) {
   std::sort(candidates.begin(), candidates.end());
   for (const double z : candidates)
     if (heights.empty() || z - heights.back() > coronal.same_height) heights.push_back(z);
-  return coronal.at(mesh, heights);
+  return heights;
+}
+
+/// Moves to each vertex of the lines the height that is nearest to it, the first and the last height apart. Of
+/// several vertices with the same nearest height the nearest one has it.
+void move_to_vertices(const Coronal& coronal, std::vector<double>& heights) {
+  std::vector<double> vertex(heights.size(), std::numeric_limits<double>::infinity());
+  for (const double z : vertex_heights(coronal)) {
+    const auto above = std::lower_bound(heights.begin(), heights.end(), z);
+    if (above == heights.begin() || above == heights.end()) continue;
+    const std::size_t i = (z - *(above - 1) < *above - z ? above - 1 : above) - heights.begin();
+    if (i == 0 || i + 1 == heights.size()) continue;
+    if (std::abs(z - heights[i]) < std::abs(vertex[i] - heights[i])) vertex[i] = z;
+  }
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    if (std::isfinite(vertex[i])) heights[i] = vertex[i];
+}
+
+}  // namespace
+
+Sections level_sections(const TetMesh& mesh, const Faces& surface) {
+  const Coronal coronal(mesh, surface);
+  return coronal.at(mesh, vertex_heights(coronal));
 }
 
 Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {

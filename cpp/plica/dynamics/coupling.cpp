@@ -14,23 +14,22 @@ namespace {
 
 using Instant = CoupledStep::Instant;
 
-/// Largest difference of section pressures, in subglottal ones.
-double difference(const Airflow& flow, const Vector& one, const Vector& other) {
-  return (one - other).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
-}
-
 /// Under the load of the flow through the sections as they are then; the residual is by how much that through the
 /// sections where they have come to differs from it.
 FlowRecord once(Instant at, const Airflow& flow, CoupledStep& step) {
   FlowRecord record{flow.evaluate(step.areas(at), step.flow_stopped()), 1};
   step.move(record.state.pressure, at);
   const Vector reached = flow.evaluate(step.areas(Instant::weighted), step.flow_stopped()).pressure;
-  record.residual = difference(flow, reached, record.state.pressure);
+  record.residual = pressure_difference(flow, reached, record.state.pressure);
   step.set_flow_stopped(step.blocks());
   return record;
 }
 
 }  // namespace
+
+double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other) {
+  return (one - other).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
+}
 
 void Iterated::validate() const {
   if (!(tolerance > 0) || !std::isfinite(tolerance))
@@ -59,7 +58,7 @@ FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& st
     if (!record.frozen) step.set_flow_stopped(step.blocks());
     const bool stopped = record.frozen ? record.state.stopped : step.flow_stopped();
     record.state = flow.evaluate(step.areas(Instant::weighted), stopped, separation);
-    record.residual = difference(flow, record.state.pressure, pressure);
+    record.residual = pressure_difference(flow, record.state.pressure, pressure);
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
     if (!record.frozen && record.sweeps >= coupling.freeze_after && flow.stops_at_contact()) {

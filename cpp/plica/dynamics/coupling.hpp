@@ -49,6 +49,9 @@ struct Iterated {
 };
 using Coupling = std::variant<Lagged, Extrapolated, Iterated>;
 
+/// Largest difference of section pressures (s) Pa, in subglottal ones.
+double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other);
+
 /// Moves the step under the pressure of the flow through it, and says what the flow did.
 FlowRecord couple(const Lagged& coupling, const Airflow& flow, CoupledStep& step);
 FlowRecord couple(const Extrapolated& coupling, const Airflow& flow, CoupledStep& step);

@@ -7,6 +7,7 @@
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/scene_contact.hpp"
 #include "plica/dynamics/scene_flow.hpp"
 
@@ -196,8 +197,11 @@ ExplicitMotion::Taken ExplicitMotion::step(const State& last, Vector scene_load,
     now.flow_stopped = contact && contact->blocks(*flow, taken.contacts, x, taken.x_previous, last.depth);
     const bool lagged = std::holds_alternative<Lagged>(coupling_);
     const Points& at = lagged ? taken.x_previous : x;
-    taken.flow =
-        FlowRecord{flow->airflow().evaluate(flow->areas(at), lagged ? last.flow_stopped : now.flow_stopped), 1};
+    const Airflow& air = flow->airflow();
+    taken.flow = FlowRecord{air.evaluate(flow->areas(at), lagged ? last.flow_stopped : now.flow_stopped), 1};
+    if (lagged)
+      taken.flow->residual = pressure_difference(air, taken.flow->state.pressure,
+                                                 air.evaluate(flow->areas(x), now.flow_stopped).pressure);
     flow->add_load(at, taken.flow->state.pressure, now.load);
   }
   const Stopwatch watch(times.solve);

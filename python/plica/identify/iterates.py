@@ -41,7 +41,7 @@ class Marks:
         for part in (observation.flow, observation.sd, observation.closed, points.nodes, points.weights):
             content.update(np.ascontiguousarray(part).tobytes())
         return Marks(
-            json.loads(settings.model_dump_json()),
+            json.loads(settings.model_dump_json(exclude={"voiced"})),  # voiced changes what is said alone
             _table(scene),
             None if coarser is None else _table(coarser),
             content.hexdigest(),

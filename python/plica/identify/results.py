@@ -158,6 +158,11 @@ def load(directory: str | Path) -> Identification:
     with storage_errors(path, "read"), h5py.File(path, "r", locking=False) as file:
         if "posterior" not in file or "recording" not in file:
             raise InvalidInput(f"{path}: is no result of plica identify; must be.")
+        if "fed_back" not in file["posterior"].attrs:
+            raise InvalidInput(
+                f"{path}: is of an earlier version, which did not say whether the intervals of a voice can "
+                "be believed; must be estimated again (plica identify)."
+            )
         return Identification(
             where,
             _posterior(_read(file["posterior"])),

@@ -274,13 +274,14 @@ def reduced_motion(run: RunData) -> Caution | None:
     if reduction is None:
         return None
     seen = (
-        "The tissue moved in a basis of displacements ([reduction]). How far its numbers are from those of all "
-        "displacements is not known; strains are looked at every reduction.watch_every steps alone. "
+        "The tissue moved in a basis of displacements ([reduction]). How far its numbers are from those of "
+        "all displacements is not known; strains are looked at every reduction.watch_every steps alone. "
     )
     if "full_run" in reduction:
         return Caution(
             "reduced_motion",
-            seen + "With a basis of another voice's motion settled cycles came out within 2 %, the start of a "
+            seen
+            + "With a basis of another voice's motion settled cycles came out within 2 %, the start of a "
             "voice not: impulses there were off by 60 %.",
             "Measure settled cycles alone, and compare one such scene with its full run.",
         )

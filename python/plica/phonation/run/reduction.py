@@ -17,7 +17,7 @@ __all__ = ["contact_nodes", "reduction_basis"]
 
 Floats = NDArray[np.float64]
 
-MODES, CONTACT_VECTORS = 200, 100  # where a scene does not say, and its mesh has so many
+COMPONENTS, MODES, CONTACT_VECTORS = 60, 200, 100  # where a scene does not say; its mesh may have fewer
 PRESSURE_VECTORS = 40  # of the responses to the pressures of the airflow's sections
 
 
@@ -27,7 +27,7 @@ def reduction_basis(
     fixed: NDArray[np.bool_],
     *,
     motion: NDArray[np.floating[Any]] | None = None,
-    components: int = 0,
+    components: int | None = None,
     modes: int | None = 0,
     contact_vectors: int | None = 0,
     surface: str | None = None,
@@ -45,8 +45,8 @@ def reduction_basis(
         What is held.
     motion : (frames, n, 3) m, optional
         Displacements of a full run.
-    components : int
-        Of its principal components, those that hold most elastic energy.
+    components : int, optional
+        Of its principal components, those that hold most elastic energy. None: 60.
     modes : int or None
         Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
         there are.
@@ -96,7 +96,8 @@ def reduction_basis(
 
     columns = [_lowest_modes(K, M, solve, modes)]
     if motion is not None:
-        columns.insert(0, _principal_components(K, motion.reshape(len(motion), -1)[:, free].T, components))
+        count = COMPONENTS if components is None else components
+        columns.insert(0, _principal_components(K, motion.reshape(len(motion), -1)[:, free].T, count))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])

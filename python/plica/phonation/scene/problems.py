@@ -85,7 +85,8 @@ def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
 
 def unknown_text(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
     """A name that is not known at `path`, with the nearest and all that are."""
-    return f"{path_text((*path, name))} is not known.{nearest(name, known)} Known here: {', '.join(known)}."
+    there = f"Known here: {', '.join(known)}." if known else f"{path_text(path)} has no keys."
+    return f"{path_text((*path, name))} is not known.{nearest(name, known)} {there}"
 
 
 def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
-from plica.phonation.scene.part import MAX_COUNT, Count, Part, engine_default
+from plica.phonation.scene.part import MAX_COUNT, Count, Part, engine_default, problem
 from plica.units import Length
 
 __all__ = ["Reduction"]
@@ -26,8 +26,9 @@ class Reduction(Part):
     """Directory of a run without reduction, on the same mesh with the same supports, that stored
     displacements of some settled cycles: principal components of these are the basis. A path beside the
     scene file."""
-    components: Vectors = 60
-    """Principal components of `full_run`, those that hold most elastic energy; without it there are none."""
+    components: Vectors | None = None
+    """Principal components of `full_run`, those that hold most elastic energy. Left out: 60, without
+    `full_run` none."""
     modes: Vectors | None = None
     """Lowest modes of vibration. Left out: 200, with `full_run` none."""
     contact_vectors: Vectors | None = None
@@ -42,3 +43,10 @@ class Reduction(Part):
     watch_every: Count = Field(default_factory=engine_default("Reduction", "watch_every"))
     """Steps between two looks at strains and folded tissue, which take the whole mesh; waveforms keep the
     last one's values in between."""
+
+    @model_validator(mode="after")
+    def _components_are_of_a_run(self) -> Self:
+        if self.components is not None and self.full_run is None:
+            relation = "must be left out without full_run, whose principal components they are."
+            raise problem(relation, "components", value=self.components)
+        return self

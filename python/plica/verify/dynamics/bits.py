@@ -20,7 +20,7 @@ STEPS = 150
 def phonating() -> plica.Scene:
     """Folds that are blown open, swing back and collide within 150 steps."""
     return larynx_scene(
-        airflow=plica.Airflow(), contact=plica.Multipliers(), initial=plica.Initial(opening_velocity=-1.0)
+        airflow=plica.Airflow(), contact=plica.Multipliers(), initial=plica.Initial(opening_velocity=-1.3)
     )
 
 
