@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from plica.measures.measure import whole
+from plica.measures.measure import Measure, whole
 from plica.video.analysis import Analysis, analyse
 from plica.video.light import light_of
 from plica.video.settings import Settings
-from plica.video.shade import by_light
+from plica.video.shade import by_light, is_shaded
 
 _FRAMES, _PERIOD, _SIZE = 76, 16.37, 72
 _DARK, _SHADE, _TISSUE = 12.0, 55.0, 140.0
@@ -74,8 +74,43 @@ def test_a_recording_without_cycles_has_no_green_light(tmp_path: Path) -> None:
     assert "No cycles were found" in light_of(found).said
 
 
-def test_what_is_not_measured_is_not_compared() -> None:
-    names = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
-    none, ones = ([whole(name, value) for name in names] for value in (float("nan"), 1.0))
-    assert by_light(none, ones, wide=False) == none
-    assert by_light(none, ones, wide=True) == ones
+_NAMES = ("amplitude_left", "amplitude_asymmetry", "left_right_phase")
+
+
+def _sides(*values: float) -> list[Measure]:
+    return [whole(name, value) for name, value in zip(_NAMES, values, strict=True)]
+
+
+def test_where_both_outlines_agree_and_are_sharp_nothing_is_said() -> None:
+    halfway = _sides(5.0, 0.1, 0.2)
+    assert by_light(halfway, _sides(4.0, 0.11, 0.21), wide=False) == halfway
+
+
+def test_where_the_outline_is_not_sharp_the_darkest_part_is_taken_and_that_is_said() -> None:
+    for inner in (_sides(4.0, 0.11, 0.21), _sides(4.0, 0.5, 0.21)):
+        found = by_light(_sides(5.0, 0.1, 0.2), inner, wide=True)
+        assert [item.value for item in found] == [item.value for item in inner]
+        for item in found:
+            assert "by the darkest part, as the outline is not sharp" in item.cautions
+    assert is_shaded(found)
+
+
+def test_a_side_that_is_not_known_is_not_compared_and_that_is_said() -> None:
+    nan = float("nan")
+    for halfway, inner in ((nan, 0.5), (0.5, nan), (nan, nan)):
+        found = by_light(_sides(5.0, 0.1, halfway), _sides(4.0, 0.1, inner), wide=False)
+        (said,) = found[1].cautions
+        assert said.startswith("the phase by the outline halfway to the tissue cannot be compared")
+        assert found[0].cautions == ()
+        assert found[0].value == 5.0
+    found = by_light(_sides(5.0, 0.3, nan), _sides(4.0, 0.1, 0.5), wide=False)
+    told, unknown = found[1].cautions
+    assert "halfway to the tissue the amplitude asymmetry would be +0.2 off; a third" in told
+    assert "phase" in unknown
+
+
+def test_where_nothing_is_measured_nothing_is_said() -> None:
+    none, some = _sides(*3 * [float("nan")]), _sides(1.0, 1.0, 1.0)
+    assert by_light(none, some, wide=False) == none
+    (said,) = (text for text in by_light(none, some, wide=True)[1].cautions if "cannot" in text)
+    assert "amplitude asymmetry and the phase" in said

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from types import SimpleNamespace
+
+import h5py
 import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
-from plica.video.errors import VideoError
+from plica.video import chain
+from plica.video.analysis import Analysis, analyse, load
 from plica.video.midline import Midline, pixels
+from plica.video.settings import Settings
+from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.wave_measures import wave_measures
-from plica.video.waves import fundamental, wave_numbers
+from plica.video.waveforms import GlottalArea
+from plica.video.waves import fundamental, wave_numbers, why_unknown
 
 _SHAPE, _FRAMES, _PERIOD = (80, 96), 61, 14.3
 _LINE = Midline((47.5, 8.0), (47.5, 72.0))
@@ -103,10 +111,118 @@ def test_where_no_wave_runs_there_is_no_speed_and_strain_is_that_of_the_field() 
     assert rate == pytest.approx(2 * np.pi * 4000 / _PERIOD)
 
 
-def test_too_few_frames_or_no_cycles_are_refused() -> None:
+@pytest.mark.parametrize("period", [3.0, 4.0, 5.0, 6.0, 6 * (1 + 1e-9), 7.0, 7.5, 12.0])
+def test_a_cycle_of_few_frames_has_its_amplitude(period: float) -> None:
+    turn = 2 * np.pi * _TIME / period + 0.4
+    flows = np.diff(2 * np.cos(turn))[:, None, None, None] * np.array([1.0, 0.5])
+    cycles = Cycles(period * np.arange(_FRAMES // period))
+    found = fundamental(np.broadcast_to(flows, (_FRAMES - 1, 6, 6, 2)), cycles, _TIME, _ALL[:6, :6], _LINE)
+    expected = 2 * np.exp(0.4j) * np.array([1.0, 0.5])
+    np.testing.assert_allclose(found.displacement, np.broadcast_to(expected, (6, 6, 2)), atol=1e-9)
+
+
+def test_the_time_of_frames_may_be_in_seconds() -> None:
+    flows, step = _flows(_linear(np.eye(2) + 0j)), 2.5e-4
+    frames = fundamental(flows, _CYCLES, _TIME, _ALL, _LINE)
+    seconds = fundamental(flows, Cycles(step * _CYCLES.starts), step * _TIME, _ALL, _LINE)
+    np.testing.assert_allclose(seconds.displacement, frames.displacement, atol=1e-9)
+
+
+def test_without_cycles_nothing_is_known_and_why_is_said() -> None:
     flows = _flows(_linear(np.eye(2) + 0j))
-    with pytest.raises(VideoError, match="no cycles"):
-        fundamental(flows, Cycles(np.empty(0), "too short"), _TIME, _ALL, _LINE)
-    few = Cycles(np.array([0.0, 4.0, 8.0, 12.0]))
-    with pytest.raises(VideoError, match="12 pairs of frames in the cycles; must be 20"):
-        fundamental(flows, few, _TIME, _ALL, _LINE)
+    none = Cycles(np.empty(0), "too short")
+    assert fundamental(flows, none, _TIME, _ALL, _LINE) is None
+    assert why_unknown(none) == "too short"
+
+
+def test_cycles_of_two_frames_have_no_fundamental() -> None:
+    flows, two = _flows(_linear(np.eye(2) + 0j)), Cycles(np.arange(0.0, 30.0, 2.0))
+    assert fundamental(flows, two, _TIME, _ALL, _LINE) is None
+    assert why_unknown(two) == "a cycle has only 2 frames; it must have more than two"
+
+
+@pytest.mark.parametrize(("period", "fewest"), [(5.0, 8), (7.0, 12), (14.3, 20)])
+def test_two_pairs_for_each_unknown_are_enough_and_one_less_is_not(period: float, fewest: int) -> None:
+    turn = np.exp(2j * np.pi * _TIME / period).real
+    flows = np.broadcast_to(np.diff(turn)[:, None, None, None], (_FRAMES - 1, 6, 6, 2)).copy()
+    cycles = Cycles(period * np.arange(4.0))
+    flows[fewest:] = np.nan
+    found = fundamental(flows, cycles, _TIME, _ALL[:6, :6], _LINE)
+    np.testing.assert_allclose(found.displacement, 1, atol=1e-6)
+    flows[fewest - 1] = np.nan
+    assert fundamental(flows, cycles, _TIME, _ALL[:6, :6], _LINE) is None
+    assert why_unknown(cycles) == f"fewer than {fewest} pairs of frames in the cycles show tissue"
+
+
+_WAVES = [
+    "strain_amplitude_across",
+    "strain_rate_amplitude_across",
+    "mucosal_wave_speed_left",
+    "mucosal_wave_speed_right",
+]
+
+
+@pytest.fixture
+def short(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Analysis:
+    """Three cycles of 6.67 frames; the flow, which would take its time, is a field that is given."""
+    glottis = SyntheticGlottis(
+        Synthetic(height=64, width=64, frames=30, frequency=0.15, amplitude=(5, 5), opening=(2, 2))
+    )
+    np.save(tmp_path / "short.npy", glottis.stack())
+    given = iter(range(29))
+
+    def known(before: np.ndarray, after: np.ndarray, **_: object) -> SimpleNamespace:
+        x = pixels(before.shape)[..., 0] - 31.5
+        k = next(given)
+        wave = 2 * np.sign(x) * np.exp(-np.abs(x) / 20 - 0.3j * np.abs(x))
+        u = np.diff((wave * np.exp(2j * np.pi * 0.15 * np.array([k, k + 1])[:, None, None])).real, axis=0)[0]
+        flow = np.stack([u, 0 * u], axis=-1)
+        light = SimpleNamespace(change=0.0, gain=np.ones(2))
+        return SimpleNamespace(flow=flow, round_trip=0.01 * flow, residual=0 * u + 1, light=light)
+
+    monkeypatch.setattr(chain, "flow", known)
+    return analyse(tmp_path / "short.npy", tmp_path, _SETTINGS, progress=False)
+
+
+_SETTINGS = Settings(fps=4000, correct_drift=False, modes=1)
+
+
+def test_three_cycles_of_few_frames_are_analysed_to_the_end(short: Analysis) -> None:
+    assert short.cycles.count == 3
+    first, last = short.cycles_in_frames.starts[[0, -1]]
+    assert np.floor(last) - np.ceil(first) == 19  # pairs of frames: fewer than five harmonics would need
+    assert short.measures["strain_amplitude_across"].value > 0
+    assert short.measures["mucosal_wave_speed_left"].value > 0
+
+
+def test_what_speaks_against_the_area_speaks_against_strain_and_waves(short: Analysis) -> None:
+    few = "a cycle has only 6.7 frames"
+    assert any(text.startswith(few) for text in short.doubts)
+    for mirrored in (False, True):
+        for item in short.wave_measures(mirrored=mirrored):
+            assert any(text.startswith(few) for text in item.cautions), item.name
+
+
+def test_what_is_unusual_about_the_cycles_is_said_of_strain_and_waves(
+    short: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost = np.isin(np.arange(30), [14, 15])
+    parts = {name: np.where(lost, np.nan, part) for name, part in short.area.parts.items()}
+    found = load(short.directory)
+    monkeypatch.setitem(vars(found), "area", GlottalArea(**parts))
+    assert "the area of 2 of" in found.cycles.note
+    for name in _WAVES:
+        assert found.cycles.note in found.measures[name].cautions
+
+
+def test_an_analysis_whose_pairs_show_too_little_says_so_and_ends(short: Analysis) -> None:
+    with h5py.File(short.directory / "flow.h5", "r+") as file:
+        file["residual"][11:] = np.nan
+    with h5py.File(short.path, "r+") as file:
+        del file["waves"]
+    found = analyse(short.source, short.directory, _SETTINGS, progress=False)
+    assert found.fundamental is None
+    for name in _WAVES:
+        item = found.measures[name]
+        assert item.value is None
+        assert item.note == "fewer than 12 pairs of frames in the cycles show tissue"

@@ -38,9 +38,10 @@ from plica.video.results import Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
 from plica.video.vibrogram import vibrogram
+from plica.video.wave_cautions import cautioned, unknown_waves
 from plica.video.wave_measures import wave_measures
 from plica.video.waveforms import GlottalArea, measures, phases, scale_of
-from plica.video.waves import Fundamental
+from plica.video.waves import Fundamental, why_unknown
 
 if TYPE_CHECKING:
     import xarray
@@ -242,12 +243,11 @@ class Analysis:
         return Midline.between(self["sides/midline"])
 
     @cached_property
-    def _measured(self) -> tuple[Measures, Cycles]:
+    def _of_area(self) -> tuple[Measures, Cycles]:
         known = self.settings.fps, self.settings.mm_per_px
         sides = self.side("left"), self.side("right")
         band = self["glottis/least"], self["glottis/largest"]
-        found, cycles = measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
-        return Measures([*found.values(), *self.wave_measures()], self.scale), cycles
+        return measures(self.area, *known, self.midline.length, sides, doubts=self.doubts, band=band)
 
     @cached_property
     def fundamental(self) -> Fundamental | None:
@@ -259,19 +259,18 @@ class Analysis:
         return Fundamental(*(real + 1j * imaginary for real, imaginary in parts))
 
     def wave_measures(self, *, mirrored: bool = False) -> list[Measure]:
-        """Strain and mucosal waves; `mirrored` with left and right changed. Empty without a fundamental."""
-        if self.fundamental is None:
+        """Strain and mucosal waves, with what speaks against the area whose cycles they are of; `mirrored`
+        with left and right changed. Empty without flow."""
+        if "waves/known" not in self:
             return []
-        period, folds = float(np.median(np.diff(self.cycles_in_frames.starts))), self["sides/folds"] > 0
-        return wave_measures(
-            self.fundamental,
-            self.midline,
-            folds,
-            period,
-            self.pixel,
-            self.settings.fps or 1.0,
-            mirrored=mirrored,
-        )
+        cycles = self.cycles_in_frames
+        if self.fundamental is None:
+            return unknown_waves(why_unknown(cycles))
+        period, rate = float(np.median(cycles.periods)), self.settings.fps or 1.0
+        seen = self.fundamental, self.midline, self["sides/folds"] > 0
+        found = wave_measures(*seen, period, self.pixel, rate, mirrored=mirrored)
+        told = measures(self.area.mirrored, self.settings.fps)[1] if mirrored else self.cycles
+        return cautioned(found, (told.note, *self.doubts))
 
     @cached_property
     def cycles_in_frames(self) -> Cycles:
@@ -312,15 +311,15 @@ class Analysis:
             return f"{name} in the image"
         return f"{name} in the image (the patient's {'left' if name == patient_left else 'right'})"
 
-    @property
+    @cached_property
     def measures(self) -> Measures:
         """In m where the size of a pixel is known, in Hz where the frame rate is; else in px and frames."""
-        return self._measured[0]
+        return Measures([*self._of_area[0].values(), *self.wave_measures()], self.scale)
 
     @property
     def cycles(self) -> Cycles:
         """Of the glottal area; in the unit of `time`."""
-        return self._measured[1]
+        return self._of_area[1]
 
     @cached_property
     def phase(self) -> list[str]:

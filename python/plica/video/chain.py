@@ -37,7 +37,7 @@ from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import GlottalArea, areas, kymogram, measures
-from plica.video.waves import fewest_pairs, fundamental
+from plica.video.waves import fundamental
 
 __all__ = ["Chain"]
 
@@ -389,13 +389,13 @@ class Chain:
             lines = kymogram(across, midline, self._settings.places, half).astype(np.float32)
         with h5py.File(self._flows, "r") as file:
             seen = np.isfinite(file["residual"][:])
-            if int(seen[cycles.extent(np.arange(seen.size))].sum() if cycles.count else 0) < fewest_pairs:
-                self._results.store("waves", known=False, kymogram=lines)
-                return
             flows = (
                 file["uv"][k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size)
             )
             found = fundamental(flows, cycles, np.arange(float(self._count)), used > 0, midline)
+        if found is None:
+            self._results.store("waves", known=False, kymogram=lines)
+            return
         parts = {name: np.stack([values.real, values.imag]) for name, values in vars(found).items()}
         self._results.store(
             "waves",

@@ -4,14 +4,14 @@ A lamp to one side leaves the fold beside it in shade, whose steep medial surfac
 the outline is drawn halfway from the dark of the glottis to the tissue. Its darkest part has little of that
 shade, but loses slits to the lens' blur. So left and right are those of the outline halfway, unless they come
 out otherwise by the darkest part, or the band between the outlines is wider than a lens makes it: then they
-are those of the darkest part, and where both differ that is said. A third of the difference may be left. The
-limits were chosen on films of two runs and judged on those of two others (docs/verification/video.md, "One
-lamp").
+are those of the darkest part, which is said, and by how much both differ. A third of the difference may be
+left. What one of the outlines does not tell cannot be compared, which is said too. The limits were chosen on
+films of two runs and judged on those of two others (docs/verification/video.md, "One lamp").
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,7 @@ _WIDE = 0.5  # of the area: films without shade have a narrower band, with shade
 _UNEVEN = 0.03  # amplitude asymmetry
 _LATE = 0.045  # rad
 _SAID = "light from one side"
+_BY_DARKEST = "by the darkest part, as the outline is not sharp"
 _COMPARED = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase", "area_asymmetry")
 
 
@@ -41,20 +42,34 @@ def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> lis
     """
     one, other = ({item.name: item.value for item in items} for items in (inner, halfway))
     uneven = _apart(one["amplitude_asymmetry"], other["amplitude_asymmetry"])
-    late = abs(float(np.angle(np.exp(1j * _apart(one["left_right_phase"], other["left_right_phase"])))))
-    if not (abs(uneven) > _UNEVEN or late > _LATE):
-        return inner if wide else halfway
-    said = (
-        f"{_SAID}: with the outline drawn halfway to the tissue the amplitude asymmetry would be "
-        f"{uneven:+.2g} off and the phase by {np.degrees(late):.2g} degrees; a third of that may be left in "
-        "these. Take an asymmetry of this size for the lamp's, or film with the light from straight above"
-    )
-    return [
-        replace(item, cautions=(*item.cautions, said))
-        if item.name in _COMPARED and item.value is not None
-        else item
-        for item in inner
-    ]
+    turn = _apart(one["left_right_phase"], other["left_right_phase"])
+    late = None if turn is None else abs(float(np.angle(np.exp(1j * turn))))
+    off = []
+    if uneven is not None:
+        off.append(f"the amplitude asymmetry would be {uneven:+.2g} off")
+    if late is not None:
+        off.append(f"the phase would be {np.degrees(late):.2g} degrees off")
+    moved = (uneven is not None and abs(uneven) > _UNEVEN) or (late is not None and late > _LATE)
+    found = inner if wide or moved else halfway
+    if wide:
+        found = _cautioned(found, _BY_DARKEST)
+    if moved:
+        found = _cautioned(
+            found,
+            f"{_SAID}: with the outline drawn halfway to the tissue {' and '.join(off)}; a third of that may "
+            "be left in these. Take an asymmetry of this size for the lamp's, or film with the light from "
+            "straight above",
+            _COMPARED,
+        )
+    unknown = [name for name, apart in (("amplitude asymmetry", uneven), ("phase", late)) if apart is None]
+    if unknown:
+        found = _cautioned(
+            found,
+            f"the {' and the '.join(unknown)} by the outline halfway to the tissue cannot be compared with "
+            "that by the darkest part, as not both are known: what a lamp to one side makes of it is open",
+            _COMPARED,
+        )
+    return found
 
 
 def is_shaded(measures: Iterable[Measure]) -> bool:
@@ -68,6 +83,16 @@ def is_wide(total: Floats, band: tuple[Floats, Floats]) -> bool:
     return mean > 0 and float(np.nanmean(band[1] - band[0])) > _WIDE * mean
 
 
-def _apart(value: float | None, other: float | None) -> float:
-    """How far the other is off; 0 where one of them is not known."""
-    return 0.0 if value is None or other is None else other - value
+def _apart(value: float | None, other: float | None) -> float | None:
+    """How far the other is off; None where one of them is not known."""
+    return None if value is None or other is None else other - value
+
+
+def _cautioned(found: list[Measure], said: str, names: Collection[str] = ()) -> list[Measure]:
+    """With this caution on each that has a value, of these names or, without any, of all."""
+    return [
+        replace(item, cautions=(*item.cautions, said))
+        if item.value is not None and (not names or item.name in names)
+        else item
+        for item in found
+    ]

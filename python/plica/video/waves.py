@@ -1,11 +1,12 @@
 """The fundamental of the tissue's motion, pixel by pixel: its strain, and the wave that runs outward.
 
 With theta(t) the angle that the cycles' marks give (2 pi from mark to mark), the displacement at a pixel has
-the part Re(D exp(i theta)); a flow is its difference between two frames, so that D and four more harmonics
-are found from all flows by least squares. What is said is of the picture: a 2-D projection of the motion, at
-fixed pixels. Strain is the symmetric gradient of D in the axes of the midline (across, along, shear), that of
-the plane fitted with a Gaussian of standard deviation `gauge` / 2 about each pixel, over tissue alone: exact
-for linear fields, and smaller than the truth where motion changes within the gauge.
+the part Re(D exp(i theta)); a flow is its difference between two frames, so that D and up to four more
+harmonics are found from all flows by least squares: those below half of the frame rate, since the others look
+in frames like lower ones and would take their part of D. What is said is of the picture: a 2-D projection of
+the motion, at fixed pixels. Strain is the symmetric gradient of D in the axes of the midline (across, along,
+shear), that of the plane fitted with a Gaussian of standard deviation `gauge` / 2 about each pixel, over
+tissue alone: exact for linear fields, and smaller than the truth where motion changes within the gauge.
 
 A wave that runs outward from the edge at the speed c has the outward displacement exp(i (theta - k d)) at the
 distance d, k = omega / c (medial-lateral phase velocity; Titze, Jiang, Hsiao, Ann. Otol. Rhinol. Laryngol.
@@ -22,10 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.measures.cycles import Cycles
-from plica.video.errors import VideoError
 from plica.video.midline import Midline, pixels
 
-__all__ = ["Fundamental", "fewest_pairs", "fundamental", "gauge", "wave_numbers"]
+__all__ = ["Fundamental", "fundamental", "gauge", "wave_numbers", "why_unknown"]
 
 Floats = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
@@ -33,9 +33,9 @@ Mask = npt.NDArray[np.bool_]
 
 gauge = 8.0
 """px, over which strain is taken."""
-_HARMONICS = 5
-fewest_pairs = 4 * _HARMONICS
-"""Pairs of frames in the cycles: two for each unknown."""
+_HARMONICS = 5  # at most
+_PAIRS = 4  # of frames in the cycles, for each harmonic: two for each unknown
+_ROUNDING = 1e-3  # of the number of harmonics below half of the frame rate: one at it is not told
 _BANDS = np.linspace(0.2, 0.8, 7)  # of the midline: one wave number between each two
 _WEAK = 0.3  # of the largest amplitude in a band: farther out is no wave to be seen
 _FAR = 0.35  # of the glottal length
@@ -60,8 +60,8 @@ class Fundamental:
 
 def fundamental(
     flows: Iterable[npt.NDArray[np.floating]], cycles: Cycles, time: Floats, tissue: Mask, midline: Midline
-) -> Fundamental:
-    """Of the motion over all complete cycles.
+) -> Fundamental | None:
+    """Of the motion over all complete cycles; None where it is not known (:func:`why_unknown`).
 
     Parameters
     ----------
@@ -69,20 +69,16 @@ def fundamental(
         From each frame to the next; one that is not finite at tissue does not count.
     cycles : Cycles
     time : (frames)
-        In the unit of the cycles.
+        In the unit of the cycles, equidistant.
     tissue : (h, w) bool
         Pixels that show tissue in every frame.
     midline : Midline
-
-    Raises
-    ------
-    VideoError
-        Without cycles, or for fewer than twenty pairs of frames within them.
     """
-    if not cycles.count:
-        raise VideoError(f"Waves: no cycles ({cycles.note}); must have some.")
+    harmonics = _harmonics(cycles, float(time[1] - time[0]))
+    if harmonics < 1:
+        return None
     turns = np.interp(time, cycles.starts, np.arange(cycles.count + 1.0), left=np.nan, right=np.nan)
-    angle = 2 * np.pi * turns[:, None] * np.arange(1, _HARMONICS + 1)
+    angle = 2 * np.pi * turns[:, None] * np.arange(1, harmonics + 1)
     basis = np.diff(np.concatenate([np.cos(angle), np.sin(angle)], axis=1), axis=0)
     right = np.zeros((basis.shape[1], *tissue.shape, 2))
     normal = np.zeros((basis.shape[1],) * 2)
@@ -92,12 +88,30 @@ def fundamental(
             normal += np.outer(row, row)
             right += row[:, None, None, None] * flow
             used += 1
-    if used < fewest_pairs:
-        raise VideoError(f"Waves: {used} pairs of frames in the cycles; must be {fewest_pairs} or more.")
-    first = np.linalg.pinv(normal, hermitian=True)[[0, _HARMONICS]]
+    if used < _PAIRS * harmonics:
+        return None
+    first = np.linalg.pinv(normal, hermitian=True)[[0, harmonics]]
     cosine, sine = np.tensordot(first, right, 1)
     found = np.where(tissue[..., None], cosine - 1j * sine, np.nan)
     return Fundamental(found, _strain(found, tissue, midline))
+
+
+def why_unknown(cycles: Cycles) -> str:
+    """The reason for which :func:`fundamental` finds none; the cycles in frames."""
+    if not cycles.count:
+        return cycles.note
+    harmonics = _harmonics(cycles, 1.0)
+    if harmonics < 1:
+        return f"a cycle has only {np.median(cycles.periods):.3g} frames; it must have more than two"
+    return f"fewer than {_PAIRS * harmonics} pairs of frames in the cycles show tissue"
+
+
+def _harmonics(cycles: Cycles, step: float) -> int:
+    """How many are told from frames `step` apart: those below half of the frame rate; 0 without cycles."""
+    if not cycles.count:
+        return 0
+    period = float(np.median(cycles.periods)) / step
+    return min(_HARMONICS, int(np.ceil(0.5 * period - _ROUNDING)) - 1)
 
 
 def _strain(displacement: Complex, tissue: Mask, midline: Midline) -> Complex:
