@@ -35,7 +35,6 @@ gauge = 8.0
 """px, over which strain is taken."""
 _HARMONICS = 5  # at most
 _PAIRS = 4  # of frames in the cycles, for each harmonic: two for each unknown
-_ROUNDING = 1e-3  # of the number of harmonics below half of the frame rate: one at it is not told
 _BANDS = np.linspace(0.2, 0.8, 7)  # of the midline: one wave number between each two
 _WEAK = 0.3  # of the largest amplitude in a band: farther out is no wave to be seen
 _FAR = 0.35  # of the glottal length
@@ -111,7 +110,7 @@ def _harmonics(cycles: Cycles, step: float) -> int:
     if not cycles.count:
         return 0
     period = float(np.median(cycles.periods)) / step
-    return min(_HARMONICS, int(np.ceil(0.5 * period - _ROUNDING)) - 1)
+    return min(_HARMONICS, int(np.ceil(0.5 * period)) - 1)
 
 
 def _strain(displacement: Complex, tissue: Mask, midline: Midline) -> Complex:
