@@ -361,7 +361,7 @@ def voice(tmp_path_factory: pytest.TempPathFactory) -> Path:
         plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
         {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
         time=plica.Stepping(step="0.1 ms", duration="0.15 s"),
-        airflow=plica.Airflow(subglottal_pressure="1.5 kPa"),
+        airflow=plica.Airflow(subglottal_pressure="1.55 kPa", area=plica.Cut(sections=40)),
         contact=plica.Multipliers(),
         initial=plica.Initial(opening_velocity=0.1),
         output=plica.Output(checkpoint_every="50 ms"),
