@@ -450,7 +450,7 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
     for name in ("glottal_area_max", "glottal_area_mean", "open_quotient", "amplitude_left"):
         exact, value = whole.measures[name].value, found.measures[name].value
         # Three of five cycles have no lost frame. At 12 frames a cycle their largest sample lies up to 15
-        # degrees off the top (3 %), and edges are in pixels; sides are those of the darkest part, which says so.
+        # degrees off the top (3 %), and edges are in pixels; sides are those of the darkest part.
         close = {"open_quotient": 0.05, "amplitude_left": 0.12}.get(name, 0.03)
         size = 5e-5**2 if "area" in name else 5e-5 if "amp" in name else 1
         assert value * size == pytest.approx(exact, rel=close)

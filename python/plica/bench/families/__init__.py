@@ -83,8 +83,7 @@ FAMILIES = {
         Family(
             "parts",
             "Leaving out",
-            "Leave out what a scene does not need: a part that is not there costs nothing, one that is there "
-            "and idle costs what the table says.",
+            "Leave out what a scene does not need: a part that is there and idle costs what the table says.",
         ),
     )
 }
