@@ -29,7 +29,7 @@ def kymogram(reading: Reading) -> Drawing:
         axes.plot(time, right, color=rim, lw=0.6)
         axes.plot(time, left, color=rim, lw=0.6)
         axes.set_ylim(-reach, reach)
-        over_time((axes, "from the midline (mm), left < 0 < right"))
+        over_time((axes, "x (mm), left < 0 < right"))
 
     caption = (
         "As in videokymography: the mid-coronal line from above, each edge its most medial point. "
