@@ -22,7 +22,7 @@ import plica
         ("tissue.ligament.E", "2 kPa", "E = 3000.0", "E = 2000.0"),
         ("contact.multipliers.solver", "saddle", 'solver = "auto"', 'solver = "saddle"'),
         ("airflow.coupling.iterated.max_sweeps", 7, "max_sweeps = 40", "max_sweeps = 7"),
-        ("initial.opening_velocity", "-2 m/s", "opening_velocity = -1.0", "opening_velocity = -2.0"),
+        ("initial.opening_velocity", "-2 m/s", "opening_velocity = -1.2", "opening_velocity = -2.0"),
         ("mesh.options.body_rings", 2, "body_rings = 1", "body_rings = 2"),
         ("mesh.options.sections[0][0]", "-3 cm", "[[-0.02,", "[[-0.03,"),
     ],
