@@ -169,7 +169,7 @@ def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
     ("parameters", "said"),
     [
         (("bdy.E",), 'layer = "bdy"; must be one of body. Did you mean "body"?'),
-        (("body.e_fibre",), 'Did you mean "E_fibre"?'),
+        (("body.e_fibre",), 'Did you mean "body.E_fibre"?'),
         (("body.mu_fibre",), '"body.mu_fibre" is not set in the scene'),
         (("body.E", {"targets": "body.E", "name": "again"}), '"body.E" is set by "body.E" and by "again"'),
         (({"targets": ("body.E",), "name": "a"}, {"targets": "body.viscosity", "name": "a"}), "given twice"),
