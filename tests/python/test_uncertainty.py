@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import shutil
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 
 import plica
-from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica import _engine
 from plica.cli import main
 from plica.measures.cycles import Cycles
@@ -22,7 +20,6 @@ from plica.measures.measure import Measures, whole
 from plica.phonation.run import store
 from plica.uncertainty import estimate, sample
 from plica.uncertainty.plan import PlannedLevel
-from plica.uncertainty.sample import Sampled
 from plica.uncertainty.start import kept_start, widest_opening
 from test_run import StopsAfter
 
@@ -221,58 +218,6 @@ def test_collisions_are_compared_too(colliding: plica.Scene, tmp_path: Path) -> 
     assert pressure.verdict == "no convergence"  # its surfaces have mass
 
 
-def test_a_mesh_file_is_refined_uniformly(tmp_path: Path) -> None:
-    meshio = pytest.importorskip("meshio")
-    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 2.0), divisions=(4, 1, 1))
-    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(tmp_path / "bar.vtu")
-    scene = plica.Scene(
-        plica.MeshFile(
-            file=tmp_path / "bar.vtu",
-            unit="1 mm",
-            surfaces={"left": {"plane": {"point": (0, 0, 0), "normal": (1, 0, 0)}}},
-        ),
-        {"body": plica.Tissue(E="20 kPa", nu=0.3)},
-        time=plica.Stepping(step="0.1 ms", duration="2 ms"),
-        supports=plica.Supports(fixed=["left"]),
-        initial=plica.Initial(velocity={"body": (0.0, 0.0, 0.1)}),
-        output=plica.Output(probes=[("10 mm", 0.0, 0.0)]),
-    )
-    plica.run(scene, tmp_path / "run", progress=False)
-    found = plica.estimate_uncertainty(tmp_path / "run", progress=False)
-    assert found.levels[1]["cells"] == 8 * len(mesh.cells)
-    mesh_part = found.waveforms["probes.relative_error"].mesh
-    assert mesh_part is not None
-    assert mesh_part.verdict == "two levels"
-    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 3.0), divisions=(4, 1, 1))
-    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(tmp_path / "bar.vtu")
-    with pytest.raises(plica.SceneError, match="its points are not those of the run"):
-        plica.estimate_uncertainty(tmp_path / "run", progress=False)
-
-
-def test_a_level_on_a_mesh_file_that_changed_is_computed_anew(bar: plica.Scene, tmp_path: Path) -> None:
-    meshio = pytest.importorskip("meshio")
-    (tmp_path / "own").mkdir()
-    finer = bar.replace({"mesh": _bar_file(meshio, tmp_path, (8, 2, 2))})
-    own = bar.replace({"mesh": _bar_file(meshio, tmp_path / "own", (4, 1, 1))})
-    plica.run(own, tmp_path / "run", progress=False)
-    first = plica.estimate_uncertainty(tmp_path / "run", mesh=finer, progress=False)
-    _bar_file(meshio, tmp_path, (10, 2, 2))
-    second = plica.estimate_uncertainty(tmp_path / "run", mesh=finer, progress=False)
-    assert [level["name"] for level in first.levels] == [level["name"] for level in second.levels]
-    assert [level["cells"] for level in first.levels if level["kind"] == "mesh"] == [8 * 2 * 2 * 6]
-    assert [level["cells"] for level in second.levels if level["kind"] == "mesh"] == [10 * 2 * 2 * 6]
-
-
-def _bar_file(meshio: Any, folder: Path, divisions: tuple[int, int, int]) -> plica.MeshFile:
-    mesh = _engine.block_mesh(corner=(0, 0, 0), size=(10.0, 2.0, 2.0), divisions=divisions)
-    meshio.Mesh(np.asarray(mesh.points), [("tetra", np.asarray(mesh.cells))]).write(folder / "bar.vtu")
-    return plica.MeshFile(
-        file=folder / "bar.vtu",
-        unit="1 mm",
-        surfaces={"x_min": {"plane": {"point": (0, 0, 0), "normal": (1, 0, 0)}}},
-    )
-
-
 def test_a_mesh_on_which_a_trial_step_fails_is_left_out_and_said(
     ringing: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -352,139 +297,6 @@ def test_the_widest_opening_is_a_state_of_the_run(
     (tmp_path / "run" / "checkpoint-a.h5").unlink()
     (tmp_path / "run" / "checkpoint-b.h5").unlink()
     assert widest_opening(run) is None
-
-
-@pytest.fixture(scope="module")
-def voice(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The directory of a voice of a very coarse larynx that has settled."""
-    scene = plica.Scene(
-        plica.Larynx(larynx="thesis_coarse", options=plica.LarynxOptions(**TINY_LARYNX)),
-        {layer: plica.Tissue(**fields) for layer, fields in THESIS_TISSUE.items()},
-        time=plica.Stepping(step="0.1 ms", duration="0.15 s"),
-        airflow=plica.Airflow(subglottal_pressure="1.55 kPa", area=plica.Cut(sections=40)),
-        contact=plica.Multipliers(),
-        initial=plica.Initial(opening_velocity=0.1),
-        output=plica.Output(checkpoint_every="50 ms"),
-    )
-    directory = tmp_path_factory.mktemp("voice") / "run"
-    plica.run(scene, directory, progress=False)
-    return directory
-
-
-def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
-    found = plica.estimate_uncertainty(voice, mesh="none", progress=False)
-    run = plica.Run.load(voice)
-    frequency = found.measures["fundamental_frequency"]
-    assert frequency.value == run.measures["fundamental_frequency"]["value"]
-    assert frequency.step is not None
-    assert set(frequency.step.values) == {"run", "step-2", "step-4"}
-    assert found.waveforms == {}
-    assert "from the settled voice at 150" in found.source
-    assert "kinetic_energy" not in found.measures  # of the end of the run alone
-    # a voice at the edge of contact: at smaller steps its folds do not touch
-    assert found.measures["contact_impulse"].numerical is None
-    assert any("contact_impulse" in remark for remark in found.remarks)
-    assert all(level["steps"] < 2 * run.steps for level in found.levels)
-    from_rest = plica.run(run.scene.replace({"time.step": "50 us"}), voice / "half", progress=False)
-    assert frequency.step.values["step-2"] == pytest.approx(
-        from_rest.measures["fundamental_frequency"]["value"], rel=5e-3
-    )
-
-
-def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
-    first = plica.estimate_uncertainty(voice, mesh="none", progress=False)
-    for slot in voice.glob("checkpoint-*.h5"):
-        slot.unlink()  # the state is kept with the levels
-    for left in (voice / "uncertainty" / "orbit-step-4").iterdir():
-        left.unlink()
-    again = plica.estimate_uncertainty(voice, mesh="none", progress=False)
-    assert again.measures == first.measures
-
-
-def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
-    longer = tmp_path / "run"
-    shutil.copytree(voice, longer)
-    plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
-    with h5py.File(longer / "uncertainty" / "start.h5") as file:
-        before = float(file.attrs["time"])
-    energy = plica.Run.load(longer / "uncertainty" / "orbit-step-2").waveforms["kinetic_energy"][0]
-    mine = longer / "uncertainty" / "orbit-notes"
-    mine.mkdir()
-    plica.run(
-        plica.Run.load(longer).scene.replace({"time.duration": "0.2 s"}), longer, resume=True, progress=False
-    )
-    found = plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
-    with h5py.File(longer / "uncertainty" / "start.h5") as file:
-        after = float(file.attrs["time"])
-    assert before < 0.2 <= after
-    level = plica.Run.load(longer / "uncertainty" / "orbit-step-2")
-    assert level.waveforms["kinetic_energy"][0] != energy  # it began anew
-    assert f"from the settled voice at {1e3 * after:.4g} ms" in found.source
-    assert mine.is_dir()
-
-
-@pytest.mark.parametrize("settles_after", [1, 2, 3, 9])
-def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
-    settles_after: int, bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    lengths: list[int] = []
-
-    class Made:
-        def __init__(self, steps: int) -> None:
-            self.steps = steps
-
-        def between(self, start: float, end: None) -> Made:
-            return self
-
-    def continued(level: PlannedLevel, *parts: Any, **options: Any) -> Any:
-        lengths.append(level.scene.time.steps)
-        return Made(level.scene.time.steps)
-
-    def sampled(run: Any, *, of_cycles: bool) -> Sampled:
-        settled = len(lengths) >= settles_after
-        return Sampled(Cycles(np.arange(10.0), verdict="steady" if settled else "changing"), {})
-
-    monkeypatch.setattr(estimate, "_continued", continued)
-    monkeypatch.setattr(estimate, "sampled", sampled)
-    monkeypatch.setattr(estimate, "fields_of", lambda *parts: (None, None))
-    own = Sampled(Cycles(1e-3 * np.arange(10)), {})  # nine cycles of ten steps
-    level = PlannedLevel("step-2", "step", 2, bar)
-    start: Any = object()
-    run: Any = None
-    made = estimate._run_level(level, run, own, start, tmp_path, shown=False)
-    assert lengths == [40, 130, 220][: min(settles_after, 3)]
-    assert made.found.cycles.settled == (settles_after <= 3)
-
-
-def test_a_second_call_makes_a_level_no_longer_than_the_first(
-    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    held = 40
-
-    class Made:
-        @property
-        def steps(self) -> int:
-            return held
-
-        def between(self, start: float, end: None) -> Made:
-            return self
-
-    def continued(level: PlannedLevel, *parts: Any, **options: Any) -> Any:
-        nonlocal held
-        held = max(held, level.scene.time.steps)
-        return Made()
-
-    changing = Sampled(Cycles(np.arange(10.0), verdict="changing"), {})
-    monkeypatch.setattr(estimate, "_continued", continued)
-    monkeypatch.setattr(estimate, "sampled", lambda run, *, of_cycles: changing)
-    monkeypatch.setattr(estimate, "fields_of", lambda *parts: (None, None))
-    own = Sampled(Cycles(1e-3 * np.arange(10)), {})
-    level = PlannedLevel("step-2", "step", 2, bar)
-    start: Any = object()
-    run: Any = None
-    for _ in range(2):
-        estimate._run_level(level, run, own, start, tmp_path, shown=False)
-        assert held == 40 + 2 * 90
 
 
 def test_a_damaged_state_is_one_sentence_and_one_of_another_version_goes(tmp_path: Path) -> None:

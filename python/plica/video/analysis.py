@@ -23,6 +23,7 @@ from plica.storage.files import only_writer, storage_errors
 from plica.storage.result_file import check_result_file
 from plica.video.camera import Camera
 from plica.video.chain import Chain
+from plica.video.checks import checked_masks, require_modes
 from plica.video.dated import FileDate
 from plica.video.doubts import WholeGlottis, doubts
 from plica.video.drift import Drift, Steadied
@@ -101,7 +102,7 @@ def analyse(
             f"Video: {source} has {recording.count} frames; must have {_FEWEST} or more for modes. For the "
             "glottis alone (plica glottis) fewer will do."
         )
-    _check_modes(chosen, recording)
+    require_modes(chosen, recording)
     network = None if chosen.segmenter is None else Network(chosen.segmenter)
     where = Path(directory)
     where.mkdir(parents=True, exist_ok=True)
@@ -115,7 +116,7 @@ def analyse(
         results.claim(Path(source), recording, chosen)
         if masks is not None:
             drawn = masks if isinstance(masks, Mapping) else read_masks(Path(masks), recording.shape)
-            chain.correct(_checked(drawn, recording))
+            chain.correct(checked_masks(drawn, recording))
         chain.run(_UNTIL[until])
     return load(where)
 
@@ -479,28 +480,3 @@ def _open(source: str | Path, settings: Settings, scale: tuple[float, float] | N
         dataset=settings.dataset,
         scale=scale,
     )
-
-
-def _check_modes(settings: Settings, recording: Recording) -> None:
-    """VideoError for more modes than the recording can have, before anything is computed."""
-    height, width = recording.shape
-    most = min(recording.count - 2, 2 * height * width)
-    if settings.modes is not None and settings.modes > most:
-        raise VideoError(
-            f"Video: modes = {settings.modes}; must be at most {most} for {recording.count} frames of "
-            f"{width} x {height} px: fewer than its {recording.count - 1} flows, and than their components."
-        )
-
-
-def _checked(drawn: Mapping[int, Mask], recording: Recording) -> dict[int, Mask]:
-    found = {}
-    for index, mask in drawn.items():
-        if not 0 <= index < recording.count:
-            raise VideoError(f"Masks: frame {index}; must be in [0, {recording.count}).")
-        if mask.shape != recording.shape or mask.dtype != np.bool_:
-            raise VideoError(
-                f"Masks: that of frame {index} is {mask.dtype} of shape {mask.shape}; must be bool of "
-                f"{recording.shape}, like the frames as used (turned and cut)."
-            )
-        found[int(index)] = np.asarray(mask)
-    return found
