@@ -11,7 +11,7 @@ import pytest
 
 import plica
 from plica import _engine as engine
-from plica.bench.extremes import broken, larynxes, voices
+from plica.bench.extremes import broken, larynxes, solids, voices
 from plica.bench.extremes.apart import _Worker
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
 from plica.bench.extremes.probe import Found, Probe, Wrong, judged
@@ -50,6 +50,7 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
         (lambda: raised(plica.InvalidInput("Load: traction = nan Pa; must be finite.")), "refused"),
         (lambda: raised(plica.SolveFailed("Step 3: no solution.")), "refused"),
         (lambda: raised(plica.InvalidInput("x" * 1000)), "WRONG"),
+        (lambda: plica.Scene.model_validate({"x" * 1000: 0}), "WRONG"),
         (lambda: raised(Wrong("flow is not finite")), "WRONG"),
         (lambda: raised(KeyError("flow")), "CRASH"),
         (lambda: Found(float(plica.Airflow(subglottal_pressure=0).air_density), 0.0), "refused"),
@@ -69,6 +70,15 @@ def test_a_ratio_that_is_no_number_is_forbidden_wherever_it_stands(monkeypatch: 
         assert judged(voices.conserved).word == "NaN"
 
 
+def test_a_motion_that_is_no_number_in_one_layer_is_seen() -> None:
+    mesh = solids.layered()
+    moved = np.array(mesh.points)
+    assert solids._worst(mesh, 1.001 * moved, moved) == pytest.approx(1e-3)
+    lost = moved.copy()
+    lost[np.argmin(moved[:, 0])] = np.nan
+    assert np.isnan(solids._worst(mesh, lost, moved))
+
+
 def test_random_scenes_that_are_nearly_all_refused_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broken, "build_simulation", lambda scene: raised(plica.InvalidInput("no")))
     verdict = judged(lambda: broken.random_scenes(4, 2))
@@ -85,12 +95,14 @@ def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.Monk
     worker._process.kill()
     worker._process.join()
     assert worker.judge(slow).word == "CRASH"
+    assert worker._pipe.closed
 
 
 def test_the_page_has_every_probe_and_none_that_is_not() -> None:
     page = (ROOT / "docs" / "extremes.md").read_text(encoding="utf-8")
     rows = [line.split(" | ") for line in page.splitlines() if line.startswith(SUBJECTS_OF_ROWS)]
     assert [row[1] for row in rows] == [probe.name for probe in PROBES]
+    assert len({probe.name for probe in PROBES}) == len(PROBES)  # a worker finds them by name
     assert {row[3] for row in rows} <= {"right", "said", "refused"}
 
 

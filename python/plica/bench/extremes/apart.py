@@ -51,6 +51,7 @@ class _Worker:
                 return verdict
         except (EOFError, OSError):
             self._process.join()
+            self.end()
             return Verdict("CRASH", f"the process ended with code {self._process.exitcode}")
         self.end()
         return Verdict("HANG", f"no answer in {probe.limit:g} s")

@@ -51,12 +51,14 @@ scheme = { newmark = { beta = 0.25, gamma = 0.5 } }
 
 
 def scene_file(directory: Path) -> Path:
+    """Two bars that collide, with a load, friction and fibres."""
     path = directory / "scene.toml"
     path.write_text(SCENE, encoding="utf-8")
     return path
 
 
 def mesh_file(suffix: str, directory: Path, **options: Any) -> Path:
+    """A block whose cells are labelled 1 and whose face x_min is labelled 10; `options` go to meshio."""
     import meshio
 
     block = engine.block_mesh(corner=(0, 0, 0), size=(1e-2, 1e-2, 1e-2), divisions=(2, 1, 1))
@@ -77,6 +79,7 @@ def mesh_file(suffix: str, directory: Path, **options: Any) -> Path:
 
 
 def _frames() -> np.ndarray:
+    """(4, 32, 48), uint8: waves that move."""
     y, x = np.mgrid[:32, :48]
     shifts = 0.3 * np.arange(4)[:, None, None]
     frames: np.ndarray = (127 + 100 * np.sin(0.2 * x + shifts) * np.cos(0.3 * y)).astype(np.uint8)
@@ -84,6 +87,7 @@ def _frames() -> np.ndarray:
 
 
 def picture_file(suffix: str, directory: Path) -> Path:
+    """A recording of four frames, or, where the format has one picture, the first of them."""
     path = directory / f"picture{suffix}"
     if suffix == ".npy":
         np.save(path, _frames())

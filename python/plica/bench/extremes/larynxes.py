@@ -67,6 +67,7 @@ def _nested(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def placed(mesh: Any, points: Array) -> Any:
+    """The mesh with its nodes at `points` (n, 3) m."""
     return engine.TetMesh(
         points=points,
         cells=np.asarray(mesh.cells),
@@ -79,7 +80,7 @@ def placed(mesh: Any, points: Array) -> Any:
 
 
 def renumbered(mesh: Any) -> tuple[Any, Any]:
-    """Nodes and cells in a random order, and which node is where."""
+    """The mesh with nodes and cells in a random order, and the old number (n,) of each of its nodes."""
     rng = np.random.default_rng(1)
     order, cells = rng.permutation(len(mesh.points)), np.asarray(mesh.cells)
     number = np.empty_like(order)
@@ -151,6 +152,7 @@ def slit(least: float) -> dict[str, Any]:
 
 
 def unlike(side: str, ratio: float) -> dict[str, Any]:
+    """Changes that make one side's layers so many times as stiff as the other's."""
     return {
         f"tissue.{layer}": {"E": E, "nu": 0.45, "viscosity": 3.0, side: {"E": ratio * E}}
         for layer, E in (("body", 20e3), ("ligament", 3e3), ("cover", 1e3))

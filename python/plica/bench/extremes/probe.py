@@ -65,12 +65,9 @@ def judged(find: Callable[[], Found]) -> Verdict:
     try:
         found = find()
     except (InvalidInput, SolveFailed) as refusal:
-        text = " ".join(str(refusal).split())
-        if len(text) > LONGEST:
-            return Verdict("WRONG", f"refused in {len(text)} characters: {text[:200]} ...")
-        return Verdict("refused", text)
+        return _refused(str(refusal))
     except ValidationError as refusal:
-        return Verdict("refused", " ".join(describe(refusal, "Scene")))
+        return _refused(" ".join(describe(refusal, "Scene")))
     except Wrong as wrong:
         return Verdict("WRONG", str(wrong))
     except Exception as crash:
@@ -83,3 +80,10 @@ def judged(find: Callable[[], Found]) -> Verdict:
     if found.cautions:
         return Verdict("said", "; ".join(filter(None, (", ".join(found.cautions), found.note))), *numbers)
     return Verdict("WRONG", found.note, *numbers)
+
+
+def _refused(said: str) -> Verdict:
+    text = " ".join(said.split())
+    if len(text) > LONGEST:
+        return Verdict("WRONG", f"refused in {len(text)} characters: {text[:200]} ...")
+    return Verdict("refused", text)
