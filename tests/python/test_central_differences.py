@@ -153,6 +153,8 @@ def test_a_step_above_the_limit_is_refused_with_the_largest_that_is_not() -> Non
     named = float(str(caught.value).split("<= ")[1].split(" s")[0])
     assert named == pytest.approx(largest, rel=1e-5)
     stepped(body, 0.999 * largest)
+    with pytest.raises(InvalidInput, match="Central differences are not stable"):
+        stepped(body, 1.01 * largest)
     assert body.simulation(scheme=engine.Newmark(), step=1e-3).largest_step() is None
 
 
@@ -219,6 +221,28 @@ def test_energy_that_a_stiff_penalty_makes_falls_with_the_step() -> None:
 def test_a_penalty_that_is_too_stiff_for_the_step_is_refused_beforehand() -> None:
     with pytest.raises(InvalidInput, match=r"step = \S+ s; must be <= "):
         bars(20e6, 0.25)
+
+
+def test_the_largest_step_with_a_penalty_is_just_below_that_of_faces_that_it_joins() -> None:
+    problem = PROBLEMS["R3"](12)
+    body, parts = problem.build(problem.bar)
+    own, stiffness = (
+        parts.pop("measured"),
+        20e6 * problem.bar.edge,
+    )  # N/m a node: most of the eigenvalue is its
+    contact = engine.Contact(airway=parts.pop("airway"), enforcement=engine.Penalty(stiffness=stiffness))
+    h = stepped(body, 1e-9, contact=contact, **parts).largest_step()
+    M, _, K = matrices(body)
+    met = np.abs(np.asarray(body.mesh.points)[:, 0]) < 1e-9 * problem.bar.length
+    gaps = np.zeros(
+        (body.fixed.size, 4)
+    )  # of the nodes that face each other, in the same order on both faces
+    gaps[3 * np.flatnonzero(met & own), range(4)] = 1
+    gaps[3 * np.flatnonzero(met & ~own), range(4)] = -1
+    joined = K.toarray() + stiffness * gaps[body.free] @ gaps[body.free].T
+    root = M.diagonal() ** -0.5
+    found = 0.25 * h**2 * np.linalg.eigvalsh(root[:, None] * joined * root)[-1]
+    assert 0.97 < found <= 1.0
 
 
 def test_a_volume_penalty_that_is_too_stiff_ends_the_step_that_meets_it() -> None:
