@@ -11,10 +11,11 @@ import pytest
 
 import plica
 from plica import _engine as engine
-from plica.bench.extremes import broken, larynxes, solids, voices
-from plica.bench.extremes.apart import _Worker
+from plica.bench.extremes import apart, broken, endurance, larynxes, solids, voices
+from plica.bench.extremes.apart import _Worker, verdicts
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
-from plica.bench.extremes.probe import Found, Probe, Wrong, judged
+from plica.bench.extremes.good_files import scene_file
+from plica.bench.extremes.probe import Found, Probe, Verdict, Wrong, judged
 from plica.cli import main
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
@@ -68,6 +69,34 @@ def test_a_ratio_that_is_no_number_is_forbidden_wherever_it_stands(monkeypatch: 
     monkeypatch.setattr(voices, "ran", lambda scene: (shut, said))
     with np.errstate(invalid="ignore"):
         assert judged(voices.conserved).word == "NaN"
+    lost = waves | {"contact_rows": np.nan * waves["contact_rows"]}
+    monkeypatch.setattr(voices, "ran", lambda scene: (lost, said))
+    assert judged(voices.conserved).note == "not finite: contact_rows"
+
+
+def test_waveforms_are_apart_by_their_largest_difference_over_the_largest_value() -> None:
+    one = {"flow": [0.0, 2.2], "minimum_area": [0.0, 0.01]}
+    other = {"flow": [1e-3, 2.0], "minimum_area": [0.0, 0.0]}
+    assert voices._apart(one, other, ["flow", "minimum_area"]) == pytest.approx(0.1)
+    assert np.isnan(voices._apart(one | {"flow": [0.0, np.nan]}, other, ["flow", "minimum_area"]))
+
+
+def test_another_unit_than_a_waveform_has_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(voices, "_WAVES", voices._WAVES | {"flow": (2, -1, 0)})
+    assert judged(lambda: voices.units(2.0**-13, 1.0, 1.0)).word == "WRONG"
+
+
+def test_a_forbidden_verdict_is_printed_and_ends_with_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(
+        apart, "verdicts", lambda probes: [(probe, Verdict("WRONG", "off", 1, 0), 0.1) for probe in probes]
+    )
+    named = ["bench", "extremes", "--quiet", "--only", "layers of one element"]
+    assert main(named) == 1
+    assert capsys.readouterr().err == "plica: layers of one element: WRONG: off\n"
+    assert main([*named[:-1], "no such probe"]) == 2
+    assert '--only = "no such probe"' in capsys.readouterr().err
 
 
 def test_a_motion_that_is_no_number_in_one_layer_is_seen() -> None:
@@ -84,6 +113,55 @@ def test_random_scenes_that_are_nearly_all_refused_are_wrong(monkeypatch: pytest
     verdict = judged(lambda: broken.random_scenes(4, 2))
     assert verdict.word == "WRONG"
     assert "4 of 4" in verdict.note
+
+
+@pytest.mark.parametrize(
+    ("read", "said"),
+    [
+        (lambda path: None, "nothing was tried"),
+        (lambda path: refused_at_length(path), "refused in 1000 char"),
+    ],
+)
+def test_files_that_are_never_refused_or_at_length_are_wrong(read: object, said: str) -> None:
+    verdict = judged(lambda: broken.fuzzed(scene_file, read, 20))  # type: ignore[arg-type]
+    assert verdict.word == "WRONG"
+    assert said in verdict.note
+
+
+def refused_at_length(path: Path) -> None:
+    """Takes the good file alone."""
+    if path.read_text(encoding="utf-8", errors="replace") != broken.SCENE:
+        raise plica.InvalidInput("x" * 1000)
+
+
+def test_a_wave_of_a_broken_file_that_is_no_number_is_wrong(
+    bar: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broken.stepped(bar)
+
+    class Lost:
+        def advance(self, steps: int) -> dict[str, np.ndarray]:
+            return {"flow": np.array([0.0] * (steps - 1) + [np.nan])}
+
+    monkeypatch.setattr(broken, "build_simulation", lambda scene: Lost())
+    with pytest.raises(Wrong, match="flow is not finite"):
+        broken.stepped(bar)
+
+
+def test_round_off_of_many_steps_is_found_and_small() -> None:
+    found = endurance.free_block(400, engine.Cholesky())
+    assert 0 < found.error <= found.allowed == pytest.approx(2e-7)
+    energy, momentum = (float(part.split()[1]) for part in found.note.split(" after ")[0].split(", "))
+    assert found.error == pytest.approx(max(energy, momentum), rel=0.06)  # two digits are noted
+
+
+@pytest.mark.slow
+def test_a_probe_after_one_that_hangs_has_a_process_of_its_own() -> None:
+    fine = next(probe for probe in PROBES if probe.name == "layers of one element")
+    slow = Probe("1e6 steps", "none", lambda: Found(0, 0), limit=0.05)
+    found = list(verdicts([slow, fine]))
+    assert [verdict.word for _, verdict, _ in found] == ["HANG", "right"]
+    assert found[0][2] >= 0.05
 
 
 def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
