@@ -130,10 +130,7 @@ meant: "Ms" is a million seconds."""
 
 def _meant(name: str, unit: str) -> str:
     """The usual unit that differs from a name in upper and lower case alone, or nothing."""
-    usual = _USUAL.get(unit, ())
-    if name in usual:
-        return ""
-    return next((one for one in usual if one.lower() == name.lower()), "")
+    return next((one for one in _USUAL.get(unit, ()) if one != name and one.lower() == name.lower()), "")
 
 
 def number(where: str, name: str, value: Any, least: float, most: float, unit: str) -> None:

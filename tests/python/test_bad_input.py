@@ -73,6 +73,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
         '"kpa" is not known. Upper and lower case differ. Did you mean "kPa"?',
     ),
     "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix of a million. Did you mean "ms"?'),
+    "capitals of another unit": ('"1 ms"', '"1 MS"', '"MS" is of another kind. Did you mean "ms"?'),
     "no unit": (*pressure('"800"'), "the text has no unit."),
     "not a number": (*pressure("true"), "airflow.subglottal_pressure = true; must be a number in Pa"),
     "not finite": (*pressure("nan"), "airflow.subglottal_pressure = NaN; must be finite."),
