@@ -5,15 +5,30 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from plica.cli import main
 from plica.errors import InvalidInput
-from plica.video.flow import flow
+from plica.video import smoothness, smoothness_command
+from plica.video.errors import VideoError
+from plica.video.flow import PairFlow, flow
+from plica.video.midline import Midline
+from plica.video.parting import Folds
 from plica.video.seen import Seen, informing
-from plica.video.smoothness import SmoothnessPair, _corner, _crossing, lambda_report, noise_level
+from plica.video.smoothness import (
+    CRITERIA,
+    LambdaReport,
+    SmoothnessPair,
+    _corner,
+    _crossing,
+    _lowest,
+    lambda_report,
+    noise_level,
+)
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 NOISE = 4.0
@@ -98,6 +113,40 @@ def test_where_noise_explains_the_residual() -> None:
     steps = np.array([1.0, 2.0, 4.0, 8.0])
     assert _crossing(steps, np.array([0.8, 0.9, 1.1, 1.2])) == pytest.approx(2 * np.sqrt(2))
     assert _crossing(steps, np.array([1.1, 1.2, 1.3, 1.4])) is None
+    twice = np.array([0.8, 1.2, 0.9, 1.1])
+    assert _crossing(steps, twice) == pytest.approx(4 * np.sqrt(2))  # the last time
+
+
+def test_the_least_of_a_curve_lies_between_the_lambdas_of_the_ladder() -> None:
+    steps = 2.0 ** np.arange(6)
+    assert _lowest(steps, 7 + np.log(steps / 3) ** 2) == pytest.approx(3.0)
+    assert _lowest(steps, steps) is None  # at an end: the least may lie beyond
+    assert _lowest(steps, -steps) is None
+
+
+def test_noise_that_the_steadying_takes_away_is_not_expected() -> None:
+    given, ladder = still(), (10.0, 20.0, 40.0, 80.0, 160.0)
+    plain = lambda_report([given], "video", ladder).expected
+    halved = replace(given, seen=lambda one, two: (0.5 * one, 0.5 * two))
+    assert lambda_report([halved], "video", ladder).expected == pytest.approx(0.5 * plain)
+
+
+def test_each_flow_is_told_what_the_recordings_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    line = Midline((GLOTTIS.midline, 5), (GLOTTIS.midline, 67))
+    given = replace(pair(), folds=Folds(GLOTTIS.mask(3), GLOTTIS.mask(4), line))
+    told: list[dict[str, Any]] = []
+
+    def listening(*frames: Any, **options: Any) -> PairFlow:
+        told.append(options)
+        return flow(*frames, **options)
+
+    monkeypatch.setattr(smoothness, "flow", listening)
+    lambda_report([given], "fast", LADDER)
+    assert sorted({options["smoothness"] for options in told}) == list(LADDER)
+    for options in told:
+        assert options["mask"] is given.told
+        assert options["folds"] is given.folds
+        assert options["preset"] == "fast"
 
 
 def test_nothing_to_choose_by_is_refused() -> None:
@@ -110,6 +159,60 @@ def test_nothing_to_choose_by_is_refused() -> None:
         InvalidInput, match=r"ladder = \[1.0, 0.5\]; must be 5 or more numbers above 0 that rise"
     ):
         lambda_report([pair()], "video", (1.0, 0.5))
+    with pytest.raises(InvalidInput, match=r'lambda_report: preset = "vidoe"; must be one of robust,'):
+        lambda_report([pair()], "vidoe")
+
+
+def test_pairs_count_alike_in_squares() -> None:
+    given = pair(3), replace(pair(6), noise=2 * NOISE)
+    apart = [lambda_report([one], "fast", LADDER) for one in given]
+    both = lambda_report(given, "fast", LADDER)
+    for name in ("residual", "expected", "roughness"):
+        squares = [getattr(one, name) ** 2 for one in apart]
+        assert getattr(both, name) ** 2 == pytest.approx(np.mean(squares, axis=0))
+    assert both.noise == pytest.approx(NOISE * np.sqrt(2.5))
+
+
+CURVE = np.arange(1.0, 6.0)
+REPORT = LambdaReport(
+    "fast", 0.5, CURVE, CURVE, CURVE, CURVE, CURVE, {**dict.fromkeys(CRITERIA), "L-curve": 3.0}, NOISE
+)
+
+
+def test_the_report_says_where_a_criterion_chooses_nothing() -> None:
+    rows = str(REPORT).splitlines()
+    assert rows[1] == "discrepancy       no such lambda in the ladder"
+    assert rows[2] == "L-curve           3"
+    assert rows[4] == "noise             4.00 grey levels"
+    assert len(rows) == 7 + CURVE.size
+
+
+class Found(dict[str, Any]):
+    """What of an analysis the command asks for."""
+
+    def __init__(self, directory: Path, residual: list[float]) -> None:
+        super().__init__({"flow/residual": np.array(residual)})
+        self.directory, self.settings = directory, SimpleNamespace(preset="fast")
+
+
+def test_the_command_takes_four_pairs_from_the_first_that_shows_tissue_to_the_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(smoothness_command, "_pair", lambda found, k: k)
+    taken: list[int] = []
+
+    def reported(pairs: list[int], preset: str) -> LambdaReport:
+        assert preset == "fast"
+        taken.extend(pairs)
+        return REPORT
+
+    monkeypatch.setattr(smoothness_command, "lambda_report", reported)
+    found = Found(tmp_path, [np.nan, *[1.0] * 10, np.nan])
+    assert smoothness_command.report_lambda(found) is REPORT  # type: ignore[arg-type]
+    assert taken == [1, 4, 7, 10]
+    blind = Found(tmp_path, [np.nan] * 3)
+    with pytest.raises(VideoError, match="Lambda: no pair of frames shows tissue; must be one at least"):
+        smoothness_command.report_lambda(blind)  # type: ignore[arg-type]
 
 
 @pytest.mark.slow

@@ -96,9 +96,10 @@ class Folds:
             edge, edge_then = (
                 lines.blurred(lines.sums(mask & own), _ALONG) for mask in (self.first, self.second)
             )
-            narrow = unseen & (np.abs(ways(own)) > _LEAST)
+            darkened = ways(own)
+            narrow = unseen & (np.abs(darkened) > _LEAST)
             goes = narrow | (turned & (np.maximum(edge, edge_then) > _SHUT))
-            way = np.where(narrow, ways(own), edge_then - edge)
+            way = np.where(narrow, darkened, edge_then - edge)
             far = np.abs(lines.off) - np.where(open_then[0], edge, 0.0)[lines.number]
             beside = own & ~self.first & goes[lines.number] & (far < _BESIDE)
             measured[beside] = 1

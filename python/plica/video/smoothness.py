@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, nearest, one_of
 from plica.video.flow import PRESETS, PairFlow, flow
 from plica.video.parting import Folds
 
@@ -133,8 +133,15 @@ def lambda_report(
     ladder : floats, optional
         Rising lambdas, five or more; the default is the preset's times 1/32 to 32 by factors of 2.
 
-    Raises InvalidInput without a pair, for a pair without tissue, and for a ladder that is none.
+    Raises
+    ------
+    InvalidInput
+        Without a pair, for a pair without tissue, for an unknown preset, and for a ladder that is none.
     """
+    if preset not in PRESETS:
+        raise InvalidInput(
+            f'lambda_report: preset = "{preset}"; must be {one_of(PRESETS)}.{nearest(preset, PRESETS)}'
+        )
     given = list(pairs)
     blind = sum(not pair.counted.any() for pair in given)
     if not given or blind:

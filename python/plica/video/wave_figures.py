@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from plica.measures.scale import shown_unit
 from plica.report.drawing import Drawing, draw
 from plica.video.analysis import Analysis
+from plica.video.midline import pixels
 from plica.video.waves import Fundamental, gauge
 
 __all__ = ["over_tissue", "wave_drawings"]
@@ -48,8 +49,7 @@ def _largest(values: Any) -> float:
 def _maps(found: Analysis, known: Fundamental) -> Drawing:
     factor, unit = shown_unit(found.scale.unit("m"))
     line, picture = found.midline, over_tissue(found)
-    place = np.moveaxis(np.mgrid[: picture.shape[0], : picture.shape[1]][::-1], 0, -1).astype(float)
-    outward = np.sign(line.place(place)[..., 1]) * (known.displacement @ line.across)
+    outward = np.sign(line.place(pixels(picture.shape))[..., 1]) * (known.displacement @ line.across)
     size = factor * found.pixel * np.abs(outward)
     strong = size >= _FAINT * _largest(size)
     mean = np.angle(np.sum(outward[strong]))
@@ -64,9 +64,9 @@ def _maps(found: Analysis, known: Fundamental) -> Drawing:
 
     caption = (
         "Motion across the midline at the voice's frequency, laid over the frame of least area: amplitude; "
-        "and phase of the motion away from the midline against its mean, where it is over 15 % of the "
-        "largest. A wave that runs outward lags more the farther out; left and right apart are a phase "
-        "between the folds."
+        "and phase of the motion away from the midline against its mean, where it is over "
+        f"{100 * _FAINT:g} % of the largest. A wave that runs outward lags more the farther out; left and "
+        "right apart are a phase between the folds."
     )
     return draw("waves", caption, "Amplitude and phase of the motion", (9, 4.4), paint)
 
@@ -81,7 +81,7 @@ def _strains(found: Analysis, known: Fundamental) -> Drawing:
             values = np.abs(known.strain[..., k])
             shown = _map(axes, picture, 100 * values, "inferno", 0, 100 * _largest(values))
             bar = figure.colorbar(shown, ax=axes, label="strain (%)")
-            bar.ax.set_title(f"{name}", fontsize=8, loc="right")
+            bar.ax.set_title(name, fontsize=8, loc="right")
             axes.set_title(f"rate: {rate / 100:.3g} {unit} a %", fontsize=8)
 
     size = shown_unit(found.scale.unit("m"))

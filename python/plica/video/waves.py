@@ -174,12 +174,9 @@ def wave_numbers(displacement: Complex, midline: Midline, side: int) -> Floats:
         mean = sums[there] / count[there]
         size = np.abs(mean)
         strong = size >= _WEAK * size.max()
-        end = (
-            there.size
-            if strong[np.argmax(strong) :].all()
-            else int(np.argmax(strong)) + int(np.argmin(strong[np.argmax(strong) :]))
-        )
-        part = slice(int(np.argmax(strong)), end)
+        begin = int(np.argmax(strong))
+        weaker = np.flatnonzero(~strong[begin:])
+        part = slice(begin, begin + int(weaker[0]) if weaker.size else None)
         if there[part].size >= _FEWEST:
             phase = np.unwrap(np.angle(mean[part]))
             found.append(-np.polyfit(there[part] + 0.5, phase, 1, w=size[part])[0])
