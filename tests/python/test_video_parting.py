@@ -138,3 +138,70 @@ def test_folds_that_meet_are_two_bodies_all_along_the_midline() -> None:
     assert (found.sides[10:86, 20] == -1).all()
     assert (found.sides[10:86, 76] == 1).all()
     assert (found.sides[:9] == 0).all()
+
+
+ROWS, UPRIGHT = slice(8, 32), Midline((19.5, 4), (19.5, 36))
+TISSUE, DARK = 200.0, 60.0  # grey levels
+
+
+def shut() -> tuple[Mask, npt.NDArray[np.float32]]:
+    """No glottis, and a frame of even tissue; the midline lies between columns 19 and 20."""
+    return np.zeros((40, 40), bool), np.full((40, 40), TISSUE, np.float32)
+
+
+def opened(columns: slice, rows: slice = ROWS) -> tuple[Mask, npt.NDArray[np.float32]]:
+    mask, frame = shut()
+    mask[rows, columns] = True
+    return mask, np.where(mask, np.float32(DARK), frame)
+
+
+def between(
+    first: tuple[Mask, npt.NDArray[np.float32]], second: tuple[Mask, npt.NDArray[np.float32]]
+) -> Parting | None:
+    return Folds(first[0], second[0], UPRIGHT).parting(first[1], second[1])
+
+
+def test_only_the_fold_that_leaves_the_midline_is_measured_beside_its_edge() -> None:
+    wide = opened(slice(20, 24))  # the right fold alone
+    parts, meets = between(shut(), wide), between(wide, shut())
+    assert parts is not None
+    assert meets is not None
+    for found, way, beside_edge in ((parts, 4.0, slice(20, 21)), (meets, -4.0, slice(24, 25))):
+        inner = found.measured[14:26]  # away from the slit's ends, where the blur has all of it
+        assert (inner[:, beside_edge] == 1).all()
+        assert (inner[:, :20] == 0).all()
+        assert (inner[:, beside_edge.stop + 1 :] == 0).all()
+        assert found.displacement[20, beside_edge] == pytest.approx(way, abs=0.01)
+
+
+def test_only_glottis_that_closes_is_gone() -> None:
+    shorter = opened(slice(18, 22), slice(8, 20))
+    found = between(opened(slice(18, 22)), shorter)
+    assert found is not None
+    assert found.gone[20:32, 18:22].all()
+    assert found.gone.sum() == 12 * 4
+
+
+@pytest.mark.parametrize("width", [0.3, 0.5, 0.8])
+def test_a_part_of_a_pixel_is_told_by_its_grey(width: float) -> None:
+    mask, frame = opened(slice(18, 22), slice(4, 8))  # shows how dark a glottis is
+    frame[12:, 20] = TISSUE - width * (TISSUE - DARK)
+    found = between(shut(), (mask, frame))
+    assert found is not None
+    assert found.displacement[22:30, 20] == pytest.approx(width, rel=0.05)
+    assert (found.measured[22:30, 19] == 0).all()
+
+
+def test_a_change_of_few_grey_levels_in_dark_tissue_is_no_motion() -> None:
+    mask, frame = shut()
+    before, after = np.full_like(frame, 5.0), np.full_like(frame, 5.0)
+    after[:, 20] -= 2
+    assert Folds(mask, mask, UPRIGHT).parting(before, after) is None
+
+
+def test_a_gleam_beside_one_line_is_no_motion_of_it() -> None:
+    mask, frame = shut()
+    gleam = frame.copy()
+    gleam[20, :14] *= 1.2
+    gleam[20, 26:] *= 1.2
+    assert Folds(mask, mask, UPRIGHT).parting(frame, gleam) is None
