@@ -9,6 +9,7 @@ import pytest
 
 from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, Measures
+from plica.measures.perturbation import frame_jitter
 from plica.video.grid import with_grain
 from plica.video.waveforms import GlottalArea, measures
 
@@ -30,7 +31,7 @@ _KNOWN = (
 )
 
 
-def _measured(seed: int, period: float, step: float, *, pixels: bool) -> Measures:
+def _measured(seed: int, period: float, step: float, *, pixels: bool, **units: float) -> Measures:
     """Folds that open and collide, ten cycles of so many steps; edges of whole pixels or exact."""
     random = np.random.default_rng(seed)
     amplitude = random.uniform(4, 9, 2)[:, None]
@@ -50,7 +51,7 @@ def _measured(seed: int, period: float, step: float, *, pixels: bool) -> Measure
         right = np.clip(0.5 + place, 0.0, 1.0)
         rows = np.stack([inside @ (1 - right), inside @ right])
     middle = rows[:, np.abs(along - 0.5) < 0.05].mean(axis=1)
-    return measures(GlottalArea(*rows.sum(axis=1), *middle), length=float(_ROWS))[0]
+    return measures(GlottalArea(*rows.sum(axis=1), *middle), length=float(_ROWS), **units)[0]
 
 
 def _share_held(period: float, trials: int) -> float:
@@ -90,3 +91,72 @@ def test_cycles_that_scatter_by_more_than_a_frame_have_the_interval_of_their_sca
     assert found.interval == pytest.approx(item.interval, abs=1e-9)
     (found,) = with_grain([replace(item, spread=0.0)], 20.0, 1.0, None)
     assert found.interval[1] - found.interval[0] > 1.1 * (item.interval[1] - item.interval[0])
+
+
+_DRAWN = 0.06  # of a width: the replicates are random
+
+
+def _alike(value: float, name: str) -> Measure:
+    """Of ten cycles without scatter."""
+    return Measure(name, value, 0.0, 10, replicates=of_mean(np.full(10, value)))
+
+
+def _widths(values: dict[str, float], frames: float, length: float | None = None) -> dict[str, float]:
+    """Of the intervals, over the 0.95 of an even distribution that they hold."""
+    found = with_grain([_alike(value, name) for name, value in values.items()], frames, 1.0, length)
+    return {item.name: (item.interval[1] - item.interval[0]) / 0.95 for item in found}
+
+
+def test_intervals_are_the_same_in_any_unit() -> None:
+    plain = _measured(1, 20.0, 1.0, pixels=True)
+    metric = _measured(1, 20.0, 1.0, pixels=True, fps=4000.0, mm_per_px=0.05)
+    compared = 0
+    for name, item in plain.items():
+        if item.interval is not None and abs(item.value) > 1e-6:  # less is rounding
+            ratio = metric[name].value / item.value
+            assert metric[name].interval == pytest.approx(ratio * np.array(item.interval), rel=1e-6), name
+            compared += 1
+    assert compared > 12
+
+
+def test_ratios_of_instants_go_by_what_a_frame_makes_of_them() -> None:
+    values = {"closing_quotient": 0.3, "speed_quotient": 1.5, "speed_index": 0.2, "rate_quotient": 2.0}
+    found, moved = _widths(values, 20.0), 0.05  # of the cycle, that one instant moves by
+    opening = values["speed_quotient"] * values["closing_quotient"]
+    both = opening + values["closing_quotient"]
+    assert found["speed_quotient"] == pytest.approx(moved * both / 0.3**2, rel=_DRAWN)  # the summit moves
+    assert found["speed_index"] == pytest.approx(2 * moved / both, rel=_DRAWN)
+    assert found["rate_quotient"] == pytest.approx(moved * (1 + 2.0) / 0.3, rel=_DRAWN)
+
+
+def test_areas_go_by_the_rows_that_are_rounded() -> None:
+    values = {"glottal_area_max_relative": 0.1, "glottal_gap_relative": 0.05, "glottal_area_mean": 300.0}
+    found = _widths(values, 1e4, 50.0)  # so many frames a cycle that the summit is one of them
+    for name, size in (("glottal_area_max_relative", 50.0**2), ("glottal_gap_relative", 50.0**2)):
+        assert found[name] == pytest.approx(10 / size, rel=_DRAWN)
+    assert found["glottal_area_mean"] == pytest.approx(10, rel=_DRAWN)
+
+
+def test_the_highest_of_four_frames_may_lie_below_the_summit() -> None:
+    items = [_alike(1000.0, name) for name in ("amplitude_left", "amplitude_right")]
+    found, _ = with_grain(items, 4.0, 1.0, None)
+    summit = 1000 * (1 - np.cos(np.pi / 4))
+    low, high = found.interval
+    assert low > 1000 - 0.5
+    assert high == pytest.approx(1000 + 0.975 * summit, rel=0.01)
+
+
+def test_jitter_that_frames_make_is_no_less_than_0_and_no_more_than_they_make() -> None:
+    (found,) = with_grain([_alike(0.0, "jitter")], 40.0, 1.0, None)
+    assert found.interval[0] == 0
+    assert found.interval[1] == pytest.approx(0.95 * 0.5 * frame_jitter, rel=_DRAWN)
+
+
+def test_left_and_right_are_off_each_by_itself() -> None:
+    values = {"amplitude_left": 6.0, "amplitude_right": 6.0}
+    drawn = [
+        item.replicates.values
+        for item in with_grain([_alike(value, name) for name, value in values.items()], 20.0, 1.0, None)
+        if item.replicates is not None
+    ]
+    assert abs(np.corrcoef(*drawn)[0, 1]) < 0.1
