@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ class TwoTops(MarginalLikelihood):
         return (3.0 if nearer_false else 30.0) - 0.5 * d * d, -d / width, width**-2
 
     def evaluate(self, x: ArrayLike) -> Evaluation:
-        at = np.array(x, dtype=float)
+        at = self._point(x)
         value, slope, curvature = self.density(at[0])
         base = super().evaluate(self.prior_mean)
         made = replace(
@@ -121,6 +122,32 @@ def test_starts_that_store_no_energy_are_left_out() -> None:
     points = list(begins(likelihood, likelihood.prior_mean, Scoring()))
     assert 2 < len(points) < 18
     assert all(math.isfinite(likelihood.value(x)) for x in points)
+
+
+def test_a_first_quarter_without_motion_leaves_the_first_end() -> None:
+    """Of 12 frames the first 3 are still: no tissue can be compared on them."""
+    model = one_number(1.0)
+    flow = np.array(model.observation.flow)
+    flow[3:7, 2] += 3.0
+    flow[: math.ceil(len(flow) / 4)] = 0.0
+    likelihood = TwoTops(model.seeing(flow))
+    likelihood.true = likelihood.false  # no second end
+    assert len(list(begins(likelihood, likelihood.prior_mean, Scoring()))) == 2
+    found = estimate(likelihood, options=Scoring(starts=5))
+    assert not found.residuals.passed
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
+
+
+def test_a_start_that_cannot_be_evaluated_leaves_the_first_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    likelihood = outlying()
+    first = likelihood.prior_mean
+    with pytest.raises(plica.InvalidInput, match="finite numbers"):
+        estimate(likelihood, np.full_like(first, np.nan))
+    module = sys.modules["plica.identify.estimate"]  # its function hides it in the package
+    monkeypatch.setattr(module, "begins", lambda *_: iter([first, np.full_like(first, np.nan)]))
+    found = estimate(likelihood, options=Scoring(starts=2))
+    assert (found.starts, found.ended_here) == (2, 1)
+    assert found.mean[0] == pytest.approx(first[0] + likelihood.false, abs=0.05)
 
 
 @pytest.mark.parametrize("frames", [5, 8])

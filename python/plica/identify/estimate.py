@@ -13,7 +13,7 @@ from plica.errors import SolveFailed
 from plica.identify.evaluation import Evaluation
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
-from plica.identify.scoring import Iteration, Scoring, climb
+from plica.identify.scoring import NOT_THERE, Iteration, Scoring, climb
 from plica.identify.starts import begins
 
 __all__ = ["estimate"]
@@ -48,19 +48,21 @@ def estimate(
     Raises
     ------
     InvalidInput
-        Where nothing in the data depends on a parameter, which is named.
+        Where, at the first start, nothing in the data depends on a parameter, which is named.
     SolveFailed
         Where no start's iteration has converged; what the first says.
     """
     options = options or Scoring()
     first = likelihood.prior_mean if start is None else np.array(start, dtype=float)
     ends: list[tuple[Posterior, Evaluation]] = []
-    failure: SolveFailed | None = None
+    failure: Exception | None = None
     tried = 0
     for tried, begin in enumerate(islice(begins(likelihood, first, options), options.starts), start=1):
         try:
             found = climb(likelihood, begin, options, _numbered(progress, tried))
-        except SolveFailed as error:
+        except NOT_THERE as error:
+            if tried == 1 and not isinstance(error, SolveFailed):
+                raise
             failure = failure or error
             continue
         ends.append((found, likelihood.last()))

@@ -15,13 +15,17 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import residual_test
 
-__all__ = ["Iteration", "Scoring", "climb"]
+__all__ = ["NOT_THERE", "Iteration", "Scoring", "climb"]
 
 Array = NDArray[np.float64]
 NEAR = 2.0
 """[posterior sd] From a step shorter than this on, the curvature is the information at that point,
 corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
 from the information, and plain scoring would swing about the maximum."""
+
+NOT_THERE = (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError)
+"""What is raised where the density is not there: where a material would store no energy, a camera would look
+up, a solve fails or a number overflows."""
 
 LARGEST_BOOST = 64.0
 """Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
@@ -130,7 +134,7 @@ def _posterior(
     def density(x: Array) -> float:
         try:
             return likelihood.value(x) + likelihood.log_prior(x)
-        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError):
+        except NOT_THERE:
             return -math.inf
 
     reached = density(now.point + step)
@@ -169,16 +173,15 @@ def _line_search(
 ) -> tuple[Array, Evaluation, float] | str:
     """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises.
 
-    A step is too long, too, where the density is not there: where a material would store no energy, a camera
-    would look up, a solve fails or a number overflows. If no step is short enough: what failed last, or an
-    empty text.
+    A step is too long, too, where the density is not there (`NOT_THERE`). If no step is short enough: what
+    failed last, or an empty text.
     """
     share, last = 1.0, ""
     for _ in range(options.max_halvings):
         candidate = x + share * step
         try:
             there = likelihood.evaluate(candidate)
-        except (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError) as error:
+        except NOT_THERE as error:
             share, last = share / 2, f"The last that could not be evaluated: {error}"
             continue
         reached = there.value + likelihood.log_prior(candidate)

@@ -25,7 +25,7 @@ MOST_POINTS = 400
 """Each point costs two rows of every frame; beyond it they say the same again."""
 
 MOST_STARTS = 18
-"""As many as there are tissues to begin at."""
+"""As many as there are: the first, that again by parts of the recording, and 16 tissues of the prior."""
 
 
 def _listed(value: object) -> object:

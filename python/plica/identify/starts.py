@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy import special
 from scipy.stats import qmc
 
-from plica.errors import InvalidInput, SolveFailed
+from plica.errors import InvalidInput
 from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.scoring import Scoring, climb
+from plica.identify.scoring import NOT_THERE, Scoring, climb
+from plica.identify.settings import MOST_STARTS
 
 __all__ = ["begins", "graduated"]
 
@@ -28,7 +29,7 @@ _SHARES = (0.25, 0.5)
 """Of the frames that show something."""
 _ROUGH = 0.5
 """[posterior sd] to which the climbs on a part of the recording go."""
-_SCANNED = 16
+_SCANNED = MOST_STARTS - 2
 """Tissues of the prior whose densities on the first quarter are compared."""
 
 
@@ -47,14 +48,18 @@ def graduated(likelihood: MarginalLikelihood, start: Array, options: Scoring) ->
     for share in _SHARES:
         try:
             start = climb(likelihood.of_first(_frames(likelihood, share)), start, rough).mean
-        except (InvalidInput, SolveFailed, np.linalg.LinAlgError):
+        except NOT_THERE:
             continue  # too short to tell all parameters, or without an end: the next one is longer
     return start
 
 
 def _scanned(likelihood: MarginalLikelihood) -> list[Array]:
-    """(p) each, the most probable first; without those that would store no energy."""
-    quarter = likelihood.of_first(_frames(likelihood, _SHARES[0]))
+    """(p) each, the most probable first; without those that would store no energy. None where the first
+    quarter is too short or shows no motion."""
+    try:
+        quarter = likelihood.of_first(_frames(likelihood, _SHARES[0]))
+    except InvalidInput:
+        return []
     mean, sd = likelihood.prior_mean, likelihood.prior_sd
     places = qmc.Halton(len(mean), scramble=False).random(_SCANNED + 1)[1:]  # the first is a corner
     found: list[tuple[float, Array]] = []
@@ -62,7 +67,7 @@ def _scanned(likelihood: MarginalLikelihood) -> list[Array]:
         point = mean + sd * math.sqrt(2) * special.erfinv(2 * place - 1)
         try:
             found.append((quarter.value(point) + quarter.log_prior(point), point))
-        except (InvalidInput, SolveFailed, np.linalg.LinAlgError):
+        except NOT_THERE:
             continue
     return [point for _, point in sorted(found, key=lambda one: -one[0])]
 
