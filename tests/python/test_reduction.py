@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import plica
 from plica.errors import SceneError
@@ -171,6 +172,33 @@ def test_all_components_of_a_full_run_give_its_motion_again(full_run: plica.Run)
         errors.append(np.abs(waves["minimum_area"] - full).max() / full.max())
         assert np.abs(waves["ledger_error"]).max() < 1e-10 * waves["elastic_energy"].max()
     assert errors[1] < min(0.005, 0.2 * errors[0])
+
+
+def test_components_are_those_that_hold_most_elastic_energy(full_run: plica.Run) -> None:
+    """Of all frames as much as the largest eigenvalues of F' K F."""
+    mesh = build_mesh(full_run.scene.mesh)
+    taken = basis_of(taken_from(full_run, 7), mesh)[:, :7]
+    K = csr_array(build_simulation(full_run.scene, mesh).stiffness, shape=2 * (len(taken),))
+    frames = np.asarray(full_run.displacement, dtype=float).reshape(len(full_run.displacement), -1).T
+    shared = taken.T @ (K @ frames)
+    held = np.sum(shared * np.linalg.solve(taken.T @ (K @ taken), shared))
+    assert held == pytest.approx(np.linalg.eigvalsh(frames.T @ (K @ frames))[-7:].sum(), rel=1e-7)
+
+
+def test_as_many_responses_to_pressures_are_taken_as_it_says(
+    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = build_mesh(phonating.mesh)
+    monkeypatch.setattr("plica.phonation.run.reduction.PRESSURE_VECTORS", 5)
+    assert basis_of(reduced(phonating, 3, 0), mesh).shape[1] == 3 + 5
+
+
+def test_components_come_without_modes_and_contact_vectors_unless_asked_for(full_run: plica.Run) -> None:
+    mesh = build_mesh(full_run.scene.mesh)
+    scene = taken_from(full_run, 7)
+    assert basis_of(scene, mesh).shape[1] == 7 + PRESSURE_VECTORS
+    more = scene.replace({"reduction.modes": 3, "reduction.contact_vectors": 5})
+    assert basis_of(more, mesh).shape[1] == 7 + 3 + PRESSURE_VECTORS + 5
 
 
 def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:

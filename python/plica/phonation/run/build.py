@@ -102,11 +102,6 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
         raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
     from plica.phonation.run.reduction import reduction_basis  # with SciPy, which no other scene needs
 
-    given = reduction.full_run is not None
-
-    def count(asked: int | None) -> int | None:
-        return 0 if asked is None and given else asked
-
     try:
         return reduction_basis(
             build_simulation(scene.replace({"reduction": None}), mesh),
@@ -114,8 +109,8 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
             fixed_components(scene, mesh),
             motion=None if reduction.full_run is None else _motion(scene, reduction.full_run, mesh),
             components=reduction.components,
-            modes=count(reduction.modes),
-            contact_vectors=0 if scene.contact is None else count(reduction.contact_vectors),
+            modes=reduction.modes,
+            contact_vectors=0 if scene.contact is None else reduction.contact_vectors,
             surface=None if scene.airflow is None else scene.airflow.surface,
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
@@ -125,6 +120,7 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
 
 
 def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
+    """The displacements (frames, n, 3) m of a full run; InvalidInput where it does not fit the scene."""
     run = Run.load(directory)
     motion = stored_motion(run, mesh)
     if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):

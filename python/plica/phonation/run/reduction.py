@@ -49,10 +49,11 @@ def reduction_basis(
         Of its principal components, those that hold most elastic energy. None: 60.
     modes : int or None
         Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
-        there are.
+        there are; with a motion 0.
     contact_vectors : int or None
         Static responses to forces along the normals of the contact's nodes: of all of them the combinations
-        that hold most elastic energy. None: 100, or as many as there are.
+        that hold most elastic energy. None: 100, or as many as there are; with a
+        motion or without sides 0.
     surface : str, optional
         Where the air presses: of the static responses to each section's pressure, and to that below, the 40
         combinations that hold most elastic energy.
@@ -60,10 +61,19 @@ def reduction_basis(
         Triangles of the contact's surfaces.
     reach : float
         [m] How far apart, at rest, nodes may be that get contact vectors.
+
+    Raises
+    ------
+    InvalidInput
+        Where more vectors are asked for than there are, or a body can move without strain.
     """
     free = ~fixed.ravel()
     count = int(free.sum())
-    forces = None if sides is None else _contact_forces(np.asarray(mesh.points), sides, reach, free)
+    if motion is not None:
+        modes, contact_vectors = modes or 0, contact_vectors or 0
+    forces = None
+    if sides is not None and contact_vectors != 0:
+        forces = _contact_forces(np.asarray(mesh.points), sides, reach, free)
     if contact_vectors is None:
         contact_vectors = 0 if forces is None else min(CONTACT_VECTORS, forces.shape[1], count)
     if modes is None:
@@ -96,8 +106,8 @@ def reduction_basis(
 
     columns = [_lowest_modes(K, M, solve, modes)]
     if motion is not None:
-        count = COMPONENTS if components is None else components
-        columns.insert(0, _principal_components(K, motion.reshape(len(motion), -1)[:, free].T, count))
+        fields = motion.reshape(len(motion), -1)[:, free].T
+        columns.insert(0, _principal_components(K, fields, COMPONENTS if components is None else components))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])
