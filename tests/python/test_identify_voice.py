@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from flow_files import SETTINGS, block_scene, flow_file
 from plica.identify import Settings, identify, load
 from plica.identify.pressures import fed_back
 from plica.identify.report import rows
+from plica.identify.wording import GAUSSIAN_FALL
 
 FRAME, NOISE = 250e-6, 0.05  # s, px
 CAMERA = plica.Camera(mm_per_px=0.1, width=96, height=144)
@@ -90,6 +92,12 @@ def test_who_says_that_a_block_is_voiced_gets_no_interval(tmp_path: Path) -> Non
     assert np.array_equal(found[True].posterior.mean, found[False].posterior.mean)
     assert "motion makes its own pressures" in found[True].table
     assert "motion makes its own pressures" in rows(found[True])[0].verdict
+    assert "the motion makes them" in found[True].warnings[0]
     assert not any("voice" in told for told in found[False].warnings)
+    sure = {"follows": 1.0, "mesh_shift": None, "inflation": np.ones(1), "falls": np.full(2, GAUSSIAN_FALL)}
+    assert [replace(one.posterior, **sure).answered for one in found.values()] == [False, True]
+    assert [replace(one.posterior, **sure).refused.any() for one in found.values()] == [True, False]
+    assert load(tmp_path / "True").posterior.fed_back
+    assert not load(tmp_path / "False").posterior.fed_back
     csv = (tmp_path / "True" / "posterior.csv").read_text().splitlines()
     assert csv[1].split(",")[3:6] == ["", "", ""]
