@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
@@ -109,15 +110,14 @@ def made_plan(
     kept = _kept(path, options, candidates)
     if kept is not None:
         return kept
-    own = run.seconds / max(run.steps, 1)
-    basis = _basis_seconds(run)
+    mine = _Own.of(run)
     limit = max(budget * run.seconds, least_budget)
     chosen: list[PlannedLevel] = []
     remarks: list[str] = []
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
         try:
-            cost, note = _cost(level, run, start, own, left, basis)
+            cost, note = _cost(level, run, start, mine, left)
         except InvalidInput as error:
             remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
             continue
@@ -196,21 +196,30 @@ def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, 
     return start.on(run.mesh, np.asarray(level.mesh.points), fixed_components(level.scene, level.mesh))
 
 
-def _basis_seconds(run: Run) -> float:
-    """s that the basis of a reduced scene takes, measured; every level makes its own."""
-    if run.scene.reduction is None:
-        return 0.0
-    mesh = build_mesh(run.scene.mesh, run.scene.source)
-    begin = time.perf_counter()
-    basis_of(run.scene, mesh)
-    return time.perf_counter() - begin
+@dataclass(frozen=True)
+class _Own:
+    """What costs of levels are told from: the run's own."""
+
+    step: float
+    """s, of one step"""
+    mesh: _engine.TetMesh
+    basis: NDArray[np.float64] | None
+    """(3 n, any) of a reduced scene"""
+    basis_seconds: float
+    """s that the basis takes, measured; every level makes its own. Without: 0"""
+
+    @staticmethod
+    def of(run: Run) -> _Own:
+        mesh = build_mesh(run.scene.mesh, run.scene.source)
+        begin = time.perf_counter()
+        basis = None if run.scene.reduction is None else basis_of(run.scene, mesh)
+        seconds = 0.0 if basis is None else time.perf_counter() - begin
+        return _Own(run.seconds / max(run.steps, 1), mesh, basis, seconds)
 
 
-def _cost(
-    level: PlannedLevel, run: Run, start: Start | None, own: float, left: float, basis: float
-) -> tuple[float, str]:
+def _cost(level: PlannedLevel, run: Run, start: Start | None, mine: _Own, left: float) -> tuple[float, str]:
     """s that a level takes, by the run's measured step; of another mesh, by the ratio measured now."""
-    steps = level.scene.time.steps
+    steps, own, basis = level.scene.time.steps, mine.step, mine.basis_seconds
     if level.kind == "step":
         seconds = basis + steps * own
         return seconds, f"{steps} steps of {1e3 * own:.3g} ms{_with(basis)} are {clock(seconds)}"
@@ -219,7 +228,7 @@ def _cost(
     guess = basis + steps * own * cells**_COST_GROWS
     if guess > _HOPELESS * max(left, 1.0):
         return guess, f"{cells:.3g} times the cells would take some {clock(guess)}"
-    base = build_simulation(run.scene, build_mesh(run.scene.mesh, run.scene.source), *_as_pair(start))
+    base = build_simulation(run.scene, mine.mesh, *_as_pair(start), mine.basis)
     ratio = step_cost(simulation_of(level, run, start)) / step_cost(base)
     seconds = basis + steps * own * ratio
     return seconds, f"{steps} steps of {1e3 * own * ratio:.3g} ms{_with(basis)} are {clock(seconds)}"
