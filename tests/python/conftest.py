@@ -1,13 +1,17 @@
-"""Small scenes that the tests share."""
+"""Small scenes, and a recording, that the tests share."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import plica
+from plica.cli import main
 from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
+from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 TINY_LARYNX: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 
@@ -17,6 +21,10 @@ THESIS_TISSUE: dict[str, dict[str, Any]] = {
     }
     for layer, tissue in TISSUE_PRESETS["normal"].items()
 }
+
+MOVIE = Synthetic(
+    height=95, width=97, frames=66, frequency=0.0813, amplitude=(5, 5), opening=(2, 2), highlights=2
+)
 
 
 @pytest.fixture
@@ -63,3 +71,20 @@ def phonating() -> plica.Scene:
         initial=plica.Initial(opening_velocity=-1.2),
         output=plica.Output(every=2e-4, checkpoint_every=5e-4),
     )
+
+
+@pytest.fixture(scope="session")
+def movie(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording of a synthetic glottis, 66 frames of 95 x 97 px with highlights."""
+    path = tmp_path_factory.mktemp("movie") / "glottis.npy"
+    np.save(path, SyntheticGlottis(MOVIE).stack())
+    return path
+
+
+@pytest.fixture(scope="session")
+def done(movie: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What `plica video` makes of it; tests that change it take a copy."""
+    where = tmp_path_factory.mktemp("done")
+    arguments = ["video", str(movie), "--fps", "4000", "--mm-per-px", "0.05", "--preset", "fast", "--quiet"]
+    assert main([*arguments, "-o", str(where)]) == 0
+    return where
