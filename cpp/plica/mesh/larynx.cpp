@@ -38,9 +38,9 @@ Larynx in_levels(std::vector<int> levels, int around, int body_rings) {
 }  // namespace
 
 Larynx Larynx::coarse() { return {}; }
-Larynx Larynx::demo() { return triangulated(0.1e-2, 0.3, 20); }
-Larynx Larynx::fine() { return triangulated(0.07e-2, 0.3, 24); }
-Larynx Larynx::finest() { return triangulated(0.055e-2, 0.2, 32); }
+Larynx Larynx::demo() { return triangulated(0.35e-3, 0.4, 16); }
+Larynx Larynx::fine() { return triangulated(0.27e-3, 0.3, 20); }
+Larynx Larynx::finest() { return triangulated(0.2e-3, 0.24, 24); }
 Larynx Larynx::thesis() { return in_levels({7, 1, 4, 5, 1, 8, 1, 9, 7, 8}, 36, 3); }
 Larynx Larynx::thesis_coarse() { return in_levels({2, 1, 1, 1, 1, 4, 1, 1, 1, 1}, 12, 2); }
 Larynx Larynx::thesis_demo() { return in_levels({2, 1, 1, 2, 1, 6, 1, 2, 1, 2}, 16, 2); }

@@ -53,8 +53,8 @@ struct Larynx {
   /// The half section y = 0 triangulated with the layers as lines of it and carried around the airway, prisms cut
   /// into tetrahedra, one quadrant smoothed and mirrored; sides of quadratic cells are curved.
   struct Triangulated {
-    double size = 0.1e-2;  // m, > 0: edges between the sections that the layers lie between
-    double growth = 0.6;   // >= 0: edges are longer by this times the distance from there
+    double size = 0.35e-3;  // m, > 0: edges between the sections that the layers lie between
+    double growth = 0.7;    // >= 0: edges are longer by this times the distance from there
     /// Mesh lines around the airway, a multiple of 4, >= 8; at (x, y) = (minor cos t, major sin t) on the ellipse
     /// and at the angle t on the cylinder, t even.
     int around = 12;
@@ -70,10 +70,10 @@ struct Larynx {
   static std::vector<Section> thesis_sections();
   /// By purpose. Quadratic, the wall held: unknowns, and by how much the lowest three symmetric frequencies are
   /// high (docs/theory.md, "The parametric larynx").
-  static Larynx coarse();  // 7704; 2.2, 1.5, 2.3 %: tests and first tries
-  static Larynx demo();    // 18120; 0.8, 0.4, 0.8 %
-  static Larynx fine();    // 26928; 0.5, 0.2, 0.5 %
-  static Larynx finest();  // 56832; 0.2, 0.0, 0.1 %
+  static Larynx coarse();  // 9864; 2.1, 1.6, 2.1 %: tests and first tries
+  static Larynx demo();    // 21600; 0.7, 0.5, 0.6 %
+  static Larynx fine();    // 43440; 0.3, 0.2, 0.2 %
+  static Larynx finest();  // 87984; 0.1, 0.0, 0.0 %
   /// In levels. 52 of them as in the thesis, at its 52 sections except in the first and last interval, where they
   /// are graded: 55080 tetrahedra (54984 in Paper A, Sec. 3), 11232 nodes.
   static Larynx thesis();
