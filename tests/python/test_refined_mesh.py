@@ -95,8 +95,8 @@ def test_a_larynx_is_refined_in_all_its_sizes_by_one_factor() -> None:
     assert (fine.factor, coarse.factor) == (pytest.approx(1.4), pytest.approx(0.8))
     fields = fine.scene.resolved()["mesh"]["options"]
     assert fields["around"] == 28
-    assert fields["size"] == pytest.approx(1e-3 / 1.4)
-    assert fields["growth"] == pytest.approx(0.3 / 1.4)
+    assert fields["size"] == pytest.approx(0.4e-3 / 1.4)
+    assert fields["growth"] == pytest.approx(0.46 / 1.4)
     assert fine.scene.mesh.order == 2
 
 

@@ -38,7 +38,7 @@ Larynx in_levels(std::vector<int> levels, int around, int body_rings) {
 }  // namespace
 
 Larynx Larynx::coarse() { return {}; }
-Larynx Larynx::demo() { return triangulated(0.35e-3, 0.4, 16); }
+Larynx Larynx::demo() { return triangulated(0.4e-3, 0.46, 20); }
 Larynx Larynx::fine() { return triangulated(0.27e-3, 0.3, 20); }
 Larynx Larynx::finest() { return triangulated(0.2e-3, 0.24, 24); }
 Larynx Larynx::thesis() { return in_levels({7, 1, 4, 5, 1, 8, 1, 9, 7, 8}, 36, 3); }

@@ -71,7 +71,7 @@ struct Larynx {
   /// By purpose. Quadratic, the wall held: unknowns, and by how much the lowest three symmetric frequencies are
   /// high (docs/theory.md, "The parametric larynx").
   static Larynx coarse();  // 9864; 2.1, 1.6, 2.1 %: tests and first tries
-  static Larynx demo();    // 21600; 0.7, 0.5, 0.6 %
+  static Larynx demo();    // 21720; 0.6, 0.4, 0.5 %
   static Larynx fine();    // 43440; 0.3, 0.2, 0.2 %
   static Larynx finest();  // 87984; 0.1, 0.0, 0.0 %
   /// In levels. 52 of them as in the thesis, at its 52 sections except in the first and last interval, where they

@@ -83,7 +83,7 @@ class Larynx(Part):
     larynx: Literal[
         "coarse", "demo", "fine", "finest", "thesis", "thesis_coarse", "thesis_demo", "thesis_medium"
     ] = "thesis"
-    """The preset. By purpose, with order 2: ``"coarse"`` 9,864 unknowns, ``"demo"`` 21,600, ``"fine"``
+    """The preset. By purpose, with order 2: ``"coarse"`` 9,864 unknowns, ``"demo"`` 21,720, ``"fine"``
     43,440, ``"finest"`` 87,984; their lowest three symmetric frequencies are high by at most
     2.1, 0.7, 0.3 and 0.1 %.
     In levels, the way of the thesis: ``"thesis"``, and coarser ones."""
