@@ -5,9 +5,11 @@
 
 namespace plica {
 
-PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A, const Supports& supports,
-                                   Indices nodes)
+PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes)
     : nodes_(std::move(nodes)) {
+  const LinearSolver& A = motion.solver();
+  const Supports& supports = motion.supports();
+  const MirrorImages* images = motion.images();
   const auto& patterns = airflow.load_patterns().sections;  // rows: three a surface node
   const std::ptrdiff_t sections = patterns.cols();
   at_nodes_.resize(3 * nodes_.size(), sections);
@@ -16,11 +18,14 @@ PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A
     const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, sections - first);
     Eigen::MatrixXd load = Eigen::MatrixXd::Zero(supports.size(), count), response;
     for (std::ptrdiff_t row = 0; row < patterns.rows(); ++row) {
-      const std::ptrdiff_t unknown = 3 * static_cast<std::ptrdiff_t>(airflow.nodes()[row / 3]) + row % 3;
+      const std::int32_t node = airflow.nodes()[row / 3];
+      const std::ptrdiff_t unknown =
+          3 * static_cast<std::ptrdiff_t>(images ? images->node_of(node) : node) + row % 3;
+      const double sign = images ? images->sign(node)[row % 3] : 1.0;
       if (supports.fixed(unknown)) continue;
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns, row); entry; ++entry)
         if (entry.col() >= first && entry.col() < first + count)
-          load(unknown, entry.col() - first) = entry.value();
+          load(unknown, entry.col() - first) += sign * entry.value();
     }
     for (const Convergence& end : A.solve_many(load, response, A.tolerance()))
       if (!end.converged)
@@ -28,8 +33,11 @@ PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A
                           number(end.residual) + " after " + number(end.iterations) + " iterations (tolerance " +
                           number(A.tolerance()) +
                           "). Raise max_iterations of solver.method, cholesky or conjugate_gradients.");
-    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-      at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
+    for (std::ptrdiff_t k = 0; k < count; ++k) {
+      const Vector column = response.col(k);
+      for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
+        at_nodes_.block<3, 1>(3 * i, first + k) = motion.at(nodes_[i], column);
+    }
     everywhere_.middleCols(first, count) = response.cast<float>();
   }
 }
