@@ -29,7 +29,7 @@ def voice(phonating: plica.Scene) -> plica.Scene:
 
 
 def folding(points: Floats, planes: tuple[int, ...]) -> tuple[csr_array, NDArray[np.int64]]:
-    """S of u = S q by brute force, and the nodes of the part: those of least distance from the planes' far side."""
+    """S of u = S q by brute force, and the nodes of the part."""
     part = np.flatnonzero((points[:, planes] >= -1e-12).all(axis=1))
     image = points.copy()
     image[:, planes] = np.abs(image[:, planes])
@@ -63,10 +63,8 @@ def furthest(found: dict[str, Any], expected: dict[str, Any], name: str) -> floa
 
 @pytest.mark.parametrize("symmetry", PLANES)
 @pytest.mark.parametrize("order", [1, 2])
-def test_matrices_are_those_of_the_whole_folded(
-    phonating: plica.Scene, symmetry: str, order: int
-) -> None:
-    """S^T A S by a matching of nodes of the test's own: A commutes with the mirrors, tissue, fibres and mass."""
+def test_matrices_are_those_of_the_whole_folded(phonating: plica.Scene, symmetry: str, order: int) -> None:
+    """By a matching of nodes of the test's own: A commutes with the mirrors, tissue, fibres and mass."""
     scene = phonating.replace({"mesh.order": order})
     mesh = build_mesh(scene.mesh)
     S, _ = folding(np.asarray(mesh.points), PLANES[symmetry])
@@ -95,30 +93,51 @@ def test_a_voice_through_contact_is_that_of_the_whole(voice: plica.Scene, symmet
     assert np.abs(found["ledger_error"]).max() < 1e-11 * energy
 
 
-CONTACTS: dict[str, Any] = {
+EXACT: dict[str, Any] = {
     "saddle": {"multipliers": {"solver": "saddle"}},
     "gmres": {"multipliers": {"solver": "gmres"}},
     "weighted": {"multipliers": {"position": "weighted"}},
-    "penalty": {"penalty": {"stiffness": "50 N/m"}},
-    "volume_penalty": {"volume_penalty": {}},
     "augmented": {"augmented": {}},
-    "mortar": {"multipliers": {}, "faces": "mortar"},
-    "friction": {"multipliers": {}, "friction": 0.3},
 }
+ONE_SIDED: dict[str, Any] = {
+    "penalty": {"penalty": {"stiffness": "50 N/m"}},
+    "mortar": {"multipliers": {}, "faces": "mortar", "tolerance": 1e-8},
+    "friction": {"multipliers": {}, "friction": 0.3, "tolerance": 1e-8},
+}
+WAVES = ("minimum_area", "elastic_energy", "contact_force_first")
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_every_contact_is_that_of_the_whole(voice: plica.Scene, contact: str) -> None:
-    """To what its own iterations leave, at contact's usual tolerance."""
-    mesh = build_mesh(voice.mesh)
-    scene = voice.replace({"contact": CONTACTS[contact]})
-    expected = build_simulation(scene, mesh).advance(20)
-    found = build_simulation(scene.replace({"symmetry": "quarter"}), mesh).advance(20)
+def simulated(scene: plica.Scene, symmetry: str | None, steps: int = 20) -> tuple[dict[str, Any], Floats]:
+    simulation = build_simulation(scene.replace({"symmetry": symmetry}))
+    return simulation.advance(steps), np.array(simulation.displacement)
+
+
+@pytest.mark.parametrize("contact", EXACT)
+def test_contact_without_a_side_is_that_of_the_whole(voice: plica.Scene, contact: str) -> None:
+    """A closed gap is the same from either side; to what the method's own iterations leave."""
+    scene = voice.replace({"contact": EXACT[contact]})
+    expected, _ = simulated(scene, None)
+    found, _ = simulated(scene, "quarter")
     assert expected["contact_rows"].max() > 0
-    for name in ("minimum_area", "elastic_energy", "contact_force_first"):
-        print(contact, name, furthest(found, expected, name))
-    for name in ("minimum_area", "elastic_energy", "contact_force_first"):
-        assert furthest(found, expected, name) < 1e-4, name
+    for name in WAVES:
+        assert furthest(found, expected, name) < 1e-5, name
+
+
+@pytest.mark.parametrize("contact", ONE_SIDED)
+def test_contact_that_has_a_side_loses_what_is_not_symmetric_in_it(voice: plica.Scene, contact: str) -> None:
+    """Slaves of one fold make a whole larynx lean to one side; a half does not, and a quarter is the half."""
+    scene = voice.replace({"contact": ONE_SIDED[contact]})
+    whole, u = simulated(scene, None)
+    half, of_half = simulated(scene, "half")
+    quarter, _ = simulated(scene, "quarter")
+    x = np.asarray(build_mesh(scene.mesh).points)
+    image = np.array([np.argmin(((x - p) ** 2).sum(axis=1)) for p in x * (-1, 1, 1)])
+    leaning = np.abs(u[image] * (-1, 1, 1) - u).max()
+    np.testing.assert_array_equal(of_half[image] * (-1, 1, 1), of_half)
+    assert 0 < np.abs(of_half - u).max() < leaning
+    assert whole["contact_rows"].max() > 0
+    for name in WAVES:
+        assert furthest(quarter, half, name) < 1e-7, name
 
 
 def test_frequencies_of_the_part_are_the_symmetric_ones_of_the_whole(phonating: plica.Scene) -> None:
@@ -184,18 +203,21 @@ def test_a_run_of_a_quarter_stores_the_whole(voice: plica.Scene, tmp_path: Path)
     quarter = scene.replace({"symmetry": "quarter"})
     part = plica.run(quarter, tmp_path / "part", progress=False)
     assert part.scene == quarter
-    for name in ("minimum_area", "displacement"):
-        np.testing.assert_allclose(part[name], full[name], atol=1e-8 * np.abs(full[name]).max(), err_msg=name)
+    np.testing.assert_allclose(part["minimum_area"], full["minimum_area"], rtol=1e-8)
+    u, v = (np.array(run.fields["displacement"][-1]) for run in (full, part))
+    np.testing.assert_allclose(v, u, atol=1e-6 * np.abs(u).max())
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "weight to one side": ({"gravity": (1.0, 0, 0)}, r"the weight \(N\) at node .* mirrored in the plane x = 0"),
+    "weight to one side": (
+        {"gravity": (1.0, 0, 0)},
+        r"the weight \(N\) at node .* mirrored in the plane x = 0",
+    ),
     "a push to one side": (
         {"initial": {"velocity": {"body": (0.1, 0.0, 0.0)}}},
         r"the initial velocity \(m/s\) at node .* mirrored in the plane x = 0",
     ),
     "massless surfaces": ({"contact.surface_mass": "redistributed"}, "surface_mass"),
-    "a wall held in front": ({"supports.wall_from_y": "1 mm"}, r"held along x as its mirror image"),
 }
 
 
@@ -207,29 +229,35 @@ def test_what_is_not_symmetric_is_refused(phonating: plica.Scene, case: str) -> 
 
 
 def test_tissue_that_differs_between_the_folds_is_refused(phonating: plica.Scene) -> None:
-    tissue = phonating.tissue["cover"]
-    scene = phonating.replace({"tissue.cover.left": {"E": "9 kPa"}, "symmetry": "half"})
-    assert tissue.left is None
+    scene = phonating.replace({"tissue.cover.left": {"E": "0.8 kPa"}, "symmetry": "half"})
     with pytest.raises(SceneError, match=r"tissue .* at \(-.* is not the mirror image of .* at \("):
         build_simulation(scene)
+
+
+def remade(mesh: _engine.TetMesh, **changes: Any) -> _engine.TetMesh:
+    names = ("points", "cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
+    return _engine.TetMesh(**({name: getattr(mesh, name) for name in names} | changes))
 
 
 def test_a_node_out_of_place_is_refused(phonating: plica.Scene) -> None:
     mesh = build_mesh(phonating.mesh)
     x = np.array(mesh.points)
-    node = int(np.argmin(((x - (8e-3, 3e-3, 0)) ** 2).sum(axis=1)))
-    x[node] += (0, 0, 1e-6)
-    moved = _engine.TetMesh(
-        points=x,
-        cells=mesh.cells,
-        cell_layer=mesh.cell_layer,
-        cell_side=mesh.cell_side,
-        layer_names=mesh.layer_names,
-        surfaces=mesh.surfaces,
-        node_sets=mesh.node_sets,
-    )
-    with pytest.raises(SceneError, match=r"symmetry: node .* has no node at its mirror image in the plane x = 0"):
-        build_simulation(phonating.replace({"symmetry": "half"}), moved)
+    x[np.argmin(((x - (8e-3, 3e-3, 0)) ** 2).sum(axis=1)), 2] += 1e-6
+    with pytest.raises(
+        SceneError, match=r"symmetry: node .* has no node at its mirror image in the plane x = 0"
+    ):
+        build_simulation(phonating.replace({"symmetry": "half"}), remade(mesh, points=x))
+
+
+def test_a_support_in_front_alone_is_refused(phonating: plica.Scene) -> None:
+    mesh = build_mesh(phonating.mesh)
+    x = np.asarray(mesh.points)
+    front = np.flatnonzero((x[:, 1] > 4e-3) & (np.abs(x[:, 0]) < 3e-3)).astype(np.int32)
+    held = remade(mesh, node_sets={**mesh.node_sets, "front": front})
+    scene = phonating.replace({"supports.fixed": ("wall", "front")})
+    build_simulation(scene.replace({"symmetry": "half"}), held)
+    with pytest.raises(SceneError, match=r"symmetry: node .* held along x as its mirror image is"):
+        build_simulation(scene.replace({"symmetry": "quarter"}), held)
 
 
 def test_a_force_to_one_side_is_refused(phonating: plica.Scene) -> None:
@@ -247,7 +275,9 @@ def test_a_cell_across_the_plane_is_refused() -> None:
         time=plica.Stepping(step="0.1 ms", duration="1 ms"),
         symmetry="half",
     )
-    with pytest.raises(SceneError, match=r"lies on both sides of the plane x = 0|has no node at its mirror image"):
+    with pytest.raises(
+        SceneError, match=r"lies on both sides of the plane x = 0|has no node at its mirror image"
+    ):
         build_simulation(scene)
 
 
@@ -259,6 +289,8 @@ def test_a_cell_across_the_plane_is_refused() -> None:
         {"contact": {"nitsche": {}}},
     ],
 )
-def test_what_has_no_symmetric_part_is_refused_by_name(phonating: plica.Scene, changes: dict[str, Any]) -> None:
-    with pytest.raises(SceneError, match="symmetry = half; must be left out with"):
+def test_what_has_no_symmetric_part_is_refused_by_name(
+    phonating: plica.Scene, changes: dict[str, Any]
+) -> None:
+    with pytest.raises(SceneError, match='symmetry = "half"; must be left out with'):
         phonating.replace({"symmetry": "half", **changes})

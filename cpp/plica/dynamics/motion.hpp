@@ -56,7 +56,10 @@ class Motion {
   const Vector3& origin() const { return origin_; }       // m, zero but for meshes far from it
   const Points& reference() const { return reference_; }  // (n, 3) m, from the origin
   /// (n, 3) m from the origin, of all nodes.
-  Points positions(const Vector& displacement) const { return reference_ + as_points(everywhere(displacement)); }
+  Points positions(const Vector& displacement) const {
+    if (!part_) return reference_ + as_points(displacement);
+    return reference_ + as_points(part_->images.spread(displacement));
+  }
   /// At all nodes (3 n): S q.
   Vector everywhere(const Vector& q) const { return part_ ? part_->images.spread(q) : q; }
   /// At one of all nodes.
@@ -64,8 +67,8 @@ class Motion {
     return part_ ? part_->images.at(node, q) : q.segment<3>(3 * static_cast<std::ptrdiff_t>(node));
   }
   /// S^T of forces on all nodes, and the symmetric forces on all nodes of which that comes.
-  Vector folded(const Vector& force) const { return part_ ? part_->images.folded(force) : force; }
-  Vector shared(const Vector& force) const { return part_ ? part_->images.shared(force) : force; }
+  Vector folded(Vector force) const { return part_ ? part_->images.folded(force) : std::move(force); }
+  Vector shared(Vector force) const { return part_ ? part_->images.shared(force) : std::move(force); }
   /// From the origin to the scene's own coordinates.
   Points in_scene(const Points& x) const { return x.rowwise() + origin_.transpose(); }
 

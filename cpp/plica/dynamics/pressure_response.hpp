@@ -17,8 +17,11 @@ class PressureResponse {
   void add(const Vector& pressure, Vector& a) const;
 
  private:
+  const MirrorImages* images_;
   Indices nodes_;
-  Eigen::MatrixXd at_nodes_;    // (3 nodes, s)
+  Indices own_;               // those of the motion's that they are, or are images of
+  Indices place_;             // (nodes) in own_
+  Eigen::MatrixXd at_nodes_;  // (3 own, s)
   Eigen::MatrixXf everywhere_;  // (unknowns, s)
 };
 

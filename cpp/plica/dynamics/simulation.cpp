@@ -70,7 +70,7 @@ void Simulation::begin() {
     const FlowState air = flow->evaluate(flow->areas(x), false);
     state_.flow_load = Vector::Zero(x.size());
     flow->add_load(x, air.pressure, state_.flow_load);
-    state_.flow_load = motion_.folded(state_.flow_load);
+    state_.flow_load = motion_.folded(std::move(state_.flow_load));
     state_.load += state_.flow_load;
     state_.supplied_power = air.supplied_power;
     state_.viscous_power = air.viscous_power;

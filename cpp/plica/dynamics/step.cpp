@@ -141,7 +141,7 @@ void Step::complete() {
   if (contact_) {
     contact_force_ = Vector::Zero(x_.size());
     if (contacts_.any_force()) contacts_.add_forces(contact_force_);
-    contact_force_ = motion_.folded(contact_force_);
+    contact_force_ = motion_.folded(std::move(contact_force_));
   }
   const Stopwatch watch(times_.solve);
   const Vector force = right_hand_side(contact_force_);

@@ -258,7 +258,6 @@ class Scene(Part):
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
         return self
 
-
     def _symmetry_fits(self) -> None:
         for part, there in (
             ("reduction", self.reduction is not None),
