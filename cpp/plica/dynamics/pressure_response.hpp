@@ -19,9 +19,9 @@ class PressureResponse {
  private:
   const MirrorImages* images_;
   Indices nodes_;
-  Indices own_;               // those of the motion's that they are, or are images of
-  Indices place_;             // (nodes) in own_
-  Eigen::MatrixXd at_nodes_;  // (3 own, s)
+  Indices own_;                 // those of the motion's that they are, or are images of
+  Indices place_;               // (nodes) in own_
+  Eigen::MatrixXd at_nodes_;    // (3 own, s)
   Eigen::MatrixXf everywhere_;  // (unknowns, s)
 };
 
