@@ -37,6 +37,11 @@ struct Names<SurfaceMass> {
 };
 
 template <>
+struct Names<Symmetry> {
+  static Named<Symmetry> all() { return {{"half", Symmetry::half}, {"quarter", Symmetry::quarter}}; }
+};
+
+template <>
 struct Shown<std::optional<Friction>> {
   using Given = std::optional<double>;
   static std::optional<Friction> take(Given coefficient, const char*, const char*) {
@@ -243,7 +248,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
     const LinearSolver::Method& solver, bool lumped_mass, std::optional<AirflowPart> airflow,
     std::optional<ContactPart> contact, std::vector<Load> loads, std::optional<Vec3> gravity,
     std::optional<RealArray> displacement, std::optional<RealArray> velocity, std::optional<py::array> probes,
-    std::optional<Reduction> reduction) {
+    std::optional<Reduction> reduction, const std::optional<std::string>& symmetry) {
   Scene scene =
       make_scene(mesh, std::move(materials), std::move(names), cell_material, fixed, std::move(loads), gravity);
   scene.airflow = std::move(airflow);
@@ -251,6 +256,7 @@ std::unique_ptr<SteppedSimulation> make_simulation(
   if (displacement) scene.displacement = to_points(*displacement, "Simulation", "displacement");
   if (velocity) scene.velocity = to_points(*velocity, "Simulation", "velocity");
   scene.reduction = std::move(reduction);
+  if (symmetry) scene.symmetry = Shown<Symmetry>::take(*symmetry, "Simulation", "symmetry");
   Simulation::Options options;
   options.scheme = scheme;
   options.step = step;
@@ -267,7 +273,7 @@ Points matrix_of(const Vector& nodal) { return as_points(nodal); }
 class StaticSolver {
  public:
   explicit StaticSolver(const SteppedSimulation& of)
-      : supports_(of.simulation().scene().supports), K_(of.simulation().stiffness()) {
+      : supports_(of.simulation().supports()), K_(of.simulation().stiffness()) {
     supports_.constrain(K_);
     solver_ = LinearSolver::make(K_, {1e-10, LinearSolver::Cholesky{}});
   }
@@ -331,7 +337,7 @@ void bind_dynamics(py::module_& engine) {
            py::arg("solver") = options.solver.method, py::arg("lumped_mass") = false,
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
-           py::arg("probes") = py::none(), py::arg("reduction") = py::none())
+           py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("symmetry") = py::none())
       .def("advance", &SteppedSimulation::advance, py::arg("steps"))
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
       .def(

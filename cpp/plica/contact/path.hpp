@@ -4,6 +4,7 @@
 #include "plica/contact/complementarity.hpp"
 #include "plica/contact/enforcement.hpp"
 #include "plica/contact/row.hpp"
+#include "plica/mesh/mirror.hpp"
 #include "plica/solve/compliance.hpp"
 #include "plica/solve/factorization.hpp"
 #include "plica/solve/krylov.hpp"
@@ -72,5 +73,11 @@ std::unique_ptr<ContactPath> explicit_path();
 /// For one configuration of an A that iterations are slow on, as in statics: a factorisation, and a
 /// back-substitution for each row of each call. A must outlive it.
 std::unique_ptr<ContactPath> direct_path(const Factorization& A, const Supports& supports, const Indices& nodes);
+
+/// For rows on all `nodes` of a symmetric body: a path on the nodes of the part that is solved for, what it is
+/// asked and what it answers folded and spread. Forces and accelerations of add_response are the part's. `images`
+/// must outlive it.
+std::unique_ptr<ContactPath> mirrored_path(std::unique_ptr<ContactPath> part, const MirrorImages& images,
+                                           const Indices& nodes);
 
 }  // namespace plica

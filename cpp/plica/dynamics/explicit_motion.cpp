@@ -21,6 +21,7 @@ namespace {
 
 void require_explicit(const Scene& scene, const Motion::Options& options) {
   if (options.mass != CellMass::lumped) refuse("a consistent mass", "a lumped one: nothing is solved for");
+  if (scene.symmetry) refuse("a symmetry", "without, or another scheme");
   if (scene.reduction) refuse("a reduction", "another scheme, whose steps of few coordinates are not limited");
   if (!scene.contact) return;
   const ContactPart& part = *scene.contact;

@@ -56,18 +56,25 @@ void Motion::Options::validate() const {
   solver.validate();
 }
 
-Motion::Motion(const Scene& scene, const Assembler& assembler, const Options& options)
+Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& assembler, const Options& options)
     : scene_(scene),
+      part_(part),
       options_(options),
       scheme_(coefficients(options_.scheme)),
       origin_(origin_near(scene.mesh.points)),
       reference_(scene.mesh.points.rowwise() - origin_.transpose()),
       massless_(massless_nodes(scene)),
-      mass_(assemble_mass(assembler, scene.tissue, options_.mass, massless_)),
-      stiffness_(assembler.stiffness(scene.tissue)),
-      viscosity_(assemble_viscosity(assembler, scene.tissue)) {
+      mass_(assemble_mass(assembler, part ? part->tissue : scene.tissue, options_.mass, massless_)),
+      stiffness_(assembler.stiffness(part ? part->tissue : scene.tissue)),
+      viscosity_(assemble_viscosity(assembler, part ? part->tissue : scene.tissue)) {
+  if (part_) {  // S^T M S of all copies
+    std::vector<std::vector<double>*> matrices{&mass_.values(), &stiffness_.values()};
+    if (viscosity_) matrices.push_back(&viscosity_->values());
+    for (std::vector<double>* values : matrices)
+      for (double& value : *values) value *= part_->images.copies();
+  }
   if (is_explicit()) return;
-  step_matrix_ = assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, scene.supports);
+  step_matrix_ = assemble_step_matrix(scheme_, options_.step, mass_, viscosity_, stiffness_, supports());
   solver_ = LinearSolver::make(*step_matrix_, options_.solver);
 }
 

@@ -4,6 +4,7 @@
 #include "plica/dynamics/scene.hpp"
 #include "plica/dynamics/scheme.hpp"
 #include "plica/dynamics/start.hpp"
+#include "plica/dynamics/symmetric_part.hpp"
 #include "plica/solve/linear_solver.hpp"
 
 namespace plica {
@@ -11,7 +12,9 @@ namespace plica {
 struct State;
 
 /// The equation of motion of a scene in steps of h, M a + C V + K U = f, positions counted from an origin near the
-/// mesh: far from 0, sums of coordinates and displacements would lose digits that gaps need.
+/// mesh: far from 0, sums of coordinates and displacements would lose digits that gaps need. Of a symmetric scene
+/// it is that of its part, u = S q, with the matrices S^T M S and so on: vectors and matrices have the part's
+/// unknowns, energies are those of the whole; positions are of all nodes.
 class Motion {
  public:
   struct Options {
@@ -22,8 +25,9 @@ class Motion {
     void validate() const;
   };
 
-  /// Assembles the matrices. The scene must outlive it. Throws InvalidInput.
-  Motion(const Scene& scene, const Assembler& assembler, const Options& options);
+  /// Assembles the matrices. `part`: of a symmetric scene, else null; the assembler is its. All must outlive it.
+  /// Throws InvalidInput.
+  Motion(const Scene& scene, const SymmetricPart* part, const Assembler& assembler, const Options& options);
   Motion(const Motion&) = delete;
   Motion& operator=(const Motion&) = delete;
 
@@ -32,7 +36,9 @@ class Motion {
   double step() const { return options_.step; }
   /// Whether steps solve for nothing: then there is no step matrix.
   bool is_explicit() const { return std::holds_alternative<CentralDifferences>(options_.scheme); }
-  const Supports& supports() const { return scene_.supports; }
+  const Supports& supports() const { return part_ ? part_->supports : scene_.supports; }
+  /// Null where all nodes move on their own.
+  const MirrorImages* images() const { return part_ ? &part_->images : nullptr; }
   const NodalMatrix& mass() const { return mass_; }
   const BlockMatrix& stiffness() const { return stiffness_; }
   /// Absent where no material is viscous.
@@ -49,8 +55,20 @@ class Motion {
 
   const Vector3& origin() const { return origin_; }       // m, zero but for meshes far from it
   const Points& reference() const { return reference_; }  // (n, 3) m, from the origin
-  /// (n, 3) m from the origin, under a displacement (3 n).
-  Points positions(const Vector& displacement) const { return reference_ + as_points(displacement); }
+  /// (n, 3) m from the origin, of all nodes.
+  Points positions(const Vector& displacement) const {
+    if (!part_) return reference_ + as_points(displacement);
+    return reference_ + as_points(part_->images.spread(displacement));
+  }
+  /// At all nodes (3 n): S q.
+  Vector everywhere(const Vector& q) const { return part_ ? part_->images.spread(q) : q; }
+  /// At one of all nodes.
+  Vector3 at(std::int32_t node, const Vector& q) const {
+    return part_ ? part_->images.at(node, q) : q.segment<3>(3 * static_cast<std::ptrdiff_t>(node));
+  }
+  /// S^T of forces on all nodes, and the symmetric forces on all nodes of which that comes.
+  Vector folded(Vector force) const { return part_ ? part_->images.folded(force) : std::move(force); }
+  Vector shared(Vector force) const { return part_ ? part_->images.shared(force) : std::move(force); }
   /// From the origin to the scene's own coordinates.
   Points in_scene(const Points& x) const { return x.rowwise() + origin_.transpose(); }
 
@@ -76,6 +94,7 @@ class Motion {
   int checked(const Convergence& end, double tolerance) const;
 
   const Scene& scene_;
+  const SymmetricPart* part_;
   Options options_;
   SchemeCoefficients scheme_;
   Vector3 origin_;

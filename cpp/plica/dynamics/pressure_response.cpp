@@ -5,22 +5,32 @@
 
 namespace plica {
 
-PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A, const Supports& supports,
-                                   Indices nodes)
-    : nodes_(std::move(nodes)) {
+PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes)
+    : images_(motion.images()),
+      nodes_(std::move(nodes)),
+      own_(images_ ? images_->nodes_of(nodes_) : nodes_),
+      place_(nodes_.size()) {
+  const LinearSolver& A = motion.solver();
+  const Supports& supports = motion.supports();
+  const auto own = [&](std::int32_t node) { return images_ ? images_->node_of(node) : node; };
+  std::vector<std::int32_t> place(static_cast<std::size_t>(supports.size() / 3), -1);
+  for (std::int32_t i = 0; i < own_.size(); ++i) place[static_cast<std::size_t>(own_[i])] = i;
+  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) place_[i] = place[static_cast<std::size_t>(own(nodes_[i]))];
   const auto& patterns = airflow.load_patterns().sections;  // rows: three a surface node
   const std::ptrdiff_t sections = patterns.cols();
-  at_nodes_.resize(3 * nodes_.size(), sections);
+  at_nodes_.resize(3 * own_.size(), sections);
   everywhere_.resize(supports.size(), sections);
   for (std::ptrdiff_t first = 0; first < sections; first += LinearSolver::pack) {
     const std::ptrdiff_t count = std::min<std::ptrdiff_t>(LinearSolver::pack, sections - first);
     Eigen::MatrixXd load = Eigen::MatrixXd::Zero(supports.size(), count), response;
     for (std::ptrdiff_t row = 0; row < patterns.rows(); ++row) {
-      const std::ptrdiff_t unknown = 3 * static_cast<std::ptrdiff_t>(airflow.nodes()[row / 3]) + row % 3;
+      const std::int32_t node = airflow.nodes()[row / 3];
+      const std::ptrdiff_t unknown = 3 * static_cast<std::ptrdiff_t>(own(node)) + row % 3;
+      const double sign = images_ ? images_->sign(node)[row % 3] : 1.0;
       if (supports.fixed(unknown)) continue;
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(patterns, row); entry; ++entry)
         if (entry.col() >= first && entry.col() < first + count)
-          load(unknown, entry.col() - first) = entry.value();
+          load(unknown, entry.col() - first) += sign * entry.value();
     }
     for (const Convergence& end : A.solve_many(load, response, A.tolerance()))
       if (!end.converged)
@@ -28,18 +38,22 @@ PressureResponse::PressureResponse(const Airflow& airflow, const LinearSolver& A
                           number(end.residual) + " after " + number(end.iterations) + " iterations (tolerance " +
                           number(A.tolerance()) +
                           "). Raise max_iterations of solver.method, cholesky or conjugate_gradients.");
-    for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-      at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
+    for (std::ptrdiff_t i = 0; i < own_.size(); ++i)
+      at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(own_[i]));
     everywhere_.middleCols(first, count) = response.cast<float>();
   }
 }
 
 void PressureResponse::displace(const Vector& pressure, double scale, Points& x) const {
   const Vector amount = scale * pressure;
-  for_chunks(nodes_.size(), 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    const Vector shift = at_nodes_.middleRows(3 * begin, 3 * (end - begin)) * amount;
-    for (std::ptrdiff_t i = begin; i < end; ++i) x.row(nodes_[i]) += shift.segment<3>(3 * (i - begin)).transpose();
+  Vector shift(at_nodes_.rows());
+  for_chunks(own_.size(), 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
+    shift.segment(3 * begin, 3 * (end - begin)) = at_nodes_.middleRows(3 * begin, 3 * (end - begin)) * amount;
   });
+  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) {
+    const Vector3 own = shift.segment<3>(3 * static_cast<std::ptrdiff_t>(place_[i]));
+    x.row(nodes_[i]) += (images_ ? Vector3(images_->sign(nodes_[i]).cwiseProduct(own)) : own).transpose();
+  }
 }
 
 void PressureResponse::add(const Vector& pressure, Vector& a) const {

@@ -1,7 +1,6 @@
 #pragma once
 #include "plica/airflow/airflow.hpp"
-#include "plica/solve/linear_solver.hpp"
-#include "plica/solve/supports.hpp"
+#include "plica/dynamics/motion.hpp"
 
 namespace plica {
 
@@ -10,17 +9,20 @@ namespace plica {
 class PressureResponse {
  public:
   /// `nodes`: where displace() is asked for. Throws SolveFailed.
-  PressureResponse(const Airflow& airflow, const LinearSolver& A, const Supports& supports, Indices nodes);
+  PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes);
 
   /// Adds scale Y p at the nodes to x (n, 3); p (s) Pa.
   void displace(const Vector& pressure, double scale, Points& x) const;
-  /// Adds Y p to a (3 n), in single precision.
+  /// Adds Y p to a, of the motion's unknowns, in single precision.
   void add(const Vector& pressure, Vector& a) const;
 
  private:
+  const MirrorImages* images_;
   Indices nodes_;
-  Eigen::MatrixXd at_nodes_;    // (3 nodes, s)
-  Eigen::MatrixXf everywhere_;  // (3 n, s)
+  Indices own_;                 // those of the motion's that they are, or are images of
+  Indices place_;               // (nodes) in own_
+  Eigen::MatrixXd at_nodes_;    // (3 own, s)
+  Eigen::MatrixXf everywhere_;  // (unknowns, s)
 };
 
 }  // namespace plica

@@ -6,6 +6,7 @@
 #include "plica/contact/collision.hpp"
 #include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/reduction.hpp"
+#include "plica/mesh/mirror.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 #include "plica/solve/supports.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -54,6 +55,9 @@ struct Scene {
   std::optional<Points> displacement;  // (n, 3) m at t = 0
   std::optional<Points> velocity;      // (n, 3) m/s at t = 0
   std::optional<Reduction> reduction{};
+  /// Mesh, tissue, supports, loads and initial values are symmetric, and the motion is to stay so: half or a
+  /// quarter of the tissue is solved for. Absent: all of it.
+  std::optional<Symmetry> symmetry{};
   void validate() const;  // throws InvalidInput: the mesh, and all that must fit it
 };
 

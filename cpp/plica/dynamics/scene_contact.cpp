@@ -31,9 +31,11 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   if (motion.is_explicit()) {
     path = explicit_path();
   } else {
+    const MirrorImages* images = motion.images();
     solver_ = chosen_solver(method->solver(part.friction.has_value()), nodes_.size());
-    path = contact_path(*solver_, motion.step_matrix(), motion.solver(), motion.supports(), nodes_,
-                        motion.options().solver.krylov());
+    path = contact_path(*solver_, motion.step_matrix(), motion.solver(), motion.supports(),
+                        images ? images->nodes_of(nodes_) : nodes_, motion.options().solver.krylov());
+    if (images) path = mirrored_path(std::move(path), *images, nodes_);
   }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
                      std::move(path), part.faces);
@@ -100,7 +102,9 @@ bool SceneContact::blocks(const SceneFlow& flow, const Contacts& contacts, const
 
 ContactRecord SceneContact::record(const Contacts& contacts, const Points& x_previous, double depth,
                                    const State& now, const Points& x, bool folded) {
-  ContactRecord record = contact_record(*collision_, contacts, x_previous, depth, now.contact(), x);
+  const Vector force = motion_.shared(now.contact_force);
+  ContactRecord record =
+      contact_record(*collision_, contacts, x_previous, depth, {force, now.closed, now.closed_force}, x);
   // A folded cell holds nodes of its own side, too.
   if (!folded) record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, collision_->detector()));
   return record;
@@ -108,7 +112,7 @@ ContactRecord SceneContact::record(const Contacts& contacts, const Points& x_pre
 
 void SceneContact::update_pressure(const State& state, const Points& x) {
   collision_->update(x);
-  pressure_ = collision_->pressure(state.contact(), x);
+  pressure_ = collision_->pressure({motion_.shared(state.contact_force), state.closed, state.closed_force}, x);
 }
 
 }  // namespace plica

@@ -13,7 +13,8 @@ class SceneFlow {
   /// The scene has an airflow.
   SceneFlow(const Scene& scene, const Motion& motion)
       : airflow_(scene.mesh, scene.mesh.surface(scene.airflow->surface), scene.airflow->flow),
-        origin_(motion.origin()) {}
+        origin_(motion.origin()),
+        images_(motion.images()) {}
 
   const Airflow& airflow() const { return airflow_; }
   /// Solves for the response of these nodes where a coupling that iterates can use it: the load is linear in the
@@ -21,27 +22,34 @@ class SceneFlow {
   void find_response(const Coupling& coupling, const Motion& motion, const Indices& nodes) {
     if (std::holds_alternative<Iterated>(coupling) &&
         std::holds_alternative<Airflow::ReferenceShape>(airflow_.options().load_shape))
-      response_.emplace(airflow_, motion.solver(), motion.supports(), nodes);
+      response_.emplace(airflow_, motion, nodes);
   }
   /// Null where it was not found.
   const PressureResponse* response() const { return response_ ? &*response_ : nullptr; }
   /// (s) m^2
   Vector areas(const Points& x) const { return origin_.isZero(0) ? airflow_.areas(x) : airflow_.areas(placed(x)); }
-  /// Adds the force of the section pressures (s) Pa on the tissue at x to `load` (3 n), N.
+  /// Adds the force of the section pressures (s) Pa on the tissue at x to `load`, N, of the motion's unknowns.
   void add_load(const Points& x, const Vector& pressure, Vector& load) const {
-    if (origin_.isZero(0))
-      airflow_.add_load(x, pressure, load);
-    else
-      airflow_.add_load(placed(x), pressure, load);
+    if (!images_) return add_load_everywhere(x, pressure, load);
+    Vector everywhere = Vector::Zero(x.size());
+    add_load_everywhere(x, pressure, everywhere);
+    images_->add_folded(everywhere, airflow_.nodes(), load);
   }
   /// Whether contact at this place lies in the middle of the glottis (Paper A, Sec. 2.4).
   bool blocks(const Vector3& place) const { return airflow_.blocks(place[1] + origin_[1], place[2] + origin_[2]); }
 
  private:
+  void add_load_everywhere(const Points& x, const Vector& pressure, Vector& load) const {
+    if (origin_.isZero(0))
+      airflow_.add_load(x, pressure, load);
+    else
+      airflow_.add_load(placed(x), pressure, load);
+  }
   Points placed(const Points& x) const { return x.rowwise() + origin_.transpose(); }
 
   Airflow airflow_;
-  Vector3 origin_;  // m
+  Vector3 origin_;              // m
+  const MirrorImages* images_;  // null where all nodes move on their own
   std::optional<PressureResponse> response_;
 };
 

@@ -4,11 +4,21 @@
 
 namespace plica {
 
-SceneLoads::SceneLoads(const Scene& scene, const Assembler& assembler)
-    : loads_(scene.loads), constant_(Vector::Zero(3 * scene.mesh.node_count())) {
-  for (const Load& load : loads_)
-    amplitudes_.push_back(assembler.traction(scene.mesh.surface(load.surface), load.traction));
-  if (scene.gravity) constant_ = assembler.body_force(scene.tissue, *scene.gravity);
+SceneLoads::SceneLoads(const Scene& scene, const SymmetricPart* part, const Assembler& assembler)
+    : loads_(scene.loads), constant_(Vector::Zero(3 * assembler.pattern()->rows())) {
+  if (loads_.empty() && !scene.gravity) return;
+  const auto assemble = [&](const Assembler& whole, const auto& as_unknowns) {
+    for (const Load& load : loads_)
+      amplitudes_.push_back(as_unknowns(whole.traction(scene.mesh.surface(load.surface), load.traction),
+                                        "the load on " + load.surface + " (N)"));
+    if (scene.gravity) constant_ = as_unknowns(whole.body_force(scene.tissue, *scene.gravity), "the weight (N)");
+  };
+  if (part)
+    assemble(Assembler(scene.mesh), [&](const Vector& force, const std::string& name) {
+      return part->images.folded_symmetric(force, name, scene.mesh.points);
+    });
+  else
+    assemble(assembler, [](Vector force, const std::string&) { return force; });
 }
 
 void SceneLoads::reduce(const Eigen::MatrixXd& shapes) {

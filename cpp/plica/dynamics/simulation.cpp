@@ -16,6 +16,10 @@ Scene checked(Scene scene) {
   return scene;
 }
 
+std::optional<SymmetricPart> part_of(const Scene& scene) {
+  return scene.symmetry ? std::optional<SymmetricPart>(scene) : std::nullopt;
+}
+
 Simulation::Options checked(Simulation::Options options) {
   options.validate();
   return options;
@@ -25,10 +29,11 @@ Simulation::Options checked(Simulation::Options options) {
 
 Simulation::Simulation(Scene scene, Options options)
     : scene_(checked(std::move(scene))),
-      assembler_(scene_.mesh),
-      strain_gauge_(scene_.mesh),
-      motion_(scene_, assembler_, checked(options)),
-      loads_(scene_, assembler_) {
+      part_(part_of(scene_)),
+      assembler_(part_ ? part_->mesh : scene_.mesh),
+      strain_gauge_(part_ ? part_->mesh : scene_.mesh),
+      motion_(scene_, part_ ? &*part_ : nullptr, assembler_, checked(options)),
+      loads_(scene_, part_ ? &*part_ : nullptr, assembler_) {
   if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
   if (scene_.airflow) flow_.emplace(scene_, motion_);
   if (scene_.contact) contact_.emplace(scene_, motion_);
@@ -44,11 +49,15 @@ Simulation::Simulation(Scene scene, Options options)
 }
 
 void Simulation::begin() {
-  const std::ptrdiff_t unknowns = 3 * scene_.mesh.node_count();
-  state_.displacement = scene_.displacement ? Vector(as_vector(*scene_.displacement)) : Vector::Zero(unknowns);
-  state_.velocity = scene_.velocity ? Vector(as_vector(*scene_.velocity)) : Vector::Zero(unknowns);
-  scene_.supports.project(state_.displacement);
-  scene_.supports.project(state_.velocity);
+  const std::ptrdiff_t unknowns = stiffness().rows();
+  const auto given = [&](const std::optional<Points>& field, const char* name) -> Vector {
+    if (!field) return Vector::Zero(unknowns);
+    Vector values = as_vector(*field);
+    scene_.supports.project(values);
+    return part_ ? part_->images.part_of(values, name, scene_.mesh.points) : values;
+  };
+  state_.displacement = given(scene_.displacement, "the initial displacement (m)");
+  state_.velocity = given(scene_.velocity, "the initial velocity (m/s)");
   if (contact_) state_.contact_force = Vector::Zero(unknowns);
   state_.load = loads_.at(0.0);
   if (reduced_) {  // what the coordinates make of it
@@ -56,11 +65,12 @@ void Simulation::begin() {
     state_.displacement = motion.at_nodes(motion.nearest(state_.displacement));
     state_.velocity = motion.at_nodes(motion.nearest(state_.velocity));
   }
-  const Points x = scene_.mesh.points + as_points(state_.displacement);
+  const Points x = scene_.mesh.points + as_points(motion_.everywhere(state_.displacement));
   if (const Airflow* flow = airflow()) {  // which knows the scene's coordinates
     const FlowState air = flow->evaluate(flow->areas(x), false);
-    state_.flow_load = Vector::Zero(unknowns);
+    state_.flow_load = Vector::Zero(x.size());
     flow->add_load(x, air.pressure, state_.flow_load);
+    state_.flow_load = motion_.folded(std::move(state_.flow_load));
     state_.load += state_.flow_load;
     state_.supplied_power = air.supplied_power;
     state_.viscous_power = air.viscous_power;
@@ -96,7 +106,8 @@ Points Simulation::positions() const {
 }
 
 Vector Simulation::contact_force() const {
-  if (!reduced_ || !reduced_->contact()) return state_.contact_force;
+  if (!contact_) return {};
+  if (!reduced_) return motion_.shared(state_.contact_force);
   Points force = Points::Zero(scene_.mesh.node_count(), 3);
   force(reduced_->contact()->nodes(), Eigen::all) = as_points(state_.interface_force);
   return as_vector(force);
@@ -109,7 +120,7 @@ Points Simulation::displacement_of(const Indices& nodes) const {
     if (reduced_)
       u.row(p) = reduced_->motion().shapes().middleRows<3>(at) * state_.displacement;
     else
-      u.row(p) = state_.displacement.segment<3>(at);
+      u.row(p) = motion_.at(nodes[p], state_.displacement);
   }
   return u;
 }
@@ -124,8 +135,8 @@ Points Simulation::coronal(Side side) const {
         (side == Side::right ? sections.right : sections.left)[static_cast<std::size_t>(s)];
     at.row(s).setZero();
     for (std::size_t k = 0; k < point.nodes.size(); ++k)
-      at.row(s) += point.weights[k] *
-                   (scene_.mesh.points.row(point.nodes[k]) + as_points(state_.displacement).row(point.nodes[k]));
+      at.row(s) += point.weights[k] * (scene_.mesh.points.row(point.nodes[k]) +
+                                       motion_.at(point.nodes[k], state_.displacement).transpose());
   }
   return at;
 }
@@ -137,7 +148,7 @@ Vector Simulation::contact_pressure() const {
 }
 
 void Simulation::set_external_force(Vector force) {
-  if (force.size() != stiffness().rows())
+  if (force.size() != scene_.mesh.points.size())
     throw InvalidInput("Simulation", "external force", static_cast<double>(force.size()), "entries",
                        "3 times the " + std::to_string(scene_.mesh.node_count()) + " nodes");
   for (std::ptrdiff_t i = 0; i < force.size(); ++i)
@@ -145,7 +156,11 @@ void Simulation::set_external_force(Vector force) {
       throw InvalidInput("Simulation",
                          std::string("external force along ") + "xyz"[i % 3] + " on node " + std::to_string(i / 3),
                          force[i], "N", "finite");
-  loads_.set_external(reduced_ ? reduced_->motion().forces(force) : std::move(force));
+  if (reduced_) return loads_.set_external(reduced_->motion().forces(force));
+  if (part_)
+    return loads_.set_external(
+        part_->images.folded_symmetric(force, "the external force (N)", scene_.mesh.points));
+  loads_.set_external(std::move(force));
 }
 
 void Simulation::restore(State state) {
@@ -233,6 +248,20 @@ void Simulation::advance_reduced() {
   record_ = std::move(record);
 }
 
+Strains Simulation::strains(const Vector& displacement) {
+  Strains strains = strain_gauge_.measure(displacement);
+  if (part_) strains.cell = part_->images.cells()[strains.cell];
+  return strains;
+}
+
+int Simulation::folded_since(const Points& x) const {
+  const std::vector<std::int32_t>& suspects = strain_gauge_.suspects();
+  if (!part_) return static_cast<int>(folded_cells(x, scene_.mesh.cells, suspects));
+  std::vector<std::int32_t> in_whole;
+  for (const std::int32_t cell : suspects) in_whole.push_back(part_->images.cells()[cell]);
+  return part_->images.copies() * static_cast<int>(folded_cells(x, scene_.mesh.cells, in_whole));
+}
+
 void Simulation::keep(State now, Completed step) {
   {
     const Stopwatch watch(times_.ledger);
@@ -249,8 +278,8 @@ void Simulation::keep(State now, Completed step) {
   record.time = static_cast<double>(now.step) * motion_.step();
   record.iterations = step.iterations;
   record.flow = step.flow;
-  record.strains = strain_gauge_.measure(now.displacement);
-  record.inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
+  record.strains = strains(now.displacement);
+  record.inverted_tissue = folded_since(x);
   if (contact_) {
     contact_->update_pressure(now, x);
     record.contact =

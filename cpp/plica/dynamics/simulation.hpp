@@ -40,10 +40,15 @@ class Simulation {
 
   const Scene& scene() const { return scene_; }
   const Options& options() const { return motion_.options(); }
+  /// Matrices and state() are of these unknowns: those of all nodes, or of the part of a symmetric scene that is
+  /// solved for, S^T M S and so on (MirrorImages), so that energies are those of the whole.
   const NodalMatrix& mass() const { return motion_.mass(); }
   const BlockMatrix& stiffness() const { return motion_.stiffness(); }
   /// Absent where no material is viscous.
   const std::optional<BlockMatrix>& viscosity() const { return motion_.viscosity(); }
+  const Supports& supports() const { return motion_.supports(); }
+  /// Null unless the scene is symmetric.
+  const MirrorImages* images() const { return motion_.images(); }
   /// Throws InvalidInput with CentralDifferences, which have none.
   const BlockMatrix& step_matrix() const { return motion_.step_matrix(); }
   /// "Cholesky" or "conjugate gradients": what solves the step's linear systems; "none" with CentralDifferences.
@@ -66,7 +71,7 @@ class Simulation {
 
   /// (n, 3) m, current positions.
   Points positions() const;
-  /// (3 n) m, m/s, m/s^2, N at all nodes, of a reduced motion, too.
+  /// (3 n) m, m/s, m/s^2, N at all nodes, of a reduced or a symmetric motion, too.
   Vector displacement() const { return at_nodes(state_.displacement); }
   Vector velocity() const { return at_nodes(state_.velocity); }
   Vector acceleration() const { return at_nodes(state_.acceleration); }
@@ -80,7 +85,8 @@ class Simulation {
   /// A nodal force (3 n) N of the embedder's own, held until it is replaced; adds to the scene's loads from
   /// the next step on. Like them it counts at t + (1 + alpha) h of the step from t = time() to t + h: with Newmark
   /// (alpha = 0) at its end, so give its value of then. Not part of State, so set it again after restore; not in
-  /// the initial acceleration. Throws InvalidInput for another size and for an entry that is not finite.
+  /// the initial acceleration. Throws InvalidInput for another size, for an entry that is not finite, and where
+  /// the scene is symmetric and the force is not.
   void set_external_force(Vector force);
 
  private:
@@ -89,12 +95,12 @@ class Simulation {
   void advance_explicit(const Vector& scene_load);
   void advance_reduced();
   Vector at_nodes(const Vector& unknowns) const {
-    return reduced_ ? reduced_->motion().at_nodes(unknowns) : unknowns;
+    return reduced_ ? reduced_->motion().at_nodes(unknowns) : motion_.everywhere(unknowns);
   }
   /// What a completed step has besides the state that it leads to.
   struct Completed {
     const std::optional<FlowRecord>& flow;
-    const Vector& scene_load;  // (3 n) N
+    const Vector& scene_load;  // N
     const Contacts& contacts;
     const Points& x_previous;  // (n, 3) m, from the motion's origin
     int iterations;
@@ -103,8 +109,12 @@ class Simulation {
   /// Keeps the state that a step led to, and says what it was like.
   void keep(State now, Completed step);
   std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
+  /// Of the state last measured by the strain gauge, at x.
+  int folded_since(const Points& x) const;
+  Strains strains(const Vector& displacement);
 
   Scene scene_;
+  std::optional<SymmetricPart> part_;
   Assembler assembler_;
   StrainGauge strain_gauge_;
   Motion motion_;

@@ -38,7 +38,6 @@ struct State {
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does
 
   /// Its contact, for Collision::pressure.
-  Contact contact() const { return {contact_force, closed, closed_force}; }
   Contact contact_at_interface() const { return {interface_force, closed, closed_force}; }
   /// What the states of a scene have in common.
   struct Shape {

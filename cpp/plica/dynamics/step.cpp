@@ -56,11 +56,9 @@ Step::Step(const Motion& motion, const State& last, Vector scene_load, const Ind
     part(inner_force_) = c.alpha * part(elastic) - weight * part(elastic_predictor_);
     if (viscous) part(inner_force_) += c.alpha * part(damping) - weight * part(viscous_predictor_);
   });
-  for (const std::int32_t node : seen_) {
-    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
+  for (const std::int32_t node : seen_)
     weighted_.row(node) +=
-        weight * (h * last.velocity.segment<3>(at) + 0.5 * h * h * last.acceleration.segment<3>(at));
-  }
+        weight * (h * motion_.at(node, last.velocity) + 0.5 * h * h * motion_.at(node, last.acceleration));
 }
 
 void Step::move() {
@@ -100,11 +98,10 @@ void Step::solve_free() {
   if (free_.x.size() == 0) free_ = last_.past.nearest(force);
   iterations_ +=
       motion_.solve(force, free_, last_.closed.empty() ? solver.tolerance() : solver.tolerance_of_positions());
-  for (const std::int32_t node : seen_) {
-    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(node);
-    x_free_.row(node) = motion_.reference().row(node) +
-                        (displacement_predictor_.segment<3>(at) + inertia() * free_.x.segment<3>(at)).transpose();
-  }
+  for (const std::int32_t node : seen_)
+    x_free_.row(node) =
+        motion_.reference().row(node) +
+        (motion_.at(node, displacement_predictor_) + inertia() * motion_.at(node, free_.x)).transpose();
 }
 
 void Step::take_positions() {
@@ -142,8 +139,9 @@ Vector Step::right_hand_side(const Vector& contact_force) const {
 
 void Step::complete() {
   if (contact_) {
-    contact_force_ = Vector::Zero(load_.size());
+    contact_force_ = Vector::Zero(x_.size());
     if (contacts_.any_force()) contacts_.add_forces(contact_force_);
+    contact_force_ = motion_.folded(std::move(contact_force_));
   }
   const Stopwatch watch(times_.solve);
   const Vector force = right_hand_side(contact_force_);

@@ -75,6 +75,8 @@ def build_simulation(
         parts["velocity"] = velocity
     if scene.output.probes:
         parts["probes"] = probe_nodes(scene, mesh)
+    if scene.symmetry is not None:
+        parts["symmetry"] = scene.symmetry
     if scene.reduction is not None:
         basis = basis_of(scene, mesh) if basis is None else basis
         parts["reduction"] = _options(scene.reduction, basis=basis)

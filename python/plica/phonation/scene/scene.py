@@ -7,7 +7,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
@@ -79,6 +79,11 @@ class Scene(Part):
     """Displacement and velocity at t = 0; left out: rest."""
     reduction: Reduction | None = None
     """Few coordinates in place of all nodes; left out: none."""
+    symmetry: Literal["half", "quarter"] | None = None
+    """``"half"``: mesh, tissue, supports, loads and initial values are their own mirror images in the plane
+    x = 0 (left and right), and the motion is to stay so; half of the tissue is solved for. ``"quarter"``: in
+    x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused. Waveforms and fields
+    are those of the whole. Left out: all of the tissue moves on its own."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()
@@ -224,6 +229,8 @@ class Scene(Part):
             raise problem(
                 "must be left out with central_differences: no step limits a reduced run.", "reduction"
             )
+        if self.symmetry is not None:
+            self._symmetry_fits()
         on_larynx = isinstance(self.mesh, Larynx)
         if self.initial is not None and not on_larynx:
             for name in ("opening_velocity", "opening_displacement"):
@@ -250,6 +257,15 @@ class Scene(Part):
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)
         return self
+
+    def _symmetry_fits(self) -> None:
+        for part, there in (
+            ("reduction", self.reduction is not None),
+            ("time.scheme.central_differences", self.time.scheme.central_differences is not None),
+            ("contact.nitsche", self.contact is not None and self.contact.nitsche is not None),
+        ):
+            if there:
+                raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
 
 
 def _changed(source: str) -> str:

@@ -1,0 +1,104 @@
+#include "plica/dynamics/symmetric_part.hpp"
+
+#include <set>
+#include <tuple>
+
+#include "plica/core/error.hpp"
+
+namespace plica {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw InvalidInput("Scene: symmetry with " + what + ". Leave symmetry out, or choose another.");
+}
+
+std::string place(const Vector3& x) {
+  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
+}
+
+void require_known(const Scene& scene) {
+  if (scene.reduction) refuse("a reduction; must come without: its steps take few coordinates already");
+  if (!scene.contact) return;
+  if (scene.contact->surface_mass == SurfaceMass::redistributed)
+    refuse("contact.surface_mass = \"redistributed\"; must be \"kept\": mass is moved within whole bodies");
+  if (std::holds_alternative<Nitsche>(scene.contact->enforcement))
+    refuse("contact by Nitsche's method; must be another: it sees the stress of all the tissue");
+}
+
+/// S of a material as its mirror image in these planes has it.
+Matrix6 mirrored(const Matrix6& elasticity, unsigned planes) {
+  Vector3 sign(planes & 1 ? -1 : 1, planes & 2 ? -1 : 1, 1);
+  Vector6 turned;  // xx yy zz xy yz zx
+  turned << 1, 1, 1, sign[0] * sign[1], sign[1] * sign[2], sign[2] * sign[0];
+  return turned.asDiagonal() * elasticity * turned.asDiagonal();
+}
+
+bool alike(const Material& one, const Material& other, unsigned planes) {
+  constexpr double round_off = 1e-12;
+  const Matrix6 a = elasticity_matrix(one), b = mirrored(elasticity_matrix(other), planes);
+  return (a - b).cwiseAbs().maxCoeff() <= round_off * a.cwiseAbs().maxCoeff() && one.density == other.density &&
+         one.viscosity == other.viscosity;
+}
+
+void require_symmetric_tissue(const Scene& scene, const MirrorImages& images) {
+  const Tissue& tissue = scene.tissue;
+  std::set<std::tuple<std::size_t, std::size_t, unsigned>> known;
+  for (std::int32_t c = 0; c < scene.mesh.cell_count(); ++c) {
+    const std::int32_t own = images.cells()[images.cell_of()[c]];
+    unsigned planes = 0;
+    for (std::size_t plane = 0; plane < images.planes(); ++plane)
+      for (const std::int32_t node : scene.mesh.cells.row(c))
+        if (images.mirrored(plane, node)) planes |= 1U << plane;
+    const auto here = static_cast<std::size_t>(tissue.cell_material[c]),
+               there = static_cast<std::size_t>(tissue.cell_material[own]);
+    if (!known.emplace(here, there, planes).second) continue;
+    if (alike(tissue.materials[here], tissue.materials[there], planes)) continue;
+    const Vector3 at = scene.mesh.points(scene.mesh.cells.row(c), Eigen::all).colwise().mean();
+    const Vector3 image = scene.mesh.points(scene.mesh.cells.row(own), Eigen::all).colwise().mean();
+    throw InvalidInput("Scene: symmetry: the tissue " + tissue.names[here] + " at " + place(at) +
+                       " is not the mirror image of " + tissue.names[there] + " at " + place(image) +
+                       "; must have its density, its viscosity, and its stiffness with the fibre mirrored. Leave "
+                       "symmetry out, or make them equal.");
+  }
+}
+
+Supports supports_of(const Scene& scene, const MirrorImages& images) {
+  Supports part(images.nodes().size());
+  for (std::int32_t node = 0; node < scene.mesh.node_count(); ++node) {
+    const std::int32_t own = images.node_of(node);
+    for (int c = 0; c < 3; ++c) {
+      const bool held = scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + c);
+      if (held != scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(images.nodes()[own]) + c))
+        throw InvalidInput("Scene: symmetry: node " + std::to_string(node) + " at " +
+                           place(scene.mesh.points.row(node)) + (held ? " is" : " is not") + " held along " +
+                           "xyz"[c] + " as its mirror image " + (held ? "is not" : "is") +
+                           "; must be alike. Leave symmetry out, or hold both.");
+      if (held) part.fix(own, c);
+    }
+  }
+  for (std::size_t plane = 0; plane < images.planes(); ++plane)
+    for (std::int32_t own = 0; own < images.nodes().size(); ++own)
+      if (images.partner(plane, images.nodes()[own]) == images.nodes()[own])
+        part.fix(own, static_cast<int>(plane));
+  return part;
+}
+
+}  // namespace
+
+SymmetricPart::SymmetricPart(const Scene& scene)
+    : images((require_known(scene), MirrorImages(scene.mesh, *scene.symmetry))),
+      mesh(images.part(scene.mesh)),
+      tissue{scene.tissue.materials, scene.tissue.names, scene.tissue.cell_material(images.cells())},
+      supports(supports_of(scene, images)) {
+  require_symmetric_tissue(scene, images);
+  const Points& x = scene.mesh.points;
+  if (scene.airflow)
+    images.require_symmetric({flat_triangles(scene.mesh.surface(scene.airflow->surface))}, "the airflow's surface",
+                             x);
+  if (scene.contact)
+    images.require_symmetric({scene.contact->airway.first, scene.contact->airway.second}, "the contact's surfaces",
+                             x);
+}
+
+}  // namespace plica

@@ -1,0 +1,256 @@
+#include "plica/mesh/mirror.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "plica/core/error.hpp"
+#include "plica/mesh/edges.hpp"
+
+namespace plica {
+
+namespace {
+
+constexpr double symmetric = 1e-6;  // of a field's largest entry
+
+std::string place(const Vector3& x) {
+  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
+}
+
+std::string plane_name(std::size_t plane) { return std::string("the plane ") + "xy"[plane] + " = 0"; }
+
+double mean_edge(const TetMesh& mesh) {
+  double sum = 0;
+  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c)
+    for (const auto& [a, b] : tet_edges)
+      sum += (mesh.points.row(mesh.cells(c, a)) - mesh.points.row(mesh.cells(c, b))).norm();
+  return sum / static_cast<double>(6 * mesh.cell_count());
+}
+
+/// Nodes in the order of their position along a direction that no plane of a mesh lies across.
+class ByPosition {
+ public:
+  explicit ByPosition(const Points& x)
+      : x_(x), along_(x * direction()), order_(static_cast<std::size_t>(x.rows())) {
+    std::iota(order_.begin(), order_.end(), 0);
+    std::sort(order_.begin(), order_.end(), [&](auto a, auto b) { return along_[a] < along_[b]; });
+  }
+  /// Those within `reach` of a place.
+  std::vector<std::int32_t> near(const Vector3& place, double reach) const {
+    const double at = direction().dot(place);
+    auto i = std::lower_bound(order_.begin(), order_.end(), at - reach,
+                              [&](std::int32_t node, double value) { return along_[node] < value; });
+    std::vector<std::int32_t> found;
+    for (; i != order_.end() && along_[*i] <= at + reach; ++i)
+      if ((x_.row(*i).transpose() - place).norm() <= reach) found.push_back(*i);
+    return found;
+  }
+
+ private:
+  static Vector3 direction() { return {0.5423, 0.2917, 0.7879}; }  // of length 1, nearly
+
+  const Points& x_;
+  Vector along_;
+  std::vector<std::int32_t> order_;
+};
+
+template <typename Row>
+std::vector<std::int32_t> sorted(const Row& row) {
+  std::vector<std::int32_t> nodes(row.begin(), row.end());
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+}  // namespace
+
+MirrorImages::MirrorImages(const TetMesh& mesh, Symmetry symmetry)
+    : partner_(symmetry == Symmetry::quarter ? 2 : 1, Indices(mesh.node_count())) {
+  pair_nodes(mesh, tolerance * mean_edge(mesh));
+  pair_cells(mesh);
+}
+
+void MirrorImages::pair_nodes(const TetMesh& mesh, double reach) {
+  const Points& x = mesh.points;
+  const auto count = static_cast<std::int32_t>(x.rows());
+  const ByPosition by_position(x);
+  for (std::size_t plane = 0; plane < planes(); ++plane)
+    for (std::int32_t i = 0; i < count; ++i) {
+      Vector3 image = x.row(i);
+      image[static_cast<int>(plane)] *= -1;
+      const std::vector<std::int32_t> found = by_position.near(image, reach);
+      if (found.size() != 1)
+        throw InvalidInput("Scene: symmetry: node " + std::to_string(i) + " at " + place(x.row(i)) + " has " +
+                           (found.empty() ? "no node" : "several nodes") + " at its mirror image in " +
+                           plane_name(plane) + " within " + number(reach) +
+                           " m; must have one. Leave symmetry out, or mirror the mesh.");
+      partner_[plane][i] = found.front();
+    }
+  node_of_.resize(count);
+  turned_.assign(static_cast<std::size_t>(count), 0);
+  std::vector<std::int32_t> own, local(static_cast<std::size_t>(count), -1);
+  for (std::int32_t i = 0; i < count; ++i) {
+    std::int32_t from = i;
+    for (std::size_t plane = 0; plane < planes(); ++plane)
+      if (partner_[plane][i] != i && x(i, static_cast<int>(plane)) < 0) {
+        from = partner_[plane][from];
+        turned_[static_cast<std::size_t>(i)] |= static_cast<std::uint8_t>(1 << plane);
+      }
+    node_of_[i] = from;
+    if (from != i) continue;
+    local[static_cast<std::size_t>(i)] = static_cast<std::int32_t>(own.size());
+    own.push_back(i);
+  }
+  nodes_ = Eigen::Map<Indices>(own.data(), static_cast<std::ptrdiff_t>(own.size()));
+  images_ = Vector::Zero(nodes_.size());
+  for (std::int32_t i = 0; i < count; ++i) {
+    node_of_[i] = local[static_cast<std::size_t>(node_of_[i])];
+    images_[node_of_[i]] += 1;
+  }
+}
+
+void MirrorImages::pair_cells(const TetMesh& mesh) {
+  const auto centre = [&](std::ptrdiff_t c) {
+    return Vector3(mesh.points(mesh.cells.row(c), Eigen::all).colwise().mean());
+  };
+  const auto own = [&](std::ptrdiff_t c) {
+    Indices nodes(mesh.cells.cols());
+    for (std::ptrdiff_t k = 0; k < nodes.size(); ++k) nodes[k] = node_of_[mesh.cells(c, k)];
+    return sorted(nodes);
+  };
+  std::map<std::vector<std::int32_t>, std::int32_t> part;  // its cells, by their nodes
+  std::vector<std::int32_t> cells;
+  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {
+    bool inside = true;
+    for (std::size_t plane = 0; plane < planes(); ++plane) {
+      bool here = false, there = false;
+      for (const std::int32_t node : mesh.cells.row(c))
+        if (partner_[plane][node] != node) (mirrored(plane, node) ? there : here) = true;
+      if (here && there)
+        throw InvalidInput("Scene: symmetry: the cell " + std::to_string(c) + " at " + place(centre(c)) +
+                           " lies on both sides of " + plane_name(plane) +
+                           "; must lie on one. Leave symmetry out, or mesh it with faces in that plane.");
+      inside = inside && !there;
+    }
+    if (!inside) continue;
+    part.emplace(own(c), static_cast<std::int32_t>(cells.size()));
+    cells.push_back(static_cast<std::int32_t>(c));
+  }
+  cells_ = Eigen::Map<Indices>(cells.data(), static_cast<std::ptrdiff_t>(cells.size()));
+  cell_of_.resize(mesh.cell_count());
+  for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {
+    const auto found = part.find(own(c));
+    if (found == part.end())
+      throw InvalidInput(
+          "Scene: symmetry: the cell " + std::to_string(c) + " at " + place(centre(c)) +
+          " has no cell at its mirror image; must have one. Leave symmetry out, or mirror the mesh.");
+    cell_of_[c] = found->second;
+  }
+  if (mesh.cell_count() != copies() * cells_.size())
+    throw InvalidInput("Scene: symmetry", "cells", static_cast<double>(mesh.cell_count()), "",
+                       std::to_string(copies()) + " times the " + std::to_string(cells_.size()) +
+                           " of the part that is solved for");
+}
+
+Vector3 MirrorImages::sign(std::int32_t node) const {
+  const std::uint8_t turned = turned_[static_cast<std::size_t>(node)];
+  return {turned & 1 ? -1.0 : 1.0, turned & 2 ? -1.0 : 1.0, 1.0};
+}
+
+Indices MirrorImages::nodes_of(const Indices& nodes) const {
+  std::vector<std::int32_t> own;
+  for (const std::int32_t node : nodes) own.push_back(node_of_[node]);
+  std::sort(own.begin(), own.end());
+  own.erase(std::unique(own.begin(), own.end()), own.end());
+  return Eigen::Map<Indices>(own.data(), static_cast<std::ptrdiff_t>(own.size()));
+}
+
+Vector MirrorImages::spread(const Vector& q) const {
+  Vector u(3 * node_of_.size());
+  for (std::int32_t i = 0; i < node_of_.size(); ++i) u.segment<3>(3 * static_cast<std::ptrdiff_t>(i)) = at(i, q);
+  return u;
+}
+
+Vector MirrorImages::folded(const Vector& f) const {
+  Vector sum = Vector::Zero(3 * nodes_.size());
+  add_folded(f, Indices::LinSpaced(node_of_.size(), 0, static_cast<std::int32_t>(node_of_.size()) - 1), sum);
+  return sum;
+}
+
+void MirrorImages::add_folded(const Vector& f, const Indices& nodes, Vector& sum) const {
+  for (const std::int32_t node : nodes)
+    sum.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])) +=
+        sign(node).cwiseProduct(f.segment<3>(3 * static_cast<std::ptrdiff_t>(node)));
+}
+
+Vector MirrorImages::shared(const Vector& f) const {
+  Vector share = f;
+  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) share.segment<3>(3 * i) /= images_[i];
+  return spread(share);
+}
+
+void MirrorImages::require_symmetric_field(const Vector& field, const std::string& name,
+                                           const Points& places) const {
+  const double least = symmetric * field.cwiseAbs().maxCoeff();
+  for (std::size_t plane = 0; plane < planes(); ++plane)
+    for (std::int32_t i = 0; i < node_of_.size(); ++i) {
+      Vector3 image = field.segment<3>(3 * static_cast<std::ptrdiff_t>(partner_[plane][i]));
+      image[static_cast<int>(plane)] *= -1;
+      const Vector3 here = field.segment<3>(3 * static_cast<std::ptrdiff_t>(i));
+      if (!((image - here).cwiseAbs().maxCoeff() <= least))
+        throw InvalidInput("Scene: symmetry: " + name + " at node " + std::to_string(i) + ", " +
+                           place(places.row(i)) + ", is (" + number(here[0]) + ", " + number(here[1]) + ", " +
+                           number(here[2]) + "), mirrored in " + plane_name(plane) + " (" + number(image[0]) +
+                           ", " + number(image[1]) + ", " + number(image[2]) +
+                           "); must be the same. Leave symmetry out, or make it symmetric.");
+    }
+}
+
+Vector MirrorImages::folded_symmetric(const Vector& force, const std::string& name, const Points& places) const {
+  require_symmetric_field(force, name, places);
+  return folded(force);
+}
+
+Vector MirrorImages::part_of(const Vector& field, const std::string& name, const Points& places) const {
+  require_symmetric_field(field, name, places);
+  Vector part(3 * nodes_.size());
+  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) {
+    part.segment<3>(3 * i) = field.segment<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
+    for (std::size_t plane = 0; plane < planes(); ++plane)
+      if (partner_[plane][nodes_[i]] == nodes_[i]) part[3 * i + static_cast<std::ptrdiff_t>(plane)] = 0;
+  }
+  return part;
+}
+
+void MirrorImages::require_symmetric(const std::vector<Triangles>& sides, const std::string& name,
+                                     const Points& places) const {
+  std::map<std::vector<std::int32_t>, std::size_t> side_of;
+  for (std::size_t side = 0; side < sides.size(); ++side)
+    for (const auto& face : sides[side].rowwise()) side_of.emplace(sorted(face), side);
+  for (std::size_t plane = 0; plane < planes(); ++plane)
+    for (std::size_t side = 0; side < sides.size(); ++side) {
+      std::size_t of_first = sides.size();
+      for (const auto& face : sides[side].rowwise()) {
+        Indices image(face.size());
+        for (std::ptrdiff_t k = 0; k < image.size(); ++k) image[k] = partner_[plane][face[k]];
+        const auto found = side_of.find(sorted(image));
+        if (found != side_of.end() && of_first == sides.size()) of_first = found->second;
+        if (found == side_of.end() || found->second != of_first)
+          throw InvalidInput("Scene: symmetry: the mirror image in " + plane_name(plane) + " of the face of " +
+                             name + " at " + place(places(face, Eigen::all).colwise().mean()) +
+                             " is not one of its faces; must be. Leave symmetry out, or mirror the surface.");
+      }
+    }
+}
+
+TetMesh MirrorImages::part(const TetMesh& mesh) const {
+  TetMesh part;
+  part.points = mesh.points(nodes_, Eigen::all);
+  part.cells = mesh.cells(cells_, Eigen::all);
+  for (std::int32_t& node : part.cells.reshaped()) node = node_of_[node];
+  if (mesh.cell_layer.size() > 0) part.cell_layer = mesh.cell_layer(cells_);
+  if (mesh.cell_side.size() > 0) part.cell_side = mesh.cell_side(cells_);
+  part.layer_names = mesh.layer_names;
+  return part;
+}
+
+}  // namespace plica

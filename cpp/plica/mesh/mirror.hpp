@@ -1,0 +1,71 @@
+#pragma once
+#include <array>
+
+#include "plica/mesh/tet_mesh.hpp"
+
+namespace plica {
+
+/// Planes in which a body is its own mirror image: half of it is x = 0, left and right; a quarter is x = 0 and y =
+/// 0.
+enum class Symmetry { half, quarter };
+
+/// Every node of a symmetric mesh as the image of one in its part x >= 0, for a quarter y >= 0, too. A
+/// displacement q of the part's nodes moves all of them by S q, whose rows are those of q, some components with
+/// their sign turned; S^T adds up the forces on a node's images. Nodal vectors of all nodes are (3 n), of the part
+/// (3 p).
+class MirrorImages {
+ public:
+  static constexpr double tolerance = 1e-5;  // mean edges, by which an image may lie beside its node
+
+  /// Throws InvalidInput naming a node without image, or a cell that a plane cuts.
+  MirrorImages(const TetMesh& mesh, Symmetry symmetry);
+
+  std::size_t planes() const { return partner_.size(); }  // the first is x = 0
+  int copies() const { return 1 << planes(); }            // of the part that make the whole
+  const Indices& nodes() const { return nodes_; }         // (p) of the part, in the whole; ascending
+  const Indices& cells() const { return cells_; }         // (c) likewise
+  /// (m) Of the part, by its number there, that each cell of the whole is an image of.
+  const Indices& cell_of() const { return cell_of_; }
+  /// Number in the part of the node that this one is an image of, and the signs of its components.
+  std::int32_t node_of(std::int32_t node) const { return node_of_[node]; }
+  Vector3 sign(std::int32_t node) const;
+  Indices nodes_of(const Indices& nodes) const;  // ascending, each once
+  /// Node that this one is mirrored to, itself where it lies in the plane.
+  std::int32_t partner(std::size_t plane, std::int32_t node) const { return partner_[plane][node]; }
+  /// Whether it was mirrored in a plane to come from the part.
+  bool mirrored(std::size_t plane, std::int32_t node) const { return (turned_[node] >> plane & 1) != 0; }
+
+  /// Row of S q.
+  Vector3 at(std::int32_t node, const Vector& q) const {
+    return sign(node).cwiseProduct(q.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])));
+  }
+  Vector spread(const Vector& q) const;  // S q
+  Vector folded(const Vector& f) const;  // S^T f
+  /// Adds S^T f of forces on these nodes alone to `sum` (3 p).
+  void add_folded(const Vector& f, const Indices& nodes, Vector& sum) const;
+  /// The symmetric forces on all nodes whose sum over images is f: S (S^T S)^-1 f.
+  Vector shared(const Vector& f) const;
+  /// The part's rows of a symmetric field (3 n), its components across the planes zero there. Throws InvalidInput
+  /// naming the node where it differs from its mirror image by more than 1e-6 of the field's largest entry.
+  Vector part_of(const Vector& field, const std::string& name, const Points& places) const;
+  /// S^T of forces (3 n) that are symmetric; throws as part_of.
+  Vector folded_symmetric(const Vector& force, const std::string& name, const Points& places) const;
+  /// Throws InvalidInput where the mirror image of one of these faces is none of them; with several sides, where
+  /// the image of a side is not one.
+  void require_symmetric(const std::vector<Triangles>& sides, const std::string& name, const Points& places) const;
+
+  /// The part of the mesh, without surfaces and node sets.
+  TetMesh part(const TetMesh& mesh) const;
+
+ private:
+  void pair_nodes(const TetMesh& mesh, double reach);
+  void pair_cells(const TetMesh& mesh);
+  void require_symmetric_field(const Vector& field, const std::string& name, const Points& places) const;
+
+  std::vector<Indices> partner_;  // (n) a plane
+  Indices node_of_, nodes_, cell_of_, cells_;
+  std::vector<std::uint8_t> turned_;  // (n) bit k: mirrored in plane k
+  Vector images_;                     // (p) of each node
+};
+
+}  // namespace plica

@@ -1,0 +1,296 @@
+"""Half or a quarter of a symmetric scene beside all of it, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse import csr_array
+
+import plica
+from plica import _engine
+from plica.errors import InvalidInput, SceneError
+from plica.phonation.run.build import build_simulation, fixed_components
+from plica.phonation.scene.mesh_source import build_mesh
+
+PLANES = {"half": (0,), "quarter": (0, 1)}
+Floats = NDArray[np.float64]
+
+
+@pytest.fixture
+def voice(phonating: plica.Scene) -> plica.Scene:
+    """A larynx of 672 nodes whose folds collide from step 4 on; gaps are held to 1e-9 of an edge."""
+    larynx = plica.Larynx(larynx="coarse", options=plica.LarynxOptions(size="2 mm", growth=0.6, around=24))
+    return phonating.replace({"mesh": larynx, "contact.tolerance": 1e-9, "solver.tolerance": 1e-13})
+
+
+def folding(points: Floats, planes: tuple[int, ...]) -> tuple[csr_array, NDArray[np.int64]]:
+    """S of u = S q by brute force, and the nodes of the part."""
+    part = np.flatnonzero((points[:, planes] >= -1e-12).all(axis=1))
+    image = points.copy()
+    image[:, planes] = np.abs(image[:, planes])
+    own = np.array([np.argmin(((points[part] - x) ** 2).sum(axis=1)) for x in image])
+    sign = np.ones_like(points)
+    sign[:, planes] = np.where(points[:, planes] < -1e-12, -1, 1)
+    rows = np.arange(points.size)
+    columns = (3 * own[:, None] + np.arange(3)).ravel()
+    return csr_array((sign.ravel(), (rows, columns)), shape=(points.size, 3 * len(part))), part
+
+
+def held_in_part(scene: plica.Scene, mesh: _engine.TetMesh, planes: tuple[int, ...]) -> NDArray[np.bool_]:
+    points = np.asarray(mesh.points)
+    _, part = folding(points, planes)
+    held = np.array(fixed_components(scene, mesh))[part]
+    held[:, planes] |= np.abs(points[part][:, planes]) < 1e-12
+    return held.ravel()
+
+
+def matrices(simulation: _engine.Simulation) -> list[csr_array]:
+    found = []
+    for given in (simulation.mass, simulation.stiffness, simulation.viscosity):
+        assert given is not None
+        found.append(csr_array(given, shape=(len(given[2]) - 1,) * 2))
+    return found
+
+
+def furthest(found: dict[str, Any], expected: dict[str, Any], name: str) -> float:
+    return float(np.abs(found[name] - expected[name]).max() / np.abs(expected[name]).max())
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+@pytest.mark.parametrize("order", [1, 2])
+def test_matrices_are_those_of_the_whole_folded(phonating: plica.Scene, symmetry: str, order: int) -> None:
+    """By a matching of nodes of the test's own: A commutes with the mirrors, tissue, fibres and mass."""
+    scene = phonating.replace({"mesh.order": order})
+    mesh = build_mesh(scene.mesh)
+    S, _ = folding(np.asarray(mesh.points), PLANES[symmetry])
+    free = ~held_in_part(scene, mesh, PLANES[symmetry])
+    whole = matrices(build_simulation(scene, mesh))
+    part = matrices(build_simulation(scene.replace({"symmetry": symmetry}), mesh))
+    for A, a in zip(whole, part, strict=True):
+        expected, found = (S.T @ A @ S)[free][:, free], a[free][:, free]
+        assert abs(found - expected).max() < 1e-12 * abs(expected).max()
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+def test_a_voice_through_contact_is_that_of_the_whole(voice: plica.Scene, symmetry: str) -> None:
+    """To the tolerances of solver and contact, which the collisions make some hundred times larger."""
+    mesh = build_mesh(voice.mesh)
+    full, part = (build_simulation(voice.replace({"symmetry": s}), mesh) for s in (None, symmetry))
+    expected, found = full.advance(40), part.advance(40)
+    assert (expected["contact_rows"] > 0).sum() > 5
+    np.testing.assert_array_equal(found["contact_rows"] > 0, expected["contact_rows"] > 0)
+    for name in ("minimum_area", "flow", "kinetic_energy", "elastic_energy"):
+        assert furthest(found, expected, name) < 1e-8, name
+    assert furthest(found, expected, "contact_force_first") < 1e-7
+    u, v = np.asarray(full.displacement), np.asarray(part.displacement)
+    assert np.abs(u - v).max() < 1e-8 * np.abs(u).max()
+    energy = (found["kinetic_energy"] + found["elastic_energy"]).max()
+    assert np.abs(found["ledger_error"]).max() < 1e-11 * energy
+
+
+EXACT: dict[str, Any] = {
+    "saddle": {"multipliers": {"solver": "saddle"}},
+    "gmres": {"multipliers": {"solver": "gmres"}},
+    "weighted": {"multipliers": {"position": "weighted"}},
+    "augmented": {"augmented": {}},
+}
+ONE_SIDED: dict[str, Any] = {
+    "penalty": {"penalty": {"stiffness": "50 N/m"}},
+    "mortar": {"multipliers": {}, "faces": "mortar", "tolerance": 1e-8},
+    "friction": {"multipliers": {}, "friction": 0.3, "tolerance": 1e-8},
+}
+WAVES = ("minimum_area", "elastic_energy", "contact_force_first")
+
+
+def simulated(scene: plica.Scene, symmetry: str | None, steps: int = 20) -> tuple[dict[str, Any], Floats]:
+    simulation = build_simulation(scene.replace({"symmetry": symmetry}))
+    return simulation.advance(steps), np.array(simulation.displacement)
+
+
+@pytest.mark.parametrize("contact", EXACT)
+def test_contact_without_a_side_is_that_of_the_whole(voice: plica.Scene, contact: str) -> None:
+    """A closed gap is the same from either side; to what the method's own iterations leave."""
+    scene = voice.replace({"contact": EXACT[contact]})
+    expected, _ = simulated(scene, None)
+    found, _ = simulated(scene, "quarter")
+    assert expected["contact_rows"].max() > 0
+    for name in WAVES:
+        assert furthest(found, expected, name) < 1e-5, name
+
+
+@pytest.mark.parametrize("contact", ONE_SIDED)
+def test_contact_that_has_a_side_loses_what_is_not_symmetric_in_it(voice: plica.Scene, contact: str) -> None:
+    """Slaves of one fold make a whole larynx lean to one side; a half does not, and a quarter is the half."""
+    scene = voice.replace({"contact": ONE_SIDED[contact]})
+    whole, u = simulated(scene, None)
+    half, of_half = simulated(scene, "half")
+    quarter, _ = simulated(scene, "quarter")
+    x = np.asarray(build_mesh(scene.mesh).points)
+    image = np.array([np.argmin(((x - p) ** 2).sum(axis=1)) for p in x * (-1, 1, 1)])
+    leaning = np.abs(u[image] * (-1, 1, 1) - u).max()
+    np.testing.assert_array_equal(of_half[image] * (-1, 1, 1), of_half)
+    assert 0 < np.abs(of_half - u).max() < leaning
+    assert whole["contact_rows"].max() > 0
+    for name in WAVES:
+        assert furthest(quarter, half, name) < 1e-7, name
+
+
+def test_frequencies_of_the_part_are_the_symmetric_ones_of_the_whole(phonating: plica.Scene) -> None:
+    mesh = build_mesh(phonating.mesh)
+    free = ~np.array(fixed_components(phonating, mesh)).ravel()
+    M, K, _ = (A[free][:, free].toarray() for A in matrices(build_simulation(phonating, mesh)))
+    squares, shapes = eigh(K, M, subset_by_index=(0, 39))
+    S, _ = folding(np.asarray(mesh.points), (0, 1))
+    full = np.zeros((len(free), 40))
+    full[free] = shapes
+    count = np.asarray(abs(S).sum(axis=0)).ravel()
+    even = S @ ((S.T @ full) / count[:, None])
+    symmetric = np.abs(even - full).max(axis=0) < 1e-6 * np.abs(full).max(axis=0)
+    own = ~held_in_part(phonating, mesh, (0, 1))
+    part = build_simulation(phonating.replace({"symmetry": "quarter"}), mesh)
+    m, k, _ = (A[own][:, own].toarray() for A in matrices(part))
+    assert symmetric.sum() > 4
+    assert not symmetric.all()
+    expected = squares[symmetric]
+    np.testing.assert_allclose(eigh(k, m, eigvals_only=True)[: len(expected)], expected, rtol=1e-8)
+
+
+def test_loads_and_weight_move_the_part_as_they_move_the_whole(phonating: plica.Scene) -> None:
+    loads = [{"surface": "airway", "traction": (0, 0, "50 Pa"), "frequency": "100 Hz"}]
+    changes = {"contact": None, "airflow": None, "gravity": (0, 0, -9.81), "loads": loads}
+    scene = phonating.replace({"solver.tolerance": 1e-13, **changes})
+    mesh = build_mesh(scene.mesh)
+    full, part = build_simulation(scene, mesh), build_simulation(scene.replace({"symmetry": "quarter"}), mesh)
+    pull = np.zeros_like(np.asarray(mesh.points))
+    pull[:, 0] = 1e-3 * np.asarray(mesh.points)[:, 0]
+    for simulation in (full, part):
+        simulation.set_external_force(pull)
+    expected, found = full.advance(20), part.advance(20)
+    assert furthest(found, expected, "elastic_energy") < 1e-9
+    for name in ("displacement", "velocity", "acceleration"):
+        u = np.asarray(getattr(full, name))
+        assert np.abs(np.asarray(getattr(part, name)) - u).max() < 1e-8 * np.abs(u).max(), name
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
+    phonating: plica.Scene, threads: int
+) -> None:
+    scene = phonating.replace({"symmetry": "quarter"})
+    whole = build_simulation(scene)
+    waves = whole.advance(40)
+    before = _engine.threads()
+    _engine.set_threads(threads)
+    try:
+        first, second = build_simulation(scene), build_simulation(scene)
+        first.advance(25)
+        second.restore(first.state())
+        rest = second.advance(15)
+    finally:
+        _engine.set_threads(before)
+    for name, values in rest.items():
+        np.testing.assert_array_equal(values, waves[name][25:], err_msg=name)
+
+
+def test_a_run_of_a_quarter_stores_the_whole(voice: plica.Scene, tmp_path: Path) -> None:
+    scene = voice.replace({"time.duration": "1 ms"})
+    full = plica.run(scene, tmp_path / "full", progress=False)
+    quarter = scene.replace({"symmetry": "quarter"})
+    part = plica.run(quarter, tmp_path / "part", progress=False)
+    assert part.scene == quarter
+    np.testing.assert_allclose(part["minimum_area"], full["minimum_area"], rtol=1e-8)
+    u, v = (np.array(run.fields["displacement"][-1]) for run in (full, part))
+    np.testing.assert_allclose(v, u, atol=1e-6 * np.abs(u).max())
+
+
+REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "weight to one side": (
+        {"gravity": (1.0, 0, 0)},
+        r"the weight \(N\) at node .* mirrored in the plane x = 0",
+    ),
+    "a push to one side": (
+        {"initial": {"velocity": {"body": (0.1, 0.0, 0.0)}}},
+        r"the initial velocity \(m/s\) at node .* mirrored in the plane x = 0",
+    ),
+    "massless surfaces": ({"contact.surface_mass": "redistributed"}, "surface_mass"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_not_symmetric_is_refused(phonating: plica.Scene, case: str) -> None:
+    changes, said = REFUSED[case]
+    with pytest.raises(SceneError, match=said):
+        build_simulation(phonating.replace({"symmetry": "quarter", **changes}))
+
+
+def test_tissue_that_differs_between_the_folds_is_refused(phonating: plica.Scene) -> None:
+    scene = phonating.replace({"tissue.cover.left": {"E": "0.8 kPa"}, "symmetry": "half"})
+    with pytest.raises(SceneError, match=r"tissue .* at \(-.* is not the mirror image of .* at \("):
+        build_simulation(scene)
+
+
+def remade(mesh: _engine.TetMesh, **changes: Any) -> _engine.TetMesh:
+    names = ("points", "cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
+    return _engine.TetMesh(**({name: getattr(mesh, name) for name in names} | changes))
+
+
+def test_a_node_out_of_place_is_refused(phonating: plica.Scene) -> None:
+    mesh = build_mesh(phonating.mesh)
+    x = np.array(mesh.points)
+    x[np.argmin(((x - (8e-3, 3e-3, 0)) ** 2).sum(axis=1)), 2] += 1e-6
+    with pytest.raises(
+        SceneError, match=r"symmetry: node .* has no node at its mirror image in the plane x = 0"
+    ):
+        build_simulation(phonating.replace({"symmetry": "half"}), remade(mesh, points=x))
+
+
+def test_a_support_in_front_alone_is_refused(phonating: plica.Scene) -> None:
+    mesh = build_mesh(phonating.mesh)
+    x = np.asarray(mesh.points)
+    front = np.flatnonzero((x[:, 1] > 4e-3) & (np.abs(x[:, 0]) < 3e-3)).astype(np.int32)
+    held = remade(mesh, node_sets={**mesh.node_sets, "front": front})
+    scene = phonating.replace({"supports.fixed": ("wall", "front")})
+    build_simulation(scene.replace({"symmetry": "half"}), held)
+    with pytest.raises(SceneError, match=r"symmetry: node .* held along x as its mirror image is"):
+        build_simulation(scene.replace({"symmetry": "quarter"}), held)
+
+
+def test_a_force_to_one_side_is_refused(phonating: plica.Scene) -> None:
+    simulation = build_simulation(phonating.replace({"symmetry": "half"}))
+    force = np.zeros_like(np.asarray(simulation.displacement))
+    force[5] = (1e-3, 0, 0)
+    with pytest.raises(InvalidInput, match=r"the external force \(N\) at node 5"):
+        simulation.set_external_force(force)
+
+
+def test_a_cell_across_the_plane_is_refused() -> None:
+    scene = plica.Scene(
+        plica.Block(corner=("-1 mm", 0.0, 0.0), size=("2 mm", "1 mm", "1 mm")),
+        {"body": plica.Tissue(E="20 kPa", nu=0.3)},
+        time=plica.Stepping(step="0.1 ms", duration="1 ms"),
+        symmetry="half",
+    )
+    with pytest.raises(
+        SceneError, match=r"lies on both sides of the plane x = 0|has no node at its mirror image"
+    ):
+        build_simulation(scene)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"reduction": {"modes": 4}},
+        {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}},
+        {"contact": {"nitsche": {}}},
+    ],
+)
+def test_what_has_no_symmetric_part_is_refused_by_name(
+    phonating: plica.Scene, changes: dict[str, Any]
+) -> None:
+    with pytest.raises(SceneError, match='symmetry = "half"; must be left out with'):
+        phonating.replace({"symmetry": "half", **changes})
