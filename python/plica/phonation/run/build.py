@@ -161,7 +161,9 @@ def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
 
 
 def _located(scene: Scene, error: InvalidInput) -> SceneError:
-    return error if isinstance(error, SceneError) else SceneError(f"{scene.source}: {error}")
+    if isinstance(error, SceneError):
+        return error
+    return SceneError(f"{scene.source}: {str(error).replace('Simulation: step =', 'time.step =')}")
 
 
 def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
