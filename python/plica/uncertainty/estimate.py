@@ -85,7 +85,7 @@ def estimate_uncertainty(
     with storage_errors(folder):
         folder.mkdir(exist_ok=True)
     with only_writer(folder):
-        _say("plica: levels: where they begin and what they cost", shown=progress)
+        _say("plica: finding where levels begin and what they cost", shown=progress)
         own = sampled(run, of_cycles=False)
         start = kept_start(run, folder / "start.h5") if _orbits(run, own) else None
         plan = made_plan(run, own.cycles, start, folder, budget=budget, other=other)
