@@ -28,6 +28,7 @@ transient = 6
 most_cycles, fewest_cycles = 16, 8
 """That a level is measured over, and that a run must have for its levels to begin in it."""
 least_budget = 60.0  # s, whatever the run took
+_SHORTER = " Meshes are compared at the run's step: run the scene anew with such a one."
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,14 @@ def made_plan(
     limit = max(budget * run.seconds, least_budget)
     chosen: list[PlannedLevel] = []
     remarks: list[str] = []
+    too_dear = set()
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
         try:
             cost = cost_of(level, run, start, mine, left)
         except InvalidInput as error:
-            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
+            shorter = _SHORTER if "time.step = " in str(error) else ""
+            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}{shorter}")
             continue
         except SolveFailed as error:
             remarks.append(f"{_what(level)} is left out, a step of its trial failed: {error}")
@@ -82,10 +85,11 @@ def made_plan(
             remarks.append(
                 f"{_what(level)} is left out: {cost.note}, of {clock(left)} that are left of the budget"
             )
+            too_dear.add(level.kind)
             continue
         chosen.append(replace(level, seconds=cost.seconds, basis=cost.basis))
     if not any(level.kind == "mesh" for level in chosen):
-        remarks.append(_no_mesh(other, candidates))
+        remarks.append(_no_mesh(other, candidates, "mesh" in too_dear))
     content = {"options": options, "seconds": {one.name: one.seconds for one in chosen}, "remarks": remarks}
     write_json(content, path)
     return Plan(tuple(chosen), tuple(remarks))
@@ -157,9 +161,12 @@ def _what(level: PlannedLevel) -> str:
     return f"a mesh with edges {1 / level.factor:.2g} times as long"
 
 
-def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel]) -> str:
+def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel], too_dear: bool) -> str:
+    not_estimated = "the error of the mesh is not estimated: "
     if other == "none":
-        return "the error of the mesh is not estimated: it was not asked for"
-    if any(level.kind == "mesh" for level in candidates.values()):
-        return "the error of the mesh is not estimated: allow more (--budget), or give another mesh (--mesh)"
-    return "the error of the mesh is not estimated: no other mesh can be made of this one; give one (--mesh)"
+        return not_estimated + "it was not asked for"
+    if not any(level.kind == "mesh" for level in candidates.values()):
+        return not_estimated + "no other mesh can be made of this one; give one (--mesh)"
+    if too_dear:
+        return not_estimated + "allow more (--budget), or give another mesh (--mesh)"
+    return not_estimated + "no mesh that was tried can be used, for what is said above"

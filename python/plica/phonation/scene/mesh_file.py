@@ -56,7 +56,7 @@ class _Reader:
             side = self._sides(points, cells, labels)
             surfaces = self._surfaces(points, cells, side, self.mesh.surfaces)
         except (SceneError, IndexError):
-            _engine.TetMesh(points=points, cells=cells)  # what is wrong with these goes before their labels
+            _engine.check_mesh(_engine.TetMesh(points=points, cells=cells))  # the worse fault, if it is one
             raise
         return _engine.TetMesh(
             points=points,
