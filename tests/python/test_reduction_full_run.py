@@ -113,7 +113,7 @@ def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
         ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),
-        ({"reduction.full_run": "nowhere"}, "nowhere"),
+        ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no run in it"),
     ],
 )
 def test_a_full_run_that_does_not_fit_is_refused(

@@ -44,7 +44,7 @@ def motion_digest(directory: Path) -> str:
         found = hashlib.sha256(run.scene.digest().encode())
         found.update(np.ascontiguousarray(run.fields["time"]).tobytes())
         for frame in run.displacement:
-            found.update(np.ascontiguousarray(frame))
+            found.update(frame.tobytes())
     except InvalidInput:
         return ""
     return found.hexdigest()
