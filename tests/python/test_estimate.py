@@ -247,7 +247,8 @@ def test_a_run_up_of_missing_frames_stands_for_an_unknown_beginning() -> None:
 def test_a_scene_with_contact_is_refused(colliding: plica.Scene) -> None:
     observation = Observation(SurfacePoints.at_nodes([0]), CAMERA, np.ones((4, 1, 2)))
     with pytest.raises(
-        plica.InvalidInput, match=r"contact is given; must be left out\. With contact the motion is not"
+        plica.InvalidInput,
+        match=r"contact, initial are given; must be left out\. With contact the motion is not",
     ):
         MotionModel(colliding, ["a.E"], observation, Forcing(np.ones((3, 1))))
 

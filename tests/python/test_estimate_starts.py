@@ -14,8 +14,18 @@ from numpy.typing import ArrayLike
 
 import plica
 from layered_block import layered_model, simulated
-from plica.identify import Evaluation, Iteration, MarginalLikelihood, Noise, Scoring, Settings, estimate
+from plica.identify import (
+    Evaluation,
+    Iteration,
+    MarginalLikelihood,
+    Noise,
+    Scoring,
+    Settings,
+    estimate,
+    estimate_from_flow,
+)
 from plica.identify.flow_error import FlowError
+from plica.identify.settings import MOST_STARTS
 from plica.identify.starts import begins
 from plica.identify.wording import started
 from test_estimate_end import one_number
@@ -79,6 +89,29 @@ def test_of_several_ends_the_most_probable_is_taken() -> None:
     assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
     assert {at.start for at in seen} == {1, 2, 3}
     assert any("false maximum of the density (started 3 times" in told for told in found.warnings())
+
+
+def test_climbs_on_the_first_frames_are_told_as_they_go() -> None:
+    seen: list[Iteration] = []
+    found = estimate(outlying(), options=Scoring(starts=3), progress=seen.append)
+    assert found.starts == 3
+    shares = {start: [at.share for at in seen if at.start == start] for start in (1, 2, 3)}
+    assert set(shares[1]) == {1.0}
+    assert set(shares[2]) == set(shares[3]) == {0.25, 0.5, 1.0}
+    assert shares[2] == sorted(shares[2])
+    compared = [at for at in seen if math.isnan(at.step)]
+    assert len(compared) == MOST_STARTS - 2
+    assert {(at.start, at.share) for at in compared} == {(3, 0.25)}
+
+
+def test_iterations_of_a_flow_count_none_on_the_first_frames() -> None:
+    seen: list[Iteration] = []
+    options = Scoring(starts=2)
+    found = estimate_from_flow(outlying(), None, options, seen.append, learn=False)[0]
+    whole = [at.number for at in seen if at.share == 1]
+    assert len(whole) < len(seen)
+    assert whole == list(range(len(whole)))
+    assert found.iterations == len(whole) - 1
 
 
 def test_two_starts_that_end_at_one_place_are_enough() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -96,10 +97,26 @@ def test_a_run_is_stored_resumed_and_reported_like_any_other(bar: plica.Scene, t
     np.testing.assert_array_equal(again.waveforms["elastic_energy"], whole.waveforms["elastic_energy"])
 
 
+def test_a_finer_mesh_on_which_the_step_is_too_long_says_what_to_do(bar: plica.Scene, tmp_path: Path) -> None:
+    step = 1.4e-4  # stable on the run's mesh, but on no finer one
+    changes = {"output.every": None, "output.checkpoint_every": "1 s", "tissue.body.viscosity": 0}
+    scene = explicit(bar, **{"time.step": step, "time.duration": 20 * step, **changes})
+    plica.run(scene, tmp_path / "run", progress=False)
+    found = plica.estimate_uncertainty(tmp_path / "run", progress=False)
+    assert [level["kind"] for level in found.levels] == ["step", "step"]
+    said = "\n".join(found.remarks)
+    assert "time.step = 0.00014 s; must be <= " in said
+    assert "run the scene anew with such a one" in said
+    assert "no mesh that was tried can be used" in said
+    assert "--budget" not in said
+
+
 def test_the_scene_says_what_it_needs(bar: plica.Scene) -> None:
     with pytest.raises(plica.SceneError, match=r'time\.mass = "?consistent"?; must be lumped with central'):
         bar.replace({"time.scheme": "central_differences"})
-    with pytest.raises(plica.SceneError, match=r"step = 0\.0001 s; must be <= \S+ s\. Central differences"):
+    with pytest.raises(
+        plica.SceneError, match=r": time\.step = 0\.0001 s; must be <= \S+ s\. Central differences"
+    ):
         plica.build_simulation(
             bar.replace(
                 {"time.scheme": "central_differences", "time.mass": "lumped", "tissue.body.E": "2 MPa"}

@@ -331,7 +331,7 @@ def test_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["identify", "--help"])
     said = capsys.readouterr().out
-    for part in ("examples:", "[identify]", "--resume", "hardly learned", "no contact"):
+    for part in ("examples:", "[identify]", "--resume", "hardly learned", "Delete its contact"):
         assert part in said
     table = re.search(r"\n  \[identify\]\n(.*?)\n\n", said, re.DOTALL)
     assert table is not None

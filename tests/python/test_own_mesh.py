@@ -166,3 +166,21 @@ def test_a_mesh_file_of_several_labels_is_not_taken_for_one_layer(box: Path) -> 
     made.write(box)
     with pytest.raises(plica.SceneError, match=r"mesh.layers is missing; must name .* labels \[1, 7\]"):
         plica.build_mesh(plica.MeshFile(file=box))
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"layers": {"body": 5}},
+        {"surfaces": {"top": {"box": {"x": ["8 m", "9 m"]}}}},
+        {"surfaces": {"airway": 3}, "sides": "x"},
+    ],
+)
+def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: dict[str, Any]) -> None:
+    with pytest.raises(plica.SceneError, match=r"mesh\.(layers|surfaces)\."):
+        plica.build_mesh(plica.MeshFile(file=box, **fields))
+    made = meshio.read(box)
+    made.points[7, 2] = np.nan
+    made.write(box)
+    with pytest.raises(plica.SceneError, match=r"node 7 is at .*; its coordinates must be finite"):
+        plica.build_mesh(plica.MeshFile(file=box, **fields))

@@ -19,7 +19,7 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures, whole
 from plica.phonation.run import store
 from plica.uncertainty import estimate, sample
-from plica.uncertainty.plan import PlannedLevel
+from plica.uncertainty.level import PlannedLevel
 from plica.uncertainty.start import kept_start, widest_opening
 from test_run import StopsAfter
 
@@ -245,22 +245,6 @@ def test_another_scene_in_place_of_the_run_has_levels_of_its_own(
         second.measures
         == plica.estimate_uncertainty(tmp_path / "fresh", mesh="none", progress=False).measures
     )
-
-
-def test_that_the_error_of_a_basis_is_not_seen_is_said(
-    bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    said = "the error of the reduction's basis is in no uncertainty here"
-    plica.run(bar, tmp_path / "full", progress=False)
-    full = plica.estimate_uncertainty(tmp_path / "full", mesh="none", progress=False)
-    assert not any(said in remark for remark in full.remarks)
-    plica.run(
-        bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
-    )
-    assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
-    assert said in capsys.readouterr().out
-    assert said in (tmp_path / "run" / "uncertainty.json").read_text()
-    assert said[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")
 
 
 def test_angles_about_half_a_turn_scatter_by_their_distance_on_the_circle(

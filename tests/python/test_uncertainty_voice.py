@@ -14,7 +14,7 @@ import plica
 from conftest import THESIS_TISSUE, TINY_LARYNX
 from plica.measures.cycles import Cycles
 from plica.uncertainty import estimate
-from plica.uncertainty.plan import PlannedLevel
+from plica.uncertainty.level import PlannedLevel
 from plica.uncertainty.sample import Sampled
 
 

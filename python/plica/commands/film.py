@@ -71,7 +71,9 @@ def add_commands(commands: Any) -> None:
     film.add_argument(
         "--roll", metavar="DEG", type=float, default=0.0, help="turn the picture, anticlockwise as seen"
     )
-    film.add_argument("--samples", metavar="N", type=whole, default=4, help="pictures a frame is the mean of")
+    film.add_argument(
+        "--samples", metavar="N", type=whole, default=4, help="pictures a frame is the mean of (default: 4)"
+    )
     film.add_argument(
         "--noise",
         metavar="GREY",

@@ -22,10 +22,11 @@ tell. RECORDING is one of
                   glottal_area, projection, fps, mm_per_px (docs/identification.md)
 
 SCENE has the mesh, the tissue's values as first guess, the supports and the time step, of which a whole
-number must make the interval of two frames. It must have no contact: where the glottis is closed unknown
-forces take its place. Its airflow is not simulated: unknown pressures act at some heights of the glottis.
-In a voice the motion makes its own pressures, which these do not stand for: sd and intervals are refused
-where SCENE has an airflow, or is a larynx without --drive (voiced = false in the settings takes that back).
+number must make the interval of two frames. Delete its contact, loads, gravity and initial: where the glottis
+is closed unknown forces take the contact's place. Its airflow is not simulated: unknown pressures act at some
+heights of the glottis. In a voice the motion makes its own pressures, which these do not stand for: sd and
+intervals are refused where SCENE has an airflow, or is a larynx without --drive (voiced = false in the
+settings takes that back).
 Stores in DIR:
 
   posterior.csv   a row a parameter: median, sd, 95 % interval, prior
@@ -63,7 +64,11 @@ def add_commands(commands: Any) -> None:
     part = add_command(commands, "identify", _identify, "estimate the tissue from a recording", _HELP)
     part.add_argument("recording", metavar="RECORDING", type=Path, help="analysis, film's truth or flow")
     part.add_argument(
-        "--scene", metavar="SCENE", type=Path, required=True, help="scene file (TOML), no contact"
+        "--scene",
+        metavar="SCENE",
+        type=Path,
+        required=True,
+        help="scene file (TOML), without contact and initial",
     )
     part.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"

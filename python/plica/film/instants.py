@@ -41,8 +41,10 @@ def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
     end = ends[1] if ends[1] is not None else float(stored[-1]) - half
     count = int(np.floor((end - start) * fps + _SLACK)) + 1
     if count < 2:
+        many = "1 frame" if count == 1 else f"{max(count, 0)} frames"
         raise InvalidInput(
-            f"Film: {max(count, 0)} frames of {fps:g} /s from {start:g} s to {end:g} s; must be two or more."
+            f"Film: {many} of {fps:g} /s from {start:g} s to {end:g} s; must be two or more. Take a higher "
+            "fps, or film a longer part."
         )
     return fps, start + np.arange(count) / fps
 

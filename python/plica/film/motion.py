@@ -65,8 +65,7 @@ class Motion:
         self.time = np.asarray(fields["time"], dtype=float)
         if self.time.size < 2:
             raise InvalidInput(
-                f"Film: the fields were stored at {self.time.size} instants; must be two or more. Is "
-                "output.every too large?"
+                f"Film: stored fields = {self.time.size}; must be two or more. Is output.every too large?"
             )
         steps = np.diff(self.time)
         self.interval = float(np.median(steps))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 
@@ -13,8 +12,8 @@ from plica.errors import SolveFailed
 from plica.identify.evaluation import Evaluation
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
-from plica.identify.scoring import NOT_THERE, Iteration, Scoring, climb
-from plica.identify.starts import begins
+from plica.identify.scoring import NOT_THERE, Scoring, climb
+from plica.identify.starts import Watcher, begins, numbered
 
 __all__ = ["estimate"]
 
@@ -26,7 +25,7 @@ def estimate(
     likelihood: MarginalLikelihood,
     start: ArrayLike | None = None,
     options: Scoring | None = None,
-    progress: Callable[[Iteration], None] | None = None,
+    progress: Watcher | None = None,
 ) -> Posterior:
     """The maximum of the posterior density of log theta, with the Gaussian that fits it there.
 
@@ -43,7 +42,7 @@ def estimate(
         log theta; left out: the prior's mean.
     options : Scoring, optional
     progress : callable, optional
-        Called with each `Iteration`.
+        Called with each `Iteration`, those on the way to a graduated start among them.
 
     Raises
     ------
@@ -57,9 +56,10 @@ def estimate(
     ends: list[tuple[Posterior, Evaluation]] = []
     failure: Exception | None = None
     tried = 0
-    for tried, begin in enumerate(islice(begins(likelihood, first, options), options.starts), start=1):
+    starts = begins(likelihood, first, options, progress)
+    for tried, begin in enumerate(islice(starts, options.starts), start=1):
         try:
-            found = climb(likelihood, begin, options, _numbered(progress, tried))
+            found = climb(likelihood, begin, options, numbered(progress, tried))
         except NOT_THERE as error:
             if tried == 1 and not isinstance(error, SolveFailed):
                 raise
@@ -84,10 +84,3 @@ def _at_the_best(
     precision = np.linalg.inv(best[0].statistical_covariance)
     apart = [found.mean - best[0].mean for found, _ in ends]
     return best, sum(float(d @ precision @ d) < _SAME**2 for d in apart)
-
-
-def _numbered(progress: Callable[[Iteration], None] | None, start: int) -> Callable[[Iteration], None] | None:
-    if progress is None:
-        return None
-    watcher = progress
-    return lambda at: watcher(replace(at, start=start))

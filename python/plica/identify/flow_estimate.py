@@ -60,9 +60,10 @@ def estimate_from_flow(
     count = [0]
 
     def watched(at: Iteration) -> None:
+        whole = at.share == 1
         if progress is not None:
-            progress(replace(at, number=count[0]))
-        count[0] += 1
+            progress(replace(at, number=count[0]) if whole else at)
+        count[0] += whole
 
     rough = replace(options, tolerance=max(options.tolerance, _FIRST)) if learn else options
     first = found = estimate(likelihood, start, rough, watched)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -176,9 +177,12 @@ def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration
     def said(at: Iteration) -> None:
         kept(at)
         again = f"start {at.start}, " if at.start > 1 else ""
+        part = "" if at.share == 1 else f"first {100 * at.share:.0f} % of the frames, "
+        what = f"iteration {at.number}" if math.isfinite(at.step) else f"tissue {at.number + 1} of the prior"
+        step = f", step {at.step:.2g} sd" if math.isfinite(at.step) else ""
         print(
-            f"plica: {words}: {again}iteration {at.number}, log density {at.value:.6g}, "
-            f"step {at.step:.2g} sd, {time.monotonic() - began:.0f} s",
+            f"plica: {words}: {again}{part}{what}, log density {at.value:.6g}{step}, "
+            f"{time.monotonic() - began:.0f} s",
             file=sys.stderr,
             flush=True,
         )

@@ -213,20 +213,19 @@ def require_parameters(
 
 
 def require_linear(scene: Scene) -> None:
-    """Raises InvalidInput for a scene whose motion is not linear in the pressures, or does not start "
-    "from rest."""
-    if scene.contact is not None:
-        raise InvalidInput(
-            f"{scene.source}: contact is given; must be left out. With contact the motion is not linear in "
-            "the pressures: give the frames in which the folds touch as closed, and forces on the medial "
-            "surface take the place of the contact."
+    """Raises InvalidInput for a scene whose motion is not linear in the pressures, or does not start from
+    rest; it names all that is to be left out."""
+    given = [name for name in ("contact", "loads", "gravity", "initial") if getattr(scene, name)]
+    if given:
+        contact = (
+            "With contact the motion is not linear in the pressures: in frames that are told as closed, "
+            "unknown forces on the medial surface take the place of the contact. "
         )
-    for name, given in (("loads", scene.loads), ("gravity", scene.gravity), ("initial", scene.initial)):
-        if given:
-            raise InvalidInput(
-                f"{scene.source}: {name} is given; must be left out. The model starts from rest under the "
-                "pressures of Forcing."
-            )
+        raise InvalidInput(
+            f"{scene.source}: {', '.join(given)} {'is' if len(given) == 1 else 'are'} given; must be left "
+            f"out. {contact if scene.contact else ''}The model starts from rest and is moved by pressures on "
+            "its surface alone."
+        )
     if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
         raise InvalidInput(f"{scene.source}: time.scheme must be hht.")
     if scene.time.mass != "consistent":

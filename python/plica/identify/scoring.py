@@ -64,9 +64,11 @@ class Iteration:
     """log posterior density, up to a constant"""
     point: Array
     step: float
-    """[posterior sd] of the step proposed from here"""
+    """[posterior sd] of the step proposed from here; nan of a tissue that is only compared with others"""
     start: int = 1
     """Which of several"""
+    share: float = 1.0
+    """Of the frames that show something; less than 1 on the way to a graduated start"""
 
 
 def climb(

@@ -9,7 +9,7 @@ the whole recording is begun (for seismograms: C. Bunks et al., Geophysics 60, 1
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,12 +19,13 @@ from scipy.stats import qmc
 
 from plica.errors import InvalidInput
 from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.scoring import NOT_THERE, Scoring, climb
+from plica.identify.scoring import NOT_THERE, Iteration, Scoring, climb
 from plica.identify.settings import MOST_STARTS
 
-__all__ = ["begins", "graduated"]
+__all__ = ["Watcher", "begins", "graduated", "numbered"]
 
 Array = NDArray[np.float64]
+Watcher = Callable[[Iteration], None]
 _SHARES = (0.25, 0.5)
 """Of the frames that show something."""
 _ROUGH = 0.5
@@ -33,42 +34,62 @@ _SCANNED = MOST_STARTS - 2
 """Tissues of the prior whose densities on the first quarter are compared."""
 
 
-def begins(likelihood: MarginalLikelihood, first: Array, options: Scoring) -> Iterator[Array]:
+def begins(
+    likelihood: MarginalLikelihood, first: Array, options: Scoring, progress: Watcher | None = None
+) -> Iterator[Array]:
     """(p) each: `first`; the graduated start from it; the graduated starts from tissues that are spread over
-    the prior, the most probable on the first quarter of the recording before the others."""
+    the prior, the most probable on the first quarter of the recording before the others.
+
+    progress: called with each point on the way to a graduated start.
+    """
     yield first
-    yield graduated(likelihood, first, options)
-    for point in _scanned(likelihood):
-        yield graduated(likelihood, point, options)
+    yield graduated(likelihood, first, options, numbered(progress, 2))
+    for number, point in enumerate(_scanned(likelihood, numbered(progress, 3)), start=3):
+        yield graduated(likelihood, point, options, numbered(progress, number))
 
 
-def graduated(likelihood: MarginalLikelihood, start: Array, options: Scoring) -> Array:
+def numbered(progress: Watcher | None, start: int, share: float = 1.0) -> Watcher | None:
+    """Who watches all starts, told of one of them, or of a part of the recording in it."""
+    if progress is None:
+        return None
+    watcher = progress
+    return lambda at: watcher(replace(at, start=max(start, at.start), share=min(share, at.share)))
+
+
+def graduated(
+    likelihood: MarginalLikelihood, start: Array, options: Scoring, progress: Watcher | None = None
+) -> Array:
     """(p) The end of climbs on the first quarter and the first half; `start` where neither has one."""
     rough = replace(options, tolerance=max(options.tolerance, _ROUGH))
     for share in _SHARES:
         try:
-            start = climb(likelihood.of_first(_frames(likelihood, share)), start, rough).mean
+            short = likelihood.of_first(_frames(likelihood, share))
+            start = climb(short, start, rough, numbered(progress, 1, share)).mean
         except NOT_THERE:
             continue  # too short to tell all parameters, or without an end: the next one is longer
     return start
 
 
-def _scanned(likelihood: MarginalLikelihood) -> list[Array]:
+def _scanned(likelihood: MarginalLikelihood, progress: Watcher | None) -> list[Array]:
     """(p) each, the most probable first; without those that would store no energy. None where the first
     quarter is too short or shows no motion."""
+    share = _SHARES[0]
     try:
-        quarter = likelihood.of_first(_frames(likelihood, _SHARES[0]))
+        quarter = likelihood.of_first(_frames(likelihood, share))
     except InvalidInput:
         return []
     mean, sd = likelihood.prior_mean, likelihood.prior_sd
     places = qmc.Halton(len(mean), scramble=False).random(_SCANNED + 1)[1:]  # the first is a corner
     found: list[tuple[float, Array]] = []
-    for place in places:
+    for number, place in enumerate(places):
         point = mean + sd * math.sqrt(2) * special.erfinv(2 * place - 1)
         try:
-            found.append((quarter.value(point) + quarter.log_prior(point), point))
+            density = quarter.value(point) + quarter.log_prior(point)
         except NOT_THERE:
             continue
+        found.append((density, point))
+        if progress is not None:
+            progress(Iteration(number, density, point, math.nan, share=share))
     return [point for _, point in sorted(found, key=lambda one: -one[0])]
 
 

@@ -12,7 +12,7 @@ from plica.measures.uncertainty import Refinement, Uncertain
 from plica.phonation.run.results import Run
 from plica.phonation.scene.scene import Scene
 from plica.uncertainty.convergence import Convergence, Level, converge
-from plica.uncertainty.plan import PlannedLevel
+from plica.uncertainty.level import PlannedLevel
 from plica.uncertainty.sample import Sampled, Wave, near, waves
 
 __all__ = ["Computed", "compared_measures", "compared_waveforms"]

@@ -22,17 +22,9 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
 from plica.uncertainty.comparison import Computed, compared_measures, compared_waveforms
+from plica.uncertainty.level import PlannedLevel, fields_of, lengthened
 from plica.uncertainty.meshes import OtherMesh, given
-from plica.uncertainty.plan import (
-    Plan,
-    PlannedLevel,
-    fewest_cycles,
-    fields_of,
-    lengthened,
-    made_plan,
-    steps_measured,
-    transient,
-)
+from plica.uncertainty.plan import Plan, fewest_cycles, made_plan, steps_measured, transient
 from plica.uncertainty.sample import Sampled, sampled
 from plica.uncertainty.start import Start, kept_start
 from plica.uncertainty.text import planned, sentence, write_csv
@@ -93,6 +85,7 @@ def estimate_uncertainty(
     with storage_errors(folder):
         folder.mkdir(exist_ok=True)
     with only_writer(folder):
+        _say("plica: finding where levels begin and what they cost", shown=progress)
         own = sampled(run, of_cycles=False)
         start = kept_start(run, folder / "start.h5") if _orbits(run, own) else None
         plan = made_plan(run, own.cycles, start, folder, budget=budget, other=other)
@@ -192,7 +185,7 @@ def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, show
     longer it."""
     try:
         if not _of_other_version(directory):
-            return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+            return run_from(level.scene, directory, level.mesh, *fields, basis=level.basis, progress=shown)
         _say(
             f"plica: {level.name} was computed by another version of plica: it is computed anew", shown=shown
         )
@@ -201,7 +194,7 @@ def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, show
             raise
     with storage_errors(directory):
         shutil.rmtree(directory)
-    return run_from(level.scene, directory, level.mesh, *fields, progress=shown)
+    return run_from(level.scene, directory, level.mesh, *fields, basis=level.basis, progress=shown)
 
 
 def _of_other_version(directory: Path) -> bool:

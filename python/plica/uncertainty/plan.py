@@ -3,77 +3,32 @@
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
 from plica.measures.cycles import Cycles
-from plica.phonation.run.build import basis_of, build_simulation, fixed_components
 from plica.phonation.run.results import Run
-from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.parts import Output
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json
+from plica.uncertainty.cost import Own, cost_of
+from plica.uncertainty.level import Basis, PlannedLevel, clock
 from plica.uncertainty.meshes import OtherMesh, coarser, finer
-from plica.uncertainty.start import Start, step_cost
+from plica.uncertainty.start import Start
 
-__all__ = ["Plan", "PlannedLevel", "clock", "made_plan"]
+__all__ = ["Plan", "made_plan", "steps_measured"]
 
 transient = 6
 """Cycles at the begin of a level that are left out."""
 most_cycles, fewest_cycles = 16, 8
 """That a level is measured over, and that a run must have for its levels to begin in it."""
 least_budget = 60.0  # s, whatever the run took
-_COST_GROWS = 1.3  # with the cells, where it is not worth measuring
-_HOPELESS = 8.0  # times the budget by that growth: not measured
-
-
-@dataclass(frozen=True)
-class PlannedLevel:
-    """A level to be computed.
-
-    Attributes
-    ----------
-    name : str
-        Of its directory.
-    kind : "step" or "mesh"
-    factor : float
-        How many times as short its step, or its edges, are meant to be.
-    scene : Scene
-    other : OtherMesh or None
-        None: the run's own mesh.
-    seconds : float
-        What it is expected to take.
-    """
-
-    name: str
-    kind: Literal["step", "mesh"]
-    factor: float
-    scene: Scene
-    other: OtherMesh | None = None
-    seconds: float = 0.0
-
-    @cached_property
-    def mesh(self) -> _engine.TetMesh:
-        """Built when it is asked for."""
-        return build_mesh(self.scene.mesh, self.scene.source) if self.other is None else self.other.build()
-
-    def text(self) -> str:
-        """One line for the plan."""
-        step, count = self.scene.time.step, self.scene.time.steps
-        what = f"step / {self.factor:g}" if self.kind == "step" else f"mesh x {self.factor:.3g}"
-        return (
-            f"{what:<12} {count:>7} steps of {1e6 * step:g} us  x {1e3 * self.seconds / count:8.3g} ms "
-            f"= about {clock(self.seconds)}"
-        )
+_SHORTER = " Meshes are compared at the run's step: run the scene anew with such a one."
 
 
 @dataclass(frozen=True)
@@ -97,7 +52,8 @@ def made_plan(
 
     What was chosen is kept in the folder, so that a second call with the same options goes on with it.
     """
-    candidates = _candidates(run, cycles, start, other)
+    mine = Own.of(run)
+    candidates = _candidates(run, cycles, start, other, mine.basis)
     names = sorted(candidates)
     options = {
         "scene": run.scene.digest(),
@@ -110,35 +66,41 @@ def made_plan(
     kept = _kept(path, options, candidates)
     if kept is not None:
         return kept
-    mine = _Own.of(run)
     limit = max(budget * run.seconds, least_budget)
     chosen: list[PlannedLevel] = []
     remarks: list[str] = []
+    too_dear = set()
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
         try:
-            cost, note = _cost(level, run, start, mine, left)
+            cost = cost_of(level, run, start, mine, left)
         except InvalidInput as error:
-            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}")
+            shorter = _SHORTER if "time.step = " in str(error) else ""
+            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}{shorter}")
             continue
         except SolveFailed as error:
             remarks.append(f"{_what(level)} is left out, a step of its trial failed: {error}")
             continue
-        if cost > left and not (level.kind == "step" and not chosen):
+        if cost.seconds > left and not (level.kind == "step" and not chosen):
             remarks.append(
-                f"{_what(level)} is left out: {note}, of {clock(left)} that are left of the budget"
+                f"{_what(level)} is left out: {cost.note}, of {clock(left)} that are left of the budget"
             )
+            too_dear.add(level.kind)
             continue
-        chosen.append(replace(level, seconds=cost))
+        chosen.append(replace(level, seconds=cost.seconds, basis=cost.basis))
     if not any(level.kind == "mesh" for level in chosen):
-        remarks.append(_no_mesh(other, candidates))
+        remarks.append(_no_mesh(other, candidates, "mesh" in too_dear))
     content = {"options": options, "seconds": {one.name: one.seconds for one in chosen}, "remarks": remarks}
     write_json(content, path)
     return Plan(tuple(chosen), tuple(remarks))
 
 
 def _candidates(
-    run: Run, cycles: Cycles, start: Start | None, other: OtherMesh | Literal["auto", "none"]
+    run: Run,
+    cycles: Cycles,
+    start: Start | None,
+    other: OtherMesh | Literal["auto", "none"],
+    basis: Basis | None,
 ) -> dict[str, PlannedLevel]:
     """All levels that there could be, the one that is worth most first."""
     scene = run.scene
@@ -146,7 +108,7 @@ def _candidates(
     if start is not None:
         length = (transient + min(cycles.count, most_cycles)) * float(cycles.periods.mean())
         steps = int(np.ceil(length / scene.time.step))
-    found = [_step_level(scene, steps, 2)]
+    found = [_step_level(scene, steps, 2, basis)]
     made = (finer(scene), coarser(scene)) if other == "auto" else ()
     meshes = made if isinstance(other, str) else (other,)
     found += [
@@ -154,11 +116,12 @@ def _candidates(
         for one in meshes
         if one is not None
     ]
-    return {level.name: level for level in (*found, _step_level(scene, steps, 4))}
+    return {level.name: level for level in (*found, _step_level(scene, steps, 4, basis))}
 
 
-def _step_level(scene: Scene, steps: int, divisor: int) -> PlannedLevel:
-    return PlannedLevel(f"step-{divisor}", "step", divisor, _scene(scene, steps, divisor))
+def _step_level(scene: Scene, steps: int, divisor: int, basis: Basis | None) -> PlannedLevel:
+    made = _scene(scene, steps, divisor)
+    return PlannedLevel(f"step-{divisor}", "step", divisor, made, basis=basis)
 
 
 def _scene(scene: Scene, steps: int, divisor: int) -> Scene:
@@ -177,69 +140,6 @@ def _scene(scene: Scene, steps: int, divisor: int) -> Scene:
 def steps_measured(level: PlannedLevel, cycles: Cycles) -> int:
     """Steps of the cycles that a level is measured over."""
     return round(min(cycles.count, most_cycles) * float(cycles.periods.mean()) / level.scene.time.step)
-
-
-def lengthened(level: PlannedLevel, steps: int) -> PlannedLevel:
-    """The level for so many steps."""
-    return replace(level, scene=level.scene.replace({"time.duration": steps * level.scene.time.step}))
-
-
-def simulation_of(level: PlannedLevel, run: Run, start: Start | None) -> _engine.Simulation:
-    """The level's simulation where it begins."""
-    return build_simulation(level.scene, level.mesh, *fields_of(level, run, start))
-
-
-def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, Any]:
-    """Displacement and velocity in which a level begins; None, None where it begins as the scene does."""
-    if start is None:
-        return None, None
-    return start.on(run.mesh, np.asarray(level.mesh.points), fixed_components(level.scene, level.mesh))
-
-
-@dataclass(frozen=True)
-class _Own:
-    """What costs of levels are told from: the run's own."""
-
-    step: float
-    """s, of one step"""
-    mesh: _engine.TetMesh
-    basis: NDArray[np.float64] | None
-    """(3 n, any) of a reduced scene"""
-    basis_seconds: float
-    """s that the basis takes, measured; every level makes its own. Without: 0"""
-
-    @staticmethod
-    def of(run: Run) -> _Own:
-        mesh = build_mesh(run.scene.mesh, run.scene.source)
-        begin = time.perf_counter()
-        basis = None if run.scene.reduction is None else basis_of(run.scene, mesh)
-        seconds = 0.0 if basis is None else time.perf_counter() - begin
-        return _Own(run.seconds / max(run.steps, 1), mesh, basis, seconds)
-
-
-def _cost(level: PlannedLevel, run: Run, start: Start | None, mine: _Own, left: float) -> tuple[float, str]:
-    """s that a level takes, by the run's measured step; of another mesh, by the ratio measured now."""
-    steps, own, basis = level.scene.time.steps, mine.step, mine.basis_seconds
-    if level.kind == "step":
-        seconds = basis + steps * own
-        return seconds, f"{steps} steps of {1e3 * own:.3g} ms{_with(basis)} are {clock(seconds)}"
-    cells = len(level.mesh.cells) / len(run.mesh.cells)
-    basis *= cells**_COST_GROWS
-    guess = basis + steps * own * cells**_COST_GROWS
-    if guess > _HOPELESS * max(left, 1.0):
-        return guess, f"{cells:.3g} times the cells would take some {clock(guess)}"
-    base = build_simulation(run.scene, mine.mesh, *_as_pair(start), mine.basis)
-    ratio = step_cost(simulation_of(level, run, start)) / step_cost(base)
-    seconds = basis + steps * own * ratio
-    return seconds, f"{steps} steps of {1e3 * own * ratio:.3g} ms{_with(basis)} are {clock(seconds)}"
-
-
-def _with(basis: float) -> str:
-    return f" after a basis of {clock(basis)}" if basis else ""
-
-
-def _as_pair(start: Start | None) -> tuple[Any, Any]:
-    return (None, None) if start is None else (start.displacement, start.velocity)
 
 
 def _kept(path: Path, options: Mapping[str, Any], candidates: Mapping[str, PlannedLevel]) -> Plan | None:
@@ -261,16 +161,12 @@ def _what(level: PlannedLevel) -> str:
     return f"a mesh with edges {1 / level.factor:.2g} times as long"
 
 
-def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel]) -> str:
+def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel], too_dear: bool) -> str:
+    not_estimated = "the error of the mesh is not estimated: "
     if other == "none":
-        return "the error of the mesh is not estimated: it was not asked for"
-    if any(level.kind == "mesh" for level in candidates.values()):
-        return "the error of the mesh is not estimated: allow more (--budget), or give another mesh (--mesh)"
-    return "the error of the mesh is not estimated: no other mesh can be made of this one; give one (--mesh)"
-
-
-def clock(seconds: float) -> str:
-    """A time as people say it."""
-    if seconds < 90:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"
+        return not_estimated + "it was not asked for"
+    if not any(level.kind == "mesh" for level in candidates.values()):
+        return not_estimated + "no other mesh can be made of this one; give one (--mesh)"
+    if too_dear:
+        return not_estimated + "allow more (--budget), or give another mesh (--mesh)"
+    return not_estimated + "no mesh that was tried can be used, for what is said above"

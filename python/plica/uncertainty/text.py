@@ -14,7 +14,8 @@ from plica.measures.uncertainty import Refinement, Uncertain, Uncertainty
 from plica.phonation.run.results import Run
 from plica.storage.table import write_table
 from plica.uncertainty.comparison import Computed
-from plica.uncertainty.plan import Plan, clock, transient
+from plica.uncertainty.level import clock
+from plica.uncertainty.plan import Plan, transient
 from plica.uncertainty.start import Start
 
 __all__ = ["planned", "sentence", "uncertainty_table", "write_csv"]
@@ -29,7 +30,7 @@ def planned(plan: Plan, run: Run, start: Start | None) -> str:
         else f"from the settled voice at {1e3 * start.time:.4g} ms, its first {transient} cycles left out"
     )
     lines = [
-        f"plica: {len(plan.levels)} levels {where}: about {clock(total)}, "
+        f"plica: {len(plan.levels)} level{'s' * (len(plan.levels) != 1)} {where}: about {clock(total)}, "
         f"{total / max(run.seconds, 1e-9):.2g} times what the run took",
         *(f"plica:   {level.text()}" for level in plan.levels),
         *(f"plica:   {remark}" for remark in plan.remarks),
@@ -58,10 +59,10 @@ def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
 
 
 def uncertainty_table(found: Uncertainty) -> str:
-    """Measures with uncertainties in the units of the field, then waveforms, the source and remarks."""
+    """Measures with uncertainties in the units of the field; a line a waveform; the source and remarks."""
     head = f"{'':<40} {'value':<12} {'+-':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
     lines = [head]
-    for item in (*found.measures.values(), *found.waveforms.values()):
+    for item in found.measures.values():
         factor, unit = _people(item)
         numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
         statistical = "" if item.statistical is None else f"{factor * item.statistical:.2g}"
@@ -70,8 +71,34 @@ def uncertainty_table(found: Uncertainty) -> str:
             f"{item.name:<40} {value:<12} {numerical:<10} {'' if unit == '1' else unit:<8} "
             f"{_part(item.step, factor):<24} {_part(item.mesh, factor):<24} {statistical}".rstrip()
         )
-    lines += ["", found.source, *(f"! {remark}" for remark in found.remarks)]
+    lines += [
+        *_waveform_lines(found.waveforms),
+        "",
+        found.source,
+        *(f"! {remark}" for remark in found.remarks),
+    ]
     return "\n".join(lines)
+
+
+def _waveform_lines(waveforms: Mapping[str, Uncertain]) -> list[str]:
+    """How far each is from that of a finer level, and its largest value with the instant of it."""
+    names = dict.fromkeys(key.rpartition(".")[0] for key in waveforms)
+    if not names:
+        return []
+    lines = ["", f"{'waveform, at fixed times':<40} {'off by':<12} {'largest value':<32} at"]
+    for name in names:
+        off = waveforms[f"{name}.relative_error"].numerical
+        said = "?" if off is None else f"{float(f'{100 * off:.2g}'):g} %"
+        peak, instant = (_with_error(waveforms[f"{name}.{what}"]) for what in ("peak", "peak_time"))
+        lines.append(f"{name:<40} {said:<12} {peak:<32} {instant}")
+    return lines
+
+
+def _with_error(item: Uncertain) -> str:
+    factor, unit = _people(item)
+    numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
+    value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
+    return f"{value} +- {numerical} {'' if unit == '1' else unit}".rstrip()
 
 
 def _people(item: Uncertain) -> tuple[float, str]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import sys
+import time
 from pathlib import Path
 
 import h5py
@@ -14,46 +16,66 @@ from plica.errors import InvalidInput
 from plica.phonation.run.build import basis_of
 from plica.phonation.run.full_run import motion_digest
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import replaced
+from plica.storage.files import replaced, storage_errors
 
-__all__ = ["BASIS", "kept_basis", "write_basis"]
+__all__ = ["BASIS", "basis_seconds", "kept_basis", "write_basis"]
 
 BASIS = "basis.h5"
 
 
 def kept_basis(
-    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, begun: bool = False
+    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, begun: bool = False, shown: bool = False
 ) -> NDArray[np.float64]:
     """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none.
 
     begun: the run has states, which are coordinates in its basis and mean nothing in another; InvalidInput
-    where that one is gone.
+    where that one is gone. shown: say on standard error when one is made, as it takes a while.
     """
-    found = _read(directory / BASIS, _digest(scene, mesh), None if begun else _motion(scene))
-    if found is None and begun:
-        raise InvalidInput(
-            f"{directory / BASIS}: is missing, damaged or of another mesh or tissue; must be the basis that "
-            "the run began in, for its states are coordinates in that. Start the scene in another directory."
-        )
+    digest = _digest(scene, mesh)
+    if begun:
+        return _begun(directory / BASIS, digest)
+    motion = _motion(scene)
+    found = _read(directory / BASIS, digest, motion)
     if found is None:
+        if shown:
+            print("plica: the basis of [reduction] is made and kept", file=sys.stderr, flush=True)
+        begin = time.perf_counter()
         found = basis_of(scene, mesh)
-        write_basis(directory, scene, mesh, found)
+        _write(directory / BASIS, found, digest, motion, time.perf_counter() - begin)
     return found
+
+
+def basis_seconds(directory: Path) -> float:
+    """s that the basis of a run took to make; 0 where that was not stored."""
+    with storage_errors(directory / BASIS, "read"), h5py.File(directory / BASIS, "r", locking=False) as file:
+        return float(file.attrs.get("seconds", 0.0))
 
 
 def write_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh, basis: NDArray[np.float64]) -> None:
     """Store vectors (3 n, any) as those of this scene on this mesh."""
+    _write(directory / BASIS, basis, _digest(scene, mesh), _motion(scene), 0.0)
 
-    def fill(path: Path) -> None:
-        with h5py.File(path, "w", driver="core", backing_store=False) as file:
-            file.attrs["scene"] = _digest(scene, mesh)
-            file.attrs["motion"] = _motion(scene)
+
+def _begun(path: Path, digest: str) -> NDArray[np.float64]:
+    found = _read(path, digest, None)
+    if found is None:
+        raise InvalidInput(
+            f"{path}: is missing, damaged or of another mesh or tissue; must be the basis that the run began "
+            "in, for its states are coordinates in that. Start the scene in another directory."
+        )
+    return found
+
+
+def _write(path: Path, basis: NDArray[np.float64], digest: str, motion: str, seconds: float) -> None:
+    def fill(draft: Path) -> None:
+        with h5py.File(draft, "w", driver="core", backing_store=False) as file:
+            file.attrs.update(scene=digest, motion=motion, seconds=seconds)
             file["basis"] = basis
             file.flush()
             image = file.id.get_file_image()
-        path.write_bytes(image)
+        draft.write_bytes(image)
 
-    replaced(directory / BASIS, fill)
+    replaced(path, fill)
 
 
 def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:

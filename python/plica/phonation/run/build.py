@@ -123,7 +123,10 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
 
 def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
     """The displacements (frames, n, 3) m of a full run; InvalidInput where it does not fit the scene."""
-    run = Run.load(directory)
+    try:
+        run = Run.load(directory)
+    except InvalidInput as error:
+        raise InvalidInput(f"reduction.full_run: {error}") from None
     motion = stored_motion(run, mesh)
     if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
         raise InvalidInput(
@@ -163,7 +166,9 @@ def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
 
 
 def _located(scene: Scene, error: InvalidInput) -> SceneError:
-    return error if isinstance(error, SceneError) else SceneError(f"{scene.source}: {error}")
+    if isinstance(error, SceneError):
+        return error
+    return SceneError(f"{scene.source}: {str(error).replace('Simulation: step =', 'time.step =')}")
 
 
 def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:

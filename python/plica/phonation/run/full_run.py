@@ -35,13 +35,16 @@ def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
 
 
 def motion_digest(directory: Path) -> str:
-    """Of what a run has stored of its displacements; empty where there is none."""
+    """Of a run's scene and of all that it has stored of its displacements; empty where there is none.
+
+    It reads every frame, as making a basis does.
+    """
     try:
         run = Run.load(directory)
-        frames = run.displacement
+        found = hashlib.sha256(run.scene.digest().encode())
+        found.update(np.ascontiguousarray(run.fields["time"]).tobytes())
+        for frame in run.displacement:
+            found.update(frame.tobytes())
     except InvalidInput:
         return ""
-    found = hashlib.sha256(np.ascontiguousarray(run.fields["time"]).tobytes())
-    for frame in (0, -1) if len(frames) else ():
-        found.update(frames[frame].tobytes())
     return found.hexdigest()

@@ -46,7 +46,8 @@ def reduction_basis(
     motion : (frames, n, 3) m, optional
         Displacements of a full run.
     components : int, optional
-        Of its principal components, those that hold most elastic energy. None: 60.
+        Of its principal components, those that hold most elastic energy. None: 60, or as many as it has
+        frames.
     modes : int or None
         Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
         there are; with a motion 0.
@@ -107,7 +108,8 @@ def reduction_basis(
     columns = [_lowest_modes(K, M, solve, modes)]
     if motion is not None:
         fields = motion.reshape(len(motion), -1)[:, free].T
-        columns.insert(0, _principal_components(K, fields, COMPONENTS if components is None else components))
+        count = min(COMPONENTS, len(motion)) if components is None else components
+        columns.insert(0, _principal_components(K, fields, count))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed, StepFailed
 from plica.phonation.run import checkpoint, store
-from plica.phonation.run.basis_file import BASIS, kept_basis
+from plica.phonation.run.basis_file import BASIS, kept_basis, write_basis
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
 from plica.phonation.run.continuation import has_all, holds_run, require_mesh
@@ -106,7 +106,7 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
-        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh, begun=there)
+        basis = _basis(scene, directory, mesh, there, shown=progress)
         simulation = build_simulation(scene, mesh, basis=basis)
         if progress:
             for caution in scene_cautions(scene, mesh):
@@ -122,9 +122,11 @@ def run_from(
     displacement: NDArray[np.float64] | None,
     velocity: NDArray[np.float64] | None,
     *,
+    basis: NDArray[np.float64] | None = None,
     progress: bool,
 ) -> Run:
-    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s.
+    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s, in a basis
+    (3 n, any) where it has a reduction.
 
     None: as the scene has them. What is in the directory is continued, or kept where it has all of it, and
     refused where it is on another mesh; whoever calls sees to it that it began in this state. Else as `run`.
@@ -134,10 +136,21 @@ def run_from(
         return Run.load(directory)
     there = holds_run(directory)
     with _made(directory), only_writer(directory):
-        basis = None if scene.reduction is None else kept_basis(directory, scene, mesh, begun=there)
+        if basis is not None and not there:
+            write_basis(directory, scene, mesh, basis)
+        basis = _basis(scene, directory, mesh, there, shown=progress)
         simulation = build_simulation(scene, mesh, displacement, velocity, basis)
         _Runner(scene, directory, mesh, simulation).run(shown=progress)
     return Run.load(directory)
+
+
+def _basis(
+    scene: Scene, directory: Path, mesh: _engine.TetMesh, begun: bool, *, shown: bool
+) -> NDArray[np.float64] | None:
+    """Of a scene with a reduction."""
+    if scene.reduction is None:
+        return None
+    return kept_basis(directory, scene, mesh, begun=begun, shown=shown)
 
 
 @contextmanager

@@ -50,10 +50,14 @@ class _Reader:
         if points.ndim != 2 or points.shape[1] != 3:
             raise self.fail(f"mesh.file: {self.mesh.file.name} is a plane mesh; must have three coordinates.")
         cells, labels = self._cells(_TETRAHEDRA)
-        layer = self._layers(labels)
         points = points * self.mesh.unit
-        side = self._sides(points, cells, labels)
-        surfaces = self._surfaces(points, cells, side, self.mesh.surfaces)
+        try:
+            layer = self._layers(labels)
+            side = self._sides(points, cells, labels)
+            surfaces = self._surfaces(points, cells, side, self.mesh.surfaces)
+        except (SceneError, IndexError):
+            _engine.check_mesh(_engine.TetMesh(points=points, cells=cells))  # the worse fault, if it is one
+            raise
         return _engine.TetMesh(
             points=points,
             cells=cells,
