@@ -25,6 +25,7 @@ from plica.video.drift import Drift, Steadied, drift, still_region, without_drif
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
+from plica.video.flow_origin import FlowOrigin
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
@@ -236,6 +237,12 @@ class Chain:
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
         with h5py.File(self._flows, "r+") as file:
             stale = np.flatnonzero(file["checksum"][:] != asked)
+            origin = FlowOrigin.of(self._settings.preset)
+            if stale.size and origin.difference(FlowOrigin.read(file)):  # no flows of two programs in one
+                file["checksum"][:] = 0
+                file.flush()
+                origin.write(file)
+                stale = np.arange(pairs)
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
                 file["checksum"][index] = 0  # until all of the pair is there
                 file.flush()
