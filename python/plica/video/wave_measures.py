@@ -16,7 +16,7 @@ __all__ = ["wave_measures"]
 _FEWEST = 3  # bands
 _MOST = 95  # percentile
 _LEAST = 0.15  # px; what flow finds of less motion is noise as much as motion
-_SHORT = 20.0  # px; of a shorter wave flow finds half of the amplitude or less (benchmarks/waves.py)
+_SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/waves.py)
 
 
 def wave_measures(
@@ -73,7 +73,7 @@ def _short(name: str, numbers: npt.NDArray[np.float64], way: float) -> str:
         return ""
     return (
         f"the wave on the {name} fold is {2 * np.pi / numbers.mean():.2g} px long: of waves below "
-        f"{_SHORT:g} px flow finds half of the amplitude or less, and strain comes out as much too small. "
+        f"{_SHORT:g} px flow may find half of the amplitude or less, and strain is as much too small. "
         "Film with more pixels a millimetre"
     )
 
