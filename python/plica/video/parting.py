@@ -159,7 +159,7 @@ def _darkening(lines: _Lines, folds: Folds, one: Floats, two: Floats) -> Callabl
     """
     far = np.abs(lines.off)
     shown = [dark_level(one, folds.first), dark_level(two, folds.second)]
-    dark = float(np.fmin(*shown)) if folds.dark is None else folds.dark
+    dark = float(np.fmin(shown[0], shown[1])) if folds.dark is None else folds.dark
     dark = dark if np.isfinite(dark) else 0.0  # where neither shows a glottis: as dark as the recording gets
     tissue = (
         lines.within[lines.number] & (far > _TISSUE[0]) & (far < _TISSUE[1]) & ~folds.first & ~folds.second

@@ -93,7 +93,7 @@ class SyntheticWave:
 
     def _place(self, t: float) -> Floats:
         """(w) px right of the midline, where the tissue that each column shows is at rest."""
-        shown = np.arange(self.width) - self.midline.upper[0]
+        shown: Floats = np.arange(float(self.width)) - self.midline.upper[0]
         place = shown.copy()
         for _ in range(_ROUNDS):
             place = shown - self.motion(place, t)
