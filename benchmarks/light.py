@@ -34,7 +34,7 @@ from scipy import ndimage
 
 from plica.video.analysis import analyse
 from plica.video.flow import flow
-from plica.video.parting import Folds
+from plica.video.parting import Folds, dark_level
 from plica.video.seen import Seen, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
@@ -123,6 +123,8 @@ def pairs(options: Synthetic, change: float) -> list[Pair]:
         found = analyse(Path(folder) / "film.npy", Path(folder) / "found", until="glottis", progress=False)
         seen = [Seen(frame, found.mask(k)) for k, frame in enumerate(found.frames().frames())]
         midline, motion = found.midline, found["drift/motion"]
+    widest = max(seen, key=lambda one: int(one.glottis.sum()))
+    dark = dark_level(widest.frame, widest.glottis)
     rows, columns = np.mgrid[0:SIZE, 0:SIZE].astype(float)
     inside = np.zeros((SIZE, SIZE), bool)
     inside[BORDER:-BORDER, BORDER:-BORDER] = True
@@ -142,7 +144,7 @@ def pairs(options: Synthetic, change: float) -> list[Pair]:
                 seen[k].frame,
                 seen[k + 1].frame,
                 informing(seen[k], seen[k + 1]),
-                Folds(seen[k].glottis, seen[k + 1].glottis, midline),
+                Folds(seen[k].glottis, seen[k + 1].glottis, midline, dark),
                 steadied(truth, k, motion),
                 seen[k].tissue & known & inside,
                 **beside,

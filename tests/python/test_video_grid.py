@@ -152,6 +152,14 @@ def test_jitter_that_frames_make_is_no_less_than_0_and_no_more_than_they_make() 
     assert found.interval[1] == pytest.approx(0.95 * 0.5 * frame_jitter, rel=_DRAWN)
 
 
+@pytest.mark.parametrize(("name", "value"), [("open_quotient", 1.0), ("closed_quotient", 0.0)])
+def test_a_share_of_the_cycle_stays_between_0_and_1(name: str, value: float) -> None:
+    (found,) = with_grain([_alike(value, name)], 7.0, 1.0, None)
+    assert found.interval is not None
+    assert 0 <= found.interval[0] <= value <= found.interval[1] <= 1
+    assert found.interval[1] - found.interval[0] > 0.05  # on the side that there is
+
+
 def test_left_and_right_are_off_each_by_itself() -> None:
     values = {"amplitude_left": 6.0, "amplitude_right": 6.0}
     drawn = [

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from plica.errors import InvalidInput
 from plica.video.flow import flow
 from plica.video.midline import Midline
-from plica.video.parting import Folds, Parting
+from plica.video.parting import Folds, Parting, dark_level
 from plica.video.seen import Seen, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
@@ -190,6 +191,34 @@ def test_a_part_of_a_pixel_is_told_by_its_grey(width: float) -> None:
     assert found is not None
     assert found.displacement[22:30, 20] == pytest.approx(width, rel=0.05)
     assert (found.measured[22:30, 19] == 0).all()
+
+
+def test_edges_of_the_synthetic_glottis_lie_between_pixels() -> None:
+    even = SyntheticGlottis(
+        Synthetic(height=96, width=97, texture=0, noise=0, blur=0, light=0, highlights=0, opening=(2.3, 1.6))
+    )
+    rows = np.arange(96.0)
+    for t in (0.0, 3.0, 12.0, 14.5):
+        dark = (140 - even.frame(t).astype(float)) / (140 - 12)  # share of each pixel
+        true = even.edge(0, rows, t) + even.edge(1, rows, t)
+        np.testing.assert_allclose(dark.sum(axis=1), true, atol=1e-4)
+
+
+def test_a_blurred_slit_is_as_wide_as_the_recording_s_darkness_tells() -> None:
+    mask, frame = shut()
+    slit = frame.copy()
+    slit[ROWS, 19:21] = DARK
+    blurred = gaussian_filter1d(slit, 1.2, axis=1).astype(np.float32)
+    narrow = mask.copy()
+    narrow[ROWS, 19:21] = True
+    known, unknown = (Folds(mask, mask, UPRIGHT, dark).parting(frame, blurred) for dark in (DARK, None))
+    assert known is not None
+    assert unknown is not None
+    assert known.displacement[20, 20] == pytest.approx(1, rel=0.05)
+    assert unknown.displacement[20, 20] < 0.8  # no glottis is shown: taken for as dark as 0
+    back = Folds(narrow, mask, UPRIGHT, DARK).back
+    assert back.dark == DARK
+    assert dark_level(blurred, narrow) > DARK + 30
 
 
 def test_a_change_of_few_grey_levels_in_dark_tissue_is_no_motion() -> None:

@@ -29,6 +29,7 @@ from plica.video.doubts import WholeGlottis, doubts
 from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
+from plica.video.flow_origin import FlowOrigin
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
@@ -339,6 +340,14 @@ class Analysis:
             self["flow/residual"] if self.complete else None,
             self.brightness if self.complete else None,
         )
+
+    @cached_property
+    def flow_origin(self) -> FlowOrigin | None:
+        """What found the flow; None without flow, and where an earlier version does not say."""
+        if "flow/probe" not in self:
+            return None
+        with h5py.File(self.path, "r") as file:
+            return FlowOrigin.read(file["flow"])
 
     @cached_property
     def brightness(self) -> Floats:

@@ -25,12 +25,13 @@ from plica.video.drift import Drift, Steadied, drift, still_region, without_drif
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
+from plica.video.flow_origin import FlowOrigin
 from plica.video.glottis import learn
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
 from plica.video.network import Network
 from plica.video.outline import Finder
-from plica.video.parting import Folds
+from plica.video.parting import Folds, dark_level
 from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
@@ -56,6 +57,7 @@ _STEPS = (
 )  # each stands on those before it
 _CLOSES = 0.5  # px; a pixel is trusted in a pair if its way there and back misses by less
 _SAME_LINE = 1.0  # px; the flow is not found again for a midline that moves by less
+_SAME_DARK = 3.0  # grey levels; nor for a glottis that is darker or brighter by less
 _BLIND = 0.01  # share of a frame's pixels; with fewer to look at nothing is said of its motion
 _TRUSTED = 0.5  # confidence from which a pixel counts in the modes
 
@@ -231,11 +233,17 @@ class Chain:
                 self._flows.unlink()
         if not self._flows.exists():
             self._lay_out_flow(pairs)
-        start = zlib.crc32(self._flow_line().tobytes())
+        start = zlib.crc32(np.append(self._flow_line(), self._flow_dark()).tobytes())
         prints = [zlib.crc32(np.packbits(mask).tobytes(), start) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
         with h5py.File(self._flows, "r+") as file:
             stale = np.flatnonzero(file["checksum"][:] != asked)
+            origin = FlowOrigin.of(self._settings.preset)
+            if stale.size and origin.difference(FlowOrigin.read(file)):  # no flows of two programs in one
+                file["checksum"][:] = 0
+                file.flush()
+                origin.write(file)
+                stale = np.arange(pairs)
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
                 file["checksum"][index] = 0  # until all of the pair is there
                 file.flush()
@@ -258,6 +266,7 @@ class Chain:
                 lay_out(file, "brightness", (pairs,), "f8", "1", np.nan)
                 lay_out(file, "unevenness", (pairs,), "f8", "1", np.nan)
                 lay_out(file, "midline", (4,), "f8", "px", np.nan)
+                lay_out(file, "dark", (), "f8", "grey levels", np.nan)
                 lay_out(
                     file, "checksum", (pairs,), "u8", "checksum of both masks and midline; 0: not done", 0
                 )
@@ -267,7 +276,7 @@ class Chain:
     def _flow_is_current(self) -> bool:
         """Whether flow.h5 has all that is stored today."""
         with h5py.File(self._flows, "r") as file:
-            return "brightness" in file
+            return "dark" in file
 
     def _flow_line(self) -> npt.NDArray[np.float64]:
         """The midline that the flow takes, x, y of both ends: the one it took before, but where today's
@@ -279,6 +288,19 @@ class Chain:
                 return taken
             file["midline"][:] = line
         return line
+
+    def _flow_dark(self) -> float:
+        """Grey level of the widest glottis, as the flow takes it: the one it took before, but where today's
+        is over three grey levels off that."""
+        sizes = [int(mask.sum()) for mask in self._results.masks()]
+        widest = int(np.argmax(sizes))
+        frame, mask = next(self._steady().frames(widest)), next(self._results.masks(widest))
+        with h5py.File(self._flows, "r+") as file:
+            taken, level = float(file["dark"][()]), dark_level(frame, mask)
+            if abs(taken - level) <= _SAME_DARK:
+                return taken
+            file["dark"][()] = level
+        return level
 
     def _pairs(self, wanted: npt.NDArray[np.int_]) -> Iterator[tuple[int, Seen, Seen]]:
         """Pairs of frames, and what they show."""
@@ -309,7 +331,12 @@ class Chain:
             mask=informing(before, after),
             intensity=(0.0, 255.0),
             round_trip=True,
-            folds=Folds(before.glottis, after.glottis, Midline.between(file["midline"][:])),
+            folds=Folds(
+                before.glottis,
+                after.glottis,
+                Midline.between(file["midline"][:]),
+                float(file["dark"][()]),
+            ),
         )
         assert pair.round_trip is not None
         file["uv"][index] = pair.flow

@@ -127,7 +127,11 @@ class Comparison:
                 found.append(f"The light of the analysis {side} is {colour}: {light.said.strip()}")
         if (before.drawn == []) != (after.drawn == []):
             found.append("Masks were drawn by hand in one of the two: outlines may differ by that alone.")
-        found += [text for text in (self._means(), self._sampling(), self._unknown(), self._kinds()) if text]
+        found += [
+            text
+            for text in (self._means(), self._flows(), self._sampling(), self._unknown(), self._kinds())
+            if text
+        ]
         return found
 
     def _means(self) -> str:
@@ -142,6 +146,19 @@ class Comparison:
         ]
         means = "; ".join(said)
         return f"The glottis was found by different means ({means}): outlines may differ by that alone."
+
+    def _flows(self) -> str:
+        """That the motion was not found by one and the same."""
+        if not (self.before.complete and self.after.complete):
+            return ""
+        here, there = self.before.flow_origin, self.after.flow_origin
+        said = here.difference(there) if here else there.difference(here) if there else ""
+        if not said:
+            return ""
+        return (
+            f"The motion was found by different means ({said}): strain, waves, modes and paths may differ by "
+            "that alone."
+        )
 
     def _sampling(self) -> str:
         """That a cycle has more frames in one than in the other."""

@@ -32,6 +32,7 @@ _JITTER = frame_jitter * 20  # frames: what marks on a grid of frames make of ji
 _ENDS = ("fundamental_frequency", "period", "amplitude_growth")  # told by the first and the last cycle
 _IN_SQUARES = ("jitter", "period_perturbation_quotient", "shimmer", "amplitude_perturbation_quotient")
 _SUMMITS = ("glottal_area_max", "glottal_area_max_relative", "amplitude_left", "amplitude_right")
+_SHARES = ("open_quotient", "closed_quotient", "closing_quotient")  # 0 to 1
 _NO_LESS_THAN_0 = (*_IN_SQUARES, "glottal_gap_index", "glottal_gap_relative")
 
 
@@ -73,8 +74,9 @@ def _widened(item: Measure, drawn: Replicates, grain: float, frames: float) -> R
     error = grain * (even - 0.5)
     if item.name in _SUMMITS:
         error += value * (1 - np.cos(np.pi / frames)) * crest
-    least = 0.0 if item.name in _NO_LESS_THAN_0 else -np.inf
-    return drawn.mapped(lambda values: np.maximum(values + error, least))
+    share = item.name.startswith(_SHARES)
+    least = 0.0 if share or item.name in _NO_LESS_THAN_0 else -np.inf
+    return drawn.mapped(lambda values: np.clip(values + error, least, 1.0 if share else np.inf))
 
 
 def _of_frames(values: dict[str, float], frames: float) -> dict[str, float]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from plica.video.midline import Midline, pixels
 
-__all__ = ["Folds", "Parting"]
+__all__ = ["Folds", "Parting", "dark_level"]
 
 Floats = npt.NDArray[np.float32]
 Mask = npt.NDArray[np.bool_]
@@ -68,16 +68,21 @@ class Folds:
         The glottis of each frame.
     midline : Midline
         In which the folds meet, as far as they do.
+    dark : float or None
+        Grey level of a glottis that is wide open (:func:`dark_level`), of a range of 255; None: as dark as
+        these two frames show it. A slit is brighter, as blur mixes tissue into it: from two narrow slits the
+        folds' ways come out up to twice too long.
     """
 
     first: Mask
     second: Mask
     midline: Midline
+    dark: float | None = None
 
     @property
     def back(self) -> Folds:
         """Of the motion from the second frame to the first."""
-        return Folds(self.second, self.first, self.midline)
+        return Folds(self.second, self.first, self.midline, self.dark)
 
     def parting(self, one: Floats, two: Floats) -> Parting | None:
         """What they and the frames (h, w), in grey levels of a range of 255, know of the motion.
@@ -116,6 +121,11 @@ class Folds:
         )
 
 
+def dark_level(frame: npt.NDArray[np.floating], glottis: Mask) -> float:
+    """Grey level of the glottis (h, w) of a frame: the lower quartile; not a number without one."""
+    return float(np.percentile(frame[glottis], 25)) if glottis.any() else float("nan")
+
+
 class _Lines:
     """The frame in lines across the midline, a pixel apart."""
 
@@ -148,9 +158,9 @@ def _darkening(lines: _Lines, folds: Folds, one: Floats, two: Floats) -> Callabl
     blurred the slit. What the light changes is taken from the tissue beside.
     """
     far = np.abs(lines.off)
-    shown = [frame[mask] for frame, mask in ((one, folds.first), (two, folds.second)) if mask.any()]
-    # Where neither frame shows a glottis it is as dark as the recording gets.
-    dark = min((float(np.percentile(grey, 25)) for grey in shown), default=0.0)
+    shown = [dark_level(one, folds.first), dark_level(two, folds.second)]
+    dark = float(np.fmin(shown[0], shown[1])) if folds.dark is None else folds.dark
+    dark = dark if np.isfinite(dark) else 0.0  # where neither shows a glottis: as dark as the recording gets
     tissue = (
         lines.within[lines.number] & (far > _TISSUE[0]) & (far < _TISSUE[1]) & ~folds.first & ~folds.second
     )

@@ -11,7 +11,8 @@ tissue that collides does. With jitter and shimmer each cycle has a period and a
 one rise of the sine through zero to the next, so that the edges stay continuous. Tissue at a distance d
 outside its edge moves with it by exp(-d / reach), so a pixel of tissue comes from the place that solves X +
 motion(X, t) = x, found by fixed-point iteration. Texture is bound to X, light, highlights, the crease and
-the shadow to x; the glottis is dark.
+the shadow to x. The glottis is dark; a pixel that an edge crosses is as dark as its share of it, as a
+camera's is: were it dark or not by its centre, edges would move in whole pixels.
 """
 
 from __future__ import annotations
@@ -165,8 +166,17 @@ class SyntheticGlottis:
             place = np.where(own, self.midline + sign * d, place)
         return place, glottis
 
+    def _share(self, t: float) -> Floats:
+        """(h, w) how much of each pixel is glottis: 1 within it, 0 in tissue, between them at its edges."""
+        share = np.zeros(self._x.shape)
+        for side, sign in enumerate(_SIDES):
+            distance = (self._x - self.midline) * sign
+            end = np.minimum(distance + 0.5, self.edge(side, self._y, t))
+            share += np.maximum(end - np.maximum(distance - 0.5, 0.0), 0.0)
+        return share
+
     def mask(self, t: float) -> npt.NDArray[np.bool_]:
-        """(h, w) where the glottis is open."""
+        """(h, w) the pixels whose centres the open glottis holds."""
         return self._place(t)[1]
 
     def area(self, t: float) -> tuple[float, float]:
@@ -195,7 +205,8 @@ class SyntheticGlottis:
             prefilter=False,
             mode="mirror",
         )
-        image = np.where(glottis, 12.0, tissue) * self._light
+        dark = self._share(t)
+        image = ((1 - dark) * tissue + dark * 12.0) * self._light
         image[self._spots & ~glottis] = 255.0
         image = self._darkened(image, t)
         if o.blur:

@@ -17,6 +17,7 @@ from plica.video.waves import Fundamental, gauge
 __all__ = ["over_tissue", "wave_drawings"]
 
 _LARGEST = 99  # percentile that a scale of colours ends at
+_AS_HIGH = 0.8  # of its figure: a map's scale is no higher than the map
 _FAINT = 0.15  # of the largest motion: less has no phase that could be read
 
 
@@ -58,9 +59,9 @@ def _maps(found: Analysis, known: Fundamental) -> Drawing:
     def paint(figure: Figure) -> None:
         left, right = figure.subplots(1, 2)
         shown = _map(left, picture, size, "viridis", 0, _largest(size))
-        figure.colorbar(shown, ax=left, label=f"amplitude ({unit})")
+        figure.colorbar(shown, ax=left, label=f"amplitude ({unit})", shrink=_AS_HIGH)
         shown = _map(right, picture, phase, "twilight", -180, 180)
-        figure.colorbar(shown, ax=right, label="phase (deg)")
+        figure.colorbar(shown, ax=right, label="phase (deg)", shrink=_AS_HIGH)
 
     caption = (
         "Motion across the midline at the voice's frequency, laid over the frame of least area: amplitude; "
@@ -80,9 +81,8 @@ def _strains(found: Analysis, known: Fundamental) -> Drawing:
         for k, (axes, name) in enumerate(zip(figure.subplots(1, 3), names, strict=True)):
             values = np.abs(known.strain[..., k])
             shown = _map(axes, picture, 100 * values, "inferno", 0, 100 * _largest(values))
-            bar = figure.colorbar(shown, ax=axes, label="strain (%)")
-            bar.ax.set_title(name, fontsize=8, loc="right")
-            axes.set_title(f"rate: {rate / 100:.3g} {unit} a %", fontsize=8)
+            figure.colorbar(shown, ax=axes, label="strain (%)", shrink=_AS_HIGH)
+            axes.set_title(f"{name}\n(rate: {rate / 100:.3g} {unit} a %)", fontsize=8)
 
     size = shown_unit(found.scale.unit("m"))
     width = f" ({size[0] * found.pixel * gauge:.2g} {size[1]})" if found.settings.mm_per_px else ""

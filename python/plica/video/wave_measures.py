@@ -7,13 +7,16 @@ import numpy.typing as npt
 
 from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, absent, whole
-from plica.video.midline import Midline
+from plica.video.midline import Midline, pixels
+from plica.video.wave_cautions import cautioned
 from plica.video.waves import Fundamental, wave_numbers
 
 __all__ = ["wave_measures"]
 
 _FEWEST = 3  # bands
 _MOST = 95  # percentile
+_LEAST = 0.15  # px; what flow finds of less motion is noise as much as motion
+_SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/waves.py)
 
 
 def wave_measures(
@@ -47,14 +50,41 @@ def wave_measures(
         whole("strain_amplitude_across", most, said),
         whole("strain_rate_amplitude_across", turn * rate * most, said),
     ]
-    for name, side in (("left", 1 if mirrored else -1), ("right", -1 if mirrored else 1)):
-        numbers = wave_numbers(found.displacement, midline, side)
-        measured.append(_speed(f"mucosal_wave_speed_{name}", numbers, turn * rate * size))
-    return measured
+    sides = {"left": 1 if mirrored else -1, "right": -1 if mirrored else 1}
+    numbers = {name: wave_numbers(found.displacement, midline, side) for name, side in sides.items()}
+    ways = {name: _amplitude(found, midline, folds, side) for name, side in sides.items()}
+    measured += [
+        _speed(f"mucosal_wave_speed_{name}", numbers[name], turn * rate * size, ways[name]) for name in sides
+    ]
+    return cautioned(measured, [_short(name, numbers[name], ways[name]) for name in sides])
 
 
-def _speed(name: str, numbers: npt.NDArray[np.float64], scale: float) -> Measure:
-    """The speed `scale` / k, k the mean of the bands' wave numbers."""
+def _amplitude(found: Fundamental, midline: Midline, folds: npt.NDArray[np.bool_], side: int) -> float:
+    """px, of the motion across the midline that few pixels of a side exceed; 0 where none is seen."""
+    own = folds & (side * midline.place(pixels(folds.shape))[..., 1] > 0)
+    sizes = np.abs(found.displacement[own] @ midline.across)
+    sizes = sizes[np.isfinite(sizes)]
+    return float(np.percentile(sizes, _MOST)) if sizes.size else 0.0
+
+
+def _short(name: str, numbers: npt.NDArray[np.float64], way: float) -> str:
+    """That the wave of a side is too short for flow; empty where it is not, or there is none."""
+    if numbers.size < _FEWEST or way < _LEAST or not numbers.mean() > 2 * np.pi / _SHORT:
+        return ""
+    return (
+        f"the wave on the {name} fold is {2 * np.pi / numbers.mean():.2g} px long: of waves below "
+        f"{_SHORT:g} px flow may find half of the amplitude or less, and strain is as much too small. "
+        "Film with more pixels a millimetre"
+    )
+
+
+def _speed(name: str, numbers: npt.NDArray[np.float64], scale: float, way: float) -> Measure:
+    """The speed `scale` / k, k the mean of the bands' wave numbers; none where the motion is too small."""
+    if way < _LEAST:
+        return absent(
+            name, f"the motion's amplitude across the midline is {way:.2g} px; the flow tells a wave from "
+            f"{_LEAST:g} px on"
+        )  # fmt: skip
     if numbers.size < _FEWEST:
         return absent(name, f"only {numbers.size} bands of the fold show its motion; {_FEWEST} are needed")
     drawn = of_mean(numbers)

@@ -1,0 +1,122 @@
+"""What found a stored flow is known: flows of two programs are never mixed, and a comparison says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from plica.video import chain
+from plica.video.analysis import Analysis, analyse, load
+from plica.video.comparison import compare
+from plica.video.flow_origin import FlowOrigin
+from plica.video.settings import Settings
+from plica.video.synthetic import Synthetic, SyntheticGlottis
+
+FRAMES = 24
+MOVIE = SyntheticGlottis(
+    Synthetic(height=48, width=48, frames=FRAMES, frequency=0.12, amplitude=(4, 4), opening=(2, 2))
+)
+SETTINGS = Settings(fps=4000, correct_drift=False, modes=1, preset="fast")
+
+
+@pytest.fixture
+def found(tmp_path: Path) -> Analysis:
+    np.save(tmp_path / "movie.npy", MOVIE.stack())
+    return analyse(tmp_path / "movie.npy", tmp_path / "found", SETTINGS, progress=False)
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """One entry for each pair whose flow is found from now on."""
+    calls: list[int] = []
+    whole = chain.flow
+
+    def count(*args: object, **named: object) -> object:
+        calls.append(1)
+        return whole(*args, **named)
+
+    monkeypatch.setattr(chain, "flow", count)
+    return calls
+
+
+def stopped(found: Analysis, *, constants: str | None = None, probe: float = 0.0) -> None:
+    """As if the analysis had been stopped five pairs before its end, and what found it was another."""
+    with h5py.File(found.path, "r+") as file:
+        for name in ("flow", "trust", "paths", "modes", "waves"):
+            del file[name]
+    with h5py.File(found.directory / "flow.h5", "r+") as file:
+        file["checksum"][-5:] = 0
+        file["uv"][:] = 7.0
+        file["probe"][:] += probe
+        if constants is not None:
+            file["probe"].attrs["constants"] = constants
+
+
+def again(found: Analysis) -> Analysis:
+    return analyse(found.source, found.directory, SETTINGS, progress=False)
+
+
+def test_a_flow_that_the_same_program_began_is_gone_on_with(
+    found: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stopped(found, probe=0.001)  # libraries round otherwise
+    calls = counted(monkeypatch)
+    uv = again(found)["flow/uv"]
+    assert len(calls) == 5
+    assert (uv[:-5] == 7.0).all()
+
+
+@pytest.mark.parametrize("other", [{"probe": 0.05}, {"constants": '{"smoothness": 0.5}'}])
+def test_a_flow_that_another_program_began_is_found_anew_as_a_whole(
+    found: Analysis, monkeypatch: pytest.MonkeyPatch, other: dict[str, float | str]
+) -> None:
+    before = found["flow/uv"]
+    stopped(found, **other)  # type: ignore[arg-type]
+    calls = counted(monkeypatch)
+    now = again(found)
+    assert len(calls) == FRAMES - 1
+    assert np.array_equal(now["flow/uv"], before)
+    assert now.flow_origin is not None
+    assert now.flow_origin.difference(FlowOrigin.of("fast")) == ""
+
+
+def test_a_flow_of_before_this_was_kept_is_found_anew(
+    found: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stopped(found)
+    with h5py.File(found.directory / "flow.h5", "r+") as file:
+        del file["probe"]
+    calls = counted(monkeypatch)
+    again(found)
+    assert len(calls) == FRAMES - 1
+
+
+def test_an_analysis_that_is_done_stays_as_it_was_found(
+    found: Analysis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with h5py.File(found.directory / "flow.h5", "r+") as file:
+        file["probe"][:] += 1
+    calls = counted(monkeypatch)
+    again(found)
+    assert not calls
+
+
+def test_a_comparison_says_that_the_motion_was_found_by_different_means(found: Analysis) -> None:
+    assert not any("motion was found" in said for said in compare(found, found).remarks)
+    with h5py.File(found.directory / "flow.h5", "r+") as file:
+        file["probe"].attrs["constants"] = '{"smoothness": 0.5}'
+    other = load(found.directory)
+    assert other.flow_origin is not None
+    here = FlowOrigin.of("fast")
+    assert "smoothness 0.045 and 0.5" in here.difference(other.flow_origin)
+
+
+def test_the_probe_sees_constants_and_folds() -> None:
+    fast, video = FlowOrigin.of("fast"), FlowOrigin.of("video")
+    assert "gradient_noise None and 1.0" in fast.difference(video)
+    assert "their versions of plica" in fast.difference(replace(fast, probe=video.probe))
+    assert fast.probe[20, 5, 0] < -1  # the left fold goes to the left, the right one by a fifth less
+    assert 0.7 < fast.probe[20, 34, 0] / -fast.probe[20, 5, 0] < 0.9
