@@ -246,7 +246,7 @@ def test_the_largest_step_with_a_penalty_is_just_below_that_of_faces_that_it_joi
 
 
 def volume_gaps(body: Body, airway: Any) -> Any:
-    """(rows, 3 n) how a node less the mean of the face that it meets moves, of every such airway tetrahedron."""
+    """(rows, 3 n) how a node less the mean of its face moves, of the airway tetrahedra that have both"""
     first, rows = np.unique(airway.first), []
     for tet in airway.tets:
         one, *others = sorted((tet[np.isin(tet, first)], tet[~np.isin(tet, first)]), key=len)

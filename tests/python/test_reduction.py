@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 
 import plica
+from plica import _engine as engine
 from plica.errors import SceneError
 from plica.phonation.run.basis_file import BASIS, kept_basis
 from plica.phonation.run.build import basis_of, build_simulation, fixed_components
@@ -180,9 +183,43 @@ def test_components_are_those_that_hold_most_elastic_energy(full_run: plica.Run)
     taken = basis_of(taken_from(full_run, 7), mesh)[:, :7]
     K = csr_array(build_simulation(full_run.scene, mesh).stiffness, shape=2 * (len(taken),))
     frames = np.asarray(full_run.displacement, dtype=float).reshape(len(full_run.displacement), -1).T
-    shared = taken.T @ (K @ frames)
-    held = np.sum(shared * np.linalg.solve(taken.T @ (K @ taken), shared))
-    assert held == pytest.approx(np.linalg.eigvalsh(frames.T @ (K @ frames))[-7:].sum(), rel=1e-7)
+    assert held_energy(taken, K, frames) == pytest.approx(
+        np.linalg.eigvalsh(frames.T @ (K @ frames))[-7:].sum(), rel=1e-7
+    )
+
+
+def held_energy(basis: np.ndarray, K: csr_array, responses: np.ndarray) -> float:
+    """Elastic energy of static responses that the span of the basis holds, twice and summed."""
+    shared = basis.T @ (K @ responses)
+    return float(np.sum(shared * np.linalg.solve(basis.T @ (K @ basis), shared)))
+
+
+def test_static_responses_are_taken_in_the_combinations_that_hold_most_elastic_energy(
+    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As much as the largest eigenvalues of F' K^-1 F, of unit forces and of the patterns of pressure."""
+    count, reach = 7, 10e-3
+    mesh = build_mesh(phonating.mesh)
+    fixed = fixed_components(phonating, mesh)
+    free, full = ~fixed.ravel(), build_simulation(phonating, mesh)
+    K = csr_array(full.stiffness, shape=2 * (len(free),))[free][:, free].tocsc()
+    sides = (np.asarray(mesh.surfaces["airway_left"]), np.asarray(mesh.surfaces["airway_right"]))
+    nodes, normals = contact_nodes(np.asarray(mesh.points), sides, reach)
+    along = np.zeros((*fixed.shape, len(nodes)))
+    along[nodes, :, np.arange(len(nodes))] = normals
+    patterns = engine.pressure_patterns(mesh, mesh.surfaces[phonating.airflow.surface], full.section_height)
+    monkeypatch.setattr("plica.phonation.run.reduction.PRESSURE_VECTORS", count)
+    basis = basis_of(reduced(phonating, 0, count), mesh)[free]
+    assert basis.shape[1] == 2 * count
+    for taken, all_forces in (
+        (basis[:, :count], np.asarray(patterns)),
+        (basis[:, count:], along.reshape(len(free), -1)),
+    ):
+        forces = np.ascontiguousarray(all_forces[free])
+        responses = splu(K).solve(forces)
+        energies = np.linalg.eigvalsh(forces.T @ responses)
+        assert energies[-count:].sum() > 3 * energies[:count].sum()
+        assert held_energy(taken, K, responses) == pytest.approx(energies[-count:].sum(), rel=1e-7)
 
 
 def test_as_many_responses_to_pressures_are_taken_as_it_says(
@@ -212,12 +249,25 @@ def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run
     assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
 
 
+def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Run, tmp_path: Path) -> None:
+    scene = taken_from(full_run, 10)
+    mesh = build_mesh(scene.mesh)
+    kept = kept_basis(tmp_path, scene, mesh)
+    before = np.array(full_run.fields["time"])
+    shutil.rmtree(full_run.directory)
+    softer = full_run.scene.replace({"tissue.cover.E": 500.0})
+    other = plica.run(softer, full_run.directory, progress=False)
+    assert np.array_equal(other.fields["time"], before)
+    assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
+
+
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
         ({"reduction.full_run": None}, r"components = 10; must be left out without full_run"),
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
+        ({"mesh.options.layer_thickness": 4e-4}, "full_run = .* is on another mesh"),
         ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),
         ({"reduction.full_run": "nowhere"}, "nowhere"),
     ],
