@@ -183,11 +183,15 @@ def test_a_body_that_flies_drifts_by_what_the_rounding_of_its_stiffness_leaves_o
         for matrix in (simulation.stiffness, simulation.mass)
     )
     force = (K.astype(np.longdouble) @ velocity.ravel().astype(np.longdouble)).reshape(-1, 3).sum(axis=0)
-    for steps in (2000, 2000):
-        simulation.advance(steps)
+    found = []
+    for _ in range(2):
+        simulation.advance(4000)
         gained = (M @ (np.asarray(simulation.velocity) - velocity).ravel()).reshape(-1, 3).sum(axis=0)
         expected = -force.astype(float) * simulation.time**2 / 2
-        assert np.abs(gained - expected).max() < 0.2 * np.abs(expected).max()
+        # The products of the steps are rounded besides, up or down: a walk, of less than 10 % of the bias.
+        assert np.abs(gained - expected).max() < 0.25 * np.abs(expected).max()
+        found.append(gained.sum())
+    assert found[1] / found[0] == pytest.approx(4, rel=0.25)
 
 
 @pytest.mark.slow
