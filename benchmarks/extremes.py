@@ -32,6 +32,7 @@ import plica
 from plica import _engine as engine
 from plica.phonation.measures.cautions import slides
 from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_source import build_mesh
 
 E, NU, DENSITY, SIDE = 20e3, 0.3, 1040.0, 0.01
@@ -235,15 +236,8 @@ def blocks(
         points[layer, 0] = gap + squeeze * SIDE / divisions[0]
     right = np.arange(len(points)) >= len(a.points)
     cells = np.asarray(mesh.cells)
-    mesh = engine.TetMesh(
-        points=points,
-        cells=cells,
-        cell_layer=right[cells[:, 0]].astype(np.int32),
-        cell_side=np.asarray(mesh.cell_side),
-        layer_names=["a", "b"],
-        surfaces=mesh.surfaces,
-        node_sets=mesh.node_sets,
-    )
+    layer = right[cells[:, 0]].astype(np.int32)
+    mesh = changed_mesh(mesh, points=points, cell_layer=layer, layer_names=["a", "b"])
     if order == 2:
         mesh = engine.to_quadratic(mesh)
         points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from plica import _engine as engine
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.verify.contact.airway import air_between
 
 E, NU, RADIUS = 1e4, 0.3, 1.0
@@ -64,8 +65,7 @@ def body(case: Case, step: float, thick: float, radius: float, side: int) -> Any
         points[:, 0] *= -1
         cells = cells[:, [0, 2, 1, 3]]
         surfaces = {name: faces[:, [0, 2, 1]] for name, faces in surfaces.items()}
-    labels = (block.cell_layer, block.cell_side, block.layer_names)
-    mesh = engine.TetMesh(points, cells, *labels, surfaces, block.node_sets)
+    mesh = changed_mesh(block, points=points, cells=cells, surfaces=surfaces)
     if case.order == 2:
         mesh = engine.to_quadratic(mesh)
     points = np.array(mesh.points)
@@ -74,7 +74,7 @@ def body(case: Case, step: float, thick: float, radius: float, side: int) -> Any
     slope = rim / np.sqrt(radius**2 - rim**2)
     height = radius - np.sqrt(radius**2 - np.minimum(r, rim) ** 2) + slope * np.maximum(r - rim, 0)
     points[:, 0] += side * height * (1 - np.abs(points[:, 0]) / end)
-    return engine.TetMesh(points, mesh.cells, *labels, mesh.surfaces, mesh.node_sets)
+    return changed_mesh(mesh, points=points)
 
 
 def plane(case: Case) -> Any:

@@ -25,6 +25,7 @@ from plica.identify import (
     TissueParameters,
 )
 from plica.phonation.run.build import materials_of
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
 
 THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
@@ -64,14 +65,7 @@ def layered_block(divisions: Divisions, size: Triple, thickness: Triple) -> _eng
     points[:, 2] = np.interp(level, levels, np.cumsum([0.0, *thickness]))
     layer = np.searchsorted(levels[1:], level[cells].mean(axis=1)).astype(np.int32)
     return _engine.to_quadratic(
-        _engine.TetMesh(
-            points=points,
-            cells=cells,
-            cell_layer=layer,
-            layer_names=["body", "ligament", "cover"],
-            surfaces=block.surfaces,
-            node_sets=block.node_sets,
-        )
+        changed_mesh(block, points=points, cell_layer=layer, layer_names=["body", "ligament", "cover"])
     )
 
 

@@ -3,6 +3,7 @@
 #include "plica/mesh/block.hpp"
 #include "plica/mesh/jacobian.hpp"
 #include "plica/mesh/larynx.hpp"
+#include "plica/mesh/larynx_parts.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 using namespace plica;
@@ -183,6 +184,7 @@ const std::map<std::string, Preset> presets = {{"coarse", Larynx::coarse},
                                                {"thesis_medium", Larynx::thesis_medium}};
 
 void bind_larynx(py::module_& engine) {
+  engine.attr("DEEPEST_LAYER") = deepest_layer;
   const Larynx::Shape shape;
   const Larynx::Triangulated by_size;
   const Larynx::Levels by_level;

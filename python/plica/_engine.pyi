@@ -23,6 +23,7 @@ __all__: list[str] = [
     "Contact",
     "ContactEquilibrium",
     "Cut",
+    "DEEPEST_LAYER",
     "Elliptic",
     "Extrapolated",
     "FlowOptions",
@@ -969,3 +970,5 @@ def triangulated_airway(
     second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> Airway: ...
 def waveforms() -> list[Waveform]: ...
+
+DEEPEST_LAYER: float = 0.3

@@ -11,25 +11,8 @@ import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.identify import Forcing, MotionModel, Observation, SurfacePoints
-
-SIZE = (4e-3, 6e-3, 3e-3)
-STEP = 50e-6
-CAMERA = plica.Camera(mm_per_px=0.05, centre=(2e-3, 3e-3, 3e-3))
-
-
-def layered_mesh(divisions: tuple[int, int, int] = (1, 2, 3), order: int = 2) -> _engine.TetMesh:
-    """Body, ligament and cover, each a third of the height."""
-    block = _engine.block_mesh(size=SIZE, divisions=divisions)
-    points, cells = np.asarray(block.points), np.asarray(block.cells)
-    mesh = _engine.TetMesh(
-        points=points,
-        cells=cells,
-        cell_layer=np.floor(3 * points[cells].mean(axis=1)[:, 2] / SIZE[2]).astype(np.int32),
-        layer_names=["body", "ligament", "cover"],
-        surfaces=block.surfaces,
-        node_sets=block.node_sets,
-    )
-    return _engine.to_quadratic(mesh) if order == 2 else mesh
+from plica.verify.identification.recorded import CAMERA, SIZE, STEP
+from plica.verify.identification.recorded import layered as layered_mesh
 
 
 def layered_scene(**changes: Any) -> plica.Scene:

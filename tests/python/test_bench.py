@@ -13,7 +13,7 @@ import pytest
 from plica.bench import free
 from plica.bench.bars import PROBLEMS, Collision, Swing
 from plica.bench.combinations import Combination
-from plica.bench.impact import measure, recommendation
+from plica.bench.impact import displacement_error, measure, recommendation
 from plica.cli import main
 
 MULTIPLIERS = Combination("multipliers", "HHT(-0.3)", "kept")
@@ -82,6 +82,24 @@ def test_the_fast_bars_are_those_of_the_specification() -> None:
         assert exact.pressure(np.array([2e-3]))[0] == pytest.approx(pressure, rel=1e-5)
         assert pressure * duration == pytest.approx(impulse, rel=1e-5)
     assert isinstance(PROBLEMS["R1"](10).exact, Swing)
+
+
+def test_displacement_counts_from_first_touch_on_and_end_nodes_half() -> None:
+    problem = PROBLEMS["bars"](4)
+    begin, length = problem.exact.begin, problem.bar.length
+    depth, time = np.linspace(0, length, 5), begin * np.array([0.5, 1.0, 1.5, 2.0, 3.0])
+    exact = problem.exact.displacement(depth, time)
+    weights = begin * np.array([0.5, 0.5, 0.5, 1.0])[:, None] * np.array([0.5, 1, 1, 1, 0.5])
+    scale = (weights * exact[1:] ** 2).sum()
+
+    def error(at: tuple[int, int], by: float) -> float:
+        moved = exact + problem.offset
+        moved[at] += by
+        return displacement_error(problem, depth, time, moved)
+
+    assert error((0, 2), 1.0) == pytest.approx(0, abs=1e-12)  # before
+    for at in ((1, 2), (1, 0), (3, 4), (4, 1)):
+        assert error(at, 2e-3) == pytest.approx(2e-3 * np.sqrt(weights[at[0] - 1, at[1]] / scale))
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

@@ -42,6 +42,31 @@ def test_two_levels_hold_the_limit_of_any_order_that_is_sure(order: float, run: 
     assert abs(float(made[run].values[0]) - LIMIT) <= found.uncertainty
 
 
+def test_two_levels_have_three_times_what_the_order_that_is_sure_leaves() -> None:
+    coarse, finest = Level(1.0, 5.0), Level(0.5, 4.0)  # first order: as much again is left
+    assert converge(coarse, [finest], 1.0, 2.0).uncertainty == pytest.approx(1 + 3 * 1)
+    assert converge(finest, [coarse], 1.0, 2.0).uncertainty == pytest.approx(3 * 1)
+    assert converge(coarse, [finest], 2.0, 2.0).uncertainty == pytest.approx(1 + 3 / 3)
+
+
+def test_two_levels_that_scatter_are_apart_by_as_much_as_they_may_be() -> None:
+    coarse, finest = Level(1.0, 5.0, 0.8), Level(0.5, 4.0, 0.9)
+    most = np.hypot(1.0, np.hypot(0.8, 0.9))
+    for run, other, bound in ((coarse, finest, 4 * most), (finest, coarse, 3 * most)):
+        found = converge(run, [other], 1.0, 2.0)
+        assert found.verdict == "scatter"
+        assert found.uncertainty == pytest.approx(bound)
+    assert converge(coarse, [Level(0.5, 2.0, 0.9)], 1.0, 2.0).verdict == "two levels"
+
+
+def test_a_lower_order_than_a_half_is_taken_for_a_half() -> None:
+    made = levels(0.2, (1.0, 0.5, 0.25))
+    found = converge(made[0], made[1:], 1.0, 2.0)
+    assert found.order == pytest.approx(0.2, abs=1e-6)
+    coarse, fine, finest = (float(one.values[0]) for one in made)
+    assert found.uncertainty == pytest.approx(coarse - finest + 3 * (fine - finest) / (np.sqrt(2) - 1))
+
+
 @pytest.mark.parametrize("values", [(1.0, 1.1, 1.0), (1.0, 1.1, 1.3), (1.0, 1.1, 1.2), (1.0, 2.0, 2.0)])
 def test_differences_that_do_not_fall_are_said_to_be_no_convergence(values: tuple[float, ...]) -> None:
     made = [Level(size, value) for size, value in zip((1.0, 0.5, 0.25), values, strict=True)]
@@ -83,6 +108,13 @@ def test_levels_that_scatter_no_more_than_the_finest_two_are_apart_bound_what_is
 def test_no_difference_at_all_is_unchanged_and_not_converged() -> None:
     found = converge(Level(1.0, 2.0), [Level(0.5, 2.0), Level(0.25, 2.0)], 1.0, 2.0)
     assert (found.verdict, found.uncertainty, found.order) == ("unchanged", 0.0, None)
+
+
+def test_no_difference_beside_scatter_leaves_the_scatter() -> None:
+    made = [Level(size, 2.0, 0.1) for size in (1.0, 0.5, 0.25)]
+    found = converge(made[0], made[1:], 1.0, 2.0)
+    assert found.verdict == "scatter"
+    assert found.uncertainty == pytest.approx(1.25 * np.hypot(0.1, 0.1) / (1 - 1 / 4))
 
 
 def test_a_waveform_is_as_far_from_its_limit_as_is_said() -> None:

@@ -40,6 +40,7 @@ from plica.identify import (
     residual_test,
     whitened,
 )
+from plica.phonation.scene.changed_mesh import changed_mesh
 from test_estimate_sweep import whole
 
 VISCOSITY = TissueParameter(("cover.viscosity", "ligament.viscosity", "body.viscosity"), name="viscosity")
@@ -159,14 +160,7 @@ def test_a_parameter_that_nothing_depends_on_is_named() -> None:
     )
     x, cells = np.asarray(both.points), np.asarray(both.cells)
     far = x[cells].mean(axis=1)[:, 0] > 0.01
-    mesh = _engine.TetMesh(
-        points=x,
-        cells=cells,
-        cell_layer=far.astype(np.int32),
-        layer_names=["cover", "body"],
-        surfaces=both.surfaces,
-        node_sets=both.node_sets,
-    )
+    mesh = changed_mesh(both, cell_layer=far.astype(np.int32), layer_names=["cover", "body"])
     scene = plica.Scene(
         plica.Block(size=SIZE),
         {"cover": plica.Tissue(E=1e3, nu=0.3), "body": plica.Tissue(E=2e3, nu=0.3)},

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +39,15 @@ class TwoTops(MarginalLikelihood):
     the first frames know the latter alone. The information is that of each top."""
 
     false, true, sd = 0.1, -1.5, 0.05
+    heights = (3.0, 30.0)
     short = False
 
+    def __init__(self, model: Any) -> None:
+        super().__init__(model)
+        self.asked: list[int] = []
+
     def of_first(self, frames: int) -> MarginalLikelihood:
+        self.asked.append(frames)
         found = super().of_first(frames)
         made = TwoTops(found.model)
         made.short = True
@@ -51,7 +58,7 @@ class TwoTops(MarginalLikelihood):
         width = 10 * self.sd if self.short else self.sd
         nearer_false = not self.short and off > 0.5 * (self.false + self.true)
         d = (off - (self.false if nearer_false else self.true)) / width
-        return (3.0 if nearer_false else 30.0) - 0.5 * d * d, -d / width, width**-2
+        return self.heights[0 if nearer_false else 1] - 0.5 * d * d, -d / width, width**-2
 
     def evaluate(self, x: ArrayLike) -> Evaluation:
         at = self._point(x)
@@ -112,6 +119,41 @@ def test_iterations_of_a_flow_count_none_on_the_first_frames() -> None:
     assert len(whole) < len(seen)
     assert whole == list(range(len(whole)))
     assert found.iterations == len(whole) - 1
+
+
+def test_a_later_end_that_is_less_probable_leaves_the_estimate_and_its_evaluation_at_the_best() -> None:
+    likelihood = outlying()
+    likelihood.heights = (30.0, 3.0)
+    found = estimate(likelihood, options=Scoring(starts=2))
+    assert (found.starts, found.ended_here) == (2, 1)
+    assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
+    assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
+
+
+def test_scanned_tissues_are_even_in_the_prior_and_the_most_probable_ones_of_the_first_frames_come_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    module = sys.modules["plica.identify.starts"]
+    monkeypatch.setattr(module, "graduated", lambda _likelihood, start, _options: start)
+    likelihood = outlying(log_sd=1.3)
+    mean, sd = likelihood.prior_mean[0], likelihood.prior_sd[0]
+    scanned = np.array(list(begins(likelihood, likelihood.prior_mean, Scoring())))[2:, 0]
+    below = [0.5 * math.erfc(-(x - mean) / sd / math.sqrt(2)) for x in scanned]  # of the prior
+    # van der Corput's numbers 1 to 16: all sixteenths, and half of the first
+    assert np.sort(below) == pytest.approx([1 / 32, *np.arange(1, 16) / 16], abs=1e-12)
+    width = 10 * likelihood.sd
+    density = -0.5 * ((scanned - mean - likelihood.true) / width) ** 2 - 0.5 * ((scanned - mean) / sd) ** 2
+    assert (np.diff(density) < 0).all()
+
+
+def test_the_first_quarter_and_half_are_of_the_frames_that_show_something() -> None:
+    """7 of 10: the second of them is the third frame, the fourth the sixth."""
+    model = one_number(1.0)
+    flow = np.array(model.observation.flow)
+    flow[[1, 4, 8]] = np.nan
+    likelihood = TwoTops(model.seeing(flow))
+    next(islice(begins(likelihood, likelihood.prior_mean, Scoring()), 1, None))
+    assert likelihood.asked == [3, 6]
 
 
 def test_two_starts_that_end_at_one_place_are_enough() -> None:

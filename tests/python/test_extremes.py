@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 
 import plica
 from plica import _engine as engine
+from plica.bench.body import Body
 from plica.bench.extremes import apart, broken, endurance, larynxes, solids, voices
 from plica.bench.extremes.apart import _Worker, verdicts
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
@@ -18,6 +20,7 @@ from plica.bench.extremes.good_files import scene_file
 from plica.bench.extremes.probe import Found, Probe, Verdict, Wrong, judged
 from plica.cli import main
 from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.video.errors import VideoError
 from plica.video.sources import open_source
@@ -155,6 +158,42 @@ def test_round_off_of_many_steps_is_found_and_small() -> None:
     assert found.error == pytest.approx(max(energy, momentum), rel=0.06)  # two digits are noted
 
 
+def test_momentum_that_is_gained_at_equal_energy_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Pushed(engine.Simulation):
+        @property
+        def velocity(self) -> np.ndarray:
+            return np.add(super().velocity, [0, 0, 0.05 if self.time > 0 else 0.0])
+
+    monkeypatch.setattr(engine, "Simulation", Pushed)
+    found = endurance.free_block(20, engine.Cholesky())
+    assert found.error == pytest.approx(0.5)  # the block's own velocity, along x, is 0.1 m/s
+    assert judged(lambda: found).word == "WRONG"
+
+
+def test_a_body_that_flies_drifts_by_what_the_rounding_of_its_stiffness_leaves_of_its_path() -> None:
+    """The momentum of a force 1' K v t, v rigid: a bias, which grows with the square of the time."""
+    mesh = engine.block_mesh(size=(1e-2,) * 3, divisions=(1, 1, 1))
+    x = np.asarray(mesh.points)
+    velocity = np.array([0.1, 0.05, 0.07]) + np.cross([3.0, -4.0, 5.0], x)
+    simulation = Body(
+        mesh, engine.Material(engine.Isotropic(1e4, 0.3), 1000.0), np.zeros(x.shape, bool)
+    ).simulation(scheme=engine.Newmark(), step=5e-3, solver_tolerance=1e-12, velocity=velocity)
+    K, M = (
+        csr_array(matrix, shape=(x.size, x.size)).toarray()
+        for matrix in (simulation.stiffness, simulation.mass)
+    )
+    force = (K.astype(np.longdouble) @ velocity.ravel().astype(np.longdouble)).reshape(-1, 3).sum(axis=0)
+    found = []
+    for _ in range(2):
+        simulation.advance(4000)
+        gained = (M @ (np.asarray(simulation.velocity) - velocity).ravel()).reshape(-1, 3).sum(axis=0)
+        expected = -force.astype(float) * simulation.time**2 / 2
+        # The products of the steps are rounded besides, up or down: a walk, of less than 10 % of the bias.
+        assert np.abs(gained - expected).max() < 0.25 * np.abs(expected).max()
+        found.append(gained.sum())
+    assert found[1] / found[0] == pytest.approx(4, rel=0.25)
+
+
 @pytest.mark.slow
 def test_a_probe_after_one_that_hangs_has_a_process_of_its_own() -> None:
     fine = next(probe for probe in PROBES if probe.name == "layers of one element")
@@ -185,7 +224,7 @@ def test_the_page_has_every_probe_and_none_that_is_not() -> None:
 
 
 def far(mesh: engine.TetMesh, by: float) -> engine.TetMesh:
-    return larynxes.placed(mesh, np.asarray(mesh.points) + by)
+    return changed_mesh(mesh, points=np.asarray(mesh.points) + by)
 
 
 def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> None:

@@ -12,6 +12,7 @@ import plica
 from filmed_folds import FilmedFolds
 from plica import _engine
 from plica.identify import Observation, SurfacePoints
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.view.faces import lattice, meet, shapes
 
 CAMERA = plica.Camera(
@@ -26,14 +27,7 @@ def curved_block() -> _engine.TetMesh:
     x = np.array(block.points)
     x[:, 2] += 0.15e-3 * np.sin(1300 * x[:, 0] + 900 * x[:, 1])
     x[:, 0] += 0.10e-3 * np.sin(1500 * x[:, 1])
-    return _engine.TetMesh(
-        points=x,
-        cells=block.cells,
-        cell_layer=block.cell_layer,
-        layer_names=block.layer_names,
-        surfaces=block.surfaces,
-        node_sets=block.node_sets,
-    )
+    return changed_mesh(block, points=x)
 
 
 def test_a_point_moves_as_the_film_s_true_flow_says() -> None:

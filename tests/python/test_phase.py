@@ -24,6 +24,12 @@ def test_folds_in_antiphase_have_a_mean_phase_of_pi() -> None:
     assert circular_mean(np.array([np.pi, -np.pi, np.pi])) == pytest.approx((np.pi, 0.0))
 
 
+def test_a_direction_has_one_angle_with_pi_in_place_of_what_rounds_to_its_opposite() -> None:
+    for turns in (-3, 0, 2):
+        assert principal(-np.pi + 2 * np.pi * turns) == pytest.approx(np.pi)
+        assert principal(-3.1 + 2 * np.pi * turns) == pytest.approx(-3.1)
+
+
 def test_close_angles_have_the_linear_mean_and_spread() -> None:
     angles = np.random.default_rng(1).normal(0.4, 0.01, 50)
     # The sine of 0.01 differs from it by 2e-5 of it.

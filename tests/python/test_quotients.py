@@ -70,6 +70,13 @@ def test_a_fall_in_one_step_is_put_into_its_middle() -> None:
     assert open_quotient(time, area, 20.0, 40.0, 0.01) == pytest.approx(0.5, abs=1e-12)
 
 
+def test_an_area_at_the_level_is_not_above_it() -> None:
+    time = np.arange(100.0)
+    area = np.choose(np.searchsorted([5, 10], time % 20, side="right"), [1.0, 0.5, 0.25])
+    # Up from 0.25 to 1 it passes 0.5 after a third of the step to sample 20, down from 1 it meets it at 25.
+    assert open_quotient(time, area, 30.0, 50.0, 0.5) == pytest.approx((5 + 2 / 3) / 20, abs=1e-12)
+
+
 def test_the_open_quotient_is_the_share_of_a_fine_sampling() -> None:
     random = np.random.default_rng(8)
     time = np.arange(60.0)

@@ -6,8 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
 
 import plica
+from plica import _engine as engine
 from plica.errors import SceneError
 from plica.phonation.run.basis_file import BASIS, kept_basis
 from plica.phonation.run.build import basis_of, build_simulation, fixed_components
@@ -144,6 +147,40 @@ def test_a_reduction_left_to_its_defaults_takes_what_a_small_mesh_has(phonating:
     assert 0 < contact < 100
     modes = min(200, int((~fixed).sum()) - contact)
     assert basis_of(scene, mesh).shape[1] == modes + PRESSURE_VECTORS + contact
+
+
+def held_energy(basis: np.ndarray, K: csr_array, responses: np.ndarray) -> float:
+    """Elastic energy of static responses that the span of the basis holds, twice and summed."""
+    shared = basis.T @ (K @ responses)
+    return float(np.sum(shared * np.linalg.solve(basis.T @ (K @ basis), shared)))
+
+
+def test_static_responses_are_taken_in_the_combinations_that_hold_most_elastic_energy(
+    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As much as the largest eigenvalues of F' K^-1 F, of unit forces and of the patterns of pressure."""
+    count, reach = 7, 10e-3
+    mesh = build_mesh(phonating.mesh)
+    fixed = fixed_components(phonating, mesh)
+    free, full = ~fixed.ravel(), build_simulation(phonating, mesh)
+    K = csr_array(full.stiffness, shape=2 * (len(free),))[free][:, free].tocsc()
+    sides = (np.asarray(mesh.surfaces["airway_left"]), np.asarray(mesh.surfaces["airway_right"]))
+    nodes, normals = contact_nodes(np.asarray(mesh.points), sides, reach)
+    along = np.zeros((*fixed.shape, len(nodes)))
+    along[nodes, :, np.arange(len(nodes))] = normals
+    patterns = engine.pressure_patterns(mesh, mesh.surfaces[phonating.airflow.surface], full.section_height)
+    monkeypatch.setattr("plica.phonation.run.reduction.PRESSURE_VECTORS", count)
+    basis = basis_of(reduced(phonating, 0, count), mesh)[free]
+    assert basis.shape[1] == 2 * count
+    for taken, all_forces in (
+        (basis[:, :count], np.asarray(patterns)),
+        (basis[:, count:], along.reshape(len(free), -1)),
+    ):
+        forces = np.ascontiguousarray(all_forces[free])
+        responses = splu(K).solve(forces)
+        energies = np.linalg.eigvalsh(forces.T @ responses)
+        assert energies[-count:].sum() > 3 * energies[:count].sum()
+        assert held_energy(taken, K, responses) == pytest.approx(energies[-count:].sum(), rel=1e-7)
 
 
 def test_as_many_responses_to_pressures_are_taken_as_it_says(

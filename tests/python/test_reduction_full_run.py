@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import h5py
@@ -103,6 +104,18 @@ def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run
     longer = full_run.scene.replace({"time.duration": "2.5 ms"})
     plica.run(longer, full_run.directory, resume=True, progress=False)
     assert np.array_equal(kept_basis(tmp_path, scene, mesh, begun=True), kept)
+    assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
+
+
+def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Run, tmp_path: Path) -> None:
+    scene = taken_from(full_run, 10)
+    mesh = build_mesh(scene.mesh)
+    kept = kept_basis(tmp_path, scene, mesh)
+    before = np.array(full_run.fields["time"])
+    shutil.rmtree(full_run.directory)
+    softer = full_run.scene.replace({"tissue.cover.E": 500.0})
+    other = plica.run(softer, full_run.directory, progress=False)
+    assert np.array_equal(other.fields["time"], before)
     assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
 
 

@@ -10,6 +10,7 @@ import pytest
 import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.uncertainty.meshes import coarser, finer, given
 from plica.uncertainty.transfer import shape_functions, taken_over
 from plica.uncertainty.uniform import refined
@@ -50,8 +51,7 @@ def bent() -> Any:
     flat = block((3, 2, 1), 2)
     x = np.array(flat.points)
     x[:, 2] += 0.1 * np.sin(x[:, 0]) * (1 + x[:, 1])
-    names = ("cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
-    return _engine.TetMesh(points=x, **{name: getattr(flat, name) for name in names})
+    return changed_mesh(flat, points=x)
 
 
 def test_curved_sides_stay_where_they_are() -> None:

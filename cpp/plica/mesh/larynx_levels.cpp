@@ -3,6 +3,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/mesh/larynx_parts.hpp"
+#include "plica/mesh/larynx_section.hpp"
 #include "plica/mesh/structured.hpp"
 
 namespace plica {
@@ -57,8 +58,8 @@ std::vector<Level> subdivide(const Larynx::Shape& shape, const Larynx::Levels& h
 
 /// Where the rings cut a segment of that length from airway to wall, from 0 to 1.
 std::vector<double> ring_places(const Larynx::Levels& how, const LayerDepths& depths, double length) {
-  const double cover = std::min(depths.cover, 0.3 * length) / length;
-  const double ligament = std::min(depths.ligament, 0.3 * length) / length;
+  const LayerDepths cut = depths_on_line(depths, length);
+  const double cover = cut.cover / length, ligament = cut.ligament / length;
   std::vector<double> places;
   for (int k = 0; k < how.cover_rings; ++k) places.push_back(cover * k / how.cover_rings);
   for (int k = 0; k < how.ligament_rings; ++k) places.push_back(cover + ligament * k / how.ligament_rings);

@@ -3,6 +3,9 @@
 
 namespace plica {
 
+/// The most that cover and ligament each take of the tissue's depth.
+inline constexpr double deepest_layer = 0.3;
+
 /// Thickness of cover and ligament along the level line outward at a height, m.
 struct LayerDepths {
   double cover, ligament;

@@ -162,7 +162,8 @@ class Sectioner {
 }  // namespace
 
 LayerDepths depths_on_line(const LayerDepths& depths, double length) {
-  return {std::min(depths.cover, 0.3 * length), std::min(depths.ligament, 0.3 * length)};
+  const double most = deepest_layer * length;
+  return {std::min(depths.cover, most), std::min(depths.ligament, most)};
 }
 
 HalfSection half_section(const Larynx::Shape& shape, const Larynx::Triangulated& how) {

@@ -52,7 +52,7 @@ def add_commands(benches: Any) -> None:
 def _extremes(options: argparse.Namespace) -> int:
     from plica.bench.combinations import chosen
     from plica.bench.extremes.apart import verdicts
-    from plica.bench.extremes.catalogue import SUBJECTS
+    from plica.bench.extremes.catalogue import COLUMNS, SUBJECTS
     from plica.bench.extremes.probe import FORBIDDEN
     from plica.bench.table import show
     from plica.errors import InvalidInput
@@ -81,8 +81,7 @@ def _extremes(options: argparse.Namespace) -> int:
                 "s": f"{seconds:.1f}",
             }
 
-    columns = ("subject", "extreme", "reference", "verdict", "error", "allowed", "note")
-    made = show(rows(), columns, total=len(probes), csv=options.csv, progress=not options.quiet)
+    made = show(rows(), COLUMNS, total=len(probes), csv=options.csv, progress=not options.quiet)
     forbidden = [row for row in made if row["verdict"] in FORBIDDEN]
     for row in forbidden:
         print(f"plica: {row['extreme']}: {row['verdict']}: {row['note']}", file=sys.stderr)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from plica import _engine
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.uncertainty.transfer import SIDES, shape_functions
 
 __all__ = ["refined"]
@@ -78,5 +79,4 @@ def _on_the_map(linear: _engine.TetMesh, parent: Any) -> _engine.TetMesh:
         points[of_child] = np.einsum(
             "ka,mai->mki", shape_functions(middles), np.asarray(parent.points)[cells]
         )
-    names = ("cells", "cell_layer", "cell_side", "layer_names", "surfaces", "node_sets")
-    return _engine.TetMesh(points=points, **{name: getattr(fine, name) for name in names})
+    return changed_mesh(fine, points=points)

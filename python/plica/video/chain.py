@@ -1,4 +1,4 @@
-"""The steps of an analysis: drift, glottis, sides, flow, trust, paths, modes; kept as they come.
+"""The steps of an analysis: drift, glottis, sides, flow, trust, paths, modes, waves; kept as they come.
 
 results.h5 has a group for each step that is done (results.py). The flow, which is large, is in flow.h5, laid
 out at its full length when it is begun; each pair's entry says with which masks it was found, so that only

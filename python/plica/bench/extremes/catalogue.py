@@ -5,8 +5,10 @@ from __future__ import annotations
 from plica.bench.extremes import broken, endurance, solids, voices
 from plica.bench.extremes.probe import Probe
 
-__all__ = ["PROBES", "SUBJECTS"]
+__all__ = ["COLUMNS", "PROBES", "SUBJECTS"]
 
+COLUMNS = ("subject", "extreme", "reference", "verdict", "error", "allowed", "note")
+"""Of their table, printed and in docs/extremes.md."""
 SUBJECTS: dict[str, list[Probe]] = {
     "tissue": solids.PROBES,
     "voice": voices.PROBES,

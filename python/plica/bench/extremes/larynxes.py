@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica import _engine as engine
 from plica.measures.caution import Caution
 from plica.phonation.measures.cautions import cautions as cautions_of
 from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
 from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["COARSE", "STEP", "STEPS", "larynx", "placed", "ran", "renumbered", "slit", "unlike"]
+__all__ = ["COARSE", "STEP", "STEPS", "larynx", "ran", "renumbered", "slit", "unlike"]
 
 Array = NDArray[np.float64]
 STEP, STEPS = 50e-6, 40
@@ -66,19 +66,6 @@ def _nested(given: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def placed(mesh: Any, points: Array) -> Any:
-    """The mesh with its nodes at `points` (n, 3) m."""
-    return engine.TetMesh(
-        points=points,
-        cells=np.asarray(mesh.cells),
-        cell_layer=np.asarray(mesh.cell_layer),
-        cell_side=np.asarray(mesh.cell_side),
-        layer_names=mesh.layer_names,
-        surfaces=mesh.surfaces,
-        node_sets=mesh.node_sets,
-    )
-
-
 def renumbered(mesh: Any) -> tuple[Any, Any]:
     """The mesh with nodes and cells in a random order, and the old number (n,) of each of its nodes."""
     rng = np.random.default_rng(1)
@@ -91,12 +78,12 @@ def renumbered(mesh: Any) -> tuple[Any, Any]:
         named: NDArray[np.int32] = number[np.asarray(nodes)].astype(np.int32)
         return named
 
-    made = engine.TetMesh(
+    made = changed_mesh(
+        mesh,
         points=np.asarray(mesh.points)[order],
         cells=renamed(cells)[turn],
         cell_layer=np.asarray(mesh.cell_layer)[turn],
         cell_side=np.asarray(mesh.cell_side)[turn],
-        layer_names=mesh.layer_names,
         surfaces={name: renamed(faces) for name, faces in mesh.surfaces.items()},
         node_sets={name: np.sort(renamed(nodes)) for name, nodes in mesh.node_sets.items()},
     )

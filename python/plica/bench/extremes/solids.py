@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.extremes.probe import Found, Probe
+from plica.phonation.scene.changed_mesh import changed_mesh
 
 __all__ = ["PROBES"]
 
@@ -49,15 +50,7 @@ def layered(
     points, cells = np.array(block.points), np.asarray(block.cells)
     layer = (points[cells].mean(axis=1)[:, 0] > 0.5).astype(np.int32)
     points[:, 0] = moved(points[:, 0])
-    mesh = engine.TetMesh(
-        points=corner + size * points,
-        cells=cells,
-        cell_layer=layer,
-        cell_side=np.asarray(block.cell_side),
-        layer_names=["near", "far"],
-        surfaces=block.surfaces,
-        node_sets=block.node_sets,
-    )
+    mesh = changed_mesh(block, points=corner + size * points, cell_layer=layer, layer_names=["near", "far"])
     return engine.to_quadratic(mesh) if order == 2 else mesh
 
 

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.bench.extremes.larynxes import COARSE, STEP, STEPS, larynx, placed, ran, renumbered, slit, unlike
+from plica.bench.extremes.larynxes import COARSE, STEP, STEPS, larynx, ran, renumbered, slit, unlike
 from plica.bench.extremes.probe import Found, Probe
 from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
 from plica.phonation.scene.scene import Scene
@@ -49,7 +50,7 @@ def units(length: float, time: float, mass: float, **changes: Any) -> Found:
     """The same larynx in other units, which must not change a bit."""
     scene, usual = larynx(changes, length, time, mass), larynx(changes)
     mesh = build_mesh(usual.mesh)
-    far = placed(mesh, length * np.asarray(mesh.points))
+    far = changed_mesh(mesh, points=length * np.asarray(mesh.points))
     thrown = np.array(build_simulation(usual, mesh).velocity)
     still = np.zeros_like(thrown)
     found = build_simulation(scene, far, still, thrown * length / time).advance(STEPS)
@@ -65,7 +66,7 @@ def elsewhere(place: tuple[float, float, float]) -> Found:
     """The same larynx at another place: allowed is also what its coordinates round by there."""
     scene = larynx()
     mesh = build_mesh(scene.mesh)
-    far = placed(mesh, np.asarray(mesh.points) + np.asarray(place))
+    far = changed_mesh(mesh, points=np.asarray(mesh.points) + np.asarray(place))
     lost = np.spacing(np.abs(place).max()) / 2.5e-4
     return Found(_apart(_thrown(scene, far, mesh), _thrown(scene, mesh, mesh), _SMOOTH), ROUNDED + 1e3 * lost)
 
@@ -92,9 +93,14 @@ def alike(
     return Found(_apart(found, exact, _SMOOTH), allowed)
 
 
-def conserved(**changes: Any) -> Found:
-    """Energy balanced by works and losses, forces of both sides opposite, no more flow than a jet."""
+def conserved(half_width: float | None = None, **changes: Any) -> Found:
+    """Energy balanced by works and losses, forces of both sides opposite, no more flow than a jet.
+
+    half_width: m, of the glottis at rest; left out, the least larynx's.
+    """
     changes = {name.replace("__", "."): value for name, value in changes.items()}
+    if half_width is not None:
+        changes["mesh.options"] = slit(half_width)
     waves, _ = ran(larynx(changes))
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
     works = ("load_work", "viscous_loss", "numerical_loss")
@@ -154,10 +160,10 @@ _HARD: Mapping[str, Mapping[str, Any]] = {
     "lung pressure 0": {"airflow__subglottal_pressure": 0.0},
     "lung pressure 10 Pa": {"airflow__subglottal_pressure": 10.0},
     "lung pressure 20 kPa": {"airflow__subglottal_pressure": 20e3},
-    "glottis closed at rest": {"mesh__options": slit(0.0)},
-    "glottis of 2 nm at rest": {"mesh__options": slit(1e-9)},
-    "folds wide open": {"mesh__options": slit(5e-3)},
-    "folds wide open, 20 kPa": {"mesh__options": slit(5e-3), "airflow__subglottal_pressure": 20e3},
+    "glottis closed at rest": {"half_width": 0.0},
+    "glottis of 2 nm at rest": {"half_width": 1e-9},
+    "folds wide open": {"half_width": 5e-3},
+    "folds wide open, 20 kPa": {"half_width": 5e-3, "airflow__subglottal_pressure": 20e3},
     "full closure": {"initial__opening_velocity": -5.0},
     "unsupported folds": {"supports__fixed": []},
     "viscosity x 1000": {f"tissue__{n}__viscosity": 3e3 for n in ("body", "ligament", "cover")},
@@ -169,7 +175,7 @@ _HARD: Mapping[str, Mapping[str, Any]] = {
     "step of 0.1 us": {"time__step": 1e-7, "time__duration": 4e-6},
     "elliptic sections, full closure": {"airflow__area": "elliptic", "initial__opening_velocity": -3.0},
 }
-"""Changes of the least larynx; two underscores stand for a dot."""
+"""What `conserved` takes of each: changes of the least larynx, two underscores for a dot."""
 
 
 def _probes() -> list[Probe]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
 
 __all__ = ["build_mesh", "larynx_fields"]
@@ -58,15 +59,7 @@ def _build(mesh: Mesh, where: str) -> _engine.TetMesh:
         case Blocks():
             (first, a), (second, b) = mesh.blocks.items()
             both = _engine.combine(_block(a), _block(b), f"{first}.", f"{second}.")
-            return _engine.TetMesh(
-                points=both.points,
-                cells=both.cells,
-                cell_layer=both.cell_layer,
-                cell_side=both.cell_side,
-                layer_names=[first, second],
-                surfaces=both.surfaces,
-                node_sets=both.node_sets,
-            )
+            return changed_mesh(both, layer_names=[first, second])
         case MeshFile():
             from plica.phonation.scene.mesh_file import read_mesh
 

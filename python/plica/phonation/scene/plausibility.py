@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from plica._engine import DEEPEST_LAYER
 from plica.measures.caution import Caution
 from plica.phonation.scene.mesh_parts import Larynx, MeshFile
 
@@ -69,7 +70,6 @@ class Bound:
 
 _WRITTEN = (1e-3, 1e5)  # numbers that people write; others are no slip of a unit
 _PERSON = 15e-3  # m, length of a person's vocal folds, to guess a unit by
-_DEEPEST_LAYER = 0.3  # of the tissue's depth, as the engine's Larynx has it
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 
 BOUNDS: dict[str, Bound] = {
@@ -270,11 +270,11 @@ def _turned(scene: Scene) -> Iterator[Caution]:
 def _cut_off(scene: Scene, mesh: _Points) -> Iterator[Caution]:
     """A layer of a parametric larynx that is thinner than the scene says."""
     given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
-    most = _DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
+    most = DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
     if given is not None and most < given <= BOUNDS["layer_thickness"].high:
         seen = (
             f"mesh.options.layer_thickness = {_shown(given, 'm')}. The tissue is so thin that cover and "
-            f"ligament are cut off at {_DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
+            f"ligament are cut off at {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
         yield Caution("layer_thickness", seen, "Take thinner layers, or a larger mesh.options.radius.")
 

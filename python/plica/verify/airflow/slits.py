@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.body import Body
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.verify.airflow.rest import DENSITY, PRESSURE, ROUNDING, at_rest
 from plica.verify.case import Case, Check, worst
 
@@ -36,7 +37,7 @@ def slit(gap: Callable[[Array], Array], divisions: int = 12) -> Body:
     points[:, 0] += np.where(on_right, 0.5, -0.5) * gap(points[:, 2])
     walls = {"airway": np.vstack([mesh.surfaces["left.x_max"], mesh.surfaces["right.x_min"]])}
     sides = np.where(on_right[cells[:, 0]], 2, 1).astype(np.int32)
-    made = engine.TetMesh(points, cells, cell_side=sides, surfaces=walls)
+    made = changed_mesh(mesh, points=points, cell_side=sides, surfaces=walls)
     fixed = np.zeros(points.shape, bool)
     fixed[np.concatenate([mesh.node_sets["left.x_min"], mesh.node_sets["right.x_max"]])] = True
     return Body(made, engine.Material(engine.Isotropic(20e3, 0.45), 1040.0), fixed)

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 import plica
 from plica import _engine as engine
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.verify.case import Case, Check
 from plica.verify.larynx import larynx_scene, larynx_simulation
 
@@ -27,7 +28,7 @@ def hull() -> tuple[engine.TetMesh, NDArray[np.int32], Array]:
     block = engine.block_mesh(size=SIZE, divisions=(4, 3, 2))
     points = np.array(block.points)
     points += 5e-4 * np.random.default_rng(2).uniform(-1, 1, points.shape)
-    mesh = engine.TetMesh(points, block.cells, surfaces=block.surfaces)
+    mesh = changed_mesh(block, points=points)
     faces = np.vstack([np.asarray(faces) for faces in mesh.surfaces.values()])
     heights = np.array([points[:, 2].min(), points[:, 2].max()])
     patterns = np.asarray(engine.pressure_patterns(mesh, faces, heights)).sum(axis=1)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.body import Body
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.verify.case import Case, Check, worst
 from plica.verify.contact.airway import air_between
 
@@ -111,14 +112,13 @@ def half_cylinder(step: float) -> engine.TetMesh:
     points = np.stack(
         [p[np.rint(x).astype(int)] for p, x in zip(places, block.points.T, strict=True)], axis=1
     )
-    straight = engine.TetMesh(points, block.cells, surfaces=block.surfaces, node_sets=block.node_sets)
-    mesh = engine.to_quadratic(straight)
+    mesh = engine.to_quadratic(changed_mesh(block, points=points))
     points = np.array(mesh.points)
     y, rim = points[:, 1], 0.6 * RADIUS  # straight beyond
     slope = rim / sqrt(RADIUS**2 - rim**2)
     height = RADIUS - np.sqrt(RADIUS**2 - np.minimum(y, rim) ** 2) + slope * np.maximum(y - rim, 0)
     points[:, 0] += height * (1 - points[:, 0] / end)
-    return engine.TetMesh(points, mesh.cells, surfaces=mesh.surfaces, node_sets=mesh.node_sets)
+    return changed_mesh(mesh, points=points)
 
 
 def hertz() -> Iterator[Check]:

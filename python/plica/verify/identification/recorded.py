@@ -12,6 +12,7 @@ import plica
 from plica import _engine
 from plica.identify import Forcing, MotionModel, Observation, SurfacePoints
 from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.changed_mesh import changed_mesh
 
 __all__ = ["FRAMES", "NAMES", "UNKNOWN", "layered", "motion_model", "prior", "recorded", "scene", "stepped"]
 
@@ -23,16 +24,13 @@ NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
 FRAMES, NOISE, UNKNOWN = 30, 0.05, 10.0  # -, px/frame, Pa
 
 
-def layered() -> _engine.TetMesh:
+def layered(divisions: tuple[int, int, int] = (1, 2, 3), order: int = 2) -> _engine.TetMesh:
     """Body, ligament and cover, each a third of the height of a block."""
-    block = _engine.block_mesh(size=SIZE, divisions=(1, 2, 3))
+    block = _engine.block_mesh(size=SIZE, divisions=divisions)
     points, cells = np.asarray(block.points), np.asarray(block.cells)
     layer = np.floor(3 * points[cells].mean(axis=1)[:, 2] / SIZE[2]).astype(np.int32)
-    names = ["body", "ligament", "cover"]
-    mesh = _engine.TetMesh(
-        points, cells, layer, layer_names=names, surfaces=block.surfaces, node_sets=block.node_sets
-    )
-    return _engine.to_quadratic(mesh)
+    mesh = changed_mesh(block, cell_layer=layer, layer_names=["body", "ligament", "cover"])
+    return _engine.to_quadratic(mesh) if order == 2 else mesh
 
 
 def scene() -> plica.Scene:

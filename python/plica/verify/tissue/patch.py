@@ -12,6 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from plica import _engine as engine
 from plica.bench.body import Body
+from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]
@@ -31,7 +32,7 @@ def distorted(order: int) -> Any:
     points = np.array(cube.points)
     inner = np.all((points > 1e-9) & (points < SIDE - 1e-9), axis=1)
     points[inner] += 0.2 * SIDE / cells * np.random.default_rng(1).uniform(-1, 1, points.shape)[inner]
-    mesh = engine.TetMesh(points, cube.cells, surfaces=cube.surfaces, node_sets=cube.node_sets)
+    mesh = changed_mesh(cube, points=points)
     return engine.to_quadratic(mesh) if order == 2 else mesh
 
 
