@@ -66,7 +66,8 @@ _RUN_HELP = """\
 Computes SCENE and stores the results in DIR as they come:
 
   scene.toml     the scene with every default filled in
-  results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment)
+  results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment): plica.Run.load
+                 in Python, h5read("results.h5", "/waveforms/flow") in MATLAB, which turns the axes round
   fields.xdmf    the fields for ParaView
   waveforms.csv  a row a step, in SI; what there is of every section is in results.h5 alone
   measures.json  {name: {value, unit, spread, cycles, definition}} in SI
@@ -93,6 +94,15 @@ examples:
   plica measures runs/one
   plica measures runs/one --from 0.1s --to 0.3s     that part of the run alone
   plica measures runs/one --from 100ms              from there to its end
+"""
+
+_REPORT_HELP = """\
+Draws the page of DIR, a run or an analysis of a recording, anew from what is stored there, and prints its
+name: DIR/report.html, with --pdf DIR/report.pdf. Of a run that was killed it shows the part it came to.
+
+examples:
+  plica report runs/one
+  plica report analysis --pdf
 """
 
 _MESH_HELP = """\
@@ -174,7 +184,7 @@ def _parser() -> argparse.ArgumentParser:
     uncertainty.add_commands(commands)
     part("info", _info, "show versions, what this build contains, and its licence")
     compare.add_commands(commands)
-    report = part("report", _report, "write DIR/report.html anew")
+    report = part("report", _report, "write DIR/report.html anew", _REPORT_HELP)
     add_pdf(report)
     measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)
     for sub in (report, measures):
@@ -323,6 +333,8 @@ def _measures(options: argparse.Namespace) -> int:
         chosen = run.between(_time(options.start), _time(options.end)) if asked else run
     measures = measure(chosen) if asked else _measured(run)
     print(measures_table(measures))
+    if run.steps < run.steps_asked:
+        _say(f"{options.directory}: {run.status}; {run.steps} of {run.steps_asked} steps were measured.", 0)
     return _say_cautions(cautions(chosen))
 
 

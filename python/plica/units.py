@@ -137,10 +137,14 @@ def number(where: str, name: str, value: Any, least: float, most: float, unit: s
     """Raises InvalidInput unless `value` is a number in [least, most]."""
     kind = isinstance(value, Real) and not isinstance(value, bool)
     if not kind or not least <= value <= most:
-        shown = f"{value:g}" if kind else repr(value)
-        raise InvalidInput(
-            f"{where}: {name} = {shown} {unit}; must be a number in [{least:g}, {most:g}]. Is the unit right?"
-        )
+        shown = f"{value:g} {unit}".rstrip() if kind else _typed(value)
+        hint = " Is the unit right?" if kind and unit else ""
+        raise InvalidInput(f"{where}: {name} = {shown}; must be a number in [{least:g}, {most:g}].{hint}")
+
+
+def _typed(value: object) -> str:
+    """A text in the quotes that all messages have, anything else as Python shows it."""
+    return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
 def quantity(where: str, name: str, value: Any, unit: str, least: float, most: float) -> float:
@@ -150,7 +154,7 @@ def quantity(where: str, name: str, value: Any, unit: str, least: float, most: f
             float(value) if isinstance(value, Real) and not isinstance(value, bool) else value, unit
         )
     except ValueError as error:
-        raise InvalidInput(f"{where}: {name} = {value!r}; {error}") from None
+        raise InvalidInput(f"{where}: {name} = {_typed(value)}; {error}") from None
     number(where, name, found, least, most, unit)
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -113,8 +114,8 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "unknown preset": (
         '"thesis_coarse"',
         '"huge"',
-        "mesh.larynx = \"huge\"; must be 'coarse', 'demo', 'fine', 'finest', 'thesis', 'thesis_coarse', "
-        "'thesis_demo' or 'thesis_medium'.",
+        'mesh.larynx = "huge"; must be one of coarse, demo, fine, finest, thesis, thesis_coarse, '
+        "thesis_demo, thesis_medium.",
     ),
     "a size in levels": (
         "options = { around = 8,",
@@ -209,9 +210,9 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "duration": (
         '"1 ms"',
         '"1.01 ms"',
-        "time.duration = 0.00101; must be a whole number of steps of 5e-05 s.",
+        "time.duration = 0.00101 s; must be a whole number of steps of 5e-05 s.",
     ),
-    "output": (*added('[output]\nevery = "1 us"'), "output.every = 1e-06; must be >= time.step = 5e-05 s."),
+    "output": (*added('[output]\nevery = "1 us"'), "output.every = 1e-06 s; must be >= time.step = 5e-05 s."),
     "node set": (
         *added('[supports]\nfixed = ["wal"]'),
         'supports.fixed[0] = "wal"; must be one of ends, wall. Did',
@@ -236,11 +237,11 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "beyond a decimal": (*pressure('"1e9999999999999999999 kPa"'), "must be finite."),
     "frames between steps": (
         *added('[output]\nevery = "0.12 ms"'),
-        "output.every = 0.00012; must be a whole number of steps of 5e-05 s.",
+        "output.every = 0.00012 s; must be a whole number of steps of 5e-05 s.",
     ),
     "start between steps": (
         *added('[output]\nevery = "0.1 ms"\nstart = "0.12 ms"'),
-        "output.start = 0.00012; must be a whole number of steps of 5e-05 s.",
+        "output.start = 0.00012 s; must be a whole number of steps of 5e-05 s.",
     ),
     "probe in another unit": (
         *added("[output]\nprobes = [[0, 0, 0], [0, 3, 0]]"),
@@ -436,7 +437,12 @@ def test_what_the_command_line_cannot_mean_is_refused(
     assert "there is no such file" in refused(["run", str(tmp_path / "no.toml"), "-o", run], capsys)
     assert "there is no run to continue" in refused(["run", str(scene), "-o", run, "--resume"], capsys)
     assert "must be a directory; it is a file" in refused(["run", str(scene), "-o", str(scene)], capsys)
-    assert "there is no run in it" in refused(["report", run], capsys)
+    assert "there is no such directory" in refused(["report", run], capsys)
+    (tmp_path / "results.h5").touch()
+    assert f"Take the directory it is in, {tmp_path}" in refused(
+        ["film", str(tmp_path / "results.h5"), "-o", "c.avi"], capsys
+    )
+    (tmp_path / "results.h5").unlink()
     assert "there is no run in it" in refused(["measures", str(tmp_path)], capsys)
     assert "cannot be read" in refused(["run", str(tmp_path), "-o", run], capsys)
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
@@ -478,7 +484,7 @@ def test_a_broken_result_file_is_refused(
         (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
-        (["rnu"], "invalid choice: 'rnu'"),
+        (["rnu"], 'Did you mean "run"? plica --help says more.'),
         (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3"),
         ([], "required: COMMAND"),
     ],
@@ -499,3 +505,40 @@ def test_a_solve_that_fails_is_exit_code_one(
     bar.replace(starved).save(tmp_path / "s.toml")
     said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"], capsys, code=1)
     assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("changes", "hint"),
+    [
+        ({"contact": "multiplier"}, 'Did you mean "multipliers"?'),
+        ({"mesh.larynx": "corse"}, 'must be one of coarse, demo, fine, finest, .* Did you mean "coarse"?'),
+    ],
+)
+def test_the_name_of_a_choice_is_answered_with_the_nearest(changes: dict[str, str], hint: str) -> None:
+    scene = plica.Scene(
+        plica.Larynx(larynx="coarse"), "normal", time=plica.Stepping(step="50 us", duration="1 ms")
+    )
+    with pytest.raises(plica.InvalidInput, match=hint.replace("?", r"\?")):
+        scene.replace(changes)
+
+
+def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Scene) -> None:
+    path = tmp_path / "s.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + bar.text().encode())
+    assert plica.Scene.load(path) == bar
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? plica --help'),
+        (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. plica video --help"),
+        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers with commas"),
+    ],
+)
+def test_what_no_option_can_mean_says_what_it_must_be(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(arguments)
+    assert re.search(said, capsys.readouterr().err)

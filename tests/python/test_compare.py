@@ -212,12 +212,13 @@ def test_what_cannot_be_compared_is_refused_in_one_sentence(
         ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be two of one kind"),
         ([str(tmp_path / "run"), first], "a run; must be two of one kind"),
         ([first, first, "--pdf"], "--pdf is given without -o"),
+        ([first, first], "are one directory; must be two"),
     ):
         assert main(["compare", *arguments]) == 2, arguments
         error = capsys.readouterr().err
         assert said in error
         assert error.count("\n") == 1
-    assert main(["compare", first, first, "-o", str(tmp_path / "file"), "--quiet"]) == 1
+    assert main(["compare", first, str(two[1]), "-o", str(tmp_path / "file"), "--quiet"]) == 1
     assert "file: cannot be written" in capsys.readouterr().err
     with pytest.raises(InvalidInput, match=r"Compare: before is int; must be the directory of an analysis"):
         compare(3, first)  # type: ignore[arg-type]

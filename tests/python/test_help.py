@@ -143,3 +143,15 @@ def test_every_synonym_leads_to_what_there_is(capsys: pytest.CaptureFixture[str]
         for name in names:
             assert main(["keys", name]) == 0, name
             assert name.rpartition(".")[2] in capsys.readouterr().out
+
+
+def test_no_name_is_the_scene_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", ""]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith("The scene")
+    assert "measures" not in told
+
+
+def test_tension_is_the_stiffness_along_the_fibre(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", "tension"]) == 0
+    assert "E_fibre" in capsys.readouterr().out

@@ -184,3 +184,10 @@ def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: di
     made.write(box)
     with pytest.raises(plica.SceneError, match=r"node 7 is at .*; its coordinates must be finite"):
         plica.build_mesh(plica.MeshFile(file=box, **fields))
+
+
+def test_a_unit_alone_is_one_of_it(box: Path) -> None:
+    one, alone = (plica.MeshFile(file=box, unit=unit, layers={"body": 1}) for unit in ("1 mm", "mm"))
+    assert one.unit == alone.unit == 1e-3
+    with pytest.raises(plica.InvalidInput, match='"furlongs per day" is of another kind'):
+        plica.MeshFile(file=box, unit="furlongs per day", layers={"body": 1})

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NoReturn
 
-from plica.errors import InvalidInput
+from plica.errors import InvalidInput, nearest, one_of
 
 __all__ = [
     "Parser",
@@ -35,7 +35,21 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Ends with exit code 2."""
         self.print_usage(sys.stderr)
-        self.exit(2, f"{self.prog}: {message.rstrip('.')}. {self.prog} --help says more.\n")
+        text = _reworded(message)
+        end = "" if text.endswith((".", "?")) else "."
+        self.exit(2, f"{self.prog}: {text}{end} {self.prog} --help says more.\n")
+
+
+def _reworded(message: str) -> str:
+    """What argparse says of a value, as all messages say it: with what must hold, and the nearest name."""
+    kind = re.search(r"invalid (float|int) value: '(.*)'", message)
+    if kind is not None:
+        return f"{message[: kind.start()]}{kind[2]}; must be a {'whole ' if kind[1] == 'int' else ''}number"
+    choice = re.search(r"invalid choice: '(.*)' \(choose from (.*)\)", message)
+    if choice is None:
+        return message
+    names = re.findall(r"'([^']*)'", choice[2]) or choice[2].split(", ")
+    return f"{message[: choice.start()]}{choice[1]}; must be {one_of(names)}.{nearest(choice[1], names)}"
 
 
 @contextmanager
@@ -124,7 +138,8 @@ def numbers(kind: Callable[[str], Any], count: int | None = None) -> Callable[[s
             values = ()
         if not values or (count is not None and len(values) != count):
             many = "" if count is None else f"{count} "
-            raise argparse.ArgumentTypeError(f"{text}; must be {many}numbers with commas between them.")
+            what = "whole numbers" if kind is int else "numbers"
+            raise argparse.ArgumentTypeError(f"{text}; must be {many}{what} with commas between them.")
         return values
 
     return read

@@ -96,6 +96,8 @@ def _are_recordings(before: Path, after: Path) -> bool:
         if not (path / "results.h5").is_file():
             what = "is no directory" if not path.is_dir() else "has no results.h5"
             raise InvalidInput(f"Compare: {path} {what}; must be the directory of an analysis, or of a run.")
+    if before.samefile(after):
+        raise InvalidInput(f"Compare: {before} and {after} are one directory; must be two.")
     kinds = {path: is_analysis(path) for path in (before, after)}
     if len(set(kinds.values())) > 1:
         recording, run = sorted((before, after), key=lambda path: not kinds[path])

@@ -33,7 +33,15 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "impact": ("contact_impulse", "peak_contact_pressure"),
     "impact stress": ("peak_contact_pressure",),
     "mucosal wave": ("vertical_phase_difference",),
-    "asymmetry": ("amplitude_asymmetry", "area_asymmetry", "left_right_phase"),
+    "tension": ("tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.left", "tissue.NAME.right"),
+    "paresis": ("tissue.NAME.left", "tissue.NAME.right"),
+    "asymmetry": (
+        "tissue.NAME.left",
+        "tissue.NAME.right",
+        "amplitude_asymmetry",
+        "area_asymmetry",
+        "left_right_phase",
+    ),
     "phase": ("left_right_phase", "vertical_phase_difference", "phase", "loads.phase"),
     "perturbation": ("jitter", "shimmer"),
     "noise": ("harmonics_to_noise",),
@@ -50,6 +58,8 @@ def meant(word: str, known: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
     """The names that a word stands for: by the table, else those of name, symbol and label known that have
     this symbol, or this word within name or label."""
     asked = " ".join(word.lower().replace("_", " ").replace("-", " ").split())
+    if not asked:
+        return ()
     if asked in SYNONYMS:
         return SYNONYMS[asked]
     entries = [

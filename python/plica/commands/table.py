@@ -59,5 +59,7 @@ def _line(item: Measure) -> str:
         low, high = (float(f"{factor * end:.3g}") for end in item.interval)
         cycles = f"[{low:g}, {high:g}] {cycles}"
     digits = digits_of(item.value or 0.0, item.interval)
+    if item.interval is None and item.spread and item.value:  # two digits of the spread, as it is shown
+        digits = min(digits_of(item.value, (item.value - item.spread, item.value + item.spread)) + 1, 6)
     value = float(f"{(item.value or 0.0) * factor:.{digits}g}")
     return f"{item.name:<40} {value:<12.6g} {unit:<8} {spread:<11} {cycles:<12}"

@@ -149,7 +149,7 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
     starts = pulses(time, signal)
     if starts.size <= fewest:
         count = max(starts.size - 1, 0)
-        return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
+        return _none(too_few(count, name, fewest))
     found = _judged(time, signal, starts, scale)
     found = replace(found, note="; ".join(filter(None, (found.note, _again(time, signal, found, name)))))
     varies = float(np.ptp(tail)) / float(np.abs(tail).max())
@@ -157,6 +157,12 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
         return found
     note = f"weak: the {name} varies by only {100 * varies:.2g} % in the last third of the record"
     return replace(found, note="; ".join(text for text in (note, found.note) if text))
+
+
+def too_few(count: int, name: str, fewest: int) -> str:
+    """Why so few complete cycles of the signal of this name are not measured."""
+    cycles = "cycle" if count == 1 else "cycles"
+    return f"too short: {count} complete {cycles} of the {name}; at least {fewest} are needed"
 
 
 def _none(reason: str) -> Cycles:

@@ -23,7 +23,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.cycles import Cycles, Verdict
+from plica.measures.cycles import Cycles, Verdict, too_few
 from plica.measures.instants import highest
 from plica.measures.pulses import autocorrelation_frequency, autocorrelation_peak, rises
 from plica.measures.record import Floats, time_step
@@ -64,7 +64,7 @@ def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale
     starts = marks(time, signal)
     count = max(starts.size - 1, 0)
     if count < fewest:
-        return _none(f"too short: {count} complete cycles of the {name}; at least {fewest} are needed")
+        return _none(too_few(count, name, fewest))
     verdict, pattern, said = _kind(time, signal, starts, scale)
     if size < _WEAK * largest:
         said.insert(0, f"weak: the {name} varies by only {100 * size / largest:.2g} %")

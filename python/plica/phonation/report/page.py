@@ -14,7 +14,7 @@ from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
 from plica.report.page import render, write_page
-from plica.report.wording import headlines, number, tables
+from plica.report.wording import headlines, number, numbered, tables
 
 
 def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = None) -> Path:
@@ -36,6 +36,8 @@ def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = Non
     """
     reading = read(run)
     uncertain = {} if uncertainty is None else uncertainty.measures
+    measured, notes = tables(reading.measures, uncertain), list[str]()
+    marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
     text = render(
         "phonation/report/page.html.j2",
         title=path.resolve().parent.name or "run",
@@ -43,7 +45,9 @@ def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = Non
         cautions=cautions(run),
         remark=remark(reading),
         headlines=headlines(reading.measures, uncertain),
-        tables=tables(reading.measures, uncertain),
+        tables=measured,
+        marks=marks,
+        notes=notes,
         uncertainty=uncertainty,
         sections=sections(reading),
         scene=run.scene_text.strip(),

@@ -104,6 +104,15 @@ class Field:
         return np.asarray(values, dtype=dtype)
 
 
+def _no_run(directory: Path) -> str:
+    if not directory.exists():
+        return f"{directory}: there is no such directory; must be that of a run."
+    if directory.is_dir():
+        return f"{directory}: there is no run in it (no results.h5)."
+    hint = f" Take the directory it is in, {directory.parent}." if directory.name == "results.h5" else ""
+    return f"{directory}: a file; must be the directory of a run.{hint}"
+
+
 class Run(Mapping[str, NDArray[Any]]):
     """The results of a run; as a mapping, its waveforms by name.
 
@@ -153,7 +162,7 @@ class Run(Mapping[str, NDArray[Any]]):
         directory = Path(directory)
         path = directory / "results.h5"
         if not path.is_file():
-            raise InvalidInput(f"{directory}: there is no run in it (no results.h5).")
+            raise InvalidInput(_no_run(directory))
         check_result_file(path)
         with storage_errors(path, "read"):
             try:

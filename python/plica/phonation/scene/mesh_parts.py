@@ -160,14 +160,19 @@ class Sides(Part):
     """Of the right fold."""
 
 
+def _one(unit: object) -> object:
+    """A unit alone is one of it: ``"mm"`` is ``"1 mm"``."""
+    return f"1 {unit}" if isinstance(unit, str) and unit[:1].isalpha() else unit
+
+
 class MeshFile(Part):
     """A mesh of tetrahedra in any format that meshio reads, its labels mapped to names."""
 
     file: Annotated[Path, AfterValidator(Path.resolve)]
     """Its path, relative to the scene file or, of a part made in Python, to the working directory; kept
     absolute."""
-    unit: PositiveLength = 1.0
-    """[m] One unit of the file's coordinates, e.g. ``"1 mm"``."""
+    unit: Annotated[PositiveLength, BeforeValidator(_one)] = 1.0
+    """[m] One unit of the file's coordinates, e.g. ``"mm"``."""
     labels: str | None = None
     """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
     layers: dict[Name, Labels] = Field(default_factory=dict)

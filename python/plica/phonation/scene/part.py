@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic_core import PydanticCustomError
 
 from plica import _engine
-from plica.errors import InvalidInput, SceneError
+from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.scene.problems import describe
 
 __all__ = ["MAX_COUNT", "Count", "OneOf", "Part", "engine_default", "problem"]
@@ -23,7 +23,8 @@ Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomError:
     """An error at `path` below the part that raises it; the message reads ``path = value; relation``.
 
-    Give ``value=`` to show a value; without it the message reads ``path: relation``.
+    Give ``value=`` to show a value, ``unit=" s"`` to show its unit behind it; without a value the message
+    reads ``path: relation``.
     """
     return PydanticCustomError("scene", "{relation}", {"relation": relation, "path": path, **shown})
 
@@ -129,7 +130,7 @@ class OneOf(Part):
     def _unwrap(cls, data: Any) -> Any:
         if isinstance(data, str):
             if data not in cls.kinds:
-                raise problem(f"must be one of {', '.join(cls.kinds)}.", value=data)
+                raise problem(f"must be {one_of(cls.kinds)}.{nearest(data, cls.kinds)}", value=data)
             return {data: {}}
         for name, kind in cls.kinds.items():
             if isinstance(data, kind):

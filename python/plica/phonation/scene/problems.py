@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from plica.errors import nearest
+from plica.errors import nearest, one_of
 
 __all__ = ["describe", "differences", "path_text", "unknown_text", "value_text"]
 
@@ -79,7 +80,7 @@ def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
     relation = _relation(details, context)
     if not path:
         return [relation]
-    shown = "" if value is _MISSING else f" = {value_text(value)}"
+    shown = "" if value is _MISSING else f" = {value_text(value)}{context.get('unit', '')}"
     return [f"{path_text(path)}{shown}{';' if shown else ':'} {relation}"]
 
 
@@ -116,8 +117,9 @@ def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
         if kind == name:
             bound = context[{">": "gt", ">=": "ge", "<": "lt", "<=": "le"}[sign]]
             return f"must be {sign} {bound:g}." + _sign_hint(details["input"], bound)
+    if kind == "literal_error":
+        return _one_of_texts(str(context.get("expected", "")), details["input"])
     relations = {
-        "literal_error": f"must be {context.get('expected', '')}.",
         "multiple_of": f"must be a multiple of {context.get('multiple_of', '')}.",
         "too_short": f"must have at least {context.get('min_length', '')} entries.",
         "too_long": f"must have at most {context.get('max_length', '')} entries.",
@@ -133,6 +135,14 @@ def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
         "path_type": "must be the name of a file.",
     }
     return relations.get(kind, f"{details['msg']}.")
+
+
+def _one_of_texts(expected: str, value: object) -> str:
+    """What pydantic expects, ``'a', 'b' or 'c'``, as all messages say it, with the nearest."""
+    names = re.findall(r"'([^']*)'", expected)
+    if not names:
+        return f"must be {expected}."
+    return f"must be {one_of(names)}.{nearest(value, names) if isinstance(value, str) else ''}"
 
 
 def _sign_hint(value: object, bound: float) -> str:

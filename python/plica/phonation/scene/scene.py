@@ -113,7 +113,7 @@ class Scene(Part):
         """
         path = Path(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a mark
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file.") from None
         except UnicodeDecodeError:
@@ -248,11 +248,15 @@ class Scene(Part):
             raise problem(relation, "supports", "wall_from_y", value=wall_from_y)
         step = self.time.step
         if self.output.every is not None and self.output.every < step * (1 - 1e-9):
-            raise problem(f"must be >= time.step = {step:g} s.", "output", "every", value=self.output.every)
+            raise problem(
+                f"must be >= time.step = {step:g} s.", "output", "every", value=self.output.every, unit=" s"
+            )
         for name in ("every", "start"):
             value = getattr(self.output, name)
             if value is not None and not is_whole(value / step):
-                raise problem(f"must be a whole number of steps of {step:g} s.", "output", name, value=value)
+                raise problem(
+                    f"must be a whole number of steps of {step:g} s.", "output", name, value=value, unit=" s"
+                )
         for name in self.supports.components if self.supports is not None else ():
             if self.supports is not None and name in self.supports.fixed:
                 raise problem("must not be in supports.fixed too.", "supports", "components", name)

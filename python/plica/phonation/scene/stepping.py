@@ -92,7 +92,6 @@ class Stepping(Part):
     def _whole_steps(self) -> Self:
         count = self.duration / self.step
         if count < 1 - 1e-9 or not is_whole(count):
-            raise problem(
-                f"must be a whole number of steps of {self.step:g} s.", "duration", value=self.duration
-            )
+            relation = f"must be a whole number of steps of {self.step:g} s."
+            raise problem(relation, "duration", value=self.duration, unit=" s")
         return self

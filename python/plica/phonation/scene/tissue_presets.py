@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from plica.errors import nearest, one_of
 from plica.phonation.scene.part import problem
 from plica.phonation.scene.tissue import Tissue, TissueSide
 
@@ -91,5 +92,10 @@ def _preset_layer(layer: object, name: object, *path: str) -> Tissue:
 
 def _preset(name: object, *path: str) -> Mapping[str, Tissue]:
     if not isinstance(name, str) or name not in TISSUE_PRESETS:
-        raise problem(f"must be one of {', '.join(TISSUE_PRESETS)}.", "tissue", *path, value=name)
+        raise problem(
+            f"must be {one_of(TISSUE_PRESETS)}.{nearest(str(name), TISSUE_PRESETS)}",
+            "tissue",
+            *path,
+            value=name,
+        )
     return TISSUE_PRESETS[name]
