@@ -1,0 +1,179 @@
+"""What viscosity the true pressures of a voice make most probable, by what is believed of its start.
+
+    python benchmarks/identify_start.py                               # 600 Pa
+    python benchmarks/identify_start.py --pressure 500 --cover 1.1    # another voice
+
+Folds of the coarse larynx with linear elements vibrate by their own airflow; points of their upper surface
+are seen from frame to frame. All section pressures are known at every step, and all else of the tissue; only
+the state in which the film begins is not: it is made by unknown kicks of the lowest eigenmodes of the truth.
+A white remainder of 3 Pa at three heights is allowed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+import numpy as np
+from identify_voice import voice
+from numpy.typing import NDArray
+from scipy import signal
+from scipy.sparse import linalg
+
+import plica
+from plica import _engine
+from plica.identify import (
+    Forcing,
+    MarginalLikelihood,
+    MotionModel,
+    Observation,
+    SurfacePoints,
+    TissueParameter,
+    scene_matrices,
+)
+from plica.identify.noise_levels import Noise
+from plica.phonation.run.build import build_simulation
+from plica.phonation.scene.mesh_source import build_mesh
+
+Floats = NDArray[np.float64]
+LAYERS = ("cover", "ligament", "body")
+CAMERA = plica.Camera(mm_per_px=0.05, width=240, height=360)
+SPACING = 28  # px between points
+STEPS = 5  # of 50 us, a frame
+BEFORE, LEAD, FRAMES = 150, 10, 40  # not looked at, before the film, of the film
+NOISE = 0.1  # px, that is 5 um
+KICKED = 2  # frames in which the initial state is made
+MODES = 20
+HEIGHTS = (-4e-3, -2e-3, 0.0)  # m, of the remainder
+REMAINDER = 3.0  # Pa
+KICKS = (500.0, 1500.0, 4000.0, 20000.0)  # sd, in the units of Study._kicks
+FACTORS = (0.7, 0.85, 1.0, 1.15, 1.3, 1.6)
+
+
+@dataclass(frozen=True)
+class Voice:
+    """A simulated voice: displacements (steps + 1, n, 3) m, pressures (steps, s) Pa of sections at (s) m."""
+
+    scene: plica.Scene
+    mesh: _engine.TetMesh
+    displacement: Floats
+    pressure: Floats
+    height: Floats
+
+    @classmethod
+    def simulated(cls, pressure: float, cover: float) -> Voice:
+        scene = voice(pressure, cover, 1, BEFORE + LEAD + FRAMES, 0.0)
+        mesh = build_mesh(scene.mesh, scene.source)
+        simulation = build_simulation(scene, mesh)
+        seen, pressures = [simulation.displacement], []
+        for step in range(STEPS * (BEFORE + LEAD + FRAMES)):
+            record = simulation.advance(1)
+            if step >= STEPS * BEFORE and record["contact_rows"].any():
+                raise SystemExit("the folds touch: choose a lower pressure")
+            pressures.append(record["section_pressure"][0])
+            seen.append(simulation.displacement)
+        return cls(scene, mesh, np.array(seen), np.array(pressures), np.array(simulation.section_height))
+
+    def tissue(self) -> plica.Scene:
+        """Without airflow and contact."""
+        return self.scene.replace({"airflow": None, "contact": None, "initial": None})
+
+
+class DrivenModel(MotionModel):
+    """A model with known pressures beside the unknown ones: patterns (3 n, k), waveforms (steps, k)."""
+
+    known: Floats
+    waves: Floats
+
+    @property
+    def patterns(self) -> Floats:
+        return np.ascontiguousarray(np.hstack([super().patterns, self.known]))
+
+    def _lags(self, seen: Floats) -> Floats:
+        return super()._lags(seen[..., : -self.known.shape[1]])
+
+    def _mean(self, seen: Floats) -> Floats:
+        driven = seen[..., -self.known.shape[1] :]
+        parts = (
+            signal.fftconvolve(driven[..., i], wave[:, None, None], axes=0)[: len(seen)]
+            for i, wave in enumerate(self.waves.T)
+        )
+        return np.ascontiguousarray(self._frames(sum(parts)).transpose(1, 0, 2))
+
+
+class Study:
+    """The end of one voice seen, under its true pressures."""
+
+    def __init__(self, voice: Voice, seed: int) -> None:
+        self.voice = voice
+        self.first = len(voice.pressure) - STEPS * (LEAD + FRAMES)
+        surface = voice.mesh.surfaces["airway"]
+        self.load = np.asarray(_engine.pressure_patterns(voice.mesh, surface, voice.height))
+        self.observation = self._observed(seed)
+
+    def _kicks(self) -> Floats:
+        """(3 n, MODES) Momenta of the lowest eigenmodes, largest entry 1e-6: two frames make a state."""
+        matrices = scene_matrices(self.voice.tissue())
+        _, modes = linalg.eigsh(matrices.K.tocsc(), k=MODES, M=matrices.M.tocsc(), sigma=0.0)
+        found = np.zeros((3 * len(self.voice.mesh.points), MODES))
+        found[matrices.free] = matrices.M @ modes
+        return np.asarray(1e-6 * found / np.abs(found).max(axis=0))
+
+    def _observed(self, seed: int) -> Observation:
+        grid = np.meshgrid(*(np.arange(0.0, size, SPACING) for size in (CAMERA.width, CAMERA.height)))
+        pixels = np.stack(grid, -1).reshape(-1, 2)
+        points, _ = SurfacePoints.met(self.voice.mesh, "airway", CAMERA, pixels)
+        path = self.voice.displacement[self.first :: STEPS][:, points.nodes]
+        places = np.einsum("rk,trkc->trc", points.weights, path)
+        flow = np.diff(places, axis=0)[..., :2] * np.array([1, -1]) / (1e-3 * CAMERA.mm_per_px)
+        moving = np.abs(flow).max(axis=(0, 2)) > 0.02 * np.abs(flow).max()
+        flow = flow[:, moving] + np.random.default_rng(seed).normal(0, NOISE, flow[:, moving].shape)
+        flow[:LEAD] = np.nan
+        points = SurfacePoints(points.nodes[moving], points.weights[moving])
+        rate = 1 / (STEPS * self.voice.scene.time.step)
+        closed = np.arange(len(flow)) < KICKED
+        return Observation(points, CAMERA, flow, sd=NOISE, frame_rate=rate, closed=closed)
+
+    def _waves(self) -> Floats:
+        """(steps, s) Pa about their mean: flow shows no mean deflection. Before the film they rise."""
+        pressure, seen = self.voice.pressure[self.first :], STEPS * LEAD
+        rise = np.ones(len(pressure))
+        rise[:seen] = 0.5 - 0.5 * np.cos(np.pi * np.arange(seen) / seen)
+        return np.asarray((pressure - pressure[seen:].mean(axis=0)) * rise[:, None])
+
+    def profiles(self) -> Floats:
+        """(k, f) log p for each of KICKS at the FACTORS of viscosity."""
+        targets = tuple(f"{name}.viscosity" for name in LAYERS)
+        unknown = Forcing.on_surface(self.voice.mesh, "airway", HEIGHTS)
+        model = DrivenModel(
+            self.voice.tissue(),
+            [TissueParameter(targets, name="viscosity")],
+            self.observation,
+            Forcing(unknown, collision=self._kicks()),
+            self.voice.mesh,
+        )
+        waves, size, shapes = np.linalg.svd(self._waves(), full_matrices=False)
+        kept = int(np.sum(size > 1e-4 * size[0]))
+        model.known, model.waves = self.load @ shapes[:kept].T, waves[:, :kept] * size[:kept]
+        found = []
+        for kick in KICKS:
+            likelihood = MarginalLikelihood(model, Noise(REMAINDER, 1.0, kick))
+            truth = likelihood.prior_mean
+            found.append([likelihood.value(truth + np.log(factor)) for factor in FACTORS])
+        return np.array(found)
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options.add_argument("--pressure", type=float, default=600.0, help="Pa")
+    options.add_argument("--cover", type=float, default=1.0, help="factor on its moduli")
+    options.add_argument("--seed", type=int, default=1)
+    chosen = options.parse_args()
+    voiced = Voice.simulated(chosen.pressure, chosen.cover)
+    print("| kicks | " + " | ".join(f"{factor:g}" for factor in FACTORS) + " |")
+    for kick, values in zip(KICKS, Study(voiced, chosen.seed).profiles(), strict=True):
+        print(f"| {kick:g} | " + " | ".join(f"{value - values.max():.1f}" for value in values) + " |")
+
+
+if __name__ == "__main__":
+    main()
