@@ -39,7 +39,7 @@ SceneContact::SceneContact(const Scene& scene, const Motion& motion) : scene_(sc
   }
   collision_.emplace(part.airway, motion.reference(), std::move(method), part.friction, part.options,
                      std::move(path), part.faces);
-  overlap_.emplace(scene.mesh.cells, collision_->detector());
+  overlap_.emplace(scene.mesh.cells, collision_->detector(), motion.reference());
 }
 
 void SceneContact::require_apart(const Points& x) {

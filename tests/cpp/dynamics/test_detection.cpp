@@ -10,6 +10,7 @@
 #include "oracle.hpp"
 #include "plica/core/error.hpp"
 #include "plica/dynamics/overlap.hpp"
+#include "plica/mesh/larynx.hpp"
 #include "plica/meshing/triangulated_airway.hpp"
 #include "scenes.hpp"
 
@@ -384,9 +385,33 @@ TEST_CASE("a node is as deep in the other's tissue as it was pushed, of linear a
       for (std::ptrdiff_t i = 0; i < x.rows(); ++i)
         if (body[i] == body[0]) x.row(i) += Eigen::RowVector3d(push, 0.013, 0.017);
       detector.update(x);
-      CHECK(TissueOverlap(mesh.cells, detector).depth(x, detector) ==
+      CHECK(TissueOverlap(mesh.cells, detector, mesh.points).depth(x, detector) ==
             doctest::Approx(std::max(0.0, push)).epsilon(1e-12));
     }
+}
+
+// Eight linear cells of a strongly curved one may be turned inside out where the curved one is not.
+TEST_CASE("a larynx at rest overlaps nowhere, and a fold that is pushed through the other does") {
+  const TetMesh mesh = quadratic_larynx_mesh(Larynx::finest());
+  Detector detector(
+      {flat_triangles(mesh.surface("airway_left")), flat_triangles(mesh.surface("airway_right")), {}},
+      mesh.points);
+  const TissueOverlap overlap(mesh.cells, detector, mesh.points);
+  detector.update(mesh.points);
+  CHECK(overlap.depth(mesh.points, detector) == 0);
+  for (const double push : {0.2e-3, 0.6e-3}) {  // each fold in x; they are 0.5 mm apart at y = 0
+    Points x = mesh.points;
+    for (std::ptrdiff_t i = 0; i < x.rows(); ++i) {
+      const double along = x(i, 1) / Larynx{}.shape.major;
+      if (std::abs(along) < 1) x(i, 0) -= std::copysign(push * (1 - along * along), x(i, 0));
+    }
+    detector.update(x);
+    const double depth = overlap.depth(x, detector);
+    if (push < 0.25e-3)
+      CHECK(depth == 0);
+    else
+      CHECK(depth == doctest::Approx(2 * (push - 0.25e-3)).epsilon(0.2));
+  }
 }
 
 // A matched airway joins what faced each other at rest. At 1.5 edges of sliding none of its tetrahedra names a

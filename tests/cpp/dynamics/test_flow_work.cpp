@@ -50,7 +50,7 @@ struct Bubble {
   State rest;
   Vector unit;  // N a Pa
 
-  explicit Bubble(const TimeScheme& scheme) : motion(scene, assembler, options(scheme, 1e-4)) {
+  explicit Bubble(const TimeScheme& scheme) : motion(scene, nullptr, assembler, options(scheme, 1e-4)) {
     rest = Simulation(scene, options(scheme, 1e-4)).state();
     motion.begin(rest);
     unit = Vector::Zero(3 * scene.mesh.node_count());

@@ -27,7 +27,7 @@ class Reduction(Part):
     displacements of some settled cycles: principal components of these are the basis. A path beside the
     scene file."""
     components: Vectors | None = None
-    """Principal components of `full_run`, those that hold most elastic energy. Left out: 60, or as many
+    """Principal components of `full_run`, those that hold most elastic energy. Left out: 100, or as many
     as it has stored frames; without `full_run` none."""
     modes: Vectors | None = None
     """Lowest modes of vibration. Left out: 200, with `full_run` none."""
