@@ -90,6 +90,8 @@ def test_the_tension_mismatch_is_all_that_differs_from_the_demo() -> None:
         for name in ("normal_phonation.toml", "tension_asymmetry.toml")
     )
     del tense["tissue"]["cover"]["right"]
+    assert normal.pop("symmetry") == "quarter"  # which the mismatch has not
+    assert "symmetry" not in tense
     for scene in (normal, tense):  # a beat of the two folds takes longer to show
         del scene["time"]["duration"], scene["output"]["start"]
     assert tense == normal
