@@ -84,7 +84,14 @@ def test_a_voice_through_contact_is_that_of_the_whole(voice: plica.Scene, symmet
     expected, found = full.advance(40), part.advance(40)
     assert (expected["contact_rows"] > 0).sum() > 5
     np.testing.assert_array_equal(found["contact_rows"] > 0, expected["contact_rows"] > 0)
-    for name in ("minimum_area", "flow", "kinetic_energy", "elastic_energy"):
+    for name in (
+        "minimum_area",
+        "flow",
+        "kinetic_energy",
+        "elastic_energy",
+        "contact_area",
+        "contact_length",
+    ):
         assert furthest(found, expected, name) < 1e-8, name
     assert furthest(found, expected, "contact_force_first") < 1e-7
     u, v = np.asarray(full.displacement), np.asarray(part.displacement)

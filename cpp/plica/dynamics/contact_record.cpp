@@ -15,9 +15,15 @@ struct SideMeasure {
   std::vector<Interval> stretches;
 };
 
+/// Nodes whose force is a matter of round-off, as that of a corner of a triangle on whose opposite side a slave
+/// lies, are not loaded.
 SideMeasure measure(const std::vector<PressedNode>& nodes) {
+  constexpr double least = 1e-3;  // of the largest force
+  double largest = 0.0;
+  for (const PressedNode& node : nodes) largest = std::max(largest, node.pressure * node.area);
   SideMeasure side;
   for (const PressedNode& node : nodes) {
+    if (!(node.pressure * node.area > least * largest)) continue;
     side.area += node.area;
     side.peak = std::max(side.peak, node.pressure);
     side.stretches.push_back(node.stretch);

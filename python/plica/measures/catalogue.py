@@ -374,7 +374,7 @@ _QUANTITIES = (
         "contact_area_max",
         "Largest contact area",
         "m^2",
-        f"of the loaded nodes, mean of both sides; {_LARGEST}",
+        f"of the loaded nodes (by over 1e-3 of the largest force), mean of both sides; {_LARGEST}",
     ),
     _contact(
         "contact_length_max",
