@@ -203,7 +203,7 @@ def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:
     )
     lines = [line.split() for line in measures_table(found, short=True).splitlines()]
     assert lines == [
-        ["fundamental_frequency", "278.2", "Hz", "+-", "79", "(3", "cycles)", "!"],
+        ["fundamental_frequency", "278", "Hz", "+-", "79", "(3", "cycles)", "!"],
         ["!", "not", "settled"],
         ["!", "autocorrelation:", "331.7", "Hz"],
         ["open_quotient", "0.61", "+-", "0.02", "(3", "cycles)", "!"],  # said above

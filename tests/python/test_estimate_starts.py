@@ -134,7 +134,7 @@ def test_scanned_tissues_are_even_in_the_prior_and_the_most_probable_ones_of_the
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     module = sys.modules["plica.identify.starts"]
-    monkeypatch.setattr(module, "graduated", lambda _likelihood, start, _options: start)
+    monkeypatch.setattr(module, "graduated", lambda _likelihood, start, *_: start)
     likelihood = outlying(log_sd=1.3)
     mean, sd = likelihood.prior_mean[0], likelihood.prior_sd[0]
     scanned = np.array(list(begins(likelihood, likelihood.prior_mean, Scoring())))[2:, 0]

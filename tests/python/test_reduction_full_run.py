@@ -126,7 +126,7 @@ def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Ru
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
         ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),
-        ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no run in it"),
+        ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no such directory"),
     ],
 )
 def test_a_full_run_that_does_not_fit_is_refused(
