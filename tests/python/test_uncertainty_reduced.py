@@ -50,7 +50,10 @@ def test_a_run_whose_full_run_is_gone_has_levels_by_step(bar: plica.Scene, tmp_p
     shutil.rmtree(full.directory)
     found = plica.estimate_uncertainty(run.directory, progress=False)
     assert [level["name"] for level in found.levels] == ["step-2", "step-4"]
-    assert any("cannot be made" in remark and "full: there is no such directory" in remark for remark in found.remarks)
+    assert any(
+        "cannot be made" in remark and "full: there is no such directory" in remark
+        for remark in found.remarks
+    )
 
 
 def test_a_reduced_run_without_its_basis_is_refused_before_anything_is_computed(reduced: Path) -> None:
