@@ -70,7 +70,9 @@ def main() -> None:
     most = tuple(max(counts) for counts in zip(*sizes, strict=True))
 
     def reduced(modes: int, vectors: int) -> plica.Scene:
-        return full.scene.replace({"symmetry": None, "reduction": {"modes": modes, "contact_vectors": vectors}})
+        return full.scene.replace(
+            {"symmetry": None, "reduction": {"modes": modes, "contact_vectors": vectors}}
+        )
 
     start = time.process_time()
     mesh = build_mesh(full.scene.mesh, full.scene.source)

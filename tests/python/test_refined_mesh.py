@@ -12,7 +12,7 @@ from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.uncertainty.meshes import coarser, finer, given
-from plica.uncertainty.transfer import shape_functions, taken_over
+from plica.uncertainty.transfer import mirrored_mean, shape_functions, taken_over
 from plica.uncertainty.uniform import refined
 
 
@@ -130,3 +130,22 @@ def test_another_mesh_of_ones_own_must_be_another_and_all_else_the_same(bar: pli
         given(bar, bar.replace({"mesh.divisions": (8, 2, 2), "tissue.body.nu": 0.2}))
     with pytest.raises(plica.InvalidInput, match=r"its edges are 1 times as long .* by 1\.1 or more"):
         given(bar, bar)
+
+
+def test_a_field_with_symmetry_has_it_on_another_mesh_too() -> None:
+    """To the last bit of what an engine asks for, wherever the field was read."""
+    coarse, fine = (
+        plica.build_mesh(
+            plica.Larynx(larynx="thesis_coarse", order=2, options=plica.LarynxOptions(**options))
+        )
+        for options in ({"around": 8}, {"around": 12})
+    )
+    x, points = np.asarray(coarse.points), np.asarray(fine.points)
+    field = np.stack([np.sin(200 * x[:, 0]), np.cos(300 * x[:, 2]) * x[:, 1], np.cos(100 * x[:, 1])], axis=1)
+    (found,) = taken_over(coarse, [field], points)
+    mean = mirrored_mean(found, points, 2)
+    for axis, sign in enumerate(([-1, 1, 1], [1, -1, 1])):
+        image = np.array([np.argmin(((points - p * sign) ** 2).sum(axis=1)) for p in points])
+        np.testing.assert_allclose(mean[image] * sign, mean, atol=1e-15 * np.abs(mean).max())
+        assert np.abs(mean[points[:, axis] == 0, axis]).max() == 0
+    assert np.abs(mean - found).max() < 0.2 * np.abs(found).max()

@@ -75,7 +75,8 @@ def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, 
     """Displacement and velocity in which a level begins; None, None where it begins as the scene does."""
     if start is None:
         return None, None
-    return start.on(run.mesh, np.asarray(level.mesh.points), fixed_components(level.scene, level.mesh))
+    fixed = fixed_components(level.scene, level.mesh)
+    return start.on(run.mesh, np.asarray(level.mesh.points), fixed, run.scene.symmetry)
 
 
 def clock(seconds: float) -> str:

@@ -27,7 +27,7 @@ from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
-from plica.uncertainty.transfer import taken_over
+from plica.uncertainty.transfer import mirrored_mean, taken_over
 
 __all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
 
@@ -49,12 +49,19 @@ class Start:
     displacement: Floats
     velocity: Floats
 
-    def on(self, mesh: Any, points: Floats, fixed: NDArray[np.bool_]) -> tuple[Floats, Floats]:
-        """Displacement and velocity at another mesh's points, zero where held; `mesh` is the run's."""
+    def on(
+        self, mesh: Any, points: Floats, fixed: NDArray[np.bool_], symmetry: str | None = None
+    ) -> tuple[Floats, Floats]:
+        """Displacement and velocity at another mesh's points, zero where held, with the scene's symmetry;
+        `mesh` is the run's."""
         if points.shape == np.shape(mesh.points) and np.array_equal(points, mesh.points):
             return self.displacement, self.velocity
-        displacement, velocity = taken_over(mesh, (self.displacement, self.velocity), points)
-        return np.where(fixed, 0.0, displacement), np.where(fixed, 0.0, velocity)
+        planes = {None: 0, "half": 1, "quarter": 2}[symmetry]
+        displacement, velocity = (
+            np.where(fixed, 0.0, mirrored_mean(field, points, planes))
+            for field in taken_over(mesh, (self.displacement, self.velocity), points)
+        )
+        return displacement, velocity
 
 
 def widest_opening(run: Run, limit: float | None = None) -> Start | None:
