@@ -49,7 +49,8 @@ def taken_over(mesh: Any, fields: Sequence[Floats], points: Floats) -> list[Floa
 def mirrored_mean(field: Floats, points: Floats, planes: int) -> Floats:
     """A nodal field (n, 3) made its own mirror image in x = 0 and, of two planes, in y = 0.
 
-    The points (n, 3) are theirs. A node in a plane may have been read from a cell on either side, and so not quite symmetrically.
+    The points (n, 3) are theirs. A node in a plane may have been read from a cell on either side, and so not
+    quite symmetrically.
     """
     from scipy.spatial import cKDTree
 
