@@ -5,7 +5,7 @@
     python benchmarks/identify.py wrong --draws 12      # what the model has wrong
     python benchmarks/identify.py calibration --draws 60 --frames 60    # whole, truth from the prior
     python benchmarks/identify.py information           # how well it can be known at all
-    python benchmarks/identify.py larynx                # time and memory at 7,704 unknowns
+    python benchmarks/identify.py larynx                # time and memory at 9,864 unknowns
     python benchmarks/identify.py larynx --preset fine --size 6.5e-4 --before coarse    # and at over 30,000
 
 A layered block is seen from above by 66 points at 4000 frames/s, 20 px/mm, with 0.1 px noise in the flow.

@@ -277,14 +277,12 @@ def test_a_force_to_one_side_is_refused(phonating: plica.Scene) -> None:
 
 def test_a_cell_across_the_plane_is_refused() -> None:
     scene = plica.Scene(
-        plica.Block(corner=("-1 mm", 0.0, 0.0), size=("2 mm", "1 mm", "1 mm")),
+        plica.Block(corner=("-1 mm", 0.0, 0.0), size=("2 mm", "1 mm", "1 mm"), divisions=(1, 1, 1)),
         {"body": plica.Tissue(E="20 kPa", nu=0.3)},
         time=plica.Stepping(step="0.1 ms", duration="1 ms"),
         symmetry="half",
     )
-    with pytest.raises(
-        SceneError, match=r"lies on both sides of the plane x = 0|has no node at its mirror image"
-    ):
+    with pytest.raises(SceneError, match="lies on both sides of the plane x = 0"):
         build_simulation(scene)
 
 
@@ -294,6 +292,7 @@ def test_a_cell_across_the_plane_is_refused() -> None:
         {"reduction": {"modes": 4}},
         {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}},
         {"contact": {"nitsche": {}}},
+        {"contact": {"multipliers": {}, "surface_mass": "redistributed"}},
     ],
 )
 def test_what_has_no_symmetric_part_is_refused_by_name(

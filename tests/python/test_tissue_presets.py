@@ -85,7 +85,7 @@ def test_a_shear_modulus_that_is_given_is_taken() -> None:
 def test_the_first_example_is_short_and_its_folds_close() -> None:
     text = (_EXAMPLES / "first.toml").read_text(encoding="utf-8")
     assert len([line for line in text.splitlines() if line.strip() and line[0] != "#"]) <= 10
-    found = plica.build_simulation(plica.Scene.from_text(text)).advance(60)
+    found = plica.build_simulation(plica.Scene.from_text(text)).advance(400)
     touching = np.asarray(found["contact_rows"]) > 0
     assert touching.any()
     assert not touching[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -104,11 +105,16 @@ def test_an_analysis_that_is_done_stays_as_it_was_found(
     assert not calls
 
 
-def test_a_comparison_says_that_the_motion_was_found_by_different_means(found: Analysis) -> None:
+def test_a_comparison_says_that_the_motion_was_found_by_different_means(
+    found: Analysis, tmp_path: Path
+) -> None:
     assert not any("motion was found" in said for said in compare(found, found).remarks)
-    with h5py.File(found.directory / "flow.h5", "r+") as file:
+    copy = shutil.copytree(found.directory, tmp_path / "other")
+    with h5py.File(copy / "flow.h5", "r+") as file:
         file["probe"].attrs["constants"] = '{"smoothness": 0.5}'
-    other = load(found.directory)
+    other = load(copy)
+    remarks = compare(found, other).remarks
+    assert any("motion was found" in said and "smoothness" in said for said in remarks)
     assert other.flow_origin is not None
     here = FlowOrigin.of("fast")
     assert "smoothness 0.045 and 0.5" in here.difference(other.flow_origin)

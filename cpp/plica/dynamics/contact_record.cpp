@@ -15,8 +15,8 @@ struct SideMeasure {
   std::vector<Interval> stretches;
 };
 
-/// Nodes whose force is a matter of round-off, as that of a corner of a triangle on whose opposite side a slave
-/// lies, are not loaded.
+/// Nodes that carry less than a thousandth of the largest force are not loaded: those of round-off, as a corner of
+/// a triangle on whose opposite side a slave lies, and the faint rim of the contact.
 SideMeasure measure(const std::vector<PressedNode>& nodes) {
   constexpr double least = 1e-3;  // of the largest force
   double largest = 0.0;

@@ -26,7 +26,7 @@ void require_known(const Scene& scene) {
     refuse("contact by Nitsche's method; must be another: it sees the stress of all the tissue");
 }
 
-/// S of a material as its mirror image in these planes has it.
+/// The elasticity matrix of a material's mirror image in these planes.
 Matrix6 mirrored(const Matrix6& elasticity, unsigned planes) {
   Vector3 sign(planes & 1 ? -1 : 1, planes & 2 ? -1 : 1, 1);
   Vector6 turned;  // xx yy zz xy yz zx

@@ -69,7 +69,7 @@ struct Larynx {
 
   static std::vector<Section> thesis_sections();
   /// By purpose. Quadratic, the wall held: unknowns, and by how much the lowest three symmetric frequencies are
-  /// high (docs/theory.md, "The parametric larynx").
+  /// high (docs/verification/tissue.md).
   static Larynx coarse();  // 9864; 2.1, 1.6, 2.1 %: tests and first tries
   static Larynx demo();    // 21720; 0.6, 0.4, 0.5 %
   static Larynx fine();    // 43440; 0.3, 0.2, 0.2 %

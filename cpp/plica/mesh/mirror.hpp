@@ -5,8 +5,8 @@
 
 namespace plica {
 
-/// Planes in which a body is its own mirror image: half of it is x = 0, left and right; a quarter is x = 0 and y =
-/// 0.
+/// Planes in which a body is its own mirror image: half, x = 0 (left and right); quarter, x = 0 and y = 0 (front
+/// and back).
 enum class Symmetry { half, quarter };
 
 /// Every node of a symmetric mesh as the image of one in its part x >= 0, for a quarter y >= 0, too. A
@@ -15,7 +15,7 @@ enum class Symmetry { half, quarter };
 /// (3 p).
 class MirrorImages {
  public:
-  static constexpr double tolerance = 1e-5;  // mean edges, by which an image may lie beside its node
+  static constexpr double tolerance = 1e-9;  // mean edges, by which an image may lie beside its node
 
   /// Throws InvalidInput naming a node without image, or a cell that a plane cuts.
   MirrorImages(const TetMesh& mesh, Symmetry symmetry);

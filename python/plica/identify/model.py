@@ -215,7 +215,7 @@ def require_parameters(
 def require_linear(scene: Scene) -> None:
     """Raises InvalidInput for a scene whose motion is not linear in the pressures, or does not start from
     rest; it names all that is to be left out."""
-    given = [name for name in ("contact", "loads", "gravity", "initial") if getattr(scene, name)]
+    given = [name for name in ("contact", "loads", "gravity", "initial", "symmetry") if getattr(scene, name)]
     if given:
         contact = (
             "With contact the motion is not linear in the pressures: in frames that are told as closed, "
@@ -224,7 +224,7 @@ def require_linear(scene: Scene) -> None:
         raise InvalidInput(
             f"{scene.source}: {', '.join(given)} {'is' if len(given) == 1 else 'are'} given; must be left "
             f"out. {contact if scene.contact else ''}The model starts from rest and is moved by pressures on "
-            "its surface alone."
+            "its surface alone, all of its tissue on its own."
         )
     if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
         raise InvalidInput(f"{scene.source}: time.scheme must be hht.")

@@ -268,7 +268,12 @@ class Chain:
                 lay_out(file, "midline", (4,), "f8", "px", np.nan)
                 lay_out(file, "dark", (), "f8", "grey levels", np.nan)
                 lay_out(
-                    file, "checksum", (pairs,), "u8", "checksum of both masks and midline; 0: not done", 0
+                    file,
+                    "checksum",
+                    (pairs,),
+                    "u8",
+                    "checksum of masks, midline and dark level; 0: not done",
+                    0,
                 )
 
         replaced(self._flows, write)

@@ -68,8 +68,13 @@ def _amplitude(found: Fundamental, midline: Midline, folds: npt.NDArray[np.bool_
 
 
 def _short(name: str, numbers: npt.NDArray[np.float64], way: float) -> str:
-    """That the wave of a side is too short for flow; empty where it is not, or there is none."""
-    if numbers.size < _FEWEST or way < _LEAST or not numbers.mean() > 2 * np.pi / _SHORT:
+    """That a side moves too little for flow, or its wave is too short; empty where neither is, or no wave."""
+    if way < _LEAST:
+        return (
+            f"the motion across the midline on the {name} fold is {way:.2g} px; flow does not tell less than "
+            f"{_LEAST:g} px from noise, and strain may be several times too small"
+        )
+    if numbers.size < _FEWEST or not numbers.mean() > 2 * np.pi / _SHORT:
         return ""
     return (
         f"the wave on the {name} fold is {2 * np.pi / numbers.mean():.2g} px long: of waves below "

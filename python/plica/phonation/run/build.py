@@ -132,6 +132,11 @@ def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.
         raise InvalidInput(
             f"reduction.full_run = {directory} holds other nodes; must have the scene's supports."
         )
+    if run.scene.symmetry is not None:
+        raise InvalidInput(
+            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have none: its '
+            "displacements show no motion that leaves the symmetry."
+        )
     return motion
 
 

@@ -83,7 +83,9 @@ class Scene(Part):
     """``"half"``: mesh, tissue, supports, loads and initial values are their own mirror images in the plane
     x = 0 (left and right), and the motion is to stay so; half of the tissue is solved for. ``"quarter"``: in
     x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused. Waveforms and fields
-    are those of the whole. Left out: all of the tissue moves on its own."""
+    are of all nodes; with contact by penalty, mortar faces or friction, whose slave side makes a whole run
+    lean, they differ from it by some percent (docs/theory.md, "Symmetric scenes"). Left out: all tissue moves
+    on its own."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()
@@ -267,6 +269,10 @@ class Scene(Part):
             ("reduction", self.reduction is not None),
             ("time.scheme.central_differences", self.time.scheme.central_differences is not None),
             ("contact.nitsche", self.contact is not None and self.contact.nitsche is not None),
+            (
+                'contact.surface_mass = "redistributed"',
+                self.contact is not None and self.contact.surface_mass == "redistributed",
+            ),
         ):
             if there:
                 raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
