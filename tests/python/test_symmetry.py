@@ -189,8 +189,7 @@ def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
     phonating: plica.Scene, threads: int
 ) -> None:
     scene = phonating.replace({"symmetry": "quarter"})
-    whole = build_simulation(scene)
-    waves = whole.advance(40)
+    waves = build_simulation(scene).advance(40)
     before = _engine.threads()
     _engine.set_threads(threads)
     try:
@@ -202,6 +201,16 @@ def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
         _engine.set_threads(before)
     for name, values in rest.items():
         np.testing.assert_array_equal(values, waves[name][25:], err_msg=name)
+
+
+def test_a_symmetric_run_that_goes_on_is_that_of_one_piece(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = phonating.replace({"symmetry": "quarter"})
+    plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "two", progress=False)
+    two = plica.run(scene, tmp_path / "two", resume=True, progress=False)
+    one = plica.run(scene, tmp_path / "one", progress=False)
+    for name in ("flow", "minimum_area", "elastic_energy"):
+        np.testing.assert_array_equal(two[name], one[name], err_msg=name)
+    np.testing.assert_array_equal(two.displacement, one.displacement)
 
 
 def test_a_run_of_a_quarter_stores_the_whole(voice: plica.Scene, tmp_path: Path) -> None:
