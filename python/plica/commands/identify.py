@@ -23,10 +23,10 @@ tell. RECORDING is one of
 
 SCENE has the mesh, the tissue's values as first guess, the supports and the time step, of which a whole
 number must make the interval of two frames. Delete its contact, loads, gravity, initial and symmetry:
-where the glottis is closed unknown forces take the contact's place. Its airflow is not simulated: unknown pressures act at some
-heights of the glottis. In a voice the motion makes its own pressures, which these do not stand for: sd and
-intervals are refused where SCENE has an airflow, or is a larynx without --drive (voiced = false in the
-settings takes that back).
+where the glottis is closed unknown forces take the contact's place. Its airflow is not simulated: unknown
+pressures act at some heights of the glottis. In a voice the motion makes its own pressures, which these do
+not stand for: sd and intervals are refused where SCENE has an airflow, or is a larynx without --drive
+(voiced = false in the settings takes that back).
 Stores in DIR:
 
   posterior.csv   a row a parameter: median, sd, 95 % interval, prior
