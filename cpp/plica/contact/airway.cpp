@@ -17,10 +17,6 @@ namespace {
 
 using Triangle = std::array<std::int32_t, 3>;
 
-std::string place(const Vector3& p) {
-  return "(" + number(p[0]) + ", " + number(p[1]) + ", " + number(p[2]) + ") m";
-}
-
 std::vector<std::int32_t> nodes_of(const Triangles& triangles) {
   std::vector<std::int32_t> nodes(triangles.data(), triangles.data() + triangles.size());
   std::sort(nodes.begin(), nodes.end());

@@ -13,10 +13,6 @@ namespace plica {
 
 namespace {
 
-std::string place(const Vector3& x) {
-  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
-}
-
 /// The constraint that is furthest from complementarity.
 struct Worst {
   double off = 0.0;  // m

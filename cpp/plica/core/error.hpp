@@ -2,6 +2,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "plica/core/types.hpp"
+
 namespace plica {
 
 /// What a caller handed in cannot be used. Its text reads
@@ -21,5 +23,7 @@ class SolveFailed : public std::runtime_error {
 
 /// The shortest text that reads back as the same number to six digits, e.g. "1e-05", "800".
 std::string number(double value);
+/// "(1, -0.5, 0) m".
+std::string place(const Vector3& x);
 
 }  // namespace plica

@@ -23,9 +23,9 @@ SideMeasure measure(const std::vector<PressedNode>& nodes) {
   for (const PressedNode& node : nodes) largest = std::max(largest, node.pressure * node.area);
   SideMeasure side;
   for (const PressedNode& node : nodes) {
+    side.peak = std::max(side.peak, node.pressure);
     if (!(node.pressure * node.area > least * largest)) continue;
     side.area += node.area;
-    side.peak = std::max(side.peak, node.pressure);
     side.stretches.push_back(node.stretch);
   }
   return side;

@@ -37,7 +37,7 @@ struct State {
   Ledger ledger;
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does
 
-  /// Its contact, for Collision::pressure.
+  /// Of a reduced motion: its contact, for Collision::pressure.
   Contact contact_at_interface() const { return {interface_force, closed, closed_force}; }
   /// What the states of a scene have in common.
   struct Shape {

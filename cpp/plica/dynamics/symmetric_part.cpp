@@ -13,17 +13,15 @@ namespace {
   throw InvalidInput("Scene: symmetry with " + what + ". Leave symmetry out, or choose another.");
 }
 
-std::string place(const Vector3& x) {
-  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
-}
-
-void require_known(const Scene& scene) {
+/// The scene, where nothing in it rules out a symmetry.
+const Scene& known(const Scene& scene) {
   if (scene.reduction) refuse("a reduction; must come without: its steps take few coordinates already");
-  if (!scene.contact) return;
+  if (!scene.contact) return scene;
   if (scene.contact->surface_mass == SurfaceMass::redistributed)
     refuse("contact.surface_mass = \"redistributed\"; must be \"kept\": mass is moved within whole bodies");
   if (std::holds_alternative<Nitsche>(scene.contact->enforcement))
     refuse("contact by Nitsche's method; must be another: it sees the stress of all the tissue");
+  return scene;
 }
 
 /// The elasticity matrix of a material's mirror image in these planes.
@@ -87,7 +85,7 @@ Supports supports_of(const Scene& scene, const MirrorImages& images) {
 }  // namespace
 
 SymmetricPart::SymmetricPart(const Scene& scene)
-    : images((require_known(scene), MirrorImages(scene.mesh, *scene.symmetry))),
+    : images(known(scene).mesh, *scene.symmetry),
       mesh(images.part(scene.mesh)),
       tissue{scene.tissue.materials, scene.tissue.names, scene.tissue.cell_material(images.cells())},
       supports(supports_of(scene, images)) {

@@ -13,10 +13,6 @@ namespace {
 
 constexpr double symmetric = 1e-6;  // of a field's largest entry
 
-std::string place(const Vector3& x) {
-  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
-}
-
 std::string plane_name(std::size_t plane) { return std::string("the plane ") + "xy"[plane] + " = 0"; }
 
 double mean_edge(const TetMesh& mesh) {
