@@ -64,15 +64,6 @@ Cells linear_cells(const Cells& cells) {
   return linear;
 }
 
-/// Those of positive volume at x.
-Cells upright(const Cells& cells, const Points& x) {
-  const Vector volumes = signed_volumes(x, cells);
-  std::vector<std::ptrdiff_t> rows;
-  for (std::ptrdiff_t c = 0; c < volumes.size(); ++c)
-    if (volumes[c] > 0) rows.push_back(c);
-  return cells(rows, Eigen::all);
-}
-
 }  // namespace
 
 std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, const Indices& nodes,
@@ -111,7 +102,7 @@ std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, 
 }
 
 TissueOverlap::TissueOverlap(const Cells& cells, const Detector& detector, const Points& reference) {
-  const Cells linear = upright(linear_cells(cells), reference);
+  const Cells linear = linear_cells(cells);
   std::vector<std::vector<std::int32_t>> around(static_cast<std::size_t>(detector.node_count()));
   for (std::int32_t c = 0; c < linear.rows(); ++c)
     for (const std::int32_t node : linear.row(c)) around[static_cast<std::size_t>(node)].push_back(c);
@@ -138,32 +129,51 @@ TissueOverlap::TissueOverlap(const Cells& cells, const Detector& detector, const
         }
       front[s] = std::move(next);
     }
-  for (int s = 0; s < 2; ++s) {
+  const auto keep = [&](int s) {
     behind_[s] = linear(rows[s], Eigen::all);
     std::vector<std::int32_t>& nodes = nodes_behind_[s];
     nodes.assign(behind_[s].data(), behind_[s].data() + behind_[s].size());
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  };
+  for (int s = 0; s < 2; ++s) keep(s);
+  for (int s = 0; s < 2; ++s) {
+    const Vector volumes = signed_volumes(reference, behind_[s]);
+    std::set<std::ptrdiff_t> holding;
+    each_inside(1 - s, reference, detector, 1e-6, [&](std::ptrdiff_t c, std::int32_t) { holding.insert(c); });
+    std::vector<std::ptrdiff_t> telling;
+    for (std::ptrdiff_t c = 0; c < volumes.size(); ++c)
+      if (volumes[c] > 0 && !holding.count(c)) telling.push_back(rows[s][static_cast<std::size_t>(c)]);
+    rows[s] = std::move(telling);
   }
+  for (int s = 0; s < 2; ++s) keep(s);
+}
+
+template <class Visit>
+void TissueOverlap::each_inside(int side, const Points& x, const Detector& detector, double least,
+                                Visit visit) const {
+  const ContactSurface &own = side == 0 ? detector.first() : detector.second(),
+                       &other = side == 0 ? detector.second() : detector.first();
+  Eigen::AlignedBox3d tissue;
+  for (const std::int32_t node : nodes_behind_[1 - side]) tissue.extend(Vector3(x.row(node)));
+  std::vector<std::int32_t> nodes;
+  for (const std::int32_t node : own.nodes())
+    if (!other.contains(node) && tissue.contains(Vector3(x.row(node)))) nodes.push_back(node);
+  any_in_box_of_cell(x, behind_[1 - side], along_x(std::move(nodes), x),
+                     [&](std::ptrdiff_t c, std::int32_t node, const Eigen::Vector4d& weights) {
+                       if (weights.minCoeff() >= least) visit(c, node);
+                       return false;
+                     });
 }
 
 double TissueOverlap::depth(const Points& x, const Detector& detector) const {
-  constexpr double slack = 1e-9;  // of barycentric coordinates, for points on a face between two cells
+  constexpr double on_a_face = -1e-9;  // a point between two cells lies in one of them
   double squared = 0;
   for (int s = 0; s < 2; ++s) {
-    const ContactSurface &side = s == 0 ? detector.first() : detector.second(),
-                         &other = s == 0 ? detector.second() : detector.first();
-    Eigen::AlignedBox3d tissue;
-    for (const std::int32_t node : nodes_behind_[1 - s]) tissue.extend(Vector3(x.row(node)));
-    std::vector<std::int32_t> nodes;
-    for (const std::int32_t node : side.nodes())
-      if (!other.contains(node) && tissue.contains(Vector3(x.row(node)))) nodes.push_back(node);
-    any_in_box_of_cell(x, behind_[1 - s], along_x(std::move(nodes), x),
-                       [&](std::ptrdiff_t, std::int32_t node, const Eigen::Vector4d& weights) {
-                         if (weights.minCoeff() >= -slack)
-                           squared = std::max(squared, other.closest(x, x.row(node)).squared_distance);
-                         return false;
-                       });
+    const ContactSurface& other = s == 0 ? detector.second() : detector.first();
+    each_inside(s, x, detector, on_a_face, [&](std::ptrdiff_t, std::int32_t node) {
+      squared = std::max(squared, other.closest(x, x.row(node)).squared_distance);
+    });
   }
   return std::sqrt(squared);
 }

@@ -17,8 +17,9 @@ std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, 
 class TissueOverlap {
  public:
   /// Cells (m, 4 or 10; quadratic ones as eight linear ones) lie behind the surface that is fewer cells away.
-  /// Linear ones that at rest, `reference` (n, 3) m, are turned inside out, as parts of strongly curved cells may
-  /// be, lie over their neighbours and are left out.
+  /// `reference`, (n, 3) m: positions at rest, where nothing overlaps. Linear ones that are turned inside out
+  /// there, as of strongly curved cells, or hold a node of the other surface in them, tell nothing and are left
+  /// out.
   TissueOverlap(const Cells& cells, const Detector& detector, const Points& reference);
 
   /// How deep (m, >= 0) a node lies in the tissue behind the other surface, at most: to the closest point of that.
@@ -27,6 +28,11 @@ class TissueOverlap {
   double depth(const Points& x, const Detector& detector) const;
 
  private:
+  /// Calls visit(cell of behind_[1 - side], node) for each node of that side's surface in it, by more than `least`
+  /// of its height over each face.
+  template <class Visit>
+  void each_inside(int side, const Points& x, const Detector& detector, double least, Visit visit) const;
+
   std::array<Cells, 2> behind_;                            // (m, 4), the first and the second surface
   std::array<std::vector<std::int32_t>, 2> nodes_behind_;  // of these
 };
