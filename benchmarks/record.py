@@ -1,10 +1,11 @@
-"""Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on their pages by `.ci/tables`.
+"""Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on pages by `.ci/tables`.
 
     python benchmarks/record.py NAME COMMAND...    keeps the table that a command writes with -o FILE.csv
 
-A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them stand
-the command line, engine, machine and date. On a page, <!-- record: NAME --> and <!-- end --> say where the table is.
-Make records on committed sources, and after a rebase, so that the engine they name is in the history.
+A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them
+stand the command line, engine, machine and date. <!-- record: NAME --> and <!-- end --> on a page say where
+the table is shown. Make records on committed sources, and after a rebase, so that the engine they name is in
+the history.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def record(
     said: str = "",
     command: str | None = None,
 ) -> Record:
-    """Print the table row by row, and write it to docs/records/NAME.json; `command` if it is not this process's."""
+    """Print the table row by row and write docs/records/NAME.json; `command`: if not that of this process."""
     environment, texts = this_environment({}), []
     print("\n".join(["", *_head(columns)]), flush=True)
     for row in rows:
