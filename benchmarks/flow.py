@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from flow_method import PEERS, PLICA
+from record import record
 
 from plica.video.flow import endpoint_error
 from plica.video.flow_file import read_flow
@@ -64,20 +65,23 @@ def main() -> None:
                 kinds = (f"{TIMED}_wall", f"{TIMED}_processor", "memory")
                 times[name].append([float(found[kind]) for kind in kinds])
 
-    print(f"| Method | {' | '.join(CHOSE)} | mean | wall (s) | processor (s) | memory (MB) |")
-    print("|---" * (len(CHOSE) + 5) + "|")
-    for name, error in errors.items():
-        wall, processor, memory = np.median(times[name], axis=0)
-        print(f"| {name} | {row(error, CHOSE)} | {wall:.3f} | {processor:.3f} | {memory:.0f} |")
-    print(
-        f"\nTimes and memory are those of {TIMED}, 584 x 388: medians of {options.rounds} rounds in "
-        f"which all took turns, {options.threads} threads."
+    measured = ["wall (s)", "processor (s)", "memory (MB)"]
+    said = (
+        f"Times and memory: {TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
+    )
+    taken = {name: np.median(times[name], axis=0) for name in errors}
+    record(
+        "flow_chose",
+        ["method", *CHOSE, "mean", *measured],
+        (
+            [name, *row(error, CHOSE), *(f"{value:.3g}" for value in taken[name])]
+            for name, error in errors.items()
+        ),
+        said,
     )
     if unseen:
-        print(f"\n| Method | {' | '.join(unseen)} | mean |")
-        print("|---" * (len(unseen) + 2) + "|")
-        for name, error in errors.items():
-            print(f"| {name} | {row(error, unseen)} |")
+        rows = ([name, *row(error, unseen)] for name, error in errors.items())
+        record("flow_unseen", ["method", *unseen, "mean"], rows)
     else:
         print("\nThese pairs chose constants of plica's presets: they do not compare plica with peers.")
     if options.picture:
@@ -104,10 +108,10 @@ def run(python: str, name: str, frames: Path, result: Path, threads: int) -> dic
     return dict(np.load(result))
 
 
-def row(error: dict[str, float], pairs: Sequence[str]) -> str:
+def row(error: dict[str, float], pairs: Sequence[str]) -> list[str]:
     """Cells of a table: the error of each pair, and their mean."""
     values = [error[pair] for pair in pairs]
-    return " | ".join(f"{value:.3f}" for value in [*values, float(np.mean(values))])
+    return [f"{value:.3f}" for value in [*values, float(np.mean(values))]]
 
 
 def read_frames(data: Path, pairs: Sequence[str]) -> dict[str, np.ndarray]:

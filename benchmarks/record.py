@@ -1,6 +1,6 @@
 """Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on pages by `.ci/tables`.
 
-    python benchmarks/record.py NAME COMMAND...    keeps the table that a command writes with -o FILE.csv
+    python benchmarks/record.py NAME COMMAND...    keeps the table that a command prints, as Markdown
 
 A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them
 stand the command line, engine, machine and date. <!-- record: NAME --> and <!-- end --> on a page say where
@@ -10,11 +10,9 @@ the history.
 
 from __future__ import annotations
 
-import csv
 import shlex
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -92,12 +90,10 @@ def main() -> None:
     if len(sys.argv) < 3:
         raise SystemExit(__doc__)
     name, *command = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as folder:
-        table = Path(folder) / "table.csv"
-        subprocess.run([*command, "-o", str(table)], check=True)
-        with table.open(encoding="utf-8", newline="") as file:
-            columns, *rows = csv.reader(file)
-    record(name, columns, rows, command=shlex.join([Path(command[0]).name, *command[1:]]))
+    printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
+    columns, _, *rows = [line[2:-2].split(" | ") for line in printed if line.startswith("| ")]
+    said = "\n".join(line for line in printed if not line.startswith("|")).strip()
+    record(name, columns, rows, said, command=shlex.join([Path(command[0]).name, *command[1:]]))
 
 
 if __name__ == "__main__":
