@@ -4,7 +4,10 @@ Pairs on which constants of the presets were chosen stand apart from those that 
 compared with peers on these, where the data folder has them.
 
     python benchmarks/flow.py --data ../shared/data/flow/middlebury
-    python benchmarks/flow.py --data ... --peers peers/bin/python --picture docs/images/flow_error_time.png
+    python benchmarks/flow.py --data ... --peers peers/bin/python
+    python benchmarks/flow.py --data ... --peers ... --rounds 5 --picture docs/images/flow_error_time.png
+
+Times (the last line) say something on an idle machine only.
 
 Peers need an environment of their own: python -m venv peers, then
 peers/bin/pip install opencv-contrib-python-headless scikit-image
@@ -40,10 +43,12 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, required=True, help="folder of the Middlebury sequences")
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")
-    parser.add_argument("--rounds", type=int, default=5, help="medians over so many; all methods take turns")
+    parser.add_argument("--rounds", type=int, default=0, help="also times: medians over so many, in turn")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--picture", type=Path, help="draw error against time there")
+    parser.add_argument("--picture", type=Path, help="draw error against time there; with --rounds")
     options = parser.parse_args()
+    if options.picture and not options.rounds:
+        parser.error("--picture needs times; add --rounds 5.")
 
     unseen = [name for name in UNSEEN if (options.data / name).is_dir()]
     truth = {name: read_flow(options.data / name / "flow10.flo") for name in (*CHOSE, *unseen)}
@@ -65,25 +70,16 @@ def main() -> None:
                 kinds = (f"{TIMED}_wall", f"{TIMED}_processor", "memory")
                 times[name].append([float(found[kind]) for kind in kinds])
 
-    measured = ["wall (s)", "processor (s)", "memory (MB)"]
-    said = (
-        f"Times and memory: {TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
-    )
-    taken = {name: np.median(times[name], axis=0) for name in errors}
-    record(
-        "flow_chose",
-        ["method", *CHOSE, "mean", *measured],
-        (
-            [name, *row(error, CHOSE), *(f"{value:.3g}" for value in taken[name])]
-            for name, error in errors.items()
-        ),
-        said,
-    )
-    if unseen:
-        rows = ([name, *row(error, unseen)] for name, error in errors.items())
-        record("flow_unseen", ["method", *unseen, "mean"], rows)
-    else:
+    for kind, pairs in (("chose", CHOSE), ("unseen", unseen)):
+        if pairs:
+            rows = ([name, *row(error, pairs)] for name, error in errors.items())
+            record(f"flow_{kind}", ["method", *pairs, "mean"], rows)
+    if not unseen:
         print("\nThese pairs chose constants of plica's presets: they do not compare plica with peers.")
+    if options.rounds:
+        taken = ([name, *(f"{value:.3g}" for value in np.median(times[name], axis=0))] for name in errors)
+        said = f"{TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
+        record("flow_time", ["method", "wall (s)", "processor (s)", "memory (MB)"], taken, said)
     if options.picture:
         counted = unseen or CHOSE
         drawn = [
