@@ -149,17 +149,13 @@ def rows(runs: Path, found: dict[tuple[str, int, float], History]) -> Iterator[l
 
 def orders(found: dict[tuple[str, int, float], History]) -> Iterator[list[str]]:
     """Of each quantity, in the edge and in the step."""
-    quantities = {level: one.quantities() for level, one in found.items()}
+    values = {level: one.quantities() for level, one in found.items()}
     for way in WAYS:
         for name, levels in (
             (f"the edge, at {1e6 * STEPS[-1]:.0f} us", [(way, across, STEPS[-1]) for across in ACROSS]),
             (f"the step, {ACROSS[-1]} across", [(way, ACROSS[-1], step) for step in STEPS]),
         ):
-            yield [
-                way,
-                name,
-                *(order([quantities[level][quantity] for level in levels]) for quantity in NAMES),
-            ]
+            yield [way, name, *(order([values[level][what] for level in levels]) for what in NAMES)]
 
 
 if __name__ == "__main__":
