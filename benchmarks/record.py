@@ -1,6 +1,6 @@
 """Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on pages by `.ci/tables`.
 
-    python benchmarks/record.py NAME COMMAND...    keeps the table that a command prints, as Markdown
+    python benchmarks/record.py NAME COMMAND...    keeps the table that a command prints
 
 A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them
 stand the command line, engine, machine and date. <!-- record: NAME --> and <!-- end --> on a page say where
@@ -92,8 +92,8 @@ def main() -> None:
     name, *command = sys.argv[1:]
     printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
     columns, _, *rows = [line[2:-2].split(" | ") for line in printed if line.startswith("| ")]
-    said = "\n".join(line for line in printed if not line.startswith("|")).strip()
-    record(name, columns, rows, said, command=shlex.join([Path(command[0]).name, *command[1:]]))
+    below = "\n".join(line for line in printed if not line.startswith("|")).strip()
+    record(name, columns, rows, below.partition("\n\n")[0], command=shlex.join([Path(command[0]).name, *command[1:]]))
 
 
 if __name__ == "__main__":
