@@ -19,11 +19,13 @@ import argparse
 import copy
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from record import record
 from scipy import ndimage
 
 import plica
@@ -63,7 +65,7 @@ TOUCHING = 1e-5  # m, of the skin from the middle
 
 def scene(preset: str, order: int, contact: bool = False) -> plica.Scene:
     """The demo's tissue in another larynx, without airflow, with or without contact."""
-    bare = {"airflow": None, "initial": None, "output": plica.Output()}
+    bare = {"airflow": None, "initial": None, "symmetry": None, "output": plica.Output()}
     if not contact:
         bare["contact"] = None
     loaded = plica.Scene.load(SCENE).replace(bare)
@@ -199,17 +201,17 @@ class Estimator:
         self._model = model if whole else FirstOrder(model, self.truth[:-1])
 
     def estimate(self, flow: np.ndarray, sd: float, learn: bool) -> tuple[Posterior, float]:
-        """The posterior, and what it took (s)."""
-        began = time.perf_counter()
+        """The posterior, and what it took (s of a processor)."""
+        began = time.process_time()
         model = copy.copy(self._model)
         model.observation = replace(model.observation, flow=flow, sd=sd)
         likelihood = MarginalLikelihood(model)
         found = estimate_from_flow(likelihood)[0] if learn else estimate(likelihood)
-        return found, time.perf_counter() - began
+        return found, time.process_time() - began
 
 
-def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: float) -> None:
-    """Error, sd and whether the interval holds the truth; then the residual test and the time."""
+def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: float) -> list[str]:
+    """Error, sd and whether the interval holds the truth; then the noise, the residual test and the time."""
     error = found.mean - truth
     cells = [
         f"{100 * e:+.1f} ({100 * s:.1f}){'' if abs(e) <= 1.959964 * s else ' **out**'}"
@@ -220,10 +222,7 @@ def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: fl
     noise = f"{found.noise.flow:.2f}, {found.noise.pressure:.0f} Pa, {found.noise.gain:.2f}"
     wider = "" if found.inflation is None else f", sd times {found.inflation.max():.1f} at most"
     passed = "passed" if r.passed else "failed"
-    print(
-        f"| {title} | {draw} | {' | '.join(cells)} | {noise} | {passed} ({scores}){wider} | {seconds:.0f} |",
-        flush=True,
-    )
+    return [title, str(draw), *cells, noise, f"{passed} ({scores}){wider}", f"{seconds:.0f}"]
 
 
 def filmed(moved: Moved, directory: Path, seed: int) -> tuple[Clip, Any]:
@@ -236,27 +235,51 @@ def filmed(moved: Moved, directory: Path, seed: int) -> tuple[Clip, Any]:
     return clip, video.analyse(directory / "clip.avi", directory / "analysis", settings, progress=False)
 
 
+COLUMNS = ("noise, unknown pressure, gains of points", "residual test (time, space, tails, level)", "s")
+FILMED = (
+    "draw",
+    "least gap (mm)",
+    "closed frames",
+    "motion (px a frame)",
+    "error of the film's true flow (px)",
+    "error of the flow found (px)",
+    "missing (%)",
+    "trust maps too kind by a factor of",
+)
+
+
 def measure(arguments: argparse.Namespace, directory: Path) -> None:
     """All draws."""
+    name = "chain" + "-colliding" * arguments.colliding + "-whole" * arguments.whole
+    films: list[list[str]] = []
+    preset, order = arguments.mesh
+    said = (
+        "Errors in %, in brackets the sd; **out**: the 95 % interval does not hold the truth. "
+        f"Larynx {preset} of order {order}, {arguments.frames} frames."
+    )
+    columns = ["link", "draw", *NAMED, "gain", *COLUMNS]
+    record(name, columns, rows(arguments, directory, films), said)
+    record(f"{name}-films", FILMED, films)
+
+
+def rows(arguments: argparse.Namespace, directory: Path, films: list[list[str]]) -> Iterator[list[str]]:
+    """Of all draws, a row a link; what is said of their films goes to `films`."""
     estimators: dict[bytes, Estimator] = {}
-    titles = " | ".join([*NAMED, "gain"])
-    print(f"| Link | Draw | {titles} | noise, gains | residual test (time, space, tails, level) | s |")
-    print("|---|---|" + "---|" * (len(NAMED) + 4), flush=True)
     for seed in arguments.seeds:
         waves = drive(arguments.frames, arguments.drive, arguments.mean)
         rng = np.random.default_rng(seed)
         unknown = np.repeat(rng.normal(0, UNKNOWN, (arguments.frames, 2)), STEPS_A_FRAME, axis=0)
-        moved = run(scene(arguments.mesh[0], arguments.mesh[1], contact=arguments.colliding), waves + unknown)
+        moved = run(scene(*arguments.mesh, contact=arguments.colliding), waves + unknown)
         gap = gaps(moved)
         if gap.min() <= TOUCHING and not arguments.colliding:
             raise SystemExit("chain: the folds would touch; take a smaller --drive, or --colliding.")
         touching = gap < TOUCHING
         closed = (touching[:-1] | touching[1:]) & arguments.colliding
-        print(f"draw {seed}: least gap {1e3 * gap.min():.3f} mm, {closed.sum()} frames closed", flush=True)
+        films.append([str(seed), f"{1e3 * gap.min():.3f}", str(closed.sum())])
         key = closed.tobytes()
         if key not in estimators:
             estimators[key] = Estimator(scene(*arguments.mesh), waves, closed, arguments.whole)
-        draw(arguments, estimators[key], moved, directory / f"{seed}", seed, rng)
+        yield from draw(arguments, estimators[key], moved, directory / f"{seed}", seed, rng, films[-1])
 
 
 def draw(
@@ -266,8 +289,9 @@ def draw(
     directory: Path,
     seed: int,
     rng: np.random.Generator,
-) -> None:
-    """All links of one."""
+    told: list[str],
+) -> Iterator[list[str]]:
+    """All links of one; what is said of its film goes to `told`."""
     image, points = image_points(), estimator.points
     u = np.einsum("rk,trkc->trc", points.weights, moved.fields["displacement"][:, points.nodes])
     true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
@@ -280,12 +304,12 @@ def draw(
     unseen = ~np.isfinite(trust)
     found_flow[unseen] = np.nan
     error = rms(found_flow - true)
-    print(
-        f"motion {rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f} px a frame (rms); error (rms, a component): "
-        f"true flow of the film {rms(film_flow - true):.4f} px, flow found {error:.4f} px, missing "
-        f"{100 * unseen.mean():.1f} %; trust maps {error / rms(trust):.1f} times too kind",
-        flush=True,
-    )
+    told += [
+        f"{rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f}",
+        f"{rms(film_flow - true):.4f}",
+        f"{error:.4f}",
+    ]
+    told += [f"{100 * unseen.mean():.1f}", f"{error / rms(trust):.1f}"]
     white = rng.normal(0, error, true.shape)  # the same in both links
     links = (
         ("true displacement, white noise", true + white, False),
@@ -297,9 +321,9 @@ def draw(
         try:
             one, seconds = estimator.estimate(flow, error, learn)
         except (plica.SolveFailed, plica.InvalidInput) as failure:
-            print(f"| {title} | {seed} | {failure} |", flush=True)
+            yield [title, str(seed), *["-"] * len(estimator.truth), "", str(failure), ""]
             continue
-        line(title, seed, one, estimator.truth, seconds)
+        yield line(title, seed, one, estimator.truth, seconds)
 
 
 def mesh(text: str) -> tuple[str, int]:
