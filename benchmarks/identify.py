@@ -209,7 +209,7 @@ def main() -> None:
     parser.add_argument("--size", type=float, help="m, of the larynx's edges instead of the preset's")
     parser.add_argument("--before", nargs="*", default=[], help="presets to start from")
     parser.add_argument("--seed", type=int, default=5000, help="of the first draw of calibration")
-    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
     plica.set_threads(arguments.threads)
     STUDIES[arguments.what](arguments)
