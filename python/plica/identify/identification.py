@@ -28,6 +28,7 @@ from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.step_error import stiffness_error
+from plica.identify.thickness import thickness_doubts
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
@@ -117,6 +118,8 @@ def identify(
         picture = _picture(fine, at, motion)
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
         found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
+        if found.answered:
+            found = replace(found, notes=notes + _thickness(found, fine, settings, progress))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
@@ -218,6 +221,14 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
         heights=task.heights,
         known_drive=task.likelihood.model.forcing.drive is not None,
     )
+
+
+def _thickness(found: Posterior, task: _Task, settings: Settings, progress: bool) -> tuple[str, ...]:
+    """What layers of another thickness would change."""
+    if progress:
+        print("plica: layers of another thickness: a sweep each", file=sys.stderr, flush=True)
+    seen = seen_surface(settings, task.scene, task.mesh)
+    return thickness_doubts(found, task.likelihood, task.scene, task.mesh, seen)
 
 
 def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:
