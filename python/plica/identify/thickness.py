@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
@@ -30,15 +32,15 @@ _UNCHANGED = 2.0  # depths of the deepest layer, below which nothing moves
 def layers_below(mesh: _engine.TetMesh, surface: str) -> dict[str, float]:
     """Depth (m) below a surface at which each layer ends that lies upon another, from above downward.
 
-    That is the median distance of the nodes that it shares with the next one, where most of its own lie above:
-    layers side by side have no thickness.
+    That is the median distance of the nodes that it shares with the next one, where most of its own lie
+    above: layers side by side have no thickness.
     """
     cells, of_cell = np.asarray(mesh.cells), np.asarray(mesh.cell_layer)
     depth = _depth(mesh, surface)[0]
     nodes = {k: np.unique(cells[of_cell == k]) for k in np.unique(of_cell)}
     order = sorted(nodes, key=lambda k: np.median(depth[nodes[k]]))
     found: dict[str, float] = {}
-    for k, below in zip(order[:-1], order[1:], strict=True):
+    for k, below in pairwise(order):
         shared = np.intersect1d(nodes[k], nodes[below])
         end = float(np.median(depth[shared])) if len(shared) else 0.0
         if np.mean(depth[nodes[k]] < _UNEVEN * end) > _ABOVE and end > max(found.values(), default=0.0):
@@ -101,9 +103,9 @@ def thickness_doubts(
         ]
         if parts:
             told.append(
-                f'The thickness of the layer "{layer}" is the mesh\'s, and how well it is known is not in the '
-                f"intervals. Were it {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}; no residual "
-                "tells."
+                f'The thickness of the layer "{layer}" is taken from the mesh; how well it is known is not in '
+                f"the intervals. Were it {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}, and the "
+                "residual test need not fail."
             )
     return tuple(told)
 
