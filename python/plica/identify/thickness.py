@@ -103,8 +103,8 @@ def thickness_doubts(
         ]
         if parts:
             told.append(
-                f'The thickness of the layer "{layer}" is taken from the mesh; how well it is known is not in '
-                f"the intervals. Were it {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}, and the "
+                f'The thickness of the layer "{layer}" is taken from the mesh; how well it is known is not '
+                f"in the intervals. Were it {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}, and the "
                 "residual test need not fail."
             )
     return tuple(told)
