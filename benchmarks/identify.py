@@ -131,10 +131,11 @@ def iterated(
 def both_meshes(
     bench: Bench, truth: Responses, studies: list[Study], share: float, draws: int
 ) -> list[list[str]]:
-    """Errors and coverage of two meshes and of their combination."""
+    """Errors and coverage of two meshes, and of the finer with the shift between both in its intervals, or
+    with the part of it that an error of second order leaves."""
     truth = Responses(share * truth.mean, truth.lags)
     responses = [Responses(share * s.responses.mean, s.responses.lags) for s in studies]
-    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[], [], []]
+    found: list[list[tuple[np.ndarray, np.ndarray]]] = [[], [], [], []]
     for draw in range(draws):
         rng = np.random.default_rng(2000 + draw)
         flow = bench.recording(truth, rng)
@@ -142,10 +143,16 @@ def both_meshes(
         for kept, study, known in zip(found, studies, responses, strict=False):
             kept.append(study.one_step(flow, offset, known))
         (coarse, _), (fine, covariance) = found[0][-1], found[1][-1]
-        shift = fine - coarse
-        found[2].append((fine, covariance + np.outer(shift, shift)))
-    kinds = [f"{study.bench.unknowns:,}" for study in studies] + ["both, with their shift"]
-    return [[kind, *row] for kind, part in zip(kinds, found, strict=True) for row in statistics_rows(part)]
+        for kept, part in zip(found[2:], (1.0, 1 / 3), strict=True):
+            shift = part * (fine - coarse)
+            kept.append((fine, covariance + np.outer(shift, shift)))
+    names = [f"{study.bench.unknowns:,}" for study in studies]
+    kinds = [*names, f"{names[1]}, with the shift", "with a third of it"]
+    return [
+        [kind, *row]
+        for k, (kind, part) in enumerate(zip(kinds, found, strict=True))
+        for row in statistics_rows(part)[1 if k < 2 else 2 :]
+    ]
 
 
 def wrong(arguments: argparse.Namespace) -> None:
