@@ -10,8 +10,10 @@ criteria of `plica video --lambda-report` choose from the frames alone, each wit
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 
 import numpy as np
+from record import record
 
 import plica
 from plica.video.flow import PRESETS, flow
@@ -38,14 +40,15 @@ def main() -> None:
     parser.add_argument("--preset", choices=tuple(PRESETS), default="video")
     preset = parser.parse_args().preset
     plica.set_threads(1)
+    heads = ("recording", "noise found", "best lambda (its error)", "the preset's")
+    own = PRESETS[preset].smoothness
+    said = f"Preset `{preset}`, lambda {own:g}; beside each lambda its error over the least."
+    record("flow_lambda", [*heads, *CRITERIA], rows(preset), said)
+
+
+def rows(preset: str) -> Iterator[list[str]]:
+    """A row for each recording."""
     ladder = PRESETS[preset].smoothness * 2.0 ** np.arange(-5, 6)
-    print(f"Preset {preset}, lambda {PRESETS[preset].smoothness:g}.\n")
-    print(
-        "| recording | noise found | best lambda | the preset's: error over the least | "
-        + " | ".join(f"{name}: lambda, error over the least" for name in CRITERIA)
-        + " |"
-    )
-    print("|---" * (4 + len(CRITERIA)) + "|")
     for name, options in RECORDINGS.items():
         glottis = SyntheticGlottis(options)
         frames = {t: glottis.frame(t) for k in TIMES for t in (k, k + 1)}
@@ -78,11 +81,7 @@ def main() -> None:
             for value in (said.chosen[criterion] for criterion in CRITERIA)
         ]
         kept = error(PRESETS[preset].smoothness) / least
-        print(
-            f"| {name} | {noise:.1f} | {ladder[errors.argmin()]:.3g} ({least:.3f} px) | {kept:.2f} | "
-            f"{' | '.join(cells)} |",
-            flush=True,
-        )
+        yield [name, f"{noise:.1f}", f"{ladder[errors.argmin()]:.3g} ({least:.3f} px)", f"{kept:.2f}", *cells]
 
 
 if __name__ == "__main__":

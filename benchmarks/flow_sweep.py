@@ -11,9 +11,11 @@ default.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from record import record
 
 from plica.video.flow import PRESETS, flow, warp_error
 from plica.video.seen import Seen, informing
@@ -61,31 +63,38 @@ def main() -> None:
         Synthetic(height=160, width=160, amplitude=(6, 6), opening=(3, 3), noise=options.noise)
     )
     default = np.array([errors(glottis, t, {}) for t in range(options.pairs)])
-    print("| lambda | penalties | levels | flow error (px) | residual (grey) | Eq. (15) (grey) |")
-    print("|" + " --- |" * 6)
+    heads = ["lambda", "penalties", "levels", "flow error (px)", "residual (grey)", "Eq. (15) (grey)"]
+    record("flow_sweep", heads, sweep(glottis, default))
+    off = (
+        [preset, f"{np.mean([errors(glottis, t, {'preset': preset})[0] for t in range(options.pairs)]):.3f}"]
+        for preset in PRESETS
+    )
+    record("flow_sweep_presets", ["preset", "flow error (px)"], off)
+    names = np.array([phase_of(glottis, t) for t in range(options.pairs)])
+    phases = (
+        [name, (names == name).sum(), f"{default[names == name, 0].mean():.3f}"]
+        for name in PHASES
+        if (names == name).any()
+    )
+    record("flow_sweep_phases", ["phase", "pairs", "flow error (px)"], phases)
+
+
+def sweep(glottis: SyntheticGlottis, default: np.ndarray) -> Iterator[list[str]]:
+    """A row for each lambda, penalty and depth of the pyramid."""
     for levels in LEVELS:
         for penalty in PENALTIES:
             for smoothness in SMOOTHNESS:
                 chosen = {"smoothness": smoothness, "data_penalty": penalty, "smooth_penalty": penalty}
                 if levels is not None:
                     chosen["levels"] = levels
-                found = np.array([errors(glottis, t, chosen) for t in range(options.pairs)])
-                half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(options.pairs)
+                found = np.array([errors(glottis, t, chosen) for t in range(len(default))])
+                half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(len(default))
                 cells = [
                     f"{mean:.3f} ({spread:.3f})"
                     for mean, spread in zip(found.mean(axis=0), half, strict=True)
                 ]
                 depth = "all" if levels is None else str(levels)
-                print(f"| {smoothness:g} | {penalty} | {depth} | " + " | ".join(cells) + " |", flush=True)
-    print("\n| preset | flow error (px) |\n| --- | --- |")
-    for preset in PRESETS:
-        off = np.mean([errors(glottis, t, {"preset": preset})[0] for t in range(options.pairs)])
-        print(f"| {preset} | {off:.3f} |", flush=True)
-    names = np.array([phase_of(glottis, t) for t in range(options.pairs)])
-    print("\n| phase | pairs | flow error (px) |\n| --- | --- | --- |")
-    for name in PHASES:
-        if (names == name).any():
-            print(f"| {name} | {(names == name).sum()} | {default[names == name, 0].mean():.3f} |")
+                yield [f"{smoothness:g}", penalty, depth, *cells]
 
 
 if __name__ == "__main__":

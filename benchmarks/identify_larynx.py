@@ -57,6 +57,10 @@ class LarynxBench:
         nodes = np.unique(faces[near])
         return LARYNX_CAMERA.project(x[nodes[:: max(1, len(nodes) // 80)]])[:, :2]
 
+    def shows(self, image: np.ndarray) -> np.ndarray:
+        """(r) Which points of the picture (r, 2) this mesh's surface is seen at."""
+        return SurfacePoints.met(self.mesh, "airway", LARYNX_CAMERA, image)[1]
+
     def model(self, image: np.ndarray, flow: np.ndarray) -> MotionModel:
         """Of the flow (N, r, 2) at these points of the picture."""
         points = SurfacePoints.seen(self.mesh, "airway", LARYNX_CAMERA, image)
@@ -81,6 +85,7 @@ def estimates(benches: dict[str, LarynxBench], frames: int) -> Iterator[list[str
     """One recording of the last mesh estimated on each, from where the mesh before ended."""
     *_, fine = benches.values()
     image = fine.image()
+    image = image[np.all([bench.shows(image) for bench in benches.values()], axis=0)]
     first = fine.model(image, np.ones((frames, len(image), 2)))
     rng = np.random.default_rng(7)
     truth = first.responses(first.tissue.prior_mean, derivatives=False)

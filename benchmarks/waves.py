@@ -1,23 +1,23 @@
 """Speed of a wave and strain found in films of known waves, by wavelength and by frames a cycle.
 
     python benchmarks/waves.py
-    python benchmarks/waves.py --preset fast
 
 Films of textured tissue in which a wave of known length runs outward (`plica.video.synthetic_wave`): 96 x 112
 px, 1.5 px at most, less where a shorter wave would fold the tissue, noise of 2 grey levels, three cycles. The
-flow of every pair is found, and from it what `plica video` says ("said": with a caution). "Exact": the same
-of the exact flow.
+flow of every pair is found with two presets, and from it what `plica video` says ("said": with a caution).
+"Exact": the same of the exact flow.
 """
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
+from record import record
 
 from plica.measures.cycles import Cycles
-from plica.video.flow import PRESETS, flow
+from plica.video.flow import flow
 from plica.video.synthetic_wave import SyntheticWave
 from plica.video.wave_measures import wave_measures
 from plica.video.waves import fundamental
@@ -26,6 +26,10 @@ LENGTHS = (80.0, 40.0, 24.0, 16.0, 12.0, 10.0, 6.0)  # px
 PERIODS = (3.0, 4.0, 6.0, 8.0, 12.0, 24.0)  # frames
 CYCLES = 3
 STEEPEST = 0.7  # px per px
+COLUMNS = (
+    *("wavelength (px)", "frames a cycle", "speed over the true one: exact", "`video`", "`fast`"),
+    *("strain, 95th percentile: exact (%)", "`video` (%)", "`fast` (%)"),
+)
 
 
 def film(wavelength: float, period: float) -> SyntheticWave:
@@ -57,21 +61,13 @@ def found(wave: SyntheticWave, preset: str | None) -> tuple[str, str]:
     return speed, f"{100 * np.percentile(np.abs(known.strain[8:-8, 8:-8, 0]), 95):.1f}"
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--preset", choices=tuple(PRESETS), default="video")
-    options = parser.parse_args()
-    print("| wavelength (px) | frames a cycle | speed over the true one: exact | flow ", end="")
-    print("| strain, 95th percentile: exact (%) | flow (%) |\n" + "|---" * 6 + "|")
+def rows() -> Iterator[list[str]]:
+    """A row for each wave."""
     for wavelength, period in [(one, 12.0) for one in LENGTHS] + [(40.0, one) for one in PERIODS]:
         wave = film(wavelength, period)
-        exact, seen = found(wave, None), found(wave, options.preset)
-        print(
-            f"| {wavelength:g} | {period:g} | {exact[0]} | {seen[0]} | {exact[1]} | {seen[1]} |", flush=True
-        )
+        speeds, strains = zip(*(found(wave, preset) for preset in (None, "video", "fast")), strict=True)
+        yield [f"{wavelength:g}", f"{period:g}", *speeds, *strains]
 
 
 if __name__ == "__main__":
-    main()
+    record("waves", COLUMNS, rows())

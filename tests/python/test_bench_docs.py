@@ -18,11 +18,11 @@ PAGE = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def made() -> dict[str, object]:
-    return runpy.run_path(str(ROOT / ".ci" / "bench_tables"))
+    return runpy.run_path(str(ROOT / ".ci" / "tables"))
 
 
 def test_the_page_is_what_its_records_give(made: dict[str, object]) -> None:
-    assert made["text"](PAGE) == PAGE, "run .venv/bin/python .ci/bench_tables"
+    assert made["text"](PAGE) == PAGE, "run .venv/bin/python .ci/tables"
 
 
 def test_every_record_is_on_the_page_with_its_engine() -> None:

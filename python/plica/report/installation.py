@@ -12,6 +12,8 @@ from plica import _engine
 
 __all__ = ["Installation", "this_installation"]
 
+_SOURCES = ("cpp", "python", "cmake", "CMakeLists.txt", "pyproject.toml")
+
 
 @dataclass(frozen=True)
 class Installation:
@@ -51,16 +53,23 @@ def this_installation() -> Installation:
 
 
 def _commit() -> str:
-    """Of the sources that the package lies in, with a plus where a file of theirs was changed."""
+    """The last that changed the sources the package lies in, with a plus where they were changed since."""
     package = Path(__file__).resolve().parents[1]
     root = package.parents[1]
     if not (root / "pyproject.toml").is_file() or not (root / ".git").exists():
         return ""
-    command = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--abbrev=7", "--exclude=*"]
     try:
-        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+        commit = _git(root, "log", "-1", "--format=%h", "--abbrev=7")
+        changed = _git(root, "status", "--porcelain", "--untracked-files=no")
     except (OSError, subprocess.SubprocessError):
         return ""
+    return f"{commit}{'+' * bool(changed)}"
+
+
+def _git(root: Path, *command: str) -> str:
+    """What git says of all that the engine and the package are made of."""
+    words = ["git", "-C", str(root), *command, "--", *_SOURCES]
+    return subprocess.run(words, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
 
 
 def _processor() -> str:
