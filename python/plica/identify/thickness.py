@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from plica import _engine
@@ -24,46 +26,69 @@ Array = NDArray[np.float64]
 FACTOR = 1.1
 TOLD = 0.5
 """Posterior sd that a shift must have to be told."""
+_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of a cell; a quadratic one's middles are 4 to 9
 _SAMPLES = 4  # of a side of a face, where the nearest place of the surface is looked for
-_UNEVEN, _ABOVE = 1.25, 0.75  # of a layer that lies upon another, this share ends within so much of its depth
-_UNCHANGED = 2.0  # depths of the deepest layer, below which nothing moves
+_STACKED = 0.3  # of the median depth of an interface, below which less than a tenth of its nodes lie
+_UNCHANGED = 2.0  # depths of the deepest interface, below which nothing moves
 
 
-def layers_below(mesh: _engine.TetMesh, surface: str) -> dict[str, float]:
-    """Depth (m) below a surface at which each layer ends that lies upon another, from above downward.
-
-    That is the median distance of the nodes that it shares with the next one, where most of its own lie
-    above: layers side by side have no thickness.
-    """
+def layers_below(mesh: _engine.TetMesh, surface: str) -> dict[str, NDArray[np.intp]]:
+    """The layers under a surface that lie upon another one, from above downward, and the nodes that each
+    shares with the next. Layers side by side, whose interface comes up to the surface, are none."""
     cells, of_cell = np.asarray(mesh.cells), np.asarray(mesh.cell_layer)
-    depth = _depth(mesh, surface)[0]
-    nodes = {k: np.unique(cells[of_cell == k]) for k in np.unique(of_cell)}
-    order = sorted(nodes, key=lambda k: np.median(depth[nodes[k]]))
-    found: dict[str, float] = {}
+    depth = _depth(mesh, surface)
+    nodes = {int(k): np.unique(cells[of_cell == k]) for k in np.unique(of_cell)}
+    order = sorted(nodes, key=lambda k: float(np.median(depth[nodes[k]])))
+    found = {}
     for k, below in pairwise(order):
         shared = np.intersect1d(nodes[k], nodes[below])
-        end = float(np.median(depth[shared])) if len(shared) else 0.0
-        if np.mean(depth[nodes[k]] < _UNEVEN * end) > _ABOVE and end > max(found.values(), default=0.0):
-            found[mesh.layer_names[k]] = end
+        if len(shared) and np.quantile(depth[shared], 0.1) > _STACKED * np.median(depth[shared]):
+            found[mesh.layer_names[k]] = shared
     return found
 
 
 def thicker(mesh: _engine.TetMesh, surface: str, layer: str, factor: float = FACTOR) -> _engine.TetMesh:
     """The mesh with a layer of `layers_below` thicker by a factor, at the cost of the deepest tissue.
 
-    Nodes move along the way to the nearest place of the surface, which stays, as do cells and their layers.
+    The layer's lower side moves away from its upper one, the sides of layers below go along, the surface and
+    all beyond twice the depth of the deepest stay, and nodes between follow smoothly (a harmonic motion on
+    the cells' edges). Cells and their layers are as they were.
     """
-    depths = layers_below(mesh, surface)
-    names, knots = list(depths), np.array([0.0, *depths.values()])
-    k = names.index(layer)
-    moved = knots.copy()
-    moved[k + 1 :] += (factor - 1) * (knots[k + 1] - knots[k])
-    depth, nearest = _depth(mesh, surface)
-    last = min(_UNCHANGED * knots[-1], float(depth.max()))
-    wanted = np.interp(depth, [*knots, last], [*moved, last])
-    share = np.divide(wanted, depth, out=np.ones_like(depth), where=(depth > 0) & (depth < last))
-    points = np.asarray(mesh.points)
-    return changed_mesh(mesh, points=nearest + share[:, None] * (points - nearest))
+    interfaces = layers_below(mesh, surface)
+    points = np.asarray(mesh.points, dtype=float)
+    depth = _depth(mesh, surface)
+    moved = np.full(points.shape, np.nan)
+    deepest = np.median(depth[list(interfaces.values())[-1]])
+    moved[depth >= min(_UNCHANGED * deepest, depth.max())] = 0.0
+    side = _places(mesh, surface)
+    motion = np.zeros(side.shape)
+    for name, nodes in interfaces.items():
+        nearest = KDTree(side).query(points[nodes])[1]
+        motion = motion[nearest]
+        if name == layer:
+            motion = motion + (factor - 1) * (points[nodes] - side[nearest])
+        moved[nodes], side = motion, points[nodes]
+    moved[depth == 0] = 0.0
+    return changed_mesh(mesh, points=points + _harmonic(mesh, moved))
+
+
+def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
+    """(n, 3) of which the known rows stay, and of others each is the mean of its neighbours', weighted by the
+    inverse length of the edge between."""
+    cells, points = np.asarray(mesh.cells), np.asarray(mesh.points)
+    ends = np.concatenate([cells[:, [i, j]] for i, j in _EDGES])
+    if cells.shape[1] == 10:
+        middles = np.concatenate([cells[:, 4 + k] for k in range(6)])
+        ends = np.concatenate([np.column_stack([ends[:, side], middles]) for side in (0, 1)])
+    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    weight = 1 / np.linalg.norm(np.diff(points[ends], axis=1)[:, 0], axis=1)
+    n, (i, j) = len(points), ends.T
+    graph = sparse.coo_array((np.tile(weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
+    laplace = (sparse.diags_array(graph.sum(axis=1)) - graph).tocsr()
+    free = np.isnan(known).any(axis=1)
+    found = known.copy()
+    found[free] = splu(laplace[free][:, free].tocsc()).solve(-laplace[free][:, ~free] @ known[~free])
+    return found
 
 
 def thickness_shift(
@@ -116,11 +141,13 @@ def _change(shift: float, logarithmic: bool) -> str:
     return f"{100 * abs(np.expm1(shift)):.0f} % {'higher' if shift > 0 else 'lower'}"
 
 
-def _depth(mesh: _engine.TetMesh, surface: str) -> tuple[Array, Array]:
-    """(n) m from each node to the nearest of places spread over the surface, its nodes among them, and (n, 3)
-    these places."""
+def _places(mesh: _engine.TetMesh, surface: str) -> Array:
+    """(k, 3) m, spread over a surface, its nodes among them."""
     points, faces = np.asarray(mesh.points, dtype=float), np.asarray(mesh.surfaces[surface])
     inner = np.einsum("pk,fkc->fpc", shapes(faces.shape[1], lattice(_SAMPLES)), points[faces])
-    places = np.concatenate([points[np.unique(faces)], inner.reshape(-1, 3)])
-    depth, nearest = KDTree(places).query(points)
-    return depth, places[nearest]
+    return np.concatenate([points[np.unique(faces)], inner.reshape(-1, 3)])
+
+
+def _depth(mesh: _engine.TetMesh, surface: str) -> Array:
+    """(n) m from each node to the nearest of these places."""
+    return np.asarray(KDTree(_places(mesh, surface)).query(np.asarray(mesh.points, dtype=float))[0])
