@@ -119,7 +119,7 @@ def identify(
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
         found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
         if found.answered:
-            found = replace(found, notes=notes + _thickness(found, fine, settings, progress))
+            found = replace(found, notes=notes + _thickness(found, fine, motion, settings, progress))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
@@ -223,12 +223,18 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
     )
 
 
-def _thickness(found: Posterior, task: _Task, settings: Settings, progress: bool) -> tuple[str, ...]:
+def _thickness(
+    found: Posterior, task: _Task, motion: PixelMotion, settings: Settings, progress: bool
+) -> tuple[str, ...]:
     """What layers of another thickness would change."""
-    if progress:
-        print("plica: layers of another thickness: a sweep each", file=sys.stderr, flush=True)
+
+    def model_on(mesh: _engine.TetMesh) -> MotionModel:
+        if progress:
+            print("plica: a layer of another thickness: two sweeps", file=sys.stderr, flush=True)
+        return _task(motion, settings, task.scene, mesh, progress, task.recorded).likelihood.model
+
     seen = seen_surface(settings, task.scene, task.mesh)
-    return thickness_doubts(found, task.likelihood, task.scene, task.mesh, seen)
+    return thickness_doubts(found, task.likelihood, task.mesh, seen, model_on)
 
 
 def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +17,6 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel
 from plica.identify.posterior import Posterior
 from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.phonation.scene.scene import Scene
 from plica.view.faces import lattice, shapes
 
 __all__ = ["layers_below", "thicker", "thickness_doubts", "thickness_shift"]
@@ -27,6 +27,7 @@ FACTOR = 1.1
 TOLD = 0.5
 """Posterior sd that a shift must have to be told."""
 _EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of a cell; a quadratic one's middles are 4 to 9
+_STEPS = 2  # of scoring; one is off by a factor of two where the problem is not linear
 _SAMPLES = 4  # of a side of a face, where the nearest place of the surface is looked for
 _STACKED = 0.3  # of the median depth of an interface, below which less than a tenth of its nodes lie
 _UNCHANGED = 2.0  # depths of the deepest interface, below which nothing moves
@@ -91,31 +92,30 @@ def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
     return found
 
 
-def thickness_shift(
-    posterior: Posterior, likelihood: MarginalLikelihood, scene: Scene, mesh: _engine.TetMesh
-) -> Array:
-    """(p) By how much log theta would move on a mesh of the same nodes and cells, other places: one scoring
-    step there, with its own levels of the noise. A sweep.
-
-    `likelihood` is that of the posterior.
-    """
-    seen = likelihood.model
-    model = MotionModel(scene, seen.tissue.parameters, seen.observation, seen.forcing, mesh=mesh)
+def thickness_shift(posterior: Posterior, likelihood: MarginalLikelihood, model: MotionModel) -> Array:
+    """(p) By how much log theta would move with the model of other layers: two scoring steps there, each a
+    sweep. `likelihood` is that of the posterior, whose error of the flow is kept; levels are found anew."""
     other = MarginalLikelihood(model, likelihood.fixed_noise, flow_error=likelihood.flow_error)
-    at = other.evaluate(posterior.mean)
-    precision = posterior.prior_sd**-2.0
-    slope = at.gradient - precision * (posterior.mean - posterior.prior_mean)
-    return np.asarray(np.linalg.solve(at.information + np.diag(precision), slope))
+    point, precision = posterior.mean, posterior.prior_sd**-2.0
+    for _ in range(_STEPS):
+        at = other.evaluate(point)
+        slope = at.gradient - precision * (point - posterior.prior_mean)
+        point = point + np.linalg.solve(at.information + np.diag(precision), slope)
+    return point - posterior.mean
 
 
 def thickness_doubts(
-    posterior: Posterior, likelihood: MarginalLikelihood, scene: Scene, mesh: _engine.TetMesh, surface: str
+    posterior: Posterior,
+    likelihood: MarginalLikelihood,
+    mesh: _engine.TetMesh,
+    surface: str,
+    model_on: Callable[[_engine.TetMesh], MotionModel],
 ) -> tuple[str, ...]:
     """In a sentence a layer: which numbers would move by more than half an sd, were it 10 % thicker."""
     told = []
     for layer in layers_below(mesh, surface):
         try:
-            shift = thickness_shift(posterior, likelihood, scene, thicker(mesh, surface, layer))
+            shift = thickness_shift(posterior, likelihood, model_on(thicker(mesh, surface, layer)))
         except InvalidInput as error:
             told.append(f'What a thicker layer "{layer}" would change cannot be told: {error}')
             continue
