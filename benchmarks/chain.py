@@ -49,7 +49,7 @@ from plica.video.trajectories import follow
 SCENE = Path(__file__).resolve().parents[1] / "examples" / "normal_phonation.toml"
 FRAME_RATE, STEPS_A_FRAME = 4000.0, 2
 STEP = 1 / FRAME_RATE / STEPS_A_FRAME
-CAMERA = plica.Camera(mm_per_px=0.05, width=256, height=256)
+CAMERA = plica.Camera(mm_per_px=0.05, width=256, height=320)  # the whole glottis, with tissue beyond its ends
 HEIGHTS = (-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3)  # m, of the pressures' sections
 NAMED = {
     "viscosity": ("cover.viscosity", "ligament.viscosity", "body.viscosity"),
@@ -225,14 +225,14 @@ def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: fl
     return [title, str(draw), *cells, noise, f"{passed} ({scores}){wider}", f"{seconds:.0f}"]
 
 
-def filmed(moved: Moved, directory: Path, seed: int) -> tuple[Clip, Any]:
+def filmed(moved: Moved, directory: Path, seed: int, preset: str) -> tuple[Clip, Any]:
     """The clip, and its analysis by plica's video tools; in diffuse light, as shades do not move."""
     directory.mkdir(parents=True, exist_ok=True)
     clip = plica.film(moved, CAMERA, ambient=0.8, seed=seed)
     if not (directory / "clip.avi").exists():
         clip.write(directory / "clip.avi")
-    settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False)
-    return clip, video.analyse(directory / "clip.avi", directory / "analysis", settings, progress=False)
+    settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False, preset=preset)
+    return clip, video.analyse(directory / "clip.avi", directory / preset, settings, progress=False)
 
 
 COLUMNS = ("noise, unknown pressure, gains of points", "residual test (time, space, tails, level)", "s")
@@ -251,6 +251,7 @@ FILMED = (
 def measure(arguments: argparse.Namespace, directory: Path) -> None:
     """All draws."""
     name = "chain" + "-colliding" * arguments.colliding + "-whole" * arguments.whole
+    name += f"-{arguments.preset}" * (arguments.preset != "video")
     films: list[list[str]] = []
     preset, order = arguments.mesh
     said = (
@@ -295,7 +296,7 @@ def draw(
     image, points = image_points(), estimator.points
     u = np.einsum("rk,trkc->trc", points.weights, moved.fields["displacement"][:, points.nodes])
     true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
-    clip, analysis = filmed(moved, directory, seed)
+    clip, analysis = filmed(moved, directory, seed, arguments.preset)
     film_flow, _ = along_paths((np.nan_to_num(clip.flow(k)[0]) for k in range(arguments.frames)), image)
     found_flow, places = along_paths((analysis.flow(k) for k in range(arguments.frames)), image)
     trips = np.array([analysis.round_trip(k) for k in range(arguments.frames)])
@@ -345,6 +346,7 @@ def main() -> None:
     parser.add_argument("--links", type=int, default=0, help="the first that is estimated")
     parser.add_argument("--whole", action="store_true", help="whole estimates, a sweep each iteration")
     parser.add_argument("--colliding", action="store_true", help="with contact; closed frames are given")
+    parser.add_argument("--preset", default="video", help="of the flow that is found")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="directory of film and analysis")
     arguments = parser.parse_args()
