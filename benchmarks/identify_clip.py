@@ -53,7 +53,8 @@ def main() -> None:
         sep="\n",
     )
     scene = plica.Scene.load(SCENE).replace(
-        dict.fromkeys(("contact", "initial", "symmetry", "airflow")) | {"time.step": given.step}
+        dict.fromkeys(("contact", "initial", "symmetry", "airflow"))
+        | {"time.step": given.step, "output": plica.Output()}
     )
     cases = {
         "fitted, tilt estimated": (fitted.larynx, None),
