@@ -317,7 +317,7 @@ def draw(
         error = rms(flow - true)
         there = np.where(unseen[..., None], 0.0, true)
         kept = ~unseen.all(axis=0)
-        share = np.median((np.nansum(flow * there, axis=(0, 2))[kept] / np.sum(there**2, axis=(0, 2))[kept]))
+        share = np.median(np.nansum(flow * there, axis=(0, 2))[kept] / np.sum(there**2, axis=(0, 2))[kept])
         told += [f"{error:.4f}", f"{share:.3f}", f"{100 * unseen.mean():.1f}", f"{error / rms(trust):.1f}"]
         if not links:
             white = rng.normal(0, error, true.shape)  # the same in both links
