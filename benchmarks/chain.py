@@ -316,7 +316,8 @@ def draw(
         flow, trust, unseen = found_by(preset, directory, arguments.frames)
         error = rms(flow - true)
         there = np.where(unseen[..., None], 0.0, true)
-        share = np.median(np.nansum(flow * there, axis=(0, 2)) / np.sum(there**2, axis=(0, 2)))
+        kept = ~unseen.all(axis=0)
+        share = np.median(np.nansum(flow * there, axis=(0, 2))[kept] / np.sum(there**2, axis=(0, 2))[kept])
         told += [f"{error:.4f}", f"{share:.3f}", f"{100 * unseen.mean():.1f}", f"{error / rms(trust):.1f}"]
         if not links:
             white = rng.normal(0, error, true.shape)  # the same in both links
