@@ -46,7 +46,7 @@ def _smooth(motion: PixelMotion) -> tuple[str, ...]:
     if motion.preset not in _SMOOTH:
         return ()
     return (
-        f'The flow was found with the preset "{motion.preset}", which smooths: it finds too little motion, more '
-        "so where motion changes from point to point. On films of known folds the cover came out a quarter "
+        f'The flow was found with the preset "{motion.preset}", which smooths: it finds too little motion, '
+        "more so where motion changes from point to point. On films of known folds the cover came out a quarter "
         "too stiff by it, outside of its interval. Analyse again with plica video --preset robust.",
     )
