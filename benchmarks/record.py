@@ -93,7 +93,13 @@ def main() -> None:
     printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
     columns, _, *rows = [line[2:-2].split(" | ") for line in printed if line.startswith("| ")]
     below = "\n".join(line for line in printed if not line.startswith("|")).strip()
-    record(name, columns, rows, below.partition("\n\n")[0], command=shlex.join([Path(command[0]).name, *command[1:]]))
+    record(
+        name,
+        columns,
+        rows,
+        below.partition("\n\n")[0],
+        command=shlex.join([Path(command[0]).name, *command[1:]]),
+    )
 
 
 if __name__ == "__main__":
