@@ -99,7 +99,7 @@ class DrivenModel(MotionModel):
 
 
 class Study:
-    """The end of one voice seen, under its true pressures, with frames before the film in which its start is made."""
+    """The end of one voice seen under its true pressures; its start is made in `lead` frames before it."""
 
     def __init__(self, voice: Voice, lead: int, seed: int) -> None:
         self.voice, self.lead = voice, lead

@@ -23,8 +23,8 @@ _ANY = 1e4
 
 
 class InputSpace:
-    """Which pressures of which frames are unknown: i of them, those of collisions after the others, then those
-    of the frames before the first that shows anything, and the gains of the flow's points last.
+    """Which pressures of which frames are unknown: i of them, those of collisions after the others, then
+    those of the frames before the first that shows anything, and the gains of the flow's points last.
 
     Pressures before the recording make the state in which it begins. Nothing is believed of their size: they
     are eliminated as in a restricted likelihood (docs/identification_theory.md).
@@ -166,7 +166,7 @@ class Solved:
         square = float(np.sum(weighted * error))
         before, others = space.before, space.others
         early = gram[before, before] + np.eye(before.stop - before.start) / _ANY**2
-        factor = np.linalg.cholesky(early)
+        factor: Array = np.linalg.cholesky(early)
         inverse = np.linalg.inv(factor)
         self.before: Array = inverse.T @ inverse
         self.beside: Array = self.before @ gram[before][:, others]
