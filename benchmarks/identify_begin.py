@@ -143,7 +143,7 @@ def main() -> None:
             "residuals pass",
         ],
         rows(),
-        f"{folds.size:.2f} px a frame of motion (rms). Mean error (mean sd) in %, and rms of the error in sd.",
+        f"{folds.size:.2f} px of motion a frame (rms). Mean error (mean sd) in %, rms of the error in sd.",
     )
 
 

@@ -8,7 +8,8 @@ With D_j = dT/dx_j, X_j = T' W D_j, e = y - mu, w = S^-1 T' W e, all in units of
 
 Inputs b before the recording are no random numbers: what they move, D_jb w_b, belongs to dmu_j; W of the
 others is W - W T_b A T_b' W, A = (T_b' W T_b + Q_b^-1)^-1; the gradient gains tr A X_jb, the information
-loses tr (S^-1)_bb D_ib' (W - W T S^-1 T' W) D_jb, which the error of w_b feigns (docs/identification_theory.md).
+loses tr (S^-1)_bb D_ib' (W - W T S^-1 T' W) D_jb, which the error of w_b feigns
+(docs/identification_theory.md).
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ class Solved:
         square = float(np.sum(weighted * error))
         before, others = space.before, space.others
         early = gram[before, before] + np.eye(before.stop - before.start) / _ANY**2
-        factor: Array = np.linalg.cholesky(early)
+        factor = np.asarray(np.linalg.cholesky(early), dtype=float)
         inverse = np.linalg.inv(factor)
         self.before: Array = inverse.T @ inverse
         self.beside: Array = self.before @ gram[before][:, others]
