@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from plica.bench.record import Row
+from plica.bench.record import Level, Row
 
 __all__ = ["at_most", "of_order", "within_tolerance"]
 
@@ -48,12 +48,16 @@ def of_order(
     return holds
 
 
-def within_tolerance(error: str, methods: Sequence[str], factor: float) -> Judge:
-    """Whether the error of these methods is nowhere above so many times the tolerance of the level."""
+def within_tolerance(
+    error: str, method: str, factor: float, where: Callable[[Level], bool] = lambda level: True
+) -> Judge:
+    """Whether a method's error is at no level that counts above so many times the level's tolerance."""
 
     def holds(rows: Sequence[Row]) -> bool | None:
         found = [
-            (row.errors.get(error), float(row.level["tolerance"])) for row in rows if row.method in methods
+            (row.errors.get(error), float(row.level["tolerance"]))
+            for row in rows
+            if row.method == method and where(row.level)
         ]
         return None if not found else all(e is not None and e <= factor * t for e, t in found)
 
