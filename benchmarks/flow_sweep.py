@@ -1,19 +1,21 @@
-"""Paper C's Table I on the synthetic glottis, whose flow is known: lambda, penalties and pyramid levels.
+"""Paper C's Table I on the synthetic glottis, whose flow is known: lambda and penalties.
 
 For each setting, means over pairs of frames of one recording and, in brackets, half of the 95 % interval of
 the difference from the default, pair by pair (so that what all settings share in a pair drops out): the
 distance from the true flow on tissue (px), the residual I(x + u, t + dt) - I(x, t) (grey levels), and Paper
 C's warp error, Eq. (15): root mean square of I(x, t + dt) - I(x - u, t) over the centred 97 % of each side
-(94 % of the area). The last parts give the flow error of every preset, and by phase of the cycle, for the
+(94 % of the area). Below the table stand the flow error of every preset, and by phase of the cycle, for the
 default.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from record import record
 
 from plica.video.flow import PRESETS, flow, warp_error
 from plica.video.seen import Seen, informing
@@ -21,7 +23,6 @@ from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
 PENALTIES = ("lorentzian", "quadratic")
-LEVELS = (None, 1)
 PHASES = ("opening", "open", "closing", "closed", "collision")
 
 
@@ -50,6 +51,18 @@ def phase_of(glottis: SyntheticGlottis, t: int) -> str:
     return "opening" if after > before else "closing"
 
 
+def settings(glottis: SyntheticGlottis, pairs: range, default: np.ndarray) -> Iterator[list[str]]:
+    for penalty in PENALTIES:
+        for smoothness in SMOOTHNESS:
+            chosen = {"smoothness": smoothness, "data_penalty": penalty, "smooth_penalty": penalty}
+            found = np.array([errors(glottis, t, chosen) for t in pairs])
+            half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(len(pairs))
+            cells = [
+                f"{mean:.3f} ({spread:.3f})" for mean, spread in zip(found.mean(axis=0), half, strict=True)
+            ]
+            yield [f"{smoothness:g}", penalty, *cells]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -60,32 +73,17 @@ def main() -> None:
     glottis = SyntheticGlottis(
         Synthetic(height=160, width=160, amplitude=(6, 6), opening=(3, 3), noise=options.noise)
     )
-    default = np.array([errors(glottis, t, {}) for t in range(options.pairs)])
-    print("| lambda | penalties | levels | flow error (px) | residual (grey) | Eq. (15) (grey) |")
-    print("|" + " --- |" * 6)
-    for levels in LEVELS:
-        for penalty in PENALTIES:
-            for smoothness in SMOOTHNESS:
-                chosen = {"smoothness": smoothness, "data_penalty": penalty, "smooth_penalty": penalty}
-                if levels is not None:
-                    chosen["levels"] = levels
-                found = np.array([errors(glottis, t, chosen) for t in range(options.pairs)])
-                half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(options.pairs)
-                cells = [
-                    f"{mean:.3f} ({spread:.3f})"
-                    for mean, spread in zip(found.mean(axis=0), half, strict=True)
-                ]
-                depth = "all" if levels is None else str(levels)
-                print(f"| {smoothness:g} | {penalty} | {depth} | " + " | ".join(cells) + " |", flush=True)
-    print("\n| preset | flow error (px) |\n| --- | --- |")
-    for preset in PRESETS:
-        off = np.mean([errors(glottis, t, {"preset": preset})[0] for t in range(options.pairs)])
-        print(f"| {preset} | {off:.3f} |", flush=True)
-    names = np.array([phase_of(glottis, t) for t in range(options.pairs)])
-    print("\n| phase | pairs | flow error (px) |\n| --- | --- | --- |")
-    for name in PHASES:
-        if (names == name).any():
-            print(f"| {name} | {(names == name).sum()} | {default[names == name, 0].mean():.3f} |")
+    pairs = range(options.pairs)
+    default = np.array([errors(glottis, t, {}) for t in pairs])
+    names = np.array([phase_of(glottis, t) for t in pairs])
+    phases = [f"{name} {default[names == name, 0].mean():.3f}" for name in PHASES if (names == name).any()]
+    presets = [
+        f"{preset} {np.mean([errors(glottis, t, {'preset': preset})[0] for t in pairs]):.3f}"
+        for preset in PRESETS
+    ]
+    said = f"Flow error (px) of `robust` by phase: {', '.join(phases)}; by preset: {', '.join(presets)}."
+    columns = ["lambda", "penalties", "flow error (px)", "residual (grey)", "Eq. (15) (grey)"]
+    record("flow-sweep", columns, settings(glottis, pairs, default), said)
 
 
 if __name__ == "__main__":

@@ -26,10 +26,12 @@ import argparse
 import os
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from record import record
 from scipy import ndimage
 
 from plica.video.analysis import analyse
@@ -181,9 +183,7 @@ def flows(method: str, given: list[Pair], peers: Path | None) -> list[np.ndarray
         return [found[f"{k:03}"] for k in range(len(given))]
 
 
-def light_table(methods: list[str], peers: Path | None) -> None:
-    print("| method | " + " | ".join(f"{100 * change:g} %" for change in CHANGES) + " | 6 % over 0 % |")
-    print("|---" * (len(CHANGES) + 2) + "|")
+def light_rows(methods: list[str], peers: Path | None) -> Iterator[list[str]]:
     given = [[pair for options in LIT for pair in pairs(options, change)[::2]] for change in CHANGES]
     for method in methods:
         errors = []
@@ -194,18 +194,23 @@ def light_table(methods: list[str], peers: Path | None) -> None:
                 for f, p in zip(found, of_change, strict=True)
             ]
             errors.append(float(np.mean(off)))
-        cells = " | ".join(f"{error:.3f}" for error in errors)
-        print(f"| {method} | {cells} | {errors[-1] / errors[0]:.2f} |", flush=True)
+        yield [method, *(f"{error:.3f}" for error in errors), f"{errors[-1] / errors[0]:.2f}"]
 
 
 def slit_table(methods: list[str], peers: Path | None) -> None:
-    head = "slope | correlation | difference (px)"
-    print(f"\n| method | opening: {head} | closing: {head} | all tissue (px) |\n" + "|---" * 8 + "|")
+    columns = ["method"]
+    for name in ("opening", "closing"):
+        columns += [f"{name}: slope", "correlation", "difference (px)"]
     given = [pair for options in PARTED for pair in pairs(options, 0.0)]
     numbers = {name: sum(int(getattr(p, name).sum()) for p in given) for name in ("opening", "closing")}
+    said = f"{numbers['opening']} pixels opening, {numbers['closing']} closing."
+    record("flow-slit", [*columns, "all tissue (px)"], slit_rows(methods, given, peers), said)
+
+
+def slit_rows(methods: list[str], given: list[Pair], peers: Path | None) -> Iterator[list[str]]:
     for method in methods:
         found = flows(method, given, peers)
-        cells = []
+        cells = [method]
         for name in ("opening", "closing"):
             fields = ([p.truth for p in given], found)
             true, seen = (
@@ -213,13 +218,12 @@ def slit_table(methods: list[str], peers: Path | None) -> None:
                 for field in fields
             )
             slope, alike = true @ seen / (true @ true), np.corrcoef(true, seen)[0, 1]
-            cells.append(f"{slope:.2f} | {alike:.2f} | {np.sqrt(np.mean((true - seen) ** 2)):.2f}")
+            cells += [f"{slope:.2f}", f"{alike:.2f}", f"{np.sqrt(np.mean((true - seen) ** 2)):.2f}"]
         off = [
             np.hypot(*np.moveaxis(f - p.truth, -1, 0))[p.tissue].mean()
             for f, p in zip(found, given, strict=True)
         ]
-        print(f"| {method} | {' | '.join(cells)} | {np.mean(off):.3f} |", flush=True)
-    print(f"\nPixels: {numbers['opening']} opening, {numbers['closing']} closing.")
+        yield [*cells, f"{np.mean(off):.3f}"]
 
 
 def main() -> None:
@@ -232,7 +236,8 @@ def main() -> None:
     peers = list(PEERS) if options.peers else []
     if options.part != "slit":
         before = [f"{preset}, constant light" for preset in ("video", "robust")]
-        light_table([*PRESETS, *before, *peers], options.peers)
+        columns = ["method", *(f"{100 * change:g} %" for change in CHANGES), "6 % over 0 %"]
+        record("flow-light", columns, light_rows([*PRESETS, *before, *peers], options.peers))
     if options.part != "light":
         before = [f"{preset}, without edges" for preset in PRESETS]
         slit_table([*PRESETS, *before, *peers], options.peers)
