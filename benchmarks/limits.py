@@ -6,8 +6,8 @@
 Glottis: the synthetic glottis, 256 x 256, 90 frames, 21.1 frames a cycle, the right fold swinging less and
 leading by 0.6 rad, colliding; stored in 8 bits and taken through the steps of `plica video --no-drift`.
 Errors of what its page says are found minus true, the largest of --seeds recordings that differ in noise
-and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures, of
-all recordings, hold the truth. Overlap: intersection over union of found and true mask, the least of the
+and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures,
+of all recordings, hold the truth. Overlap: intersection over union of found and true mask, the least of the
 frames at half of the largest area or more. Flow: mean distance from the true flow on tissue, preset video,
 every second pair of the first cycle.
 
