@@ -16,9 +16,10 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _STEEPEST = 45.0  # degrees from the vertical, beyond which left and right are not those of the image
-# Standard deviations of a slit's centre: of two edges rounded to pixels, (1 / 24)^(1/2) px; as shares of its
-# width, how far one fold is ahead of the other in a frame, and how that differs from slit to slit.
-_ROUNDED, _AHEAD, _UNLIKE = 0.2, 0.3, 0.1
+# Standard deviations of a slit's centre: of edges rounded to pixels, px; as shares of its width, how far one
+# fold is ahead of the other all along a frame, and how that differs from slit to slit. Chosen on recordings
+# whose line is known (docs/verification/video.md).
+_ROUNDED, _AHEAD, _UNLIKE = 0.3, 0.05, 0.1
 
 
 @dataclass(frozen=True)
@@ -140,12 +141,12 @@ def _axis(moments: Floats) -> tuple[Floats, Floats]:
 
 def _slits(along: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
     """Place along the axis, centre across it and width of each slit of one mask, px."""
-    rows = np.round(along).astype(int)
-    first = rows.min()
-    count = np.bincount(rows - first)
+    first = along.min()
+    rows = np.floor(along - first + 0.5).astype(int)
+    count = np.bincount(rows)
     there = np.flatnonzero(count)
-    total = np.bincount(rows - first, weights=across)
-    return (there + first).astype(float), total[there] / count[there], count[there].astype(float)
+    total = np.bincount(rows, weights=across)
+    return there + first, total[there] / count[there], count[there].astype(float)
 
 
 def _terms(place: Floats, centre: Floats, width: Floats) -> tuple[Floats, Floats]:
