@@ -98,7 +98,7 @@ def _speed(name: str, numbers: npt.NDArray[np.float64], scale: float, way: float
         )  # fmt: skip
     if numbers.size < _FEWEST:
         return absent(
-            name, f"only {numbers.size} bands of the fold show its motion over {reach:g} px or more; "
+            name, f"bands of the fold that show its motion over {reach:g} px or more: {numbers.size}; "
             f"{_FEWEST} are needed"
         )  # fmt: skip
     drawn = of_mean(numbers)
