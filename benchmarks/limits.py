@@ -51,8 +51,8 @@ from plica.video.waveforms import GlottalArea, measures
 FPS = 4000.0
 FRAMES = 90
 NOISE, BLUR = 2.0, 0.8  # where the other one is varied
-NOISES = (0.0, 2.0, 5.0, 10.0, 20.0)  # grey levels
-BLURS = (0.0, 0.8, 1.5, 2.5, 4.0)  # px
+NOISES = (0.0, 2.0, 10.0, 20.0)  # grey levels
+BLURS = (0.0, 0.8, 1.5, 2.5)  # px
 PAIRS = range(1, 22, 2)
 COLUMNS = {  # measure: head, limit, digits
     "glottal_area_mean": ("mean area (%)", 2.0, 1),
