@@ -3,7 +3,7 @@
     python benchmarks/cycles.py
 
 Shadows: 160 x 160 px, 130 frames, 21 a cycle; crease and shadow as in plica.video.synthetic. Irregular
-voices: 128 x 96 px, 60 cycles of 20.3 frames whose periods and amplitudes scatter, one whose every second
+voices: 128 x 96 px, 40 cycles of 20.3 frames whose periods and amplitudes scatter, one whose every second
 amplitude is less, one without a rhythm; "voice" is what it is said to be, "settled" how many cycles the rule
 for simulations (plica.measures.cycles) would use. Jitter and shimmer are local; the true ones are those of
 the planted periods and of the exact largest areas.
@@ -37,11 +37,10 @@ SHADOWS = {
     "gap that never closes, crease of 4 px": {"opening": (11.0, 11.0), "crease": 4.0},
 }
 IRREGULAR = Synthetic(
-    height=128, width=96, frames=1210, frequency=1 / 20.3, amplitude=(7, 7), opening=(2, 2), highlights=2
+    height=128, width=96, frames=810, frequency=1 / 20.3, amplitude=(7, 7), opening=(2, 2), highlights=2
 )
 VOICES = {
     "0, 0": {},
-    "0.5, 1": {"jitter": 0.005, "shimmer": 0.01},
     "1, 2": {"jitter": 0.01, "shimmer": 0.02},
     "3, 5": {"jitter": 0.03, "shimmer": 0.05},
     "5, 5": {"jitter": 0.05, "shimmer": 0.05},
