@@ -8,13 +8,17 @@ f = sqrt(mu'/rho) / (2 pi) sqrt(((2l-1) pi / 2D)^2 + (m pi / T)^2), damping rati
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from body import Body, held
+from record import record
 from scipy.sparse.linalg import eigsh
 
 from plica import _engine as engine
+
+NAMES = {1: "linear", 2: "quadratic"}
 
 
 def matrices(body: Body) -> list[Any]:
@@ -57,8 +61,7 @@ def cantilever() -> None:
     coarser = found[2, (20, 1, 1)]
     rates = np.log2((coarser - coarse) / (coarse - fine))
     exact = fine - (coarse - fine) / (2**rates - 1)
-    print("| elements | cells | unknowns | f1 error | f2 error | f3 error | order in f1 |")
-    print("|" + " --- |" * 7)
+    rows = []
     for order, many in meshes.items():
         before = None
         for divisions in many:
@@ -67,35 +70,22 @@ def cantilever() -> None:
                 "" if before is None or divisions == (20, 1, 1) else f"{np.log2(before[0] / errors[0]):.2f}"
             )
             before = errors
-            print(
-                f"| {'linear' if order == 1 else 'quadratic'} | {'x'.join(map(str, divisions))} | "
-                f"{unknowns[order, divisions]} | "
-                + " | ".join(f"{100 * e:.3f} %" for e in errors)
-                + f" | {rate} |"
-            )
-    print(
-        "extrapolated: "
-        + ", ".join(f"{f:.7f} Hz" for f in exact)
-        + " with order "
-        + ", ".join(f"{r:.2f}" for r in rates)
-    )
-    print(
-        "to beam theory: "
-        + ", ".join(f"{100 * (f / t - 1):.3f} %" for f, t in zip(exact, theory, strict=True))
-    )
+            off = [f"{100 * e:.3f} %" for e in errors]
+            rows.append([NAMES[order], "x".join(map(str, divisions)), unknowns[order, divisions], *off, rate])
+    limits = ", ".join(f"{f:.7f}" for f in exact)
+    beam = ", ".join(f"{100 * (f / t - 1):+.3f}" for f, t in zip(exact, theory, strict=True))
+    orders = ", ".join(f"{r:.2f}" for r in rates)
+    said = f"Extrapolated: {limits} Hz, with orders {orders}; to beam theory {beam} %."
+    columns = ["elements", "cells", "unknowns", "f1 error", "f2 error", "f3 error", "order in f1"]
+    record("cantilever", columns, rows, said)
 
 
-def shear_mode() -> None:
+def shear_mode() -> Iterator[list[str]]:
+    """A row for each mesh."""
     depth, thick, length, mu, density, eta = 10e-3, 7e-3, 16e-3, 10e3, 1040.0, 0.5
     material = engine.Material(
         engine.TransverselyIsotropic(20e3, 0.45, 40e3, 0.3, mu), density=density, viscosity=eta
     )
-    print(
-        "\n| elements | cells | "
-        + " | ".join(f"f({half},{m}) error | order" for half, m in ((1, 0), (2, 0), (1, 1)))
-        + " | damping ratio, of exact |"
-    )
-    print("|" + " --- |" * 9)
     for order, levels in ((1, (2, 4, 8)), (2, (1, 2, 4))):
         before = np.full(3, np.nan)
         for k in levels:
@@ -124,15 +114,12 @@ def shear_mode() -> None:
                     damping = mode @ (viscosity @ mode) / (2 * found) / (eta * omega / (4 * mu))
             orders = np.log2(before / np.array(errors))
             before = np.array(errors)
-            cells = " | ".join(f"{e:.2e} | {o:.2f}" for e, o in zip(errors, orders, strict=True)).replace(
-                "nan", ""
-            )
-            print(
-                f"| {'linear' if order == 1 else 'quadratic'} | {'x'.join(map(str, divisions))} "
-                f"| {cells} | {damping:.5f} |"
-            )
+            cells = [cell for e, o in zip(errors, orders, strict=True) for cell in (f"{e:.2e}", f"{o:.2f}")]
+            shown = ["" if cell == "nan" else cell for cell in cells]
+            yield [NAMES[order], "x".join(map(str, divisions)), *shown, f"{damping:.5f}"]
 
 
 if __name__ == "__main__":
     cantilever()
-    shear_mode()
+    heads = [head for shape in ("1,0", "2,0", "1,1") for head in (f"f({shape}) error", "order")]
+    record("shear_mode", ["elements", "cells", *heads, "damping ratio, of exact"], shear_mode())

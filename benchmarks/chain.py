@@ -6,11 +6,12 @@
     python benchmarks/chain.py --keep DIR              # films and analyses are kept, and used again
 
 Folds of the coarse larynx are moved from rest by known pressures and by small unknown ones, filmed from
-above, and the film is analysed by plica's video tools. Tissue is identified from (1) the true displacement
-of points, (2) the film's true flow, both with white noise as large as the error of the flow found, (3) the
-flow found, its error taken for white, (4) the flow found, its error learned from the residuals
-(`plica.identify.estimate_from_flow`). Truth tells the error. The model's responses are those at the truth and
-their first derivatives there, so that a draw costs no sweep; `--whole` shows what that is worth.
+above, and the film is analysed by plica's video tools, with each of some presets of the flow. Tissue is
+identified from (1) the true displacement of points, (2) the film's true flow, both with white noise as large
+as the error of the flow found by the first preset, (3) the flow found, its error taken for white, (4) the
+flow found, its error learned from the residuals (`plica.identify.estimate_from_flow`). Truth tells the error.
+The model's responses are those at the truth and their first derivatives there, so that a draw costs no sweep;
+`--whole` shows what that is worth.
 """
 
 from __future__ import annotations
@@ -19,11 +20,13 @@ import argparse
 import copy
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from record import record
 from scipy import ndimage
 
 import plica
@@ -47,7 +50,7 @@ from plica.video.trajectories import follow
 SCENE = Path(__file__).resolve().parents[1] / "examples" / "normal_phonation.toml"
 FRAME_RATE, STEPS_A_FRAME = 4000.0, 2
 STEP = 1 / FRAME_RATE / STEPS_A_FRAME
-CAMERA = plica.Camera(mm_per_px=0.05, width=256, height=256)
+CAMERA = plica.Camera(mm_per_px=0.05, width=256, height=320)  # the whole glottis, with tissue beyond its ends
 HEIGHTS = (-4.5e-3, -3.1e-3, -1.5e-3, 0.3e-3)  # m, of the pressures' sections
 NAMED = {
     "viscosity": ("cover.viscosity", "ligament.viscosity", "body.viscosity"),
@@ -63,7 +66,7 @@ TOUCHING = 1e-5  # m, of the skin from the middle
 
 def scene(preset: str, order: int, contact: bool = False) -> plica.Scene:
     """The demo's tissue in another larynx, without airflow, with or without contact."""
-    bare = {"airflow": None, "initial": None, "output": plica.Output()}
+    bare = {"airflow": None, "initial": None, "symmetry": None, "output": plica.Output()}
     if not contact:
         bare["contact"] = None
     loaded = plica.Scene.load(SCENE).replace(bare)
@@ -199,17 +202,17 @@ class Estimator:
         self._model = model if whole else FirstOrder(model, self.truth[:-1])
 
     def estimate(self, flow: np.ndarray, sd: float, learn: bool) -> tuple[Posterior, float]:
-        """The posterior, and what it took (s)."""
-        began = time.perf_counter()
+        """The posterior, and what it took (s of a processor)."""
+        began = time.process_time()
         model = copy.copy(self._model)
         model.observation = replace(model.observation, flow=flow, sd=sd)
         likelihood = MarginalLikelihood(model)
         found = estimate_from_flow(likelihood)[0] if learn else estimate(likelihood)
-        return found, time.perf_counter() - began
+        return found, time.process_time() - began
 
 
-def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: float) -> None:
-    """Error, sd and whether the interval holds the truth; then the residual test and the time."""
+def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: float) -> list[str]:
+    """Error, sd and whether the interval holds the truth; then the noise, the residual test and the time."""
     error = found.mean - truth
     cells = [
         f"{100 * e:+.1f} ({100 * s:.1f}){'' if abs(e) <= 1.959964 * s else ' **out**'}"
@@ -220,43 +223,75 @@ def line(title: str, draw: int, found: Posterior, truth: np.ndarray, seconds: fl
     noise = f"{found.noise.flow:.2f}, {found.noise.pressure:.0f} Pa, {found.noise.gain:.2f}"
     wider = "" if found.inflation is None else f", sd times {found.inflation.max():.1f} at most"
     passed = "passed" if r.passed else "failed"
-    print(
-        f"| {title} | {draw} | {' | '.join(cells)} | {noise} | {passed} ({scores}){wider} | {seconds:.0f} |",
-        flush=True,
-    )
+    return [title, str(draw), *cells, noise, f"{passed} ({scores}){wider}", f"{seconds:.0f}"]
 
 
-def filmed(moved: Moved, directory: Path, seed: int) -> tuple[Clip, Any]:
-    """The clip, and its analysis by plica's video tools; in diffuse light, as shades do not move."""
+def filmed(moved: Moved, directory: Path, seed: int) -> Clip:
+    """The clip; in diffuse light, as shades do not move."""
     directory.mkdir(parents=True, exist_ok=True)
     clip = plica.film(moved, CAMERA, ambient=0.8, seed=seed)
     if not (directory / "clip.avi").exists():
         clip.write(directory / "clip.avi")
-    settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False)
-    return clip, video.analyse(directory / "clip.avi", directory / "analysis", settings, progress=False)
+    return clip
+
+
+def found_by(preset: str, directory: Path, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of plica's video tools: motion (N, r, 2) px a frame of the points, missing where it is not known, what
+    the trust maps say of its error (N, r) px, and which is missing."""
+    settings = video.Settings(fps=FRAME_RATE, mm_per_px=CAMERA.mm_per_px, correct_drift=False, preset=preset)
+    analysis = video.analyse(directory / "clip.avi", directory / preset, settings, progress=False)
+    flow, places = along_paths((analysis.flow(k) for k in range(frames)), image_points())
+    trips = np.array([analysis.round_trip(k) for k in range(frames)])
+    # of e = u + b with errors alike and independent: a component's sd is that of e's component over sqrt(2)
+    trust = at_paths(np.hypot(trips[..., 0], trips[..., 1]) / 2, places)
+    unseen = ~np.isfinite(trust)
+    flow[unseen] = np.nan
+    return flow, trust, unseen
+
+
+COLUMNS = ("noise, unknown pressure, gains of points", "residual test (time, space, tails, level)", "s")
+FILMED = (
+    "draw",
+    "least gap (mm)",
+    "closed frames",
+    "motion (px a frame)",
+    "error of the film's true flow (px)",
+)
+FOUND = ("error (px)", "motion found, of the true (median of the points)", "missing (%)", "trust too kind by")
 
 
 def measure(arguments: argparse.Namespace, directory: Path) -> None:
     """All draws."""
+    name = "chain" + "-colliding" * arguments.colliding + "-whole" * arguments.whole
+    films: list[list[str]] = []
+    preset, order = arguments.mesh
+    said = (
+        "Errors in %, in brackets the sd; **out**: the 95 % interval does not hold the truth. "
+        f"Larynx {preset} of order {order}, {arguments.frames} frames."
+    )
+    columns = ["link", "draw", *NAMED, "gain", *COLUMNS]
+    record(name, columns, rows(arguments, directory, films), said)
+    record(f"{name}-films", [*FILMED, *[f"{p}: {what}" for p in arguments.presets for what in FOUND]], films)
+
+
+def rows(arguments: argparse.Namespace, directory: Path, films: list[list[str]]) -> Iterator[list[str]]:
+    """Of all draws, a row a link; what is said of their films goes to `films`."""
     estimators: dict[bytes, Estimator] = {}
-    titles = " | ".join([*NAMED, "gain"])
-    print(f"| Link | Draw | {titles} | noise, gains | residual test (time, space, tails, level) | s |")
-    print("|---|---|" + "---|" * (len(NAMED) + 4), flush=True)
     for seed in arguments.seeds:
         waves = drive(arguments.frames, arguments.drive, arguments.mean)
         rng = np.random.default_rng(seed)
         unknown = np.repeat(rng.normal(0, UNKNOWN, (arguments.frames, 2)), STEPS_A_FRAME, axis=0)
-        moved = run(scene(arguments.mesh[0], arguments.mesh[1], contact=arguments.colliding), waves + unknown)
+        moved = run(scene(*arguments.mesh, contact=arguments.colliding), waves + unknown)
         gap = gaps(moved)
         if gap.min() <= TOUCHING and not arguments.colliding:
             raise SystemExit("chain: the folds would touch; take a smaller --drive, or --colliding.")
         touching = gap < TOUCHING
         closed = (touching[:-1] | touching[1:]) & arguments.colliding
-        print(f"draw {seed}: least gap {1e3 * gap.min():.3f} mm, {closed.sum()} frames closed", flush=True)
+        films.append([str(seed), f"{1e3 * gap.min():.3f}", str(closed.sum())])
         key = closed.tobytes()
         if key not in estimators:
             estimators[key] = Estimator(scene(*arguments.mesh), waves, closed, arguments.whole)
-        draw(arguments, estimators[key], moved, directory / f"{seed}", seed, rng)
+        yield from draw(arguments, estimators[key], moved, directory / f"{seed}", seed, rng, films[-1])
 
 
 def draw(
@@ -266,40 +301,41 @@ def draw(
     directory: Path,
     seed: int,
     rng: np.random.Generator,
-) -> None:
-    """All links of one."""
-    image, points = image_points(), estimator.points
+    told: list[str],
+) -> Iterator[list[str]]:
+    """All links of one; what is said of its film goes to `told`."""
+    points = estimator.points
     u = np.einsum("rk,trkc->trc", points.weights, moved.fields["displacement"][:, points.nodes])
     true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
-    clip, analysis = filmed(moved, directory, seed)
-    film_flow, _ = along_paths((np.nan_to_num(clip.flow(k)[0]) for k in range(arguments.frames)), image)
-    found_flow, places = along_paths((analysis.flow(k) for k in range(arguments.frames)), image)
-    trips = np.array([analysis.round_trip(k) for k in range(arguments.frames)])
-    # of e = u + b with errors alike and independent: a component's sd is that of e's component over sqrt(2)
-    trust = at_paths(np.hypot(trips[..., 0], trips[..., 1]) / 2, places)
-    unseen = ~np.isfinite(trust)
-    found_flow[unseen] = np.nan
-    error = rms(found_flow - true)
-    print(
-        f"motion {rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f} px a frame (rms); error (rms, a component): "
-        f"true flow of the film {rms(film_flow - true):.4f} px, flow found {error:.4f} px, missing "
-        f"{100 * unseen.mean():.1f} %; trust maps {error / rms(trust):.1f} times too kind",
-        flush=True,
-    )
-    white = rng.normal(0, error, true.shape)  # the same in both links
-    links = (
-        ("true displacement, white noise", true + white, False),
-        ("true flow of the film, the same noise", film_flow + white, False),
-        ("flow found, error taken for white", found_flow, False),
-        ("flow found, error learned", found_flow, True),
-    )
-    for title, flow, learn in links[arguments.links :]:
+    clip = filmed(moved, directory, seed)
+    flows = (np.nan_to_num(clip.flow(k)[0]) for k in range(arguments.frames))
+    film_flow = along_paths(flows, image_points())[0]
+    told += [f"{rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f}", f"{rms(film_flow - true):.4f}"]
+    links: list[tuple[str, np.ndarray, float, bool]] = []
+    for preset in arguments.presets:
+        flow, trust, unseen = found_by(preset, directory, arguments.frames)
+        error = rms(flow - true)
+        there = np.where(unseen[..., None], 0.0, true)
+        kept = ~unseen.all(axis=0)
+        share = np.median(np.nansum(flow * there, axis=(0, 2))[kept] / np.sum(there**2, axis=(0, 2))[kept])
+        told += [f"{error:.4f}", f"{share:.3f}", f"{100 * unseen.mean():.1f}", f"{error / rms(trust):.1f}"]
+        if not links:
+            white = rng.normal(0, error, true.shape)  # the same in both links
+            links += [
+                ("true displacement, white noise", true + white, error, False),
+                ("true flow of the film, the same noise", film_flow + white, error, False),
+            ]
+        links += [
+            (f"flow found ({preset}), error taken for white", flow, error, False),
+            (f"flow found ({preset}), error learned", flow, error, True),
+        ]
+    for title, flow, error, learn in links[arguments.links :]:
         try:
             one, seconds = estimator.estimate(flow, error, learn)
         except (plica.SolveFailed, plica.InvalidInput) as failure:
-            print(f"| {title} | {seed} | {failure} |", flush=True)
+            yield [title, str(seed), *["-"] * len(estimator.truth), "", str(failure), ""]
             continue
-        line(title, seed, one, estimator.truth, seconds)
+        yield line(title, seed, one, estimator.truth, seconds)
 
 
 def mesh(text: str) -> tuple[str, int]:
@@ -321,6 +357,7 @@ def main() -> None:
     parser.add_argument("--links", type=int, default=0, help="the first that is estimated")
     parser.add_argument("--whole", action="store_true", help="whole estimates, a sweep each iteration")
     parser.add_argument("--colliding", action="store_true", help="with contact; closed frames are given")
+    parser.add_argument("--presets", nargs="+", default=["robust", "video"], help="of the flow that is found")
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--keep", type=Path, help="directory of film and analysis")
     arguments = parser.parse_args()

@@ -202,7 +202,7 @@ def table(pairs: list[Pair], found: dict[str, Found]) -> None:
         both = [stats.spearmanr(ranked[:, k], ranked[:, -1]).statistic for k in range(3)]
         told = (f"{name} {value:+.2f}" for name, value in zip(columns[1:4], both, strict=True))
         said += f" true error: {', '.join(told)}."
-    record("flow-synthetic" if known else "flow-clip", columns, rows, said)
+    record("flow_synthetic" if known else "flow_clip", columns, rows, said)
 
 
 def counted(pairs: list[Pair], found: dict[str, Found]) -> list[np.ndarray]:

@@ -9,9 +9,11 @@ forces at the interface (of the largest exact one).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from record import record
 from scipy.sparse import csr_array
 
 from plica import _engine as engine
@@ -76,7 +78,7 @@ def patch(order: int, first: int, second: int, enforcement: Any, mortar: bool, s
         fixed,
         scheme=engine.Newmark(beta=1.0, gamma=1.5),  # ends fast motion within two steps
         step=5 * transit,
-        solver_tolerance=1e-12,
+        solver_tolerance=1e-11,
         contact=contact,
         loads=[engine.Load(surface="b.x_max", traction=(-pressure, 0, 0))],
     )
@@ -96,7 +98,14 @@ def patch(order: int, first: int, second: int, enforcement: Any, mortar: bool, s
     ]
 
 
-if __name__ == "__main__":
+COLUMNS = (
+    *("elements", "cubes of", "contact", "faces", "rows"),
+    *("stress, energy norm", "stress, largest", "displacement", "nodal force"),
+)
+
+
+def rows() -> Iterator[list[str]]:
+    """A row for each case and pair of meshes."""
     enforcements = {
         "multipliers": engine.Multipliers(),
         "augmented": engine.Augmented(stiffness=100 * E),
@@ -113,16 +122,12 @@ if __name__ == "__main__":
         ("quadratic", 2, "augmented", "mortar", ((2, 3),)),
         ("quadratic", 2, "penalty", "mortar", ((2, 2), (2, 3))),
     ]
-    print(
-        "| elements | cubes of | contact | faces | rows | stress, energy norm | stress, largest "
-        "| displacement | nodal force |"
-    )
-    print("|" + " --- |" * 9)
     for name, order, contact, faces, pairs in cases:
         for first, second in pairs:
-            rows, *errors = patch(order, first, second, enforcements[contact], faces == "mortar", 1e-6)
-            values = " | ".join(f"{error:.1e}" for error in errors)
-            print(
-                f"| {name} | {first}^3, {second}^3 | {contact} | {faces} | {rows:.0f} | {values} |",
-                flush=True,
-            )
+            closed, *errors = patch(order, first, second, enforcements[contact], faces == "mortar", 1e-6)
+            cubes = f"{first}^3, {second}^3"
+            yield [name, cubes, contact, faces, f"{closed:.0f}", *(f"{error:.1e}" for error in errors)]
+
+
+if __name__ == "__main__":
+    record("contact_patch", COLUMNS, rows())

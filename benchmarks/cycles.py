@@ -100,10 +100,10 @@ def planted(glottis: SyntheticGlottis, cycles: Cycles) -> tuple[np.ndarray, np.n
 def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         columns = ["shadow", "mean area (%)", "open quotient", "true", "doubts"]
-        record("video-shadows", columns, shadows(Path(name)))
+        record("video_shadows", columns, shadows(Path(name)))
         columns = ["planted jitter, shimmer (%)", "voice", "cycles found, used", "settled"]
         columns += ["jitter (%), interval", "true", "shimmer (%), interval", "true"]
-        record("video-irregular", columns, irregular(Path(name)))
+        record("video_irregular", columns, irregular(Path(name)))
 
 
 if __name__ == "__main__":

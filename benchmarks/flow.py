@@ -4,7 +4,10 @@ Pairs on which constants of the presets were chosen stand apart from those that 
 compared with peers on these, where the data folder has them.
 
     python benchmarks/flow.py --data ../shared/data/flow/middlebury
-    python benchmarks/flow.py --data ... --peers peers/bin/python --picture docs/images/flow_error_time.png
+    python benchmarks/flow.py --data ... --peers peers/bin/python
+    python benchmarks/flow.py --data ... --peers ... --rounds 5 --picture docs/images/flow_error_time.png
+
+Times (the last line) say something on an idle machine only.
 
 Peers need an environment of their own: python -m venv peers, then
 peers/bin/pip install opencv-contrib-python-headless scikit-image
@@ -22,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from flow_method import PEERS, PLICA
+from record import record
 
 from plica.video.flow import endpoint_error
 from plica.video.flow_file import read_flow
@@ -39,10 +43,12 @@ def main() -> None:
     )
     parser.add_argument("--data", type=Path, required=True, help="folder of the Middlebury sequences")
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")
-    parser.add_argument("--rounds", type=int, default=5, help="medians over so many; all methods take turns")
+    parser.add_argument("--rounds", type=int, default=0, help="also times: medians over so many, in turn")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--picture", type=Path, help="draw error against time there")
+    parser.add_argument("--picture", type=Path, help="draw error against time there; with --rounds")
     options = parser.parse_args()
+    if options.picture and not options.rounds:
+        parser.error("--picture needs times; add --rounds 5.")
 
     unseen = [name for name in UNSEEN if (options.data / name).is_dir()]
     truth = {name: read_flow(options.data / name / "flow10.flo") for name in (*CHOSE, *unseen)}
@@ -64,22 +70,16 @@ def main() -> None:
                 kinds = (f"{TIMED}_wall", f"{TIMED}_processor", "memory")
                 times[name].append([float(found[kind]) for kind in kinds])
 
-    print(f"| Method | {' | '.join(CHOSE)} | mean | wall (s) | processor (s) | memory (MB) |")
-    print("|---" * (len(CHOSE) + 5) + "|")
-    for name, error in errors.items():
-        wall, processor, memory = np.median(times[name], axis=0)
-        print(f"| {name} | {row(error, CHOSE)} | {wall:.3f} | {processor:.3f} | {memory:.0f} |")
-    print(
-        f"\nTimes and memory are those of {TIMED}, 584 x 388: medians of {options.rounds} rounds in "
-        f"which all took turns, {options.threads} threads."
-    )
-    if unseen:
-        print(f"\n| Method | {' | '.join(unseen)} | mean |")
-        print("|---" * (len(unseen) + 2) + "|")
-        for name, error in errors.items():
-            print(f"| {name} | {row(error, unseen)} |")
-    else:
+    for kind, pairs in (("chose", CHOSE), ("unseen", unseen)):
+        if pairs:
+            rows = ([name, *row(error, pairs)] for name, error in errors.items())
+            record(f"flow_{kind}", ["method", *pairs, "mean"], rows)
+    if not unseen:
         print("\nThese pairs chose constants of plica's presets: they do not compare plica with peers.")
+    if options.rounds:
+        taken = ([name, *(f"{value:.3g}" for value in np.median(times[name], axis=0))] for name in errors)
+        said = f"{TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
+        record("flow_time", ["method", "wall (s)", "processor (s)", "memory (MB)"], taken, said)
     if options.picture:
         counted = unseen or CHOSE
         drawn = [
@@ -104,10 +104,10 @@ def run(python: str, name: str, frames: Path, result: Path, threads: int) -> dic
     return dict(np.load(result))
 
 
-def row(error: dict[str, float], pairs: Sequence[str]) -> str:
+def row(error: dict[str, float], pairs: Sequence[str]) -> list[str]:
     """Cells of a table: the error of each pair, and their mean."""
     values = [error[pair] for pair in pairs]
-    return " | ".join(f"{value:.3f}" for value in [*values, float(np.mean(values))])
+    return [f"{value:.3f}" for value in [*values, float(np.mean(values))]]
 
 
 def read_frames(data: Path, pairs: Sequence[str]) -> dict[str, np.ndarray]:

@@ -33,16 +33,43 @@ RECORDINGS = {
 TIMES = (2, 9, 16)
 
 
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--preset", choices=tuple(PRESETS), default="video")
+    preset = parser.parse_args().preset
+    plica.set_threads(1)
+    heads = ("recording", "noise found", "best lambda (its error)", "the preset's")
+    own = PRESETS[preset].smoothness
+    said = f"Preset `{preset}`, lambda {own:g}; beside each lambda its error over the least."
+    record("flow_lambda", [*heads, *CRITERIA], rows(preset), said)
+
+
 def rows(preset: str) -> Iterator[list[str]]:
+    """A row for each recording."""
     ladder = PRESETS[preset].smoothness * 2.0 ** np.arange(-5, 6)
     for name, options in RECORDINGS.items():
-        noise, pairs, known = given(options)
+        glottis = SyntheticGlottis(options)
+        frames = {t: glottis.frame(t) for k in TIMES for t in (k, k + 1)}
+        noise = float(np.median([noise_level(frame) for frame in frames.values()]))
+        pairs, known = [], []
+        for t in TIMES:
+            one, two = (Seen(frames[k], glottis.mask(k)) for k in (t, t + 1))
+            pairs.append(SmoothnessPair(one.frame, two.frame, informing(one, two), one.tissue, noise))
+            known.append(glottis.flow(t, t + 1))
 
         def error(smoothness: float, pairs: list[SmoothnessPair] = pairs, known: list = known) -> float:
-            how = {"preset": preset, "intensity": (0.0, 255.0), "smoothness": smoothness}
             off = []
             for pair, (truth, there) in zip(pairs, known, strict=True):
-                found = flow(pair.first, pair.second, mask=pair.told, **how).flow
+                found = flow(
+                    pair.first,
+                    pair.second,
+                    preset=preset,
+                    mask=pair.told,
+                    intensity=(0.0, 255.0),
+                    smoothness=smoothness,
+                ).flow
                 off.append(np.hypot(*np.moveaxis(found - truth, -1, 0))[pair.counted & there].mean())
             return float(np.mean(off))
 
@@ -54,33 +81,7 @@ def rows(preset: str) -> Iterator[list[str]]:
             for value in (said.chosen[criterion] for criterion in CRITERIA)
         ]
         kept = error(PRESETS[preset].smoothness) / least
-        best = f"{ladder[errors.argmin()]:.3g} ({least:.3f} px)"
-        yield [name, f"{noise:.1f}", best, f"{kept:.2f}", *cells]
-
-
-def given(options: Synthetic) -> tuple[float, list[SmoothnessPair], list[tuple[np.ndarray, np.ndarray]]]:
-    """The noise found, pairs of frames, and the true flow of each with where it is known."""
-    glottis = SyntheticGlottis(options)
-    frames = {t: glottis.frame(t) for k in TIMES for t in (k, k + 1)}
-    noise = float(np.median([noise_level(frame) for frame in frames.values()]))
-    pairs = []
-    for t in TIMES:
-        one, two = (Seen(frames[k], glottis.mask(k)) for k in (t, t + 1))
-        pairs.append(SmoothnessPair(one.frame, two.frame, informing(one, two), one.tissue, noise))
-    return noise, pairs, [glottis.flow(t, t + 1) for t in TIMES]
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--preset", choices=tuple(PRESETS), default="video")
-    preset = parser.parse_args().preset
-    plica.set_threads(1)
-    columns = ["recording", "noise found", "best lambda (its error)", "the preset's", *CRITERIA]
-    said = f"Preset {preset}, lambda {PRESETS[preset].smoothness:g}; beside each lambda its error over the "
-    said += "least."
-    record("flow-lambda", columns, rows(preset), said)
+        yield [name, f"{noise:.1f}", f"{ladder[errors.argmin()]:.3g} ({least:.3f} px)", f"{kept:.2f}", *cells]
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
-"""Paper C's Table I on the synthetic glottis, whose flow is known: lambda and penalties.
+"""Paper C's Table I on the synthetic glottis, whose flow is known: lambda, penalties and pyramid levels.
 
 For each setting, means over pairs of frames of one recording and, in brackets, half of the 95 % interval of
 the difference from the default, pair by pair (so that what all settings share in a pair drops out): the
 distance from the true flow on tissue (px), the residual I(x + u, t + dt) - I(x, t) (grey levels), and Paper
 C's warp error, Eq. (15): root mean square of I(x, t + dt) - I(x - u, t) over the centred 97 % of each side
-(94 % of the area). Below the table stand the flow error of every preset, and by phase of the cycle, for the
+(94 % of the area). The last parts give the flow error of every preset, and by phase of the cycle, for the
 default.
 """
 
@@ -23,6 +23,7 @@ from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
 PENALTIES = ("lorentzian", "quadratic")
+LEVELS = (None, 1)
 PHASES = ("opening", "open", "closing", "closed", "collision")
 
 
@@ -51,18 +52,6 @@ def phase_of(glottis: SyntheticGlottis, t: int) -> str:
     return "opening" if after > before else "closing"
 
 
-def settings(glottis: SyntheticGlottis, pairs: range, default: np.ndarray) -> Iterator[list[str]]:
-    for penalty in PENALTIES:
-        for smoothness in SMOOTHNESS:
-            chosen = {"smoothness": smoothness, "data_penalty": penalty, "smooth_penalty": penalty}
-            found = np.array([errors(glottis, t, chosen) for t in pairs])
-            half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(len(pairs))
-            cells = [
-                f"{mean:.3f} ({spread:.3f})" for mean, spread in zip(found.mean(axis=0), half, strict=True)
-            ]
-            yield [f"{smoothness:g}", penalty, *cells]
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -73,17 +62,39 @@ def main() -> None:
     glottis = SyntheticGlottis(
         Synthetic(height=160, width=160, amplitude=(6, 6), opening=(3, 3), noise=options.noise)
     )
-    pairs = range(options.pairs)
-    default = np.array([errors(glottis, t, {}) for t in pairs])
-    names = np.array([phase_of(glottis, t) for t in pairs])
-    phases = [f"{name} {default[names == name, 0].mean():.3f}" for name in PHASES if (names == name).any()]
-    presets = [
-        f"{preset} {np.mean([errors(glottis, t, {'preset': preset})[0] for t in pairs]):.3f}"
+    default = np.array([errors(glottis, t, {}) for t in range(options.pairs)])
+    heads = ["lambda", "penalties", "levels", "flow error (px)", "residual (grey)", "Eq. (15) (grey)"]
+    record("flow_sweep", heads, sweep(glottis, default))
+    off = (
+        [preset, f"{np.mean([errors(glottis, t, {'preset': preset})[0] for t in range(options.pairs)]):.3f}"]
         for preset in PRESETS
-    ]
-    said = f"Flow error (px) of `robust` by phase: {', '.join(phases)}; by preset: {', '.join(presets)}."
-    columns = ["lambda", "penalties", "flow error (px)", "residual (grey)", "Eq. (15) (grey)"]
-    record("flow-sweep", columns, settings(glottis, pairs, default), said)
+    )
+    record("flow_sweep_presets", ["preset", "flow error (px)"], off)
+    names = np.array([phase_of(glottis, t) for t in range(options.pairs)])
+    phases = (
+        [name, (names == name).sum(), f"{default[names == name, 0].mean():.3f}"]
+        for name in PHASES
+        if (names == name).any()
+    )
+    record("flow_sweep_phases", ["phase", "pairs", "flow error (px)"], phases)
+
+
+def sweep(glottis: SyntheticGlottis, default: np.ndarray) -> Iterator[list[str]]:
+    """A row for each lambda, penalty and depth of the pyramid."""
+    for levels in LEVELS:
+        for penalty in PENALTIES:
+            for smoothness in SMOOTHNESS:
+                chosen = {"smoothness": smoothness, "data_penalty": penalty, "smooth_penalty": penalty}
+                if levels is not None:
+                    chosen["levels"] = levels
+                found = np.array([errors(glottis, t, chosen) for t in range(len(default))])
+                half = 1.96 * (found - default).std(axis=0, ddof=1) / np.sqrt(len(default))
+                cells = [
+                    f"{mean:.3f} ({spread:.3f})"
+                    for mean, spread in zip(found.mean(axis=0), half, strict=True)
+                ]
+                depth = "all" if levels is None else str(levels)
+                yield [f"{smoothness:g}", penalty, depth, *cells]
 
 
 if __name__ == "__main__":

@@ -17,12 +17,12 @@ Errors are of k1, k2, k3 in per cent.
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from record import record
 from scipy.optimize import least_squares, minimize
 
 from plica.identify import LinearGaussian, em, hht_evolution, kalman_filter, log_likelihood, structured_em
@@ -124,27 +124,18 @@ def maximum(y: Array, share: float) -> tuple[Array, Array, float]:
     return best, np.sqrt(np.diag(np.linalg.inv(seen))), rate
 
 
-def free(share: float, frames: int, iterations: int, start: Array) -> str:
+def free(share: float, frames: int, iterations: int, start: Array) -> list[str]:
     y = draw(share, frames, 1)
     model, f = model_of(start, share, frames)
     full = replace(model, process_noise=model.Gamma_w + 1e-8 * np.eye(model.states))
-    began = time.perf_counter()
     result = em(full, y, f, estimate=("G", "Gamma_w"), iterations=iterations, tolerance=0.0)
-    taken = time.perf_counter() - began
     moved = simulated_spread(model, f)
     theta = read_theta(result.model.G, moved, share)
     rise = result.log_likelihoods
     true_model, true_input = model_of(TRUTH, share, frames)
     at_truth = log_likelihood(true_model, y, true_input)
-    cells = [
-        f"{100 * share:g} %",
-        per_cent(start),
-        per_cent(theta),
-        f"{rise[-1] - rise[0]:.1f}",
-        f"{rise[-1] - at_truth:.1f}",
-        f"{taken:.1f}",
-    ]
-    return "| " + " | ".join(cells) + " |"
+    begun = "the truth" if start is TRUTH else per_cent(start)
+    return [f"{100 * share:g} %", begun, per_cent(theta), f"{rise[-1] - at_truth:.0f}"]
 
 
 def simulated_spread(model: LinearGaussian, f: Array) -> Array:
@@ -156,10 +147,10 @@ def simulated_spread(model: LinearGaussian, f: Array) -> Array:
     return np.sqrt(total / len(f))
 
 
-def structured(share: float, frames: int, iterations: int) -> str:
+def structured(share: float, frames: int, iterations: int) -> list[str]:
+    """Where EM with G(theta) stands after some iterations, and how many it needs."""
     y = draw(share, frames, 1)
     best, sd, rate = maximum(y, share)
-    began = time.perf_counter()
     result = structured_em(
         lambda theta: model_of(theta, share, frames),
         START,
@@ -168,43 +159,33 @@ def structured(share: float, frames: int, iterations: int) -> str:
         iterations=iterations,
         tolerance=0.0,
     )
-    taken = time.perf_counter() - began
     left = float(np.max(np.abs(result.theta - best) / sd))
     needed = np.log(0.1 / np.max(np.abs(START - best) / sd)) / np.log(rate)
-    cells = [
+    return [
         f"{100 * share:g} %",
         per_cent(best),
-        " / ".join(f"{100 * value:.1f}" for value in sd),
-        str(len(result.thetas) - 1),
-        per_cent(result.theta),
-        f"{left:.1f}",
-        f"{rate:.5f}",
-        f"{max(needed, 1):.0f}",
-        f"{taken:.1f}",
+        " / ".join(f"{100 * value:.2g}" for value in sd),
+        f"{per_cent(result.theta)}, {left:.0f} sd off",
+        f"1 - {1 - rate:.0e}",
+        f"{max(needed, 1):.0e}",
     ]
-    return "| " + " | ".join(cells) + " |"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--frames", type=int, default=400)
+    parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--iterations", type=int, default=100)
     parser.add_argument("--shares", type=float, nargs="+", default=[0.003, 0.03, 0.3])
     given = parser.parse_args()
-    columns = (
-        "random force | start (%) | read from G (%) | rise of log p | above log p of the truth | time (s)"
-    )
-    print(f"G free, {given.iterations} iterations\n\n| {columns} |\n|" + " --- |" * 6)
-    for share in given.shares:
-        for start in (START, TRUTH):
-            print(free(share, given.frames, given.iterations, start), flush=True)
-    columns = "random force | maximum (%) | sd (%) | iterations | EM stands at (%) | from the maximum (sd)"
-    columns += " | rate | iterations to 0.1 sd | time (s)"
-    print(f"\nG(theta)\n\n| {columns} |\n|" + " --- |" * 9)
-    for share in given.shares:
-        print(structured(share, given.frames, given.iterations), flush=True)
+    said = f"Errors in %; {given.frames} frames, {given.iterations} iterations."
+    starts = ((share, start) for share in given.shares for start in (START, TRUTH))
+    rows = (free(share, given.frames, given.iterations, start) for share, start in starts)
+    record("em-free", ["random force", "start", "read from G", "log p above that of the truth"], rows, said)
+    columns = ["random force", "maximum of the likelihood", "sd", "EM stands at", "rate"]
+    rows = (structured(share, given.frames, given.iterations) for share in given.shares)
+    record("em-structured", [*columns, "iterations to 0.1 sd"], rows, said)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from record import record
 
 from plica.video.image_file import read_image
 from plica.video.segmentation import segment
@@ -156,11 +157,12 @@ def main() -> None:
         find = lambda image: network.probability(image) >= network.threshold  # noqa: E731
     for half, frames in halves(options.folder).items():
         if options.half in (None, half):
-            report(half, frames, find, options.pictures)
+            rows, said = report(half, frames, find, options.pictures)
+            record(f"glottis_{half.split()[0]}", [half, "alone", "region", "eight clicks"], rows, said)
 
 
-def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) -> None:
-    """The table of one half."""
+def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) -> tuple[list[list[str]], str]:
+    """The table of one half, and what is said below it; frames below 0.5 are printed."""
     rows = []
     for frame in frames:
         found = find(frame.image)
@@ -169,8 +171,7 @@ def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) ->
         if pictures and rows[-1][0] < 0.5:
             write_picture(pictures / f"{frame.name}.png", frame.image, frame.truth, found)
     rows.sort(key=lambda row: row[0])
-    print(f"\n{half}: {', '.join(sorted((frame.name for frame in frames), key=int))}\n")
-    print("| frame | openings | alone | region | eight clicks | true (px) | found (px) |")
+    print("\n| frame | openings | alone | region | eight clicks | true (px) | found (px) |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for alone, region, clicks, frame, area in rows:
         if alone < 0.5:
@@ -183,16 +184,17 @@ def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) ->
         "several openings": [row for row in rows if row[3].openings > 1],
         "closed": [row for row in rows if row[3].openings == 0],
     }
+    table = []
     for kind, some in kinds.items():
         columns = np.array([row[:3] for row in some])
         for what, value in (("mean", np.mean), ("median", np.median)):
-            shown = " | ".join(f"{value(columns[:, k]):.3f}" for k in range(3))
-            print(f"| {kind}: {what} of {len(some)} | | {shown} | | |")
-    print(
-        "| below 0.5 | | " + " | ".join(str(sum(row[k] < 0.5 for row in rows)) for k in range(3)) + " | | |"
-    )
+            shown = [f"{value(columns[:, k]):.3f}" for k in range(3)]
+            table.append([f"{kind}: {what} of {len(some)}", *shown])
+    table.append(["below 0.5", *(str(sum(row[k] < 0.5 for row in rows)) for k in range(3))])
     closed = [find(painted_over(frame)).any() for frame in frames if frame.openings]
-    print(f"\npainted over, so closed: nothing found in {closed.count(False)} of {len(closed)}")
+    names = ", ".join(sorted((frame.name for frame in frames), key=int))
+    said = f"Painted over, so closed: nothing is found in {closed.count(False)} of {len(closed)}."
+    return table, f"{said} Frames {names}."
 
 
 def write_picture(path: Path, image: np.ndarray, truth: np.ndarray, found: np.ndarray) -> None:

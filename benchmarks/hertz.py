@@ -9,11 +9,12 @@ Contact radii come from the second moment of the nodal forces, <r^2> = 2 a^2 / 5
 from __future__ import annotations
 
 import argparse
-import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from record import record
 
 from plica import _engine as engine
 from plica.phonation.scene.changed_mesh import changed_mesh
@@ -21,6 +22,10 @@ from plica.verify.contact.airway import air_between
 
 E, NU, RADIUS = 1e4, 0.3, 1.0
 FACES = ("nodes", "mortar")
+COLUMNS = (
+    *("bodies", "elements", "faces", "edges in a", "unknowns", "closed", "passes", "a/R", "radius"),
+    *("pressure at the centre", "largest pressure", "largest error within 0.8 a"),
+)
 
 
 @dataclass(frozen=True)
@@ -108,11 +113,9 @@ def solve(case: Case) -> dict[str, float]:
     )
     material = engine.Material(engine.Isotropic(E, NU), density=1000.0)
     layers = np.zeros(len(mesh.cells), int)
-    begin = time.perf_counter()
     rest = engine.contact_equilibrium(
         mesh, [material], ["body"], layers, fixed, contact=contact, displacement=moved
     )
-    seconds = time.perf_counter() - begin
 
     upper = np.unique(surfaces[1])
     x, force = points[upper] + rest.displacement[upper], np.asarray(rest.contact_force)[upper, 0]
@@ -140,7 +143,6 @@ def solve(case: Case) -> dict[str, float]:
         "centre": pressure[np.argmin(r2 + x[:, 2] ** 2)] / peak - 1,
         "peak": pressure.max() / peak - 1,
         "inner pressure": np.abs(off).max() / peak,
-        "seconds": seconds,
     }
 
 
@@ -163,24 +165,18 @@ def cases(finest: float) -> list[Case]:
     return [case for case in cylinders + spheres + smaller if case.edges <= finest]
 
 
-if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--finest", type=float, default=16, help="edges of cells within a contact radius")
-    heads = (
-        "bodies, elements, faces, edges in a, unknowns, closed, passes, a/R, radius, pressure at the centre, "
-    )
-    heads += "largest pressure, largest error within 0.8 a, s"
-    print("| " + " | ".join(heads.split(", ")) + " |\n|" + " --- |" * 13)
-    for chosen in cases(parser.parse_args().finest):
+def rows(finest: float) -> Iterator[list[str]]:
+    """A row for each case."""
+    for chosen in cases(finest):
         row = solve(chosen)
         bodies = f"{chosen.shape} on a plane" if chosen.pair == "plane" else f"two {chosen.shape}s"
         elements = "linear" if chosen.order == 1 else "quadratic"
-        counts = " | ".join(f"{row[name]:.0f}" for name in ("unknowns", "closed", "passes"))
-        errors = " | ".join(
-            f"{100 * row[name]:+.1f} %" for name in ("radius", "centre", "peak", "inner pressure")
-        )
-        print(
-            f"| {bodies} | {elements} | {chosen.faces} | {chosen.edges:g} | {counts} | {row['ratio']:.4f} "
-            f"| {errors} | {row['seconds']:.1f} |",
-            flush=True,
-        )
+        counts = [f"{row[name]:.0f}" for name in ("unknowns", "closed", "passes")]
+        errors = [f"{100 * row[name]:+.1f} %" for name in ("radius", "centre", "peak", "inner pressure")]
+        yield [bodies, elements, chosen.faces, f"{chosen.edges:g}", *counts, f"{row['ratio']:.4f}", *errors]
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--finest", type=float, default=16, help="edges of cells within a contact radius")
+    record("hertz", COLUMNS, rows(parser.parse_args().finest))

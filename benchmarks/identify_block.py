@@ -151,18 +151,26 @@ def true_log(names: tuple[str, ...]) -> np.ndarray:
     return np.append(np.log([TISSUE[f.split(".")[0]][f.split(".")[1]] for f in fields]), 0.0)
 
 
-def report(title: str, names: tuple[str, ...], error: np.ndarray, sd: np.ndarray) -> dict[str, Any]:
-    """Print errors and coverage over the draws, (draws, p) of log theta."""
+def statistics(found: list[tuple[np.ndarray, np.ndarray]]) -> dict[str, Any]:
+    """Of errors (p) of log theta and their covariance (p, p), draw by draw: per cent a number, (p), and the
+    per cent of all nominal 95 % intervals that hold the truth."""
+    error, sd = errors(found)
     covered = np.abs(error) <= 1.959964 * sd
-    print(f"\n{title}: {len(error)} draws; nominal 95 % covers {100 * covered.mean():.1f} %")
-    print(f"{'':20}{'bias %':>8}{'rms %':>8}{'sd %':>8}{'covers %':>10}")
-    rows = {}
-    for j, name in enumerate(names):
-        bias, rms = 100 * error[:, j].mean(), 100 * np.sqrt(np.mean(error[:, j] ** 2))
-        row = (bias, rms, 100 * np.median(sd[:, j]), 100 * covered[:, j].mean())
-        print(f"{name:20}{row[0]:8.1f}{row[1]:8.1f}{row[2]:8.1f}{row[3]:10.0f}", flush=True)
-        rows[name] = row
-    return {"draws": len(error), "coverage": float(covered.mean()), "rows": rows}
+    return {
+        "bias %": 100 * error.mean(axis=0),
+        "rms %": 100 * np.sqrt(np.mean(error**2, axis=0)),
+        "sd %": 100 * np.median(sd, axis=0),
+        "95 % covers": 100 * covered.mean(axis=0),
+        "coverage": 100 * float(covered.mean()),
+    }
+
+
+def statistics_rows(found: list[tuple[np.ndarray, np.ndarray]]) -> list[list[str]]:
+    """A row each of bias, rms, sd and coverage; in the last column the coverage of all numbers."""
+    made = statistics(found)
+    rows = [[what, *[f"{v:.1f}" for v in made[what]], ""] for what in ("bias %", "rms %", "sd %")]
+    covers = [f"{v:.0f} %" for v in made["95 % covers"]]
+    return [*rows, ["95 % covers", *covers, f"{made['coverage']:.1f} %"]]
 
 
 def offsets(names: tuple[str, ...], bench: Bench, rng: np.random.Generator) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from identify_block import (
@@ -22,13 +22,13 @@ from identify_block import (
     Divisions,
     offsets,
     parameters,
-    report,
     true_log,
 )
+from record import record
 from scipy import stats
 
 import plica
-from plica.identify import MarginalLikelihood, MotionModel, estimate
+from plica.identify import MarginalLikelihood, MotionModel, Posterior, estimate
 
 SMALL: Divisions = (2, 3, (1, 1, 1))
 
@@ -54,64 +54,98 @@ class Drawn:
         return truth, self._model.seeing(flow)
 
 
-def calibration(arguments: argparse.Namespace) -> dict[str, Any]:
+NUMBERS = ("viscosity", *NAMES, "gain")
+
+
+def calibration(arguments: argparse.Namespace) -> None:
     """Whole estimates of tissues drawn from the prior, on the mesh of the truth."""
-    titles = ("viscosity", *NAMES, "gain")
     drawn = Drawn(arguments.frames, arguments.drive)
-    print(f"{drawn.bench.unknowns} unknowns, {arguments.frames} frames, prior sd {PRIOR_SD:g}", flush=True)
-    errors, sds, told, failed, starts = [], [], [], [], []
+    found, failed = [], 0
     for draw in range(arguments.draws):
         truth, model = drawn.recording(arguments.seed + draw)
         began = time.process_time()
         try:
-            found = estimate(MarginalLikelihood(model))
+            posterior = estimate(MarginalLikelihood(model))
         except plica.SolveFailed as error:
-            failed.append((draw, str(error)))
+            failed += 1
             print(f"draw {draw}: {error}", flush=True)
             continue
-        told.append(not found.residuals.passed or not found.gaussian)
-        errors.append(found.mean - truth)
-        sds.append(np.sqrt(np.diag(found.covariance)))
-        starts.append((found.starts, found.ended_here, time.process_time() - began))
-        print(
-            f"draw {draw}: {found.iterations} iterations, {found.starts} starts, {found.ended_here} ended "
-            f"here, {starts[-1][2]:.1f} s busy; "
-            f"errors in sd {np.round(errors[-1] / sds[-1], 2)}{', warned' * told[-1]}",
-            flush=True,
-        )
-    out = report("whole estimates of tissues drawn from the prior", titles, np.array(errors), np.array(sds))
-    scores, kept = np.array(errors) / np.array(sds), ~np.array(told)
-    out["failed"], out["warned"] = failed, int(np.sum(told))
-    out["ranks"], out["starts"] = ranks(titles, scores), starts
-    again = [row for row in starts if row[0] > 1]
-    print(
-        f"begun again: {len(again)}, of which {sum(s > e for s, e, _ in again)} ended elsewhere than some "
-        f"start; {sum(row[2] for row in again):.0f} of {sum(row[2] for row in starts):.0f} s busy"
+        found.append(Ended.of(posterior, truth, time.process_time() - began))
+        print(f"draw {draw}: {found[-1]}", flush=True)
+    kept = [one for one in found if not one.warned]
+    far = [one for one in found if np.abs(one.score).max() > 4]
+    columns = ["", *NUMBERS, "all"]
+    said = (
+        f"{arguments.draws} draws, {arguments.frames} frames, {arguments.drive:g} Pa; "
+        f"{drawn.bench.unknowns:,} unknowns, prior sd {PRIOR_SD:g}."
     )
-    far = np.abs(scores).max(axis=1) > 4
-    print(
-        f"{len(failed)} did not converge; {int(np.sum(told))} warned of residuals or shape; {int(far.sum())} "
-        f"off by more than 4 sd, {int((far & kept).sum())} of these without a warning"
+    record(
+        "identify-calibration", columns, ranks(kept), f"The draws without a warning, {len(kept)} of {said}"
     )
-    print("\nwithout those warned of:")
-    out["ranks, not warned"] = ranks(titles, scores[kept])
-    return out
+    counts = {
+        "draws": len(found) + failed,
+        "not converged": failed,
+        "95 % covers, of all": f"{_covers(found, 1.959964):.1f} %",
+        "50 % covers, of all": f"{_covers(found, 0.67449):.1f} %",
+        "warned of": len(found) - len(kept),
+        "over 4 sd off": len(far),
+        "of these not warned of": sum(not one.warned for one in far),
+        "begun again": sum(one.starts > 1 for one in found),
+        "of these ended elsewhere": sum(one.starts > one.ended_here for one in found),
+        "iterations, median": f"{np.median([one.iterations for one in found]):.0f}",
+        "s of a processor, median": f"{np.median([one.busy for one in found]):.1f}",
+    }
+    record("identify-calibration-draws", list(counts), [list(counts.values())], said)
 
 
-def ranks(names: tuple[str, ...], scores: np.ndarray) -> dict[str, Any]:
-    """Print the truth's places in the posteriors, (draws, p) errors in sd, in tenths, and how uniform they
-    are: the p-value of Kolmogorov and Smirnov's test, and the mean square of the scores."""
-    places = stats.norm.cdf(-scores)
-    rows = {}
-    for j, name in [*enumerate(names), (slice(None), "all")]:
-        tenths = np.histogram(places[:, j], bins=10, range=(0, 1))[0]
-        p_value = float(stats.kstest(places[:, j].ravel(), "uniform").pvalue)
-        square = float(np.mean(scores[:, j] ** 2))
-        inner = float(np.mean(np.abs(scores[:, j]) < 0.6745))
-        shown = " ".join(f"{k:3d}" for k in tenths)
-        print(
-            f"{name:20} tenths {shown}; p {p_value:.2f}, mean square {square:.2f}, "
-            f"50 % covers {100 * inner:.0f} %"
+@dataclass(frozen=True)
+class Ended:
+    """How an estimate ended."""
+
+    score: np.ndarray
+    """(p) errors in sd"""
+    warned: bool
+    """Of the residuals, or of the density's shape."""
+    iterations: int
+    starts: int
+    ended_here: int
+    busy: float
+    """s of a processor"""
+
+    @classmethod
+    def of(cls, found: Posterior, truth: np.ndarray, busy: float) -> Ended:
+        """A posterior beside the truth (p)."""
+        warned = not found.residuals.passed or not found.gaussian
+        score = (found.mean - truth) / np.sqrt(np.diag(found.covariance))
+        return cls(score, warned, found.iterations, found.starts, found.ended_here, busy)
+
+    def __str__(self) -> str:
+        return (
+            f"{self.iterations} iterations, {self.starts} starts, {self.ended_here} ended here, "
+            f"{self.busy:.1f} s busy; errors in sd {np.round(self.score, 2)}{', warned' * self.warned}"
         )
-        rows[name] = {"tenths": tenths.tolist(), "p": p_value, "mean_square": square, "covers_50": inner}
-    return rows
+
+
+def _covers(found: list[Ended], bound: float) -> float:
+    """Per cent of the intervals of this half-width in sd that hold the truth."""
+    return 100 * float(np.mean(np.abs([one.score for one in found]) <= bound))
+
+
+def ranks(found: list[Ended]) -> list[list[str]]:
+    """The truth's places in the posteriors, in tenths, and how uniform they are: the p-value of Kolmogorov
+    and Smirnov's test, and the mean square of the scores. A column a number and one of all."""
+    scores = np.array([one.score for one in found])
+    columns = []
+    for part in [*scores.T, scores.ravel()]:
+        places = stats.norm.cdf(-part)
+        tenths = np.histogram(places, bins=10, range=(0, 1))[0]
+        columns.append(
+            [
+                " ".join(str(k) for k in tenths),
+                f"{stats.kstest(places, 'uniform').pvalue:.2f}",
+                f"{np.mean(part**2):.2f}",
+                *[f"{100 * np.mean(np.abs(part) <= bound):.1f} %" for bound in (1.959964, 0.67449)],
+            ]
+        )
+    names = ("u in tenths of [0, 1]", "p", "mean square of error over sd", "95 % covers", "50 % covers")
+    return [[name, *row] for name, row in zip(names, zip(*columns, strict=True), strict=True)]

@@ -7,7 +7,6 @@ The posterior sd on the mesh of the truth, from the Fisher information: no unbia
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 import numpy as np
 from identify_block import (
@@ -21,37 +20,35 @@ from identify_block import (
     Bench,
     Study,
 )
+from record import record
 
 from plica.identify import MarginalLikelihood, Noise
 
 NAMES = ("cover.E", *SEVEN)
 
 
-def information(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Print the sd of every number for each recording."""
+def information(arguments: argparse.Namespace) -> None:
+    """The sd of every number for each recording, in per cent."""
     frames, drive = arguments.frames, arguments.drive
     plain = Study(Bench(COARSE, STEP, frames), NAMES, drive)
     longer = Study(Bench(COARSE, STEP, 2 * frames), NAMES, drive)
     cases = (
-        ("as it is", plain, FLOW_SD, PRESSURE_SD),
+        (f"{frames} frames, {FLOW_SD:g} px, {PRESSURE_SD:g} Pa unknown", plain, FLOW_SD, PRESSURE_SD),
         (f"{2 * frames} frames", longer, FLOW_SD, PRESSURE_SD),
-        ("flow's error / 2", plain, FLOW_SD / 2, PRESSURE_SD),
-        ("flow's error / 10", plain, FLOW_SD / 10, PRESSURE_SD),
-        ("unknown pressures / 10", plain, FLOW_SD, PRESSURE_SD / 10),
-        ("both / 10", plain, FLOW_SD / 10, PRESSURE_SD / 10),
+        (f"{FLOW_SD / 2:g} px", plain, FLOW_SD / 2, PRESSURE_SD),
+        (f"{FLOW_SD / 10:g} px", plain, FLOW_SD / 10, PRESSURE_SD),
+        (f"{PRESSURE_SD / 10:g} Pa unknown", plain, FLOW_SD, PRESSURE_SD / 10),
+        (f"{FLOW_SD / 10:g} px and {PRESSURE_SD / 10:g} Pa", plain, FLOW_SD / 10, PRESSURE_SD / 10),
     )
-    print(f"posterior sd %, {plain.bench.unknowns} unknowns, {frames} frames, {drive:g} Pa")
-    print(f"{'':24}" + "".join(f"{name[-14:]:>15}" for name in ("viscosity", *NAMES, "gain")))
-    out = {}
-    for name, study, flow, pressure in cases:
-        out[name] = _sd(study, flow, pressure)
-        print(f"{name:24}" + "".join(f"{100 * sd:15.1f}" for sd in out[name]), flush=True)
-    return out
+    rows = ([name, *_sd(study, flow, pressure)] for name, study, flow, pressure in cases)
+    said = f"{plain.bench.unknowns:,} unknowns, {drive:g} Pa."
+    record("identify-information", ["posterior sd %", "viscosity", *NAMES, "gain"], rows, said)
 
 
-def _sd(study: Study, flow: float, pressure: float) -> list[float]:
-    """(p) of log theta at the truth, these noises held."""
+def _sd(study: Study, flow: float, pressure: float) -> list[str]:
+    """(p) of log theta at the truth in per cent, these noises held."""
     likelihood = MarginalLikelihood(study.model, Noise(pressure, flow / FLOW_SD))
     at = likelihood.evaluate_known(study.truth, study.responses)
     precision = np.append(np.full(len(study.truth) - 1, PRIOR_SD), GAIN_SD) ** -2.0
-    return np.sqrt(np.diag(np.linalg.inv(at.information + np.diag(precision)))).tolist()
+    covariance = np.linalg.inv(at.information + np.diag(precision))
+    return [f"{100 * sd:.1f}" for sd in np.sqrt(np.diag(covariance))]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import resource
 import time
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 from identify_block import (
@@ -19,6 +19,7 @@ from identify_block import (
     drive,
     parameters,
 )
+from record import record
 
 import plica
 from plica import _engine
@@ -56,6 +57,10 @@ class LarynxBench:
         nodes = np.unique(faces[near])
         return LARYNX_CAMERA.project(x[nodes[:: max(1, len(nodes) // 80)]])[:, :2]
 
+    def shows(self, image: np.ndarray) -> np.ndarray:
+        """(r) Which points of the picture (r, 2) this mesh's surface is seen at."""
+        return SurfacePoints.met(self.mesh, "airway", LARYNX_CAMERA, image)[1]
+
     def model(self, image: np.ndarray, flow: np.ndarray) -> MotionModel:
         """Of the flow (N, r, 2) at these points of the picture."""
         points = SurfacePoints.seen(self.mesh, "airway", LARYNX_CAMERA, image)
@@ -64,54 +69,38 @@ class LarynxBench:
         return MotionModel(self.scene, parameters(SEVEN, np.zeros(7)), seen, forcing, mesh=self.mesh)
 
 
-def larynx(arguments: argparse.Namespace) -> dict[str, Any]:
+def larynx(arguments: argparse.Namespace) -> None:
     """Time and memory of one estimate in the larynx; with --before, of one on a coarser mesh that it starts
     from."""
     fine = LarynxBench(arguments.preset, arguments.size, arguments.frames, arguments.drive)
-    benches = [LarynxBench(name, None, arguments.frames, arguments.drive) for name in arguments.before] + [
-        fine
-    ]
+    presets = [LarynxBench(name, None, arguments.frames, arguments.drive) for name in arguments.before]
+    columns = ["larynx", "free unknowns", "evaluations", "s so far", "s of processors", "peak memory (MB)"]
+    names = [*arguments.before, arguments.preset]
+    said = f"{arguments.frames} frames, seven parameters and the gain, {arguments.threads} threads."
+    made = estimates(dict(zip(names, [*presets, fine], strict=True)), arguments.frames)
+    record("identify-larynx", columns, made, said)
+
+
+def estimates(benches: dict[str, LarynxBench], frames: int) -> Iterator[list[str]]:
+    """One recording of the last mesh estimated on each, from where the mesh before ended."""
+    *_, fine = benches.values()
     image = fine.image()
-    first = fine.model(image, np.ones((arguments.frames, len(image), 2)))
+    image = image[np.all([bench.shows(image) for bench in benches.values()], axis=0)]
+    first = fine.model(image, np.ones((frames, len(image), 2)))
     rng = np.random.default_rng(7)
     truth = first.responses(first.tissue.prior_mean, derivatives=False)
-    pressures = rng.normal(0, PRESSURE_SD, (arguments.frames * 2, 1))
-    rows = truth.mean[0] + np.asarray(_engine.toeplitz_product(truth.lags[0], pressures)).reshape(
-        truth.mean[0].shape
-    )
-    flow = (rows + rng.normal(0, FLOW_SD, rows.shape)).reshape(arguments.frames, -1, 2)
+    pressures = rng.normal(0, PRESSURE_SD, (frames * 2, 1))
+    moved = np.asarray(_engine.toeplitz_product(truth.lags[0], pressures)).reshape(truth.mean[0].shape)
+    rows = truth.mean[0] + moved
+    flow = (rows + rng.normal(0, FLOW_SD, rows.shape)).reshape(frames, -1, 2)
     start = np.append(first.tissue.prior_mean, 0.0) + rng.normal(0, 0.3, 8)
-    out: dict[str, Any] = {"meshes": []}
-    began, busy = time.perf_counter(), time.process_time()
-    for bench in benches:
-        likelihood = MarginalLikelihood(bench.model(image, flow))
-        found = estimate(
-            likelihood,
-            start,
-            progress=lambda i: print(
-                i.number, f"{i.value:.3f} {i.step:.3g} sd {time.perf_counter() - began:.1f} s", flush=True
-            ),
-        )
-        seconds, processor = time.perf_counter() - began, time.process_time() - busy
+    began, busy, found = time.perf_counter(), time.process_time(), None
+    for name, bench in benches.items():
+        coarse, found = found, estimate(MarginalLikelihood(bench.model(image, flow)), start)
+        start = found.mean
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(
-            f"{bench.unknowns} free unknowns, {len(image)} points, {arguments.frames} frames: {seconds:.1f} "
-            f"s so far, {processor:.1f} s of processors, {found.iterations} iterations, peak {memory:.0f} MB "
-            f"of the process, {plica._engine.threads()} threads",
-            flush=True,
-        )
-        out["meshes"].append(
-            {
-                "unknowns": bench.unknowns,
-                "seconds": seconds,
-                "processor": processor,
-                "iterations": found.iterations,
-                "peak_MB": memory,
-            }
-        )
-        if bench is not fine:
-            coarse, start = found, found.mean
-    if len(benches) > 1:
+        spent = [f"{time.perf_counter() - began:.0f}", f"{time.process_time() - busy:.0f}", f"{memory:.0f}"]
+        yield [name, f"{bench.unknowns:,}", str(found.iterations), *spent]
+    if coarse is not None:
         found = coarse.refined_by(found)
     print(found.table(), "\n".join(found.warnings()), sep="\n")
-    return out

@@ -14,20 +14,18 @@ through the mesh, both ways; "missed" is its 95th percentile over the half-width
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from record import record
 
 from plica import InvalidInput, larynx_fit, video
 from plica.video.image_file import read_image
 
-_HEAD = (
-    f"{'frame':>5} {'length':>7} {'half-width':>10} {'asymmetry':>9} {'mean':>6} {'95 %':>6} {'max':>6} "
-    f"{'missed':>6} {'dihedral':>8} {'ratio':>6} {'det':>5} {'cells':>6} {'time':>5}\n"
-    f"{'':>5} {'px':>7} {'px':>10} {'':>9} {'px':>6} {'px':>6} {'px':>6} {'%':>6} {'degrees':>8} "
-    f"{'':>6} {'':>5} {'':>6} {'s':>5}"
+COLUMNS = (
+    *("frame", "length (px)", "half-width (px)", "contour error: mean (px)", "95 % (px)", "largest (px)"),
+    *("95 % over half-width", "least dihedral angle"),
 )
 
 
@@ -42,10 +40,8 @@ def main() -> None:
     parser.add_argument("--mask-alone", action="store_true", help="the contour is the mask's own outline")
     parser.add_argument("--pictures", type=Path, help="folder for the overlays (SVG)")
     options = parser.parse_args()
-    print(_HEAD)
-    rows, refused = [], []
+    fitted, refused = [], []
     for name, frame, mask in _frames(options.folder, options.label):
-        began = time.perf_counter()
         try:
             made = larynx_fit.fit_larynx(
                 None if options.mask_alone else frame,
@@ -55,20 +51,41 @@ def main() -> None:
                 order=options.order,
             )
         except InvalidInput as error:
-            refused.append((name, str(error)))
+            refused.append([name, str(error).split(". ")[0]])
             continue
-        took = time.perf_counter() - began
-        rows.append(_shown(name, made, took))
+        fitted.append((name, made))
         if options.pictures is not None:
             options.pictures.mkdir(parents=True, exist_ok=True)
             (options.pictures / f"{name}.svg").write_text(larynx_fit.overlay(made).svg, encoding="utf-8")
-    table = np.array(rows)
-    if rows:
-        for what, row in (("median", np.median(table, axis=0)), ("worst", _worst(table))):
-            print(f"{what}: mean {row[0]:.2f}, 95 % {row[1]:.2f}, max {row[2]:.2f} px; dihedral {row[3]:.2f}")
-    print(f"\n{len(rows)} of {len(rows) + len(refused)} frames fitted; refused:")
-    for name, why in refused:
-        print(f"{name:>5}  {why}")
+    rows = [_row(name, made) for name, made in fitted]
+    record("image_mesh", COLUMNS, rows, _said([made for _, made in fitted]))
+    record("image_mesh_refused", ["frame", "refused for"], refused)
+
+
+def _row(name: str, made: larynx_fit.LarynxFit) -> list[str]:
+    error, ends = made.error, made.section.commissures
+    return [
+        name,
+        f"{np.hypot(*(ends[0] - ends[1])):.0f}",
+        f"{made.section.half_width / made.camera.pixel:.1f}",
+        *(f"{px:.2f}" for px in (error.mean, error.percentile_95, error.largest)),
+        f"{100 * made.missed_width:.0f} %" + " (warned)" * bool(made.warnings),
+        f"{made.quality.least_dihedral:.1f}°",
+    ]
+
+
+def _said(fits: list[larynx_fit.LarynxFit]) -> str:
+    """Medians and the worst."""
+    if not fits:
+        return "None is fitted."
+    errors = np.array([[one.error.mean, one.error.percentile_95, one.error.largest] for one in fits])
+    median, worst = (", ".join(f"{px:.2f}" for px in of(errors, axis=0)) for of in (np.median, np.max))
+    least = min(one.quality.least_dihedral for one in fits)
+    warned = sum(bool(one.warnings) for one in fits)
+    return (
+        f"{len(fits)} fitted, {warned} of them with a warning. Contour error (px), mean, 95 %, largest: "
+        f"medians {median}, worst {worst}. Least dihedral angle of all {least:.1f}°."
+    )
 
 
 def _frames(folder: Path, label: int) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
@@ -85,23 +102,6 @@ def _frames(folder: Path, label: int) -> Iterator[tuple[str, np.ndarray, np.ndar
     for path in sorted(folder.glob("*_labels.png")):
         name = path.stem.removesuffix("_labels")
         yield name, read_image(path.with_name(f"{name}.png")), read_image(path) == label
-
-
-def _shown(name: str, made: larynx_fit.LarynxFit, took: float) -> tuple[float, float, float, float]:
-    error, quality, ends = made.error, made.quality, made.section.commissures
-    width = made.section.half_width / made.camera.pixel
-    print(
-        f"{name:>5} {np.hypot(*(ends[0] - ends[1])):7.1f} {width:10.2f} "
-        f"{made.asymmetry:+9.2f} {error.mean:6.2f} {error.percentile_95:6.2f} {error.largest:6.2f} "
-        f"{100 * made.missed_width:6.0f} "
-        f"{quality.least_dihedral:8.2f} {quality.least_mean_ratio:6.3f} {quality.least_jacobian:5.2f} "
-        f"{quality.tetrahedra:6d} {took:5.1f}"
-    )
-    return error.mean, error.percentile_95, error.largest, quality.least_dihedral
-
-
-def _worst(table: np.ndarray) -> np.ndarray:
-    return np.array([*table[:, :3].max(axis=0), table[:, 3].min()])
 
 
 if __name__ == "__main__":

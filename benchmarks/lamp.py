@@ -89,7 +89,7 @@ def main() -> None:
     options.add_argument("--tilt", type=float, default=4.0, help="degrees")
     options.add_argument("--lamps", nargs="+", choices=LAMPS, default=list(LAMPS))
     options.add_argument("--end", help="of the films, as 36 ms")
-    options.add_argument("--record", default="video-lamp", help="name of the table")
+    options.add_argument("--record", default="video_lamp", help="name of the table")
     given = options.parse_args()
     columns = ["folds, lamp"]
     for what in ("amplitude ratio", "phase (deg)"):

@@ -1,8 +1,8 @@
 """Natural frequencies of the parametric larynx, outer wall held, by mesh.
 
-    python benchmarks/larynx_modes.py                      presets, and one of them refined: errors and order
-    python benchmarks/larynx_modes.py coarse thesis_demo   these presets alone
+    python benchmarks/larynx_modes.py
 
+Presets by purpose, one in levels, and a mesh of small edges that grow slowly, with more lines ("between").
 The tissue is that of examples/normal_phonation.toml. A mode is symmetric where the folds move as mirror
 images; the eigenproblem is reduced to these, one fold with u_x = 0 where both meet. Errors are of the lowest
 three, against REFERENCE.
@@ -10,24 +10,30 @@ three, against REFERENCE.
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from record import record
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 import plica
 from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
 from plica.phonation.scene.mesh_summary import dihedral_angles, quality
 
 SCENE = Path(__file__).parents[1] / "examples" / "normal_phonation.toml"
 REFERENCE = np.array([185.5, 240.4, 258.9])
 """Hz, of a mesh of about 100,000 unknowns; by second order the limit is 0.2 to 0.4 % lower."""
-PRESETS = ("thesis_coarse", "thesis_demo", "coarse", "demo", "fine", "finest")
+PRESETS = ("coarse", "demo", "fine", "finest", "thesis_demo")
+BETWEEN = {"size": 0.25e-3, "growth": 0.25, "around": 40}
+COLUMNS = (
+    *("mesh", "size (mm), growth, lines", "unknowns", "f1, f2, f3 (Hz)", "error (%)"),
+    *("mean ratio: least, median", "dihedral angles"),
+)
 
 
 def symmetric_modes(larynx: plica.Larynx, count: int = 3) -> tuple[int, NDArray[np.float64]]:
@@ -62,35 +68,31 @@ def symmetric_modes(larynx: plica.Larynx, count: int = 3) -> tuple[int, NDArray[
     return int((~fixed).sum()), np.sqrt(found) / (2 * np.pi)
 
 
-def row(name: str, larynx: plica.Larynx) -> None:
+def row(name: str, larynx: plica.Larynx) -> list[str]:
     mesh = build_mesh(larynx)
     points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
     ratio, angles = quality(points, cells), dihedral_angles(points, cells)
     unknowns, modes = symmetric_modes(larynx)
-    errors = ", ".join(f"{100 * error:.2f}" for error in modes / REFERENCE - 1)
-    print(
-        f"| {name} | {unknowns} | {', '.join(f'{f:.2f}' for f in modes)} | {errors} "
-        f"| {ratio.min():.3f}, {np.median(ratio):.2f} | {angles.min():.1f} to {angles.max():.1f} |",
-        flush=True,
-    )
+    errors = ", ".join(f"{100 * error:.1f}" for error in modes / REFERENCE - 1)
+    made = larynx_fields(larynx)
+    lines = f"{1e3 * made['size']:g}, {made['growth']:g}, {made['around']}" if "size" in made else "in levels"
+    return [
+        name,
+        lines,
+        f"{unknowns:,}",
+        ", ".join(f"{f:.2f}" for f in modes),
+        errors,
+        f"{ratio.min():.3f}, {np.median(ratio):.2f}",
+        f"{angles.min():.1f}° to {angles.max():.0f}°",
+    ]
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("preset", nargs="*", help="presets")
-    given = parser.parse_args().preset
-    print("| mesh | unknowns | f1, f2, f3 (Hz) | error (%) | mean ratio: least, median | dihedral (deg) |")
-    print("| --- | --- | --- | --- | --- | --- |")
-    for name in given or PRESETS:
-        row(name, plica.Larynx(larynx=name, order=2))
-    if not given:
-        row(
-            "demo, layers along the normal",
-            plica.Larynx(larynx="demo", order=2, options={"layers_along": "normal"}),
-        )
+def rows() -> Iterator[list[str]]:
+    """A row for each mesh."""
+    for name in PRESETS:
+        yield row(f"`{name}`", plica.Larynx(larynx=name, order=2))
+    yield row("between", plica.Larynx(larynx="demo", order=2, options=BETWEEN))
 
 
 if __name__ == "__main__":
-    main()
+    record("larynx_modes", COLUMNS, rows())

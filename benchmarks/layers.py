@@ -20,12 +20,14 @@ import os
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from flow_method import PEERS
+from record import record
 from scipy import ndimage
 
 import plica
@@ -35,7 +37,8 @@ SETS = {"choice": range(1, 7), "judge": range(101, 111)}
 PRESETS = ("robust", "fast", "video", "gradient")
 ROWS, COLUMNS, SAMPLES = 240, 320, 4
 WORKER = Path(__file__).with_name("flow_method.py")
-BEFORE = {"preset": "gradient", "gradient_noise": 1.0, "fine_levels": 2, "warps": 5}
+FIRST = {"preset": "gradient", "gradient_noise": 1.0, "fine_levels": 2, "warps": 5, "spacing": 2.0}
+BOTH = FIRST | {"gradient_noise": 0.3, "fine_levels": 4}
 CHARBONNIER = {
     "preset": "robust",
     "data_penalty": "charbonnier",
@@ -44,12 +47,14 @@ CHARBONNIER = {
     "smooth_scale": 0.01,
 }
 SWEEP: dict[str, dict[str, Any]] = {
-    "gradient, zeta 1, two fine levels, five warps": BEFORE,
-    "gradient, zeta 0.3": BEFORE | {"gradient_noise": 0.3},
-    "gradient, four fine levels": BEFORE | {"fine_levels": 4},
-    "gradient, zeta 0.3, four fine levels": BEFORE | {"gradient_noise": 0.3, "fine_levels": 4},
-    "the same, four warps: the preset": {"preset": "gradient"},
-    "the same, three warps": {"preset": "gradient", "warps": 3},
+    "gradient at first: zeta 1, two fine levels, five warps": FIRST,
+    "zeta 0.3": FIRST | {"gradient_noise": 0.3},
+    "four fine levels": FIRST | {"fine_levels": 4},
+    "both": BOTH,
+    "both, four warps": BOTH | {"warps": 4},
+    "both, three warps": BOTH | {"warps": 3},
+    "both, four warps, spacing 1.5": BOTH | {"warps": 4, "spacing": 1.5},
+    "both, three warps, spacing 1.5: the preset gradient": {"preset": "gradient"},
     "robust": {"preset": "robust"},
     "robust, Charbonnier": CHARBONNIER,
     "robust, Charbonnier, spacing 1.5": CHARBONNIER | {"spacing": 1.5},
@@ -180,21 +185,25 @@ def main() -> None:
     plica.set_threads(1)
     pairs = [rendered(seed) for seed in SETS[options.set]]
     moved = np.nanmean([np.nanmean(np.hypot(*np.moveaxis(p.truth, -1, 0))) for p in pairs])
-    print(f"{len(pairs)} pairs, set {options.set}; motion {moved:.2f} px in the mean.\n")
-    print("| method | mean | median of the pairs | worst pair | processor (s) |\n" + "|---" * 5 + "|")
-    methods = {f"plica {name}": {"preset": name} for name in PRESETS}
-    if options.sweep:
-        methods = SWEEP
-    for name in [*methods, *(PEERS if options.peers else ())]:
+    said = f"{len(pairs)} pairs, set `{options.set}`; motion {moved:.2f} px in the mean."
+    methods = SWEEP if options.sweep else {f"plica {name}": {"preset": name} for name in PRESETS}
+    record(
+        f"layers_{options.set}{'_sweep' * options.sweep}",
+        ["method", "mean (px)", "median of the pairs", "worst pair", "processor (s)"],
+        rows(methods, pairs, options.peers),
+        said,
+    )
+
+
+def rows(methods: dict[str, dict[str, Any]], pairs: list[Pair], peers: Path | None) -> Iterator[list[str]]:
+    """A row for each way, and for each peer."""
+    for name in [*methods, *(PEERS if peers else ())]:
         if name in methods:
             found, seconds = own_flows(methods[name], pairs)
         else:
-            found, seconds = peer_flows(name, pairs, options.peers)
+            found, seconds = peer_flows(name, pairs, peers)
         off = [error(f, p) for f, p in zip(found, pairs, strict=True)]
-        print(
-            f"| {name} | {np.mean(off):.3f} | {np.median(off):.3f} | {max(off):.3f} | {seconds:.2f} |",
-            flush=True,
-        )
+        yield [name, *(f"{px:.3f}" for px in (np.mean(off), np.median(off), max(off))), f"{seconds:.2f}"]
 
 
 if __name__ == "__main__":

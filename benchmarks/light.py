@@ -184,6 +184,7 @@ def flows(method: str, given: list[Pair], peers: Path | None) -> list[np.ndarray
 
 
 def light_rows(methods: list[str], peers: Path | None) -> Iterator[list[str]]:
+    """Errors by change of the light."""
     given = [[pair for options in LIT for pair in pairs(options, change)[::2]] for change in CHANGES]
     for method in methods:
         errors = []
@@ -197,20 +198,11 @@ def light_rows(methods: list[str], peers: Path | None) -> Iterator[list[str]]:
         yield [method, *(f"{error:.3f}" for error in errors), f"{errors[-1] / errors[0]:.2f}"]
 
 
-def slit_table(methods: list[str], peers: Path | None) -> None:
-    columns = ["method"]
-    for name in ("opening", "closing"):
-        columns += [f"{name}: slope", "correlation", "difference (px)"]
-    given = [pair for options in PARTED for pair in pairs(options, 0.0)]
-    numbers = {name: sum(int(getattr(p, name).sum()) for p in given) for name in ("opening", "closing")}
-    said = f"{numbers['opening']} pixels opening, {numbers['closing']} closing."
-    record("flow-slit", [*columns, "all tissue (px)"], slit_rows(methods, given, peers), said)
-
-
-def slit_rows(methods: list[str], given: list[Pair], peers: Path | None) -> Iterator[list[str]]:
+def slit_rows(methods: list[str], peers: Path | None, given: list[Pair]) -> Iterator[list[str]]:
+    """Motion across the midline beside edges that part and meet."""
     for method in methods:
         found = flows(method, given, peers)
-        cells = [method]
+        cells = []
         for name in ("opening", "closing"):
             fields = ([p.truth for p in given], found)
             true, seen = (
@@ -218,12 +210,13 @@ def slit_rows(methods: list[str], given: list[Pair], peers: Path | None) -> Iter
                 for field in fields
             )
             slope, alike = true @ seen / (true @ true), np.corrcoef(true, seen)[0, 1]
-            cells += [f"{slope:.2f}", f"{alike:.2f}", f"{np.sqrt(np.mean((true - seen) ** 2)):.2f}"]
-        off = [
+            off = np.sqrt(np.mean((true - seen) ** 2))
+            cells += [f"{slope:.2f}", f"{alike:.2f}", f"{off:.2f}"]
+        of_all = [
             np.hypot(*np.moveaxis(f - p.truth, -1, 0))[p.tissue].mean()
             for f, p in zip(found, given, strict=True)
         ]
-        yield [*cells, f"{np.mean(off):.3f}"]
+        yield [method, *cells, f"{np.mean(of_all):.3f}"]
 
 
 def main() -> None:
@@ -237,10 +230,20 @@ def main() -> None:
     if options.part != "slit":
         before = [f"{preset}, constant light" for preset in ("video", "robust")]
         columns = ["method", *(f"{100 * change:g} %" for change in CHANGES), "6 % over 0 %"]
-        record("flow-light", columns, light_rows([*PRESETS, *before, *peers], options.peers))
+        record("flow_light", columns, light_rows([*PRESETS, *before, *peers], options.peers))
     if options.part != "light":
         before = [f"{preset}, without edges" for preset in PRESETS]
-        slit_table([*PRESETS, *before, *peers], options.peers)
+        given = [pair for one in PARTED for pair in pairs(one, 0.0)]
+        opening, closing = (sum(int(getattr(p, way).sum()) for p in given) for way in ("opening", "closing"))
+        record(
+            "flow_slit",
+            [
+                *("method", "opening: slope", "correlation", "difference (px)"),
+                *("closing: slope", "correlation", "difference (px)", "all tissue (px)"),
+            ],
+            slit_rows([*PRESETS, *before, *peers], options.peers, given),
+            f"Pixels: {opening} opening, {closing} closing.",
+        )
 
 
 if __name__ == "__main__":

@@ -120,7 +120,7 @@ def flow_error(glottis: SyntheticGlottis, recording: Recording, found: list[np.n
 def glottis_table(seeds: int) -> None:
     heads = [f"{head}, limit {limit:g}" for head, limit, _ in COLUMNS.values()]
     columns = ["noise (grey)", "blur (px)", *heads, "intervals held", "masks' overlap", "flow (px)"]
-    record("video-limits", columns, glottis_rows(seeds))
+    record("video_limits", columns, glottis_rows(seeds))
 
 
 def glottis_rows(seeds: int) -> Iterator[list[str]]:
@@ -172,7 +172,7 @@ def modes_table() -> None:
     columns = ["sigma (px)", "noise's part of all variance", "shares found", "predicted"]
     columns += ["angles to the planted ones (rad)", "predicted"]
     said = f"{len(flows)} flows of {flows[0].size} numbers, root mean square {rms:.2f} px."
-    record("video-modes", columns, modes_rows(flows, patterns), said)
+    record("video_modes", columns, modes_rows(flows, patterns), said)
 
 
 def modes_rows(flows: np.ndarray, patterns: np.ndarray) -> Iterator[list[str]]:

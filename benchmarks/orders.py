@@ -8,9 +8,12 @@ differences have a lumped mass, whose own steady motion they are held against, a
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from body import SCHEMES, Body, held
 from numpy.typing import NDArray
+from record import record
 from scipy.sparse.linalg import spsolve
 
 from plica import _engine as engine
@@ -18,9 +21,11 @@ from plica import _engine as engine
 FREQUENCY, END = 60.0, 0.024
 STEPS = (30, 60, 120, 240, 480)
 CENTRAL = "central differences"
+COLUMNS = ["scheme", "step (us)", "displacement", "order", "velocity", "order", "acceleration", "order"]
 
 
-def main() -> None:
+def rows() -> Iterator[list[str]]:
+    """A row for each scheme and step."""
     mesh = engine.block_mesh(corner=(0, 0, 0), size=(0.02, 0.01, 0.01), divisions=(6, 3, 3))
     material = engine.Material(engine.Isotropic(20e3, 0.3), density=1040.0, viscosity=1.5)
     body = Body(mesh, material, held(mesh, "x_min"))
@@ -34,8 +39,6 @@ def main() -> None:
         force = np.asarray(probe.state()["load"])[body.free]
         return np.asarray(spsolve(stiffness + 1j * w * viscosity - w**2 * mass, force))
 
-    print("| scheme | step (us) | displacement | order | velocity | order | acceleration | order |")
-    print("|" + " --- |" * 8)
     for name, scheme in (SCHEMES | {CENTRAL: engine.CentralDifferences()}).items():
         before, lumped = np.full(3, np.nan), name == CENTRAL
         z = steady(lumped)
@@ -60,9 +63,9 @@ def main() -> None:
             )
             orders = np.log2(before / errors)
             before = errors
-            cells = " | ".join(f"{e:.2e} | {o:.2f}" for e, o in zip(errors, orders, strict=True))
-            print(f"| {name} | {1e6 * END / steps:.0f} | {cells.replace('nan', '')} |", flush=True)
+            cells = [cell for e, o in zip(errors, orders, strict=True) for cell in (f"{e:.2e}", f"{o:.2f}")]
+            yield [name, f"{1e6 * END / steps:.3g}", *("" if cell == "nan" else cell for cell in cells)]
 
 
 if __name__ == "__main__":
-    main()
+    record("orders", COLUMNS, rows())

@@ -65,7 +65,7 @@ def main() -> None:
         used = Seen(first, mask).tissue & ~torn
         pairs.append((first, second, used, used & (np.hypot(*np.moveaxis(truth, -1, 0)) > 0.1)))
     columns = ["preset", *(f"noise {noise:g}" for noise in NOISE)]
-    record("flow-planted", columns, rows(pairs, truth), "Mean distance from the true flow, px.")
+    record("flow_planted", columns, rows(pairs, truth), "Mean distance from the true flow, px.")
 
 
 def rows(pairs: list[Pair], truth: np.ndarray) -> Iterator[list[str]]:

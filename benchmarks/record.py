@@ -1,6 +1,6 @@
 """Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on pages by `.ci/tables`.
 
-    python benchmarks/record.py NAME COMMAND...    keeps the table that a command writes with -o FILE.csv
+    python benchmarks/record.py NAME COMMAND...    keeps the table that a command prints
 
 A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them
 stand the command line, engine, machine and date. <!-- record: NAME --> and <!-- end --> on a page say where
@@ -10,11 +10,9 @@ the history.
 
 from __future__ import annotations
 
-import csv
 import shlex
 import subprocess
 import sys
-import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -73,6 +71,12 @@ def read(path: Path) -> Record:
     return Record.model_validate_json(path.read_bytes())
 
 
+def cells(lines: Iterable[str]) -> list[list[str]]:
+    """Of the rows of a Markdown table among these lines, that of the columns first."""
+    rows = [line[2:-2].split(" | ") for line in lines if line.startswith("| ")]
+    return [row for row in rows if set(row) != {"---"}]
+
+
 def _command(arguments: Sequence[str]) -> str:
     """As it is typed in the sources; of other absolute paths the last part alone."""
     script = Path(arguments[0]).resolve().relative_to(ROOT)
@@ -92,12 +96,16 @@ def main() -> None:
     if len(sys.argv) < 3:
         raise SystemExit(__doc__)
     name, *command = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as folder:
-        table = Path(folder) / "table.csv"
-        subprocess.run([*command, "-o", str(table)], check=True)
-        with table.open(encoding="utf-8", newline="") as file:
-            columns, *rows = csv.reader(file)
-    record(name, columns, rows, command=shlex.join([Path(command[0]).name, *command[1:]]))
+    printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
+    columns, *rows = cells(printed)
+    below = "\n".join(line for line in printed if not line.startswith("|")).strip()
+    record(
+        name,
+        columns,
+        rows,
+        below.partition("\n\n")[0],
+        command=shlex.join([Path(command[0]).name, *command[1:]]),
+    )
 
 
 if __name__ == "__main__":

@@ -193,7 +193,7 @@ def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path
     spent = np.diff([*begun.values(), child.wall])
     steps = ", ".join(f"{name} {seconds:.1f}" for name, seconds in zip(begun, spent, strict=True))
     row += [told, f"{2 / CYCLE * FPS:.1f}"]
-    record(f"video-long-{frames}", columns, [row], f"Wall time by step (s): {steps}.")
+    record(f"video_long_{frames}", columns, [row], f"Wall time by step (s): {steps}.")
 
 
 def at(step: str, share: float) -> Stop:
@@ -233,7 +233,7 @@ def kill_in_every_step(
         f"{', '.join(wrong)}. Processor time of all runs together: {spent:.0f} s, undisturbed "
         f"{undisturbed.processor:.0f} s."
     )
-    record("video-killed", ["killed in", "bar", "what is there then"], rows, said)
+    record("video_killed", ["killed in", "bar", "what is there then"], rows, said)
 
 
 def kill_over_and_over(folder: Path, kills: int, threads: int) -> None:
@@ -251,7 +251,7 @@ def kill_over_and_over(folder: Path, kills: int, threads: int) -> None:
     columns = ["killed", "refused after", "ran to the end", "of them with other bits"]
     said = f"{SMALL_FRAMES} frames of 96 x 96 px, killed {kills} times each way."
     rows = ([how, *tally(whole, directory, kill, again, kills)] for how, kill in ways.items())
-    record("video-killed-often", columns, rows, said)
+    record("video_killed_often", columns, rows, said)
 
 
 def tally(

@@ -78,7 +78,7 @@ def main() -> None:
     for preset in PRESETS:
         columns += [preset, "held"]
     columns += ["strain (%), 95th percentile: exact", *PRESETS]
-    record("video-waves", columns, rows())
+    record("waves", columns, rows())
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
     python benchmarks/thesis/cylinder_convergence.py
 
-Prints Markdown tables and draws docs/images/cylinders.png. With the combination that `plica bench impact`
+Makes two records and draws docs/images/cylinders.png. With the combination that `plica bench impact`
 recommends, and as the thesis does it: HHT(-0.3) and contact nodes that have mass.
 """
 
@@ -11,6 +11,8 @@ from __future__ import annotations
 import argparse
 import io
 import itertools
+import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,9 +26,17 @@ from plica import _engine as engine
 from plica.bench.body import SCHEMES
 from plica.report.drawing import blue, green, grey, red, style
 
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from record import record
+
 ACROSS = (4, 8, 16)  # elements
 STEPS = (40e-6, 20e-6, 10e-6)  # s
 WAYS = {"recommended": ("trapezoidal", "redistributed"), "thesis": ("HHT(-0.3)", "kept")}
+NAMES = (
+    *("peak (MN)", "peak of 0.3 ms means (MN)", "peak of 1 ms means (MN)", "impulse, of twice the momentum"),
+    *("first to last touch (ms)", "duration (ms)"),
+)
 PICTURE = Path(__file__).resolve().parents[2] / "docs" / "images" / "cylinders.png"
 
 
@@ -48,15 +58,16 @@ class History:
 
     def quantities(self) -> dict[str, float]:
         touching, total = np.flatnonzero(self.right > 0), self.right.sum()
-        return {
-            "peak (MN)": self.right.max() * 1e-6,
-            "peak of 0.3 ms means (MN)": self.highest_mean(0.3e-3),
-            "peak of 1 ms means (MN)": self.highest_mean(1e-3),
-            "impulse, of twice the momentum": total * self.step / cylinders.momentum(),
-            "first to last touch (ms)": (touching[-1] - touching[0] + 1) * self.step * 1e3,
+        values = (
+            self.right.max() * 1e-6,
+            self.highest_mean(0.3e-3),
+            self.highest_mean(1e-3),
+            total * self.step / cylinders.momentum(),
+            (touching[-1] - touching[0] + 1) * self.step * 1e3,
             # that of a constant force with the same impulse and the same integral of its square
-            "duration (ms)": total**2 / (self.right**2).sum() * self.step * 1e3,
-        }
+            total**2 / (self.right**2).sum() * self.step * 1e3,
+        )
+        return dict(zip(NAMES, values, strict=True))
 
 
 def history(across: int, step: float, scheme: str, mass: str) -> History:
@@ -120,33 +131,31 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, default=PICTURE)
     options = parser.parse_args()
     found: dict[tuple[str, int, float], History] = {}
-    quantities: dict[tuple[str, int, float], dict[str, float]] = {}
-    for level in itertools.product(WAYS, ACROSS, STEPS):
-        way, across, step = level
-        one = found[level] = stored(across, step, *WAYS[way], options.runs)
-        if not quantities:
-            names = list(one.quantities())
-            head = ["as", "elements across", "step (us)", "unknowns", *names, "left - right, of the peak"]
-            print(
-                "| " + " | ".join([*head, "energy max", "energy end"]) + " |\n|" + " --- |" * (len(head) + 2)
-            )
-        quantities[level] = one.quantities()
-        cells = " | ".join(f"{value:.4g}" for value in quantities[level].values())
+    head = ["as", "elements across", "step (us)", "unknowns", *NAMES, "left - right, of the peak"]
+    record("cylinders", [*head, "energy max", "energy end"], rows(options.runs, found))
+    record("cylinders_order", ["as", "order in", *NAMES], orders(found))
+    draw(found, options.picture)
+
+
+def rows(runs: Path, found: dict[tuple[str, int, float], History]) -> Iterator[list[object]]:
+    """A row for each level, whose history is put into `found`."""
+    for way, across, step in itertools.product(WAYS, ACROSS, STEPS):
+        one = found[way, across, step] = stored(across, step, *WAYS[way], runs)
         apart = np.abs(one.left - one.right).max() / one.right.max()
-        print(
-            f"| {way} | {across} | {1e6 * step:.0f} | {one.unknowns} | {cells} | {apart:.0e} | "
-            f"{one.energy.max():.3f} | {one.energy[-1]:.3f} |",
-            flush=True,
-        )
-    print("\n| as | order in | " + " | ".join(names) + " |\n|" + " --- |" * (2 + len(names)))
+        cells = [f"{value:.4g}" for value in one.quantities().values()]
+        energy = [f"{value:.3f}" for value in (one.energy.max(), one.energy[-1])]
+        yield [way, across, f"{1e6 * step:.0f}", one.unknowns, *cells, f"{apart:.0e}", *energy]
+
+
+def orders(found: dict[tuple[str, int, float], History]) -> Iterator[list[str]]:
+    """Of each quantity, in the edge and in the step."""
+    values = {level: one.quantities() for level, one in found.items()}
     for way in WAYS:
         for name, levels in (
             (f"the edge, at {1e6 * STEPS[-1]:.0f} us", [(way, across, STEPS[-1]) for across in ACROSS]),
             (f"the step, {ACROSS[-1]} across", [(way, ACROSS[-1], step) for step in STEPS]),
         ):
-            cells = " | ".join(order([quantities[level][name] for level in levels]) for name in names)
-            print(f"| {way} | {name} | {cells} |")
-    draw(found, options.picture)
+            yield [way, name, *(order([values[level][what] for level in levels]) for what in NAMES)]
 
 
 if __name__ == "__main__":

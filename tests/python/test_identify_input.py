@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -352,6 +353,13 @@ def test_what_contradicts_the_recording_is_said(tmp_path: Path) -> None:
     assert doubts(motion, Settings(fps=4000.0, closed_below=0.0)) == ()
     flow_file(tmp_path / "nan.h5", glottal_area=np.full(PAIRS + 1, np.nan))
     assert len(doubts(open_motion(tmp_path / "nan.h5"), Settings())) == 1
+
+
+@pytest.mark.parametrize(("preset", "smooth"), [("video", True), ("gradient", True), ("robust", False)])
+def test_flow_that_was_smoothed_is_told_with_what_to_do(tmp_path: Path, preset: str, smooth: bool) -> None:
+    motion = replace(open_motion(flow_file(tmp_path / "flow.h5")), preset=preset)
+    told = doubts(motion, Settings())
+    assert any(f'preset "{preset}"' in text and "--preset robust" in text for text in told) == smooth
 
 
 def test_the_command_says_what_is_wrong_and_returns_two(

@@ -51,7 +51,7 @@ pressures, camera) stands in a file for --settings:
 Read the warnings first. A parameter called "hardly learned" is the prior, not a measurement.
 
 examples:
-  plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
+  plica video larynx.avi --preset robust --fps 4000 --mm-per-px 0.05 -o analysis
   plica identify analysis --scene larynx.toml -o tissue
   plica identify analysis --scene larynx.toml -o tissue --resume       after Ctrl-C
   plica identify clip.truth.h5 --scene larynx.toml -o tissue --from-rest

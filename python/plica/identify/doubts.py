@@ -9,10 +9,15 @@ from plica.identify.sources import PixelMotion
 
 __all__ = ["doubts"]
 
+_SMOOTH = ("video", "gradient")
+"""Presets of the flow whose error is small and not independent (docs/identification_measured.md, "From a
+film")."""
+
 
 def doubts(motion: PixelMotion, settings: Settings) -> tuple[str, ...]:
-    """In sentences: what the settings say otherwise than the recording, and a glottis that is never there."""
-    return _contradictions(motion, settings) + _no_area(motion, settings)
+    """In sentences: what the settings say otherwise than the recording, a glottis that is never there, and
+    flow that is too smooth."""
+    return _contradictions(motion, settings) + _no_area(motion, settings) + _smooth(motion)
 
 
 def _contradictions(motion: PixelMotion, settings: Settings) -> tuple[str, ...]:
@@ -34,4 +39,14 @@ def _no_area(motion: PixelMotion, settings: Settings) -> tuple[str, ...]:
     return (
         f"{motion.name} has no frame with a known glottal area above 0: no frame is taken as closed. Where "
         "the folds touch all the time, or the glottis was not found, that is wrong.",
+    )
+
+
+def _smooth(motion: PixelMotion) -> tuple[str, ...]:
+    if motion.preset not in _SMOOTH:
+        return ()
+    return (
+        f'The flow was found with the preset "{motion.preset}", which smooths: it finds too little motion, '
+        "more so where motion changes from point to point. On films of known folds the cover came out a "
+        "quarter too stiff by it, outside of its interval. Analyse again with plica video --preset robust.",
     )

@@ -28,6 +28,7 @@ from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.step_error import stiffness_error
+from plica.identify.thickness import thickness_doubts
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
@@ -117,6 +118,8 @@ def identify(
         picture = _picture(fine, at, motion)
         notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
         found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
+        if found.answered:
+            found = replace(found, notes=notes + _thickness(found, fine, motion, settings, progress))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
@@ -218,6 +221,20 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
         heights=task.heights,
         known_drive=task.likelihood.model.forcing.drive is not None,
     )
+
+
+def _thickness(
+    found: Posterior, task: _Task, motion: PixelMotion, settings: Settings, progress: bool
+) -> tuple[str, ...]:
+    """What layers of another thickness would change."""
+
+    def model_on(mesh: _engine.TetMesh) -> MotionModel:
+        if progress:
+            print("plica: a layer of another thickness: two sweeps", file=sys.stderr, flush=True)
+        return _task(motion, settings, task.scene, mesh, progress, task.recorded).likelihood.model
+
+    seen = seen_surface(settings, task.scene, task.mesh)
+    return thickness_doubts(found, task.likelihood, task.mesh, seen, model_on)
 
 
 def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:

@@ -54,6 +54,8 @@ class PixelMotion:
     """(pairs + 1) of the glottis, in any unit; nan where unknown"""
     glottis: Glottis | None = None
     """px: the anterior and the posterior end of the midline (column, row)"""
+    preset: str | None = None
+    """Of the flow, where `plica.video` found it."""
     notes: tuple[str, ...] = ()
     """What was assumed."""
 
@@ -119,6 +121,7 @@ def _of_analysis(found: Analysis) -> PixelMotion:
         mm_per_px=settings.mm_per_px,
         area=np.asarray(found.area.total, dtype=float),
         glottis=ends,  # type: ignore[arg-type]
+        preset=settings.preset,
         notes=notes,
     )
 

@@ -1,0 +1,97 @@
+"""Layers of another thickness: where they end, what moves, and how far the estimate would."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import plica
+from layered_block import SIZE, layered_mesh, layered_model, simulated
+from plica import _engine
+from plica.identify import MarginalLikelihood, MotionModel, TissueParameter, estimate
+from plica.identify.thickness import layers_below, thicker, thickness_doubts, thickness_shift
+from plica.phonation.scene.changed_mesh import changed_mesh
+
+VISCOSITY = TissueParameter(("cover.viscosity", "ligament.viscosity", "body.viscosity"), name="viscosity")
+NAMES: list[Any] = [VISCOSITY, "cover.E", "cover.mu_fibre", "ligament.mu_fibre"]
+FRAMES = 30
+
+
+def volumes(mesh: _engine.TetMesh) -> np.ndarray:
+    """(m) m^3, of the straight cells."""
+    x = np.asarray(mesh.points)[np.asarray(mesh.cells)[:, :4]]
+    return np.linalg.det(x[:, 1:] - x[:, :1]) / 6
+
+
+def test_layers_end_where_they_were_made() -> None:
+    mesh = layered_mesh()
+    z = {name: np.asarray(mesh.points)[nodes, 2] for name, nodes in layers_below(mesh, "z_max").items()}
+    assert list(z) == ["cover", "ligament"]
+    assert np.allclose(z["cover"], 2e-3)
+    assert np.allclose(z["ligament"], 1e-3)
+
+
+def test_layers_side_by_side_have_no_thickness() -> None:
+    block = _engine.block_mesh(size=SIZE, divisions=(4, 2, 3))
+    x = np.asarray(block.points)[np.asarray(block.cells)].mean(axis=1)[:, 0]
+    beside = (x > SIZE[0] / 2).astype(np.int32)
+    mesh = changed_mesh(block, cell_layer=beside, layer_names=["left", "right"])
+    assert layers_below(mesh, "z_max") == {}
+
+
+def test_a_thicker_layer_takes_from_the_deepest_tissue() -> None:
+    mesh = layered_mesh()
+    before, after = np.asarray(mesh.points), np.asarray(thicker(mesh, "z_max", "cover", 1.1).points)
+    assert np.allclose(after[:, :2], before[:, :2], rtol=0, atol=1e-12)
+    expected = np.interp(before[:, 2], [0, 1e-3, 2e-3, 3e-3], [0, 0.9e-3, 1.9e-3, 3e-3])
+    assert np.allclose(after[:, 2], expected, rtol=0, atol=1e-12)
+    assert np.allclose(thicker(mesh, "z_max", "ligament", 1.0).points, before, rtol=0, atol=1e-15)
+
+
+def test_a_larynx_s_layers_grow_by_what_is_asked() -> None:
+    mesh = plica.build_mesh(plica.Larynx(larynx="coarse", order=2))
+    assert list(layers_below(mesh, "airway")) == ["cover", "ligament"]
+    thick = thicker(mesh, "airway", "cover", 1.1)
+    before, after = volumes(mesh), volumes(thick)
+    assert (after > 0).all()
+    share = {
+        name: after[layer == k].sum() / before[layer == k].sum()
+        for layer in [np.asarray(mesh.cell_layer)]
+        for k, name in enumerate(mesh.layer_names)
+    }
+    # A layer of thickness t about an airway is thicker by 10 %, and of the ligament behind it only the place
+    # moves, outward: its volume grows with its circumference, by less.
+    assert share["cover"] == pytest.approx(1.1, abs=0.03)
+    assert share["ligament"] == pytest.approx(1.0, abs=0.05)
+    airway = np.unique(np.asarray(mesh.surfaces["airway"]))
+    assert np.array_equal(np.asarray(thick.points)[airway], np.asarray(mesh.points)[airway])
+
+
+@pytest.mark.slow
+def test_the_shift_is_that_of_a_second_estimate() -> None:
+    mesh, rng = layered_mesh(), np.random.default_rng(4)
+
+    def model_on(other: _engine.TetMesh) -> MotionModel:
+        return layered_model(NAMES, flow, other)
+
+    flow = simulated(layered_model(NAMES, np.ones((FRAMES, 12, 2)), mesh), rng, pressure=20.0, flow=0.02)
+    likelihood = MarginalLikelihood(model_on(mesh))
+    found = estimate(likelihood)
+    thick = thicker(mesh, "z_max", "cover")
+    told = thickness_shift(found, likelihood, model_on(thick)) / found.sd
+    again = estimate(MarginalLikelihood(model_on(thick)))
+    moved = (again.mean - found.mean) / found.sd
+    assert np.abs(moved).max() > 2
+    # Two steps of a problem that is not linear: to a quarter of the largest shift.
+    assert np.allclose(told, moved, rtol=0, atol=0.25 * np.abs(moved).max())
+    assert np.abs(thickness_shift(found, likelihood, model_on(mesh)) / found.sd).max() < 0.1
+    said = thickness_doubts(found, likelihood, mesh, "z_max", model_on)
+    worst = found.names[int(np.argmax(np.abs(moved)))]
+    assert any(f'"{worst}" would come out' in text and 'layer "cover"' in text for text in said)
+
+
+def test_tissue_of_one_layer_has_no_doubt_of_thickness() -> None:
+    mesh = _engine.block_mesh(size=SIZE, divisions=(1, 2, 3))
+    assert layers_below(mesh, "z_max") == {}
