@@ -78,7 +78,7 @@ def patch(order: int, first: int, second: int, enforcement: Any, mortar: bool, s
         fixed,
         scheme=engine.Newmark(beta=1.0, gamma=1.5),  # ends fast motion within two steps
         step=5 * transit,
-        solver_tolerance=1e-12,
+        solver_tolerance=1e-11,
         contact=contact,
         loads=[engine.Load(surface="b.x_max", traction=(-pressure, 0, 0))],
     )

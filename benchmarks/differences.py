@@ -4,8 +4,9 @@
 
 Pairs of drawn waveforms: 40 cycles of 20 frames each, pulses sin^1.5 over 0.6 of the period on either side,
 the right one 0.3 rad later. From cycle to cycle, independently: jitter 1 %, shimmer 2 %, the pulse's share
-0.01, the phase 0.05 rad; noise of 1 % of the largest value in every frame. Where nothing changes the truth is
-0; where the jitter rises from 1 to 3 % it is the difference of the means over other recordings.
+0.01, the phase 0.05 rad; a gap of 2 % that never closes, and noise of 1 % of the largest value in every
+frame. Where nothing changes the truth is 0; where the jitter rises from 1 to 3 % it is the difference of the
+means over other recordings.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from plica.video.waveforms import GlottalArea, measures
 
 CYCLES, FRAMES, FPS = 40, 20, 4000.0
 BEGINS, WIDTH, PHASE = 0.15, 0.6, 0.3  # of the period, of the period, rad
-SHIMMER, WIDTHS, PHASES, NOISE = 0.02, 0.01, 0.05, 0.01
-AREA, EDGE, LENGTH = 400.0, 6.0, 80.0  # px^2 and px of a side, px
+SHIMMER, WIDTHS, PHASES, NOISE, GAP = 0.02, 0.01, 0.05, 0.01, 0.02
+AREA, EDGE, LENGTH = 4e6, 600.0, 8000.0  # px^2 and px of a side, px: so fine that pixels add nothing
 CHANGED = 0.03  # jitter, of 0.01
 
 
@@ -45,7 +46,7 @@ def drawn(seed: int, jitter: float) -> Measures:
         return heights[cycle] * np.sin(np.pi * within) ** 1.5
 
     def noisy(size: float, pulse: np.ndarray) -> np.ndarray:
-        return size * (pulse + NOISE * random.standard_normal(pulse.size))
+        return size * (GAP + pulse + NOISE * random.standard_normal(pulse.size))
 
     left, right = side(0.0), side(lags[cycle])
     area = GlottalArea(noisy(AREA, left), noisy(AREA, right), noisy(EDGE, left), noisy(EDGE, right))

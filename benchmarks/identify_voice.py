@@ -53,7 +53,7 @@ def judged(scene: plica.Scene, where: Path, guess: float) -> str:
     with h5py.File(where / "clip.truth.h5", "r+") as file:
         file["flow"][...] += np.random.default_rng(1).normal(0, NOISE, file["flow"].shape)
     settings = Settings(parameters=ESTIMATED, coarser="none", sd=NOISE, spacing=8, voiced=False)
-    bare = scene.replace({"contact": None, "initial": None, "output": plica.Output()})
+    bare = scene.replace({"contact": None, "initial": None, "symmetry": None, "output": plica.Output()})
     begin = {
         f"tissue.{layer}.{name}": guess * getattr(scene.tissue[layer], name)
         for layer, name in (("cover", "mu_fibre"), ("body", "mu_fibre"))

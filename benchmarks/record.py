@@ -71,6 +71,12 @@ def read(path: Path) -> Record:
     return Record.model_validate_json(path.read_bytes())
 
 
+def cells(lines: Iterable[str]) -> list[list[str]]:
+    """Of the rows of a Markdown table among these lines, that of the columns first."""
+    rows = [line[2:-2].split(" | ") for line in lines if line.startswith("| ")]
+    return [row for row in rows if set(row) != {"---"}]
+
+
 def _command(arguments: Sequence[str]) -> str:
     """As it is typed in the sources; of other absolute paths the last part alone."""
     script = Path(arguments[0]).resolve().relative_to(ROOT)
@@ -91,7 +97,7 @@ def main() -> None:
         raise SystemExit(__doc__)
     name, *command = sys.argv[1:]
     printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
-    columns, _, *rows = [line[2:-2].split(" | ") for line in printed if line.startswith("| ")]
+    columns, *rows = cells(printed)
     below = "\n".join(line for line in printed if not line.startswith("|")).strip()
     record(
         name,

@@ -33,7 +33,7 @@ def test_every_page_is_what_its_records_give(path: Path, tables: dict[str, objec
     assert len(marks) == len(tables["BLOCK"].findall(PAGES[path])) == PAGES[path].count("<!-- end -->")
 
 
-def test_every_record_is_on_a_page() -> None:
+def test_every_record_is_there_and_on_a_page() -> None:
     assert set(re.findall(r"<!-- record: ([\w-]+) -->", "".join(FILLED))) == set(RECORDS) != set()
 
 

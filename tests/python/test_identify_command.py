@@ -279,9 +279,9 @@ def test_closed_frames_are_those_with_next_to_no_glottis(tmp_path: Path) -> None
     area = np.array([0, 1, 9, 40, 100, 100, 40, 2, 1, 0, 50.0])
     scene = block_scene()
     motion = open_motion(flow_file(tmp_path / "flow.h5", glottal_area=area))
-    settings = Settings(**SETTINGS | {"from_rest": False, "lead": 1e-3})
+    settings = Settings(**SETTINGS | {"from_rest": False, "lead": 6e-3})
     found = observe(motion, settings, scene, plica.build_mesh(scene.mesh), "z_max")
-    assert found.lead == round(1e-3 * FPS)
+    assert found.lead == round(6e-3 * FPS)
     closed = np.asarray(found.observation.closed)
     assert closed[found.lead :].tolist() == [True, True, False, False, False, False, True, True, True, True]
     assert not closed[: found.lead].any()

@@ -5,6 +5,11 @@ With D_j = dT/dx_j, X_j = T' W D_j, e = y - mu, w = S^-1 T' W e, all in units of
     gradient_j = (dmu_j + D_j w)' W (e - T w) / sigma_v^2 - tr S^-1 X_j
     information_ij = [dmu_i' W dmu_j - (T' W dmu_i)' S^-1 (T' W dmu_j)] / sigma_v^2
                      + tr S^-1 X_i S^-1 X_j + tr (Q - S^-1) (D_j' W D_i - X_j' S^-1 X_i) .
+
+Inputs b before the recording are no random numbers: what they move, D_jb w_b, belongs to dmu_j; W of the
+others is W - W T_b A T_b' W, A = (T_b' W T_b + Q_b^-1)^-1; the gradient gains tr A X_jb, the information
+loses tr (S^-1)_bb D_ib' (W - W T S^-1 T' W) D_jb, which the error of w_b feigns
+(docs/identification_theory.md).
 """
 
 from __future__ import annotations
@@ -37,6 +42,10 @@ def gradient_and_information(
         they are eliminated
     """
     weights, variance, tissue = space.weights, solved.noise.flow**2, len(moved_T)
+    before, others = space.before, space.others
+    start = np.zeros_like(solved.inputs)
+    start[before] = solved.inputs[before]
+    means = [d + space.moved(D, start) for d, D in zip(means, moved_T, strict=False)] + list(means[tissue:])
     moved = np.stack([np.where(weights > 0, d, 0.0) for d in means], axis=-1)  # (N, m, p)
     weighted = weights[..., None] * moved
     left = weights * solved.residual
@@ -44,22 +53,42 @@ def gradient_and_information(
     gradient = np.einsum("nmp,nm->p", moved, left) / variance
     information = (np.einsum("nmp,nmk->pk", moved, weighted) - T_moved.T @ solved.solve(T_moved)) / variance
     X = [space.gram(solved.lags, D, gains=(True, False)) for D in moved_T]
-    SX = [solved.solve(x) for x in X]
-    excess = np.diag(solved.prior_variance) - solved.inverse  # Q - S^-1
+    inverse = solved.inverse[np.ix_(others, others)]
+    excess = np.diag(solved.prior_variance[others]) - inverse  # Q - S^-1
+    AX = [solved.before @ x[before][:, others] for x in X]
+    X_own = [x[np.ix_(others, others)] - solved.beside.T @ x[before][:, others] for x in X]
+    SX = [inverse @ x for x in X_own]
     traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (len(means) - tissue))
+    feigned, of_T = np.zeros_like(information), np.zeros_like(information)
     for j, D in enumerate(moved_T):
         gathered = space.gathered(D, left, gains=False)[:, 0]
-        gradient[j] += solved.inputs @ gathered / variance - traces[j]
-        X_excess = X[j] @ excess
+        gradient[j] += solved.inputs[others] @ gathered[others] / variance
+        gradient[j] += np.sum(solved.before * X[j][before, before].T) - np.sum(solved.inverse * X[j].T)
+        X_excess = X_own[j] @ excess
         for i in range(j + 1):
             squares = space.gram(D, moved_T[i], gains=(False, False))
-            of_T = np.sum(squares * excess) - np.sum(X_excess * SX[i]) + np.sum(SX[i] * SX[j].T)
-            information[i, j] += of_T
-            if i != j:
-                information[j, i] += of_T
+            feigned[i, j] = feigned[j, i] = _feigned(space, solved, squares, X[j], X[i])
+            own = squares[np.ix_(others, others)] - X[j][before][:, others].T @ AX[i]
+            of_T[i, j] = of_T[j, i] = (
+                np.sum(own * excess) - np.sum(X_excess * SX[i]) + np.sum(SX[i] * SX[j].T)
+            )
+    information = _not_below_zero(information - feigned) + of_T
     if noise_is_free:
         information = _without_noise(information, space, solved, SX, traces)
     return gradient, information
+
+
+def _feigned(space: InputSpace, solved: Solved, squares: Array, first: Array, second: Array) -> float:
+    """tr (S^-1)_bb D_jb' (W - W T S^-1 T' W) D_ib of squares D_j' W D_i, first X_j and second X_i."""
+    b = space.before
+    left = squares[b, b] - first[:, b].T @ solved.solve(second[:, b])
+    return float(np.sum(solved.inverse[b, b] * left))
+
+
+def _not_below_zero(information: Array) -> Array:
+    """The positive semidefinite part."""
+    values, vectors = np.linalg.eigh(information)
+    return information if values.min(initial=0.0) >= 0 else (vectors * np.maximum(values, 0.0)) @ vectors.T
 
 
 def _without_noise(
@@ -67,9 +96,9 @@ def _without_noise(
 ) -> Array:
     """The Schur complement of the estimated levels, log Q of each class and log sigma_v^2, in the
     information. A sigma_c that is held has a Q that falls as sigma_v^2 rises."""
-    ends = np.cumsum([0, *space.classes])
-    i = int(ends[-1])
-    shrunk = np.eye(i) - solved.inverse / solved.prior_variance  # S^-1 T' W T
+    ends, others = np.cumsum([0, *space.classes]), space.others
+    inverse = solved.inverse[np.ix_(others, others)]
+    shrunk = np.eye(len(others)) - inverse / solved.prior_variance[others]  # S^-1 T' W T
     held = space.held_collision_sd is not None
     used = [solved.noise.pressure > 0, held or solved.noise.collision > 0, solved.noise.gain > 0]
     parts = [slice(int(ends[c]), int(ends[c + 1])) for c in range(3)]

@@ -11,18 +11,23 @@ from scipy import linalg, sparse
 
 from plica import _engine
 from plica.identify.forcing import Forcing
-from plica.identify.noise_levels import Noise
+from plica.identify.noise_levels import Noise, profiled
 from plica.identify.observation import Observation
 
 __all__ = ["InputSpace", "Solved"]
 
 Array = NDArray[np.float64]
 _AT_ONCE = 32  # columns of gains, dense
+_ANY = 1e4
+"""[Pa] Size of the pressures before the recording, over the flow's level: ten times what drives a voice."""
 
 
 class InputSpace:
-    """Which pressures of which frames are unknown: i of them, those of collisions after the others, and the
-    gains of the flow's points last.
+    """Which pressures of which frames are unknown: i of them, those of collisions after the others, then
+    those of the frames before the first that shows anything, and the gains of the flow's points last.
+
+    Pressures before the recording make the state in which it begins. Nothing is believed of their size: they
+    are eliminated as in a restricted likelihood (docs/identification_theory.md).
 
     Attributes
     ----------
@@ -31,7 +36,8 @@ class InputSpace:
     chosen : positions of the pressures among all N (q + c) columns of T
     scale : of these columns: the noise of their pattern
     classes : (3) how many inputs have the level of the pressures, of the collisions, and of the gains
-    pressures : of the i, how many are no forces of collisions
+    before : slice of those before the recording, which have none
+    others : positions of the rest
     held_collision_sd : Pa; None where it is estimated or there are no collisions
     """
 
@@ -51,15 +57,21 @@ class InputSpace:
         scale[:, :q] = forcing.noise
         collides = np.zeros((frames, q + c), dtype=bool)
         collides[:, q:] = np.asarray(observation.closed)[:, None]
-        seen = np.flatnonzero(self.weights.any(axis=1))[-1]  # later inputs move nothing that is seen
-        scale[seen + 1 :], collides[seen + 1 :] = 0, False
-        pressures, collisions = np.flatnonzero(scale.ravel()), np.flatnonzero(collides.ravel())
-        self.chosen = np.concatenate([pressures, collisions])
-        self.scale = np.concatenate([scale.ravel()[pressures], np.ones(len(collisions))])
-        self.pressures = len(pressures)
-        self.held_collision_sd = forcing.collision_sd if len(collisions) else None
+        seen = np.flatnonzero(self.weights.any(axis=1))
+        scale[seen[-1] + 1 :], collides[seen[-1] + 1 :] = 0, False  # later inputs move nothing that is seen
+        early = np.arange(frames)[:, None] < seen[0]
+        groups = [scale > 0, collides, ((scale > 0) | collides) & early]
+        groups[:2] = [group & ~early for group in groups[:2]]
+        chosen = [np.flatnonzero(group) for group in groups]
+        self.chosen = np.concatenate(chosen)
+        scale[groups[1] | groups[2]] = 1.0
+        self.scale = scale.ravel()[self.chosen]
+        ends = np.cumsum([len(group) for group in chosen])
+        self.before = slice(int(ends[1]), int(ends[2]))
+        self.held_collision_sd = forcing.collision_sd if len(chosen[1]) else None
         self._gains = gains
-        self.classes = (len(pressures), len(collisions), 0 if gains is None else gains.shape[1])
+        self.classes = (len(chosen[0]), len(chosen[1]), 0 if gains is None else gains.shape[1])
+        self.others = np.delete(np.arange(sum(self.classes) + len(chosen[2])), self.before)
         if gains is not None:
             self._weighted_gains = sparse.csc_array(gains.multiply(self.weights.reshape(-1, 1)))
             self._gain_gram = (gains.T @ self._weighted_gains).toarray()
@@ -132,21 +144,42 @@ class InputSpace:
 
 
 class Solved:
-    """S = Q^-1 + T' W T at one point, and what follows from its factor."""
+    """S = Q^-1 + T' W T at one point, and what follows from its factor.
+
+    Attributes
+    ----------
+    inputs : (i), expected
+    residual : (N, m) px/frame, what they leave
+    value : the log-likelihood
+    before : A = (T_b' W T_b + Q_b^-1)^-1 of the b inputs before the recording, (b, b)
+    beside : A T_b' W T of the others, (b, i - b)
+    """
 
     def __init__(
-        self,
-        space: InputSpace,
-        mean: Array,
-        lags: Array,
-        error: Array,
-        gram: Array,
-        projected: Array,
-        noise: Noise,
+        self, space: InputSpace, mean: Array, lags: Array, error: Array, noise: Noise | None = None
     ) -> None:
-        self.mean, self.lags, self.noise = mean, lags, noise
-        weights, n = space.weights, space.count
-        held = space.held_collision_sd
+        """error (N, m) px/frame, y - mu, zero where missing; the noise levels, or None: the likeliest."""
+        self.mean, self.lags = mean, lags
+        weights, n, held = space.weights, space.count, space.held_collision_sd
+        weighted = weights * error
+        gram, projected = space.gram(lags, lags), space.gathered(lags, weighted)[:, 0]
+        square = float(np.sum(weighted * error))
+        before, others = space.before, space.others
+        early = gram[before, before] + np.eye(before.stop - before.start) / _ANY**2
+        factor = np.asarray(np.linalg.cholesky(early), dtype=float)
+        inverse = np.linalg.inv(factor)
+        self.before: Array = inverse.T @ inverse
+        self.beside: Array = self.before @ gram[before][:, others]
+        if noise is None:
+            noise = profiled(
+                gram[np.ix_(others, others)] - gram[others, before] @ self.beside,
+                projected[others] - projected[before] @ self.beside,
+                square - float(projected[before] @ self.before @ projected[before]),
+                n,
+                space.classes,
+                held,
+            )
+        self.noise = noise
         ratios = [
             noise.pressure / noise.flow,
             (noise.collision if held is None else held) / noise.flow,
@@ -155,27 +188,32 @@ class Solved:
         least = 1e-20 / max(
             float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
         )  # a level of zero: no input
-        self.prior_variance = np.maximum(np.repeat(np.square(ratios), space.classes), least)
+        self.prior_variance = np.full(len(gram), _ANY**2)
+        self.prior_variance[others] = np.maximum(np.repeat(np.square(ratios), space.classes), least)
         S = gram + np.diag(1 / self.prior_variance)
         self._factor = linalg.cho_factor(S, lower=True)
         self.inputs: Array = linalg.cho_solve(self._factor, projected)
         spread = space.spread(lags, self.inputs)
         self.residual = np.where(weights > 0, error - spread, 0.0)
-        square = float(np.sum(weights * error * self.residual))
-        log_det = 2 * float(np.log(np.diag(self._factor[0])).sum()) + float(np.log(self.prior_variance).sum())
+        log_det = _log_det(self._factor[0]) - _log_det(factor)
+        log_det += float(np.log(self.prior_variance[others]).sum())
         log_weights = float(np.log(weights[weights > 0]).sum())
+        square = float(np.sum(weighted * self.residual))
         self.value = -0.5 * (
             n * math.log(2 * math.pi * noise.flow**2) - log_weights + log_det + square / noise.flow**2
         )
 
-    @property
+    @cached_property
     def inverse(self) -> Array:
         """S^-1, (i, i)."""
-        if not hasattr(self, "_inverse"):
-            self._inverse = self.solve(np.eye(len(self.prior_variance)))
-        return self._inverse
+        return self.solve(np.eye(len(self.prior_variance)))
 
     def solve(self, right: Array) -> Array:
         """S^-1 right."""
         solved: Array = linalg.cho_solve(self._factor, right)
         return solved
+
+
+def _log_det(factor: Array) -> float:
+    """Of the matrix with this Cholesky factor."""
+    return 2 * float(np.log(np.diag(factor)).sum())

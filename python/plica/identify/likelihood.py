@@ -19,7 +19,7 @@ from plica.identify.flow_error import FlowError, Whitening
 from plica.identify.information import gradient_and_information
 from plica.identify.input_space import InputSpace, Solved
 from plica.identify.model import MotionModel, Responses
-from plica.identify.noise_levels import Noise, profiled
+from plica.identify.noise_levels import Noise
 
 __all__ = ["MarginalLikelihood"]
 
@@ -216,14 +216,7 @@ class MarginalLikelihood:
     def _solved(self, at: Array, responses: Responses) -> Solved:
         mean, lags = self._gain(at) * responses.mean[0], responses.lags[0]
         error = np.where(self.inputs.weights > 0, self._y - mean, 0.0)
-        weighted = self.inputs.weights * error
-        gram = self.inputs.gram(lags, lags)
-        projected = self.inputs.gathered(lags, weighted)[:, 0]
-        square = float(np.sum(weighted * error))
-        noise = self.fixed_noise or profiled(
-            gram, projected, square, self.inputs.count, self.inputs.classes, self.inputs.held_collision_sd
-        )
-        return Solved(self.inputs, mean, lags, error, gram, projected, noise)
+        return Solved(self.inputs, mean, lags, error, self.fixed_noise)
 
     def _differentiated(self, at: Array, observed: Responses) -> Evaluation:
         rows = self._whitened(observed)

@@ -29,6 +29,8 @@ STATED_SD = 0.1
 """px, where neither the settings nor the recording say it."""
 FLOOR = 0.02
 """px, beside the trust: no flow is better."""
+_LEAST_LEAD = 16
+"""Frames before a recording: with three pressures in each they make the states of 24 modes."""
 _LEAST_SPACING = 8.0  # px
 _FACING = 0.5  # cosine between the surface and the line of sight: 60 degrees
 _SEEN = 0.5  # share of the frames in which a point must be seen
@@ -125,7 +127,7 @@ def observe(
     if settings.points is None:
         kept, spacing = _thinned(kept, start, spacing, settings.most_points)
     flow, missed = flow[:, kept], missed[:, kept]
-    lead = 0 if settings.from_rest else max(1, round(settings.lead * fps))
+    lead = 0 if settings.from_rest else max(_LEAST_LEAD, round(settings.lead * fps))
     closed = _closed(motion, pairs, settings)
     observation = Observation(
         SurfacePoints.seen(mesh, seen, placement.camera, rest[kept]),

@@ -17,6 +17,8 @@ __all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "w
 Array = NDArray[np.float64]
 LIMIT = 3.3
 """Standard scores beyond which a test fails: once in a thousand where the model holds."""
+_DECIDED = 10.0
+"""Times its variance with a known start: what varies by more is taken to find the start, and says nothing."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,9 @@ def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) 
     frame_of = chosen[order] // q
     variances = solved.prior_variance  # the gains act in all frames, so they come first
     covariance = np.diag(np.append(variances[len(chosen) :], variances[order]))
+    during = np.array(variances)
+    during[space.before] = 0.0
+    during = np.append(during[len(chosen) :], during[order])
     mean = np.zeros((len(variances), kinds))
     out = np.full((*weights.shape, kinds), np.nan)
     for k in range(len(weights)):
@@ -108,10 +113,12 @@ def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) 
         PT = P @ T.T
         C = T @ PT + np.diag(1 / weights[k, seen])
         factor = linalg.cholesky(C, lower=True)
+        known = T**2 @ during[:i] + 1 / weights[k, seen]
         z = linalg.solve_triangular(factor, columns[k, seen] - T @ mean[:i], lower=True)
         gain = linalg.solve_triangular(factor, PT.T, lower=True)
         mean[:i] += gain.T @ z
         P -= gain.T @ gain
+        z[np.diag(factor) ** 2 > _DECIDED * known] = np.nan
         out[k, seen] = z
     if likelihood.whitening is None:
         return out

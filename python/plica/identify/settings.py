@@ -108,8 +108,10 @@ class Settings(Part):
     from_rest: bool = False
     """Whether the first frame shows the tissue at rest. If not, points are placed by the mean of their paths,
     and unknown pressures bring the model into motion before the first frame."""
-    lead: Annotated[Time, Field(gt=0, le=1)] = 0.01
-    """[s] For how long, where the recording does not begin at rest."""
+    lead: Annotated[Time, Field(gt=0, le=1)] = 0.005
+    """[s] For how long, at least 16 frames, where the recording does not begin at rest. Nothing is believed
+    of the size of these pressures: the longer, the more states they can make, and the less of the recording
+    is left for the tissue."""
 
     spacing: Annotated[Number, Field(ge=1)] | None = None
     """[px] Between points; left out: as far as the flow's error is correlated, at least 8."""

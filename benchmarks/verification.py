@@ -1,0 +1,18 @@
+"""The rows of `plica verify`, a record of each subject, for docs/verify.md.
+
+python benchmarks/verification.py
+"""
+
+from __future__ import annotations
+
+from record import cells, record
+
+from plica.report.installation import this_installation
+from plica.verify.subjects import SUBJECTS, verify
+from plica.verify.text import as_markdown
+
+if __name__ == "__main__":
+    for subject in SUBJECTS:
+        page = as_markdown(list(verify([subject])), this_installation())
+        columns, *rows = cells(page.splitlines())
+        record(f"verify_{subject}", columns, rows, command=f"plica verify --subject {subject} -o DIR")
