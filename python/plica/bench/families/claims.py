@@ -6,18 +6,19 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from plica.bench.record import Row
+from plica.bench.record import Level, Row
 
 __all__ = ["at_most", "of_order", "within_tolerance"]
 
 Judge = Callable[[Sequence[Row]], bool | None]
 
 
-def at_most(method: str, most: float, *errors: str) -> Judge:
-    """Whether these errors of the method are nowhere larger."""
+def at_most(method: str, most: float, *errors: str, **where: object) -> Judge:
+    """Whether these errors of the method are nowhere larger, of levels with these values."""
 
     def holds(rows: Sequence[Row]) -> bool | None:
-        found = [row.errors.get(name) for row in rows if row.method == method for name in errors]
+        counted = [row for row in rows if row.method == method and where.items() <= row.level.items()]
+        found = [row.errors.get(name) for row in counted for name in errors]
         return None if not found else all(value is not None and value <= most for value in found)
 
     return holds
@@ -48,12 +49,16 @@ def of_order(
     return holds
 
 
-def within_tolerance(error: str, methods: Sequence[str], factor: float) -> Judge:
-    """Whether the error of these methods is nowhere above so many times the tolerance of the level."""
+def within_tolerance(
+    error: str, method: str, factor: float, where: Callable[[Level], bool] = lambda level: True
+) -> Judge:
+    """Whether a method's error is at no level that counts above so many times the level's tolerance."""
 
     def holds(rows: Sequence[Row]) -> bool | None:
         found = [
-            (row.errors.get(error), float(row.level["tolerance"])) for row in rows if row.method in methods
+            (row.errors.get(error), float(row.level["tolerance"]))
+            for row in rows
+            if row.method == method and where(row.level)
         ]
         return None if not found else all(e is not None and e <= factor * t for e, t in found)
 

@@ -163,8 +163,14 @@ CASES = (
         problem=("step (us)",),
         claims=(
             Claim(
-                "the motion's error is below a hundred tolerances, Cholesky or conjugate gradients",
-                within_tolerance("motion", ("Cholesky", "conjugate gradients"), 100),
+                "with a Cholesky factor the motion's error is below a hundred tolerances",
+                within_tolerance("motion", "Cholesky", 100),
+            ),
+            Claim(
+                "with conjugate gradients it is at steps of 50 us",
+                within_tolerance(
+                    "motion", "conjugate gradients", 100, lambda level: level["step (us)"] == 50
+                ),
             ),
         ),
     ),

@@ -50,6 +50,7 @@ class Solver(Part):
     """The linear systems of a step."""
 
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
-    """[-] Relative residual."""
+    """[-] Relative residual. The motion's error is some tens of times as large with a Cholesky factor; with
+    conjugate gradients too at steps that resolve the motion, at steps of 1 ms ten thousand times."""
     method: LinearMethod = Field(default_factory=lambda: LinearMethod(auto=Automatic()))
     """How they are solved."""
