@@ -18,9 +18,16 @@ REACH = "10 mm"
 
 
 @pytest.fixture
-def full_run(phonating: plica.Scene, tmp_path: Path) -> plica.Run:
-    """Every step's displacements stored; of a whole, whose motion is symmetric to the tolerances."""
-    return plica.run(phonating.replace({"output.every": 5e-5}), tmp_path / "full", progress=False)
+def voice(phonating: plica.Scene) -> plica.Scene:
+    """A larynx of 672 nodes whose folds collide from step 4 on; every step's displacements are stored."""
+    larynx = plica.Larynx(larynx="coarse", options=plica.LarynxOptions(size="2 mm", growth=0.6, around=24))
+    return phonating.replace({"mesh": larynx, "output.every": 5e-5})
+
+
+@pytest.fixture
+def full_run(voice: plica.Scene, tmp_path: Path) -> plica.Run:
+    """Of a whole, whose motion is symmetric to the tolerances."""
+    return plica.run(voice, tmp_path / "full", progress=False)
 
 
 def reduced(run: plica.Run, symmetry: str | None, components: int = 20) -> plica.Scene:
@@ -57,7 +64,7 @@ def test_a_symmetric_voice_is_that_of_the_whole_in_the_same_basis(full_run: plic
     ):
         largest = np.abs(expected[name]).max()
         assert largest > 0, name
-        assert np.abs(found[name] - expected[name]).max() < 1e-6 * largest, name
+        assert np.abs(found[name] - expected[name]).max() < 2e-5 * largest, name
     u, v = np.asarray(whole.displacement), np.asarray(part.displacement)
     assert np.abs(u - v).max() < 1e-7 * np.abs(u).max()
     energy = (found["kinetic_energy"] + found["elastic_energy"]).max()
@@ -76,9 +83,9 @@ def test_vectors_are_the_symmetric_part_of_what_a_full_run_shows(full_run: plica
 
 
 def test_a_symmetric_full_run_serves_a_scene_of_its_symmetry_alone(
-    phonating: plica.Scene, tmp_path: Path
+    voice: plica.Scene, tmp_path: Path
 ) -> None:
-    symmetric = phonating.replace({"symmetry": "quarter", "output.every": 5e-5})
+    symmetric = voice.replace({"symmetry": "quarter"})
     run = plica.run(symmetric, tmp_path / "full", progress=False)
     scene = reduced(run, "quarter")
     waves = build_simulation(scene).advance(40)
@@ -100,14 +107,14 @@ def test_it_goes_on_bit_for_bit_with_any_number_of_threads(full_run: plica.Run, 
     _engine.set_threads(threads)
     try:
         first, second = (build_simulation(scene, mesh, basis=basis) for _ in range(2))
-        first.advance(23)
+        first.advance(6)
         second.restore(first.state())
-        rest = second.advance(17)
+        rest = second.advance(34)
     finally:
         _engine.set_threads(before)
-    assert waves["contact_rows"][23:].max() > 0
+    assert waves["contact_rows"][6:].max() > 0
     for name, values in rest.items():
-        np.testing.assert_array_equal(values, waves[name][23:], err_msg=name)
+        np.testing.assert_array_equal(values, waves[name][6:], err_msg=name)
 
 
 def test_a_run_stores_all_nodes_and_goes_on(full_run: plica.Run, tmp_path: Path) -> None:
@@ -123,7 +130,7 @@ def test_a_run_stores_all_nodes_and_goes_on(full_run: plica.Run, tmp_path: Path)
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"reduction": {}}, r"reduction.full_run: must be given with symmetry"),
+        ({"reduction.full_run": None, "reduction.components": None}, r"reduction.full_run: must be given with symmetry"),
         ({"reduction.modes": 5}, r"reduction.modes = 5; must be left out with symmetry"),
         ({"reduction.contact_vectors": 5}, r"reduction.contact_vectors = 5; must be left out with symmetry"),
         ({"contact": {"penalty": {}}}, r"with symmetry contact must be by multipliers"),
