@@ -34,8 +34,7 @@ bool is_own(const Triangles& side, const Points& x) {
 
 }  // namespace
 
-MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                             const Eigen::MatrixXd& response)
+MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion)
     : motion_(motion), images_(*full.images()), reference_(full.reference()) {
   const ContactPart& part = *scene.contact;
   check(part);
@@ -46,17 +45,11 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
   tolerance_ = part.options.tolerance * side_->mean_edge(reference_);
   const std::vector<std::int32_t> own = own_nodes(part, full);
   nodes_ = Eigen::Map<const Indices>(own.data(), static_cast<std::ptrdiff_t>(own.size()));
-  x_rest_ = reference_(nodes_, 0);
   images_of_.resize(nodes_.size());
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
     images_of_[i] = images_.count(images_.node_of(nodes_[i]));
   const Eigen::MatrixXd shapes = motion.shapes_at(nodes_)(Eigen::seqN(0, nodes_.size(), 3), Eigen::all);
-  shapes_ = PanelMatrix(shapes);
-  if (response.size() > 0) {
-    const Eigen::MatrixXd of_pressures = shapes * response;
-    growth_ = of_pressures.cwiseAbs().rowwise().sum().maxCoeff();
-    response_ = PanelMatrix(of_pressures);
-  }
+  x_ = DistantValues(reference_(nodes_, 0), shapes);
   loads_ = shapes.transpose() * images_of_.asDiagonal();
   accelerations_ = motion.inverse() * loads_;
   compliance_ = shapes * accelerations_;
@@ -96,32 +89,27 @@ void MirrorContact::begin(const State& last) {
   passes_ = pivots_ = 0;
 }
 
-void MirrorContact::set_free(const Vector& displacement) {
-  free_ = displacement;
-  x_free_ = x_rest_ + shapes_ * displacement;
-  least_free_ = x_free_.minCoeff();
-}
-
-void MirrorContact::touch(const Vector& change) {
+void MirrorContact::touch(const Vector& free) {
   touches_ = false;
-  const bool moved = change.size() > 0;
-  if (rows_.empty() && least_free_ > (moved ? inertia() * growth_ * change.cwiseAbs().maxCoeff() : 0.0)) return;
-  Vector x = x_free_;
-  if (moved) x += inertia() * (response_ * change);
+  free_ = free;
+  x_.move(free);
   row_force_.setZero();
-  x_ = x;
-  add_candidates(x_, 0.0);
-  while (!rows_.empty()) {
+  deepest_ = 0;
+  Vector shift = Vector::Zero(nodes_.size());
+  for (bool more = add_candidates(shift, 0.0) || !rows_.empty(); more;
+       more = add_candidates(shift, 1e-2 * tolerance_)) {
+    Vector x(static_cast<std::ptrdiff_t>(rows_.size()));
+    for (std::ptrdiff_t i = 0; i < x.size(); ++i) x[i] = x_.value(rows_[static_cast<std::size_t>(i)]);
     const Complementarity found = solve(x);
+    ++passes_;
+    pivots_ += found.pivots;
+    active_ = found.active;
     row_force_.setZero();
     row_force_(rows_) = found.force;
-    active_ = found.active;
-    x_ = x;
+    shift.setZero();
     for (const std::int32_t row : rows_)
-      if (row_force_[row] > 0) x_ += inertia() * row_force_[row] * compliance_.col(row);
-    const std::size_t known = rows_.size();
-    add_candidates(x_, 1e-2 * tolerance_);
-    if (rows_.size() == known) break;
+      if (row_force_[row] > 0) shift += inertia() * row_force_[row] * compliance_.col(row);
+    deepest_ = std::min(0.0, (x + shift(rows_)).minCoeff());
   }
   force_.setZero();
   load_.setZero();
@@ -136,25 +124,26 @@ void MirrorContact::touch(const Vector& change) {
   }
 }
 
-void MirrorContact::add_candidates(const Vector& x, double least) {
-  for (std::int32_t row = 0; row < x.size(); ++row) {
-    if (!(x[row] < -least)) continue;
+bool MirrorContact::add_candidates(const Vector& shift, double least) {
+  const std::size_t known = rows_.size();
+  for (std::int32_t row = 0; row < shift.size(); ++row) {
+    if (x_.at_least(row) + shift[row] >= -least || x_.value(row) + shift[row] >= -least) continue;
     const auto at = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (at != rows_.end() && *at == row) continue;
     active_.insert(active_.begin() + (at - rows_.begin()), 1);
     rows_.insert(at, row);
   }
+  return rows_.size() > known;
 }
 
 /// 0 <= f, 0 <= x + h^2 beta X A^-1 X^T c f: with sqrt(c) of each the matrix is symmetric.
-Complementarity MirrorContact::solve(const Vector& x) {
+Complementarity MirrorContact::solve(const Vector& x) const {
   constexpr int most_pivots = 1000;
   const Vector root = images_of_(rows_).cwiseSqrt();
   const Eigen::MatrixXd W =
       inertia() * (root.asDiagonal() * Eigen::MatrixXd(compliance_(rows_, rows_)) * root.cwiseInverse().asDiagonal());
-  Complementarity found = solve_complementarity(W, root.cwiseProduct(x(rows_)), active_, 1e-2 * tolerance_, most_pivots);
-  ++passes_;
-  pivots_ += found.pivots;
+  Complementarity found =
+      solve_complementarity(W, root.cwiseProduct(x), active_, 1e-2 * tolerance_, most_pivots);
   if (!found.converged)
     throw SolveFailed("Contact: no consistent set of closed nodes among " + std::to_string(rows_.size()) + " after " +
                       std::to_string(found.pivots) + " active sets. Try a smaller step.");
@@ -215,8 +204,8 @@ ContactRecord MirrorContact::record(const State& now) {
   record.pivots = pivots_;
   pressed_.clear();
   if (passes_ == 0) return record;
-  record.gap_error = 2 * std::max(0.0, -x_.minCoeff());
-  record.deepest_gap = std::min(0.0, 2 * x_.minCoeff());
+  record.deepest_gap = 2 * deepest_;
+  record.gap_error = -record.deepest_gap;
   if (!touches_) return record;
   pressed_ = pressed(row_force_, now.displacement);
   double sum = 0;

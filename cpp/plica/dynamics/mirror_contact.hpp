@@ -1,6 +1,7 @@
 #pragma once
 #include "plica/contact/complementarity.hpp"
 #include "plica/contact/surface.hpp"
+#include "plica/dynamics/distant_values.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
 #include "plica/dynamics/scene.hpp"
 
@@ -12,11 +13,10 @@ namespace plica {
 class MirrorContact final : public ReducedContact {
  public:
   /// See reduced_contact; the scene has a symmetry.
-  MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion, const Eigen::MatrixXd& response);
+  MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion);
 
   void begin(const State& last) override;
-  void set_free(const Vector& displacement) override;
-  void touch(const Vector& change) override;
+  void touch(const Vector& free) override;
   std::pair<std::vector<std::int32_t>, Vector> closed() const override;
   bool knows(std::int32_t key) const override { return key >= 0 && key < nodes_.size(); }
   bool anywhere(const std::function<bool(const Vector3&)>& place) const override;
@@ -28,9 +28,9 @@ class MirrorContact final : public ReducedContact {
 
  private:
   std::vector<std::int32_t> own_nodes(const ContactPart& part, const Motion& full) const;
-  /// Which rows may touch at x (m): those that pressed before, and those behind the plane.
-  void add_candidates(const Vector& x, double least);
-  Complementarity solve(const Vector& x);
+  /// Adds those rows whose x, moved by `shift` (rows) m, is below -least (m).
+  bool add_candidates(const Vector& shift, double least);
+  Complementarity solve(const Vector& x) const;
   Vector3 position(std::int32_t node, const Vector& q) const;  // of a node on its side
   /// What is pressed on one side at coordinates q by forces (rows) N.
   std::vector<PressedNode> pressed(const Vector& force, const Vector& q) const;
@@ -43,11 +43,9 @@ class MirrorContact final : public ReducedContact {
   const Points& reference_;             // (n, 3) m
   bool first_is_own_;                   // whether that side is the contact's first
   double tolerance_;                    // m, of gaps
-  Vector x_rest_;                       // (rows) m
   Vector images_of_;                    // (rows) how many nodes each moves with it, itself included
+  DistantValues x_;                     // (rows) m, without contact
   Eigen::MatrixXd loads_;               // (r, rows) Phi^T of 1 N on a row's node and its images
-  PanelMatrix shapes_, response_;       // (rows, r), (rows, s) m/s^2 of 1 Pa at each section
-  double growth_ = 0.0;                 // m/s^2 a Pa: what the largest change of a pressure changes in a row, at most
   Eigen::MatrixXd accelerations_;       // (r, rows) A^-1 of these
   Eigen::MatrixXd compliance_;          // (rows, rows) 1/kg, x of these
   Eigen::MatrixXd side_shapes_;         // (r, 3 nodes of the side)
@@ -56,8 +54,8 @@ class MirrorContact final : public ReducedContact {
 
   // Of the step.
   const State* last_ = nullptr;
-  Vector free_, x_free_, x_;  // (r) m, (rows) m: of the first move without contact; of this one with it
-  double least_free_ = 0.0;
+  Vector free_;         // (r) of the last move, without contact
+  double deepest_ = 0.0;  // m, <= 0: least x with contact
   std::vector<std::int32_t> rows_;  // candidates, ascending
   std::vector<char> active_;        // of these
   Vector row_force_;                // (rows) N

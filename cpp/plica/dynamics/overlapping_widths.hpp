@@ -1,43 +1,43 @@
 #pragma once
 #include "plica/airflow/section_areas.hpp"
+#include "plica/dynamics/distant_values.hpp"
 #include "plica/mesh/mirror.hpp"
 
 namespace plica {
 
-/// What overlap takes from section areas that are linear in the motion: a negative width counts zero
-/// (SectionAreas::areas). Widths between the same nodes are a group, which is looked at only where its nodes have
-/// moved, since it was last, by as much as its least width allows: exact, and the same whatever was looked at
-/// before.
+/// What overlap takes from section areas that are linear in the coordinates of a motion: a negative width counts zero
+/// (SectionAreas::areas). Widths between the same nodes are a group, computed only where the coordinates have gone far
+/// enough since it was last for one of them to be negative: exact, and the same whatever was before.
 class OverlappingWidths {
  public:
-  /// images: of a symmetric motion, else null. Empty where no width counts zero.
-  OverlappingWidths(const SectionAreas& areas, const MirrorImages* images);
+  /// Nodes are at `reference` (n, 3) m and move by shapes (unknowns, r); images: of a symmetric motion, else null.
+  OverlappingWidths(const SectionAreas& areas, const MirrorImages* images, const Points& reference,
+                    const Eigen::MatrixXd& shapes);
 
-  /// Whose x it reads, ascending; of a symmetric motion those of its part.
-  const Indices& nodes() const { return nodes_; }
-  /// Adds to areas (s) m^2 what widths < 0 have taken from them. x (nodes) m.
-  void add(Eigen::Ref<const Vector> x, Vector& areas);
+  /// Adds to areas (s) m^2, linear in coordinates q (r), what widths < 0 there have taken from them.
+  void add(const Vector& q, Vector& areas);
 
  private:
   struct Width {
     std::int32_t section;
-    double spacing;                // m
-    std::ptrdiff_t first_weight;   // its group's count of them
+    double spacing;               // m
+    std::ptrdiff_t first_weight;  // as many as its group has nodes
   };
   struct Group {
-    std::ptrdiff_t first_node, node_count;    // in group_nodes_ and seen_
+    std::ptrdiff_t first_node, node_count;    // in group_nodes_
     std::ptrdiff_t first_width, width_count;  // in widths_
-    double growth;  // -, a width changes by at most so many times the largest change of a node's x
-    double least;   // m, of its widths when last looked at
+    double speed = 0.0;                       // m, a width changes by at most so many times what coordinates do
+    double least = 0.0;                       // m, of its widths when last computed
+    double seen_at = -1.0;                    // path until then; < 0: never
   };
-  void look(Group& group, const double* x, Vector& areas);
+  void compute(Group& group, Vector& areas);
 
-  Indices nodes_;
+  DistantValues x_;  // m, of nodes
   std::vector<Group> groups_;
   std::vector<Width> widths_;
   std::vector<double> weights_;
-  std::vector<std::int32_t> group_nodes_;  // places in nodes_
-  std::vector<double> seen_;               // m, x of these when last looked at
+  std::vector<std::int32_t> group_nodes_;  // places in x_
+  std::vector<double> at_;                 // m, x of a group's nodes
 };
 
 }  // namespace plica

@@ -120,8 +120,7 @@ void check(const ContactPart& part) {
 
 }  // namespace
 
-ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                                   const Eigen::MatrixXd& response)
+ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion)
     : motion_(motion), mesh_nodes_(scene.mesh.node_count()), held_(0) {
   const ContactPart& part = *scene.contact;
   check(part);
@@ -171,7 +170,7 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
     for (int c = 0; c < 3; ++c)
       if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
   }
-  response_at_nodes_ = response.size() > 0 ? Eigen::MatrixXd(shapes_ * response) : Eigen::MatrixXd();
+  panels_ = PanelMatrix(shapes_);
   facing_ = near.facing;
   const std::vector<std::array<std::int32_t, 2>> pairs = facing_pairs(near, reference_);
   const auto count = static_cast<std::ptrdiff_t>(pairs.size());
@@ -183,15 +182,10 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
     offset_shapes_.middleRows<3>(3 * p) =
         (shapes_.middleRows<3>(3 * b) - shapes_.middleRows<3>(3 * a)).cast<float>();
   }
-  if (response.size() > 0) {
-    offset_response_ = offset_shapes_ * response.cast<float>();
-    const Eigen::Vector3f along = facing_.cast<float>();
-    for (std::ptrdiff_t at = 0; at < offset_response_.rows(); at += 3) {
-      const Eigen::MatrixXf changes = offset_response_.middleRows<3>(at);
-      const Eigen::RowVectorXf apart = along.transpose() * changes;
-      offset_growth_ = std::max(offset_growth_, apart.cwiseAbs().sum() +
-                                                    2 * (changes - along * apart).colwise().norm().sum());
-    }
+  for (std::ptrdiff_t p = 0; p < count; ++p) {
+    const Eigen::MatrixXd moves = offset_shapes_.middleRows<3>(3 * p).cast<double>();
+    const Eigen::RowVectorXd apart = facing_.transpose() * moves;
+    offset_speed_ = std::max(offset_speed_, apart.norm() + 2 * (moves - facing_ * apart).norm());
   }
   response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
   collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
@@ -200,7 +194,7 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
 
 Points ReducedCollision::positions(const Vector& q) const {
   Points x = reference_;
-  Eigen::Map<Vector>(x.data(), x.size()).noalias() += shapes_ * q;
+  Eigen::Map<Vector>(x.data(), x.size()) += panels_ * q;
   return x;
 }
 
@@ -212,7 +206,7 @@ const Points& ReducedCollision::ends(const Vector& q) {
   return at_end_;
 }
 
-float ReducedCollision::apart(const Eigen::VectorXf& offsets) const {
+float ReducedCollision::clearance(const Eigen::VectorXf& offsets) const {
   if (offsets.size() == 0) return -1.0F;
   const float round_off = 1e-6F * static_cast<float>(collision_->detector().mean_edge());
   const Eigen::Vector3f facing = facing_.cast<float>();
@@ -228,54 +222,37 @@ float ReducedCollision::apart(const Eigen::VectorXf& offsets) const {
   return least;
 }
 
-bool ReducedCollision::stays_apart(const Vector& change) const {
-  if (!last_->closed.empty() || !(free_apart_ > 0 || change.size() > 0)) return false;
-  if (change.size() == 0) return true;
-  const double by = motion_.scheme().beta * motion_.step() * motion_.step();
-  const auto most = static_cast<float>(1.001 * by * change.cwiseAbs().maxCoeff());
-  if (free_apart_ > most * offset_growth_) return true;
-  const Eigen::VectorXf moved = offset_response_ * change.cast<float>();
-  return apart(free_offsets_ + static_cast<float>(by) * moved) > 0;
+bool ReducedCollision::apart(const Vector& q) {
+  if (apart_ > 0 && 1.001 * offset_speed_ * (q - apart_at_).norm() < apart_) return true;
+  apart_at_ = q;
+  apart_ = clearance(offsets(q));
+  return apart_ > 0;
 }
 
 void ReducedCollision::begin(const State& last) {
   last_ = &last;
+  near_ = false;
   never_near_ = true;
-  x_free_.resize(0, 3);
   contacts_ = {};
   force_ = Vector::Zero(3 * nodes_.size());
   load_ = acceleration_ = Vector::Zero(motion_.size());
   collision_->forget();
 }
 
-void ReducedCollision::set_free(const Vector& displacement) {
-  free_ = displacement;
-  free_offsets_ = offsets(displacement);
-  free_apart_ = apart(free_offsets_);
-}
-
-void ReducedCollision::touch(const Vector& change) {
+void ReducedCollision::touch(const Vector& free) {
   touches_ = false;
   force_.setZero();
   load_.setZero();
   acceleration_.setZero();
-  near_ = !stays_apart(change);
+  near_ = !last_->closed.empty() || !apart(free);
   if (!near_) {
     contacts_ = {};
     return;
   }
+  if (never_near_) x_before_ = ends(last_->displacement);
   never_near_ = false;
-  if (x_free_.rows() == 0) {
-    x_free_ = positions(free_);
-    x_before_ = ends(last_->displacement);
-  }
-  Points x = x_free_;
-  if (change.size() > 0) {
-    const double by = motion_.scheme().beta * motion_.step() * motion_.step();
-    Eigen::Map<Vector>(x.data(), x.size()).noalias() += by * (response_at_nodes_ * change);
-  }
   const BeforeContact before{x_before_, last_->closed, last_->closed_force, last_->depth, nullptr};
-  contacts_ = solve(before, x, x_);
+  contacts_ = solve(before, positions(free), x_);
   touches_ = contacts_.any_force();
   if (!touches_) return;
   contacts_.add_forces(force_);

@@ -9,12 +9,10 @@ namespace plica {
 class ReducedCollision final : public ReducedContact {
  public:
   /// See reduced_contact.
-  ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                   const Eigen::MatrixXd& response);
+  ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion);
 
   void begin(const State& last) override;
-  void set_free(const Vector& displacement) override;
-  void touch(const Vector& change) override;
+  void touch(const Vector& free) override;
   std::pair<std::vector<std::int32_t>, Vector> closed() const override { return contacts_.closed(); }
   bool knows(std::int32_t key) const override { return collision_->knows(key); }
   bool anywhere(const std::function<bool(const Vector3&)>& place) const override;
@@ -32,10 +30,9 @@ class ReducedCollision final : public ReducedContact {
   Eigen::VectorXf offsets(const Vector& q) const { return offsets_ + offset_shapes_ * q.cast<float>(); }
   /// m, > 0 where at these offsets no air can be turned inside out: by how much nodes that face each other are
   /// apart, over twice what they have slid past each other, at least. Where it is not known which nodes do, less.
-  float apart(const Eigen::VectorXf& offsets) const;
-  /// Whether nothing can touch under pressures that differ by `change` from the first move's, and nothing did
-  /// before.
-  bool stays_apart(const Vector& change) const;
+  float clearance(const Eigen::VectorXf& offsets) const;
+  /// Whether nothing can touch at coordinates q.
+  bool apart(const Vector& q);
   Contacts solve(const BeforeContact& before, const Points& x_free, Points& x);
 
   const ModalMotion& motion_;
@@ -43,11 +40,14 @@ class ReducedCollision final : public ReducedContact {
   std::vector<char> rim_;  // (m)
   Tets beyond_;            // air that is not looked at, by numbers in the mesh
   Points reference_;
-  Eigen::MatrixXd shapes_, response_at_nodes_;  // (3 m, r), (3 m, s)
+  Eigen::MatrixXd shapes_;  // (3 m, r)
+  PanelMatrix panels_;      // the same
   Vector3 facing_;
-  Eigen::VectorXf offsets_;                          // (3 p) m, at rest
-  Eigen::MatrixXf offset_shapes_, offset_response_;  // (3 p, r), (3 p, s)
-  float offset_growth_ = 0.0F;  // of apart(): at most so many times the largest change of a pressure
+  Eigen::VectorXf offsets_;        // (3 p) m, at rest
+  Eigen::MatrixXf offset_shapes_;  // (3 p, r)
+  double offset_speed_ = 0.0;      // of clearance(): at most so many times what coordinates change by
+  Vector apart_at_;                // coordinates where clearance() was last computed,
+  double apart_ = -1.0;            // m, and how much it was
   Supports held_;
   std::unique_ptr<const LinearSolver> response_;
   std::optional<Collision> collision_;  // from construction on
@@ -57,11 +57,8 @@ class ReducedCollision final : public ReducedContact {
 
   // Of the step.
   const State* last_ = nullptr;
-  Vector free_;
-  Eigen::VectorXf free_offsets_;
-  float free_apart_ = 0.0F;
   bool near_ = false, never_near_ = true;  // in its last move, in no move so far
-  Points x_before_, x_free_, x_;
+  Points x_before_, x_;
   Contacts contacts_;
 };
 

@@ -19,10 +19,8 @@ class ReducedContact {
 
   /// A step begins from `last`, which must live as long as it.
   virtual void begin(const State& last) = 0;
-  /// Displacement (r) at t_{n+1} under the load of the first move, without contact.
-  virtual void set_free(const Vector& displacement) = 0;
-  /// The forces of a move whose section pressures differ by `change` (s) Pa from the first's; empty: by nothing.
-  virtual void touch(const Vector& change) = 0;
+  /// Finds the forces of a move that without them leads to the displacement `free` (r) at t_{n+1}.
+  virtual void touch(const Vector& free) = 0;
 
   // Of the last move.
   bool touches() const { return touches_; }
@@ -55,10 +53,8 @@ class ReducedContact {
   Vector load_, acceleration_, force_;
 };
 
-/// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision).
-/// response (r, s): accelerations per Pa at the sections of the scene's airflow, empty without. All must outlive
-/// it. Throws InvalidInput for a contact that cannot be reduced.
-std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                                                const Eigen::MatrixXd& response);
+/// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision). All must
+/// outlive it. Throws InvalidInput for a contact that cannot be reduced.
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion);
 
 }  // namespace plica

@@ -25,7 +25,7 @@ Eigen::MatrixXd linear_areas(const SectionAreas& areas, std::ptrdiff_t sections,
 
 ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion)
     : airflow_(airflow),
-      overlap_(airflow.section_areas(), full.images()),
+      overlap_(airflow.section_areas(), full.images(), full.reference(), motion.shapes()),
       right_(line(airflow.sections().right, full, motion)),
       left_(line(airflow.sections().left, full, motion)) {
   if (!std::holds_alternative<Airflow::ReferenceShape>(airflow.options().load_shape))
@@ -33,34 +33,21 @@ ReducedFlow::ReducedFlow(const Airflow& airflow, const Motion& full, const Modal
         "Reduction: airflow.load_shape = \"current\"; must be \"reference\", whose load is linear in the "
         "pressures.");
   const SectionAreas& areas = airflow.section_areas();
-  const Points& reference = full.reference();
-  const Indices& looked_at = overlap_.nodes();
-  const std::ptrdiff_t sections = airflow.sections().count(), r = motion.size();
-  airway_.resize(sections + looked_at.size());
-  // Areas at rest as they are linear: what overlap there takes from them is given back, and taken again.
-  airway_.tail(looked_at.size()) = reference(looked_at, 0);
+  const std::ptrdiff_t sections = airflow.sections().count();
   Vector overlapping = Vector::Zero(sections);
-  overlap_.add(airway_.tail(looked_at.size()), overlapping);
-  airway_.head(sections) = areas.areas(areas.widths(reference)) - overlapping;
-  Eigen::MatrixXd airway_shapes(airway_.size(), r);
-  airway_shapes.topRows(sections) = linear_areas(areas, sections, motion, airflow.nodes());
-  airway_shapes.bottomRows(looked_at.size()) =
-      motion.shapes_at(looked_at)(Eigen::seqN(0, looked_at.size(), 3), Eigen::all);
+  overlap_.add(Vector::Zero(motion.size()), overlapping);
+  areas_ = areas.areas(areas.widths(full.reference())) - overlapping;
+  area_shapes_ = PanelMatrix(linear_areas(areas, sections, motion, airflow.nodes()));
 
   const LoadPatterns& patterns = airflow.load_patterns();
   const Eigen::MatrixXd shapes = motion.shapes_at(airflow.nodes());
   below_ = airflow.options().subglottal_pressure * (shapes.transpose() * patterns.subglottal);
-  const Eigen::MatrixXd section_loads = (patterns.sections.transpose() * shapes).transpose();
-  response_ = motion.inverse() * section_loads;
-  sections_ = PanelMatrix(section_loads);
-  airway_response_ = PanelMatrix(airway_shapes * response_);
-  airway_shapes_ = PanelMatrix(airway_shapes);
+  sections_ = PanelMatrix((patterns.sections.transpose() * shapes).transpose());
 }
 
-Vector ReducedFlow::areas(const Vector& airway) {
-  const std::ptrdiff_t sections = airflow_.sections().count();
-  Vector areas = airway.head(sections);
-  overlap_.add(airway.tail(airway.size() - sections), areas);
+Vector ReducedFlow::areas(const Vector& q) {
+  Vector areas = areas_ + area_shapes_ * q;
+  overlap_.add(q, areas);
   return areas;
 }
 

@@ -22,17 +22,15 @@ Eigen::MatrixXd basis_of(const Scene& scene, const Motion& full) {
 
 }  // namespace
 
-std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                                                const Eigen::MatrixXd& response) {
-  if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion, response);
-  return std::make_unique<ReducedCollision>(scene, full, motion, response);
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion) {
+  if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion);
+  return std::make_unique<ReducedCollision>(scene, full, motion);
 }
 
 ReducedModel::ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow)
     : scene_(scene), full_(full), motion_(full, basis_of(scene, full)) {
   if (airflow) flow_.emplace(*airflow, full, motion_);
-  if (scene.contact)
-    contact_ = reduced_contact(scene, full, motion_, flow_ ? flow_->response() : Eigen::MatrixXd());
+  if (scene.contact) contact_ = reduced_contact(scene, full, motion_);
 }
 
 State ReducedModel::begun(const State& full) {

@@ -33,51 +33,41 @@ ReducedStep::ReducedStep(const ModalMotion& motion, const State& last, Vector sc
   }
   flow_load_ = Vector::Zero(motion.size());
   if (contact_) contact_->begin(last);
-  if (flow_)
-    airway_ = flow_->airway(last.displacement + weight() * (h * last.velocity + 0.5 * h * h * last.acceleration));
+  end_ = last.displacement + h * last.velocity + 0.5 * h * h * last.acceleration;
 }
 
 void ReducedStep::move() {
-  solve_free();
+  free_ = motion_.solve(scene_load_ + inner_force_);
   touch();
 }
 
 void ReducedStep::move(const Vector& pressure, Instant) {
-  if (solved_at_.size() == 0) {
-    solved_at_ = pressure;
-    flow_load_ = flow_->load(pressure);
-    solve_free();
-  } else {
-    change_ = pressure - solved_at_;
+  {
+    const Stopwatch watch(times_.solve);
+    if (solved_at_.size() == 0) {
+      solved_at_ = pressure;
+      flow_load_ = flow_->load(pressure);
+      free_ = motion_.solve(scene_load_ + flow_load_ + inner_force_);
+    } else {
+      load_change_ = flow_->load_of(pressure - solved_at_);
+      change_ = motion_.solve(load_change_);
+    }
   }
-  take_airway();
   touch();
 }
 
-void ReducedStep::solve_free() {
-  const Stopwatch watch(times_.solve);
-  free_ = motion_.solve(scene_load_ + flow_load_ + inner_force_);
-  free_end_ = displacement_predictor_ + inertia() * free_;
-  if (contact_) contact_->set_free(free_end_);
-}
-
-void ReducedStep::take_airway() {
-  const Stopwatch watch(times_.load);
-  if (free_airway_.size() == 0) free_airway_ = flow_->airway(weighted(free_end_));
-  airway_ = free_airway_;
-  if (change_.size() > 0) airway_ += weight() * inertia() * (flow_->airway_response() * change_);
-}
-
 void ReducedStep::touch() {
+  end_ = displacement_predictor_ + inertia() * free_;
+  if (change_.size() > 0) end_ += inertia() * change_;
   if (contact_ == nullptr) return;
   const Stopwatch watch(times_.contact);
-  contact_->touch(change_);
-  if (flow_ && contact_->touches())
-    airway_ += weight() * inertia() * flow_->airway_of(contact_->acceleration());
+  contact_->touch(end_);
+  if (contact_->touches()) end_ += inertia() * contact_->acceleration();
 }
 
 Vector ReducedStep::areas(Instant at) const {
-  return flow_->areas(at == Instant::last ? flow_->airway(last_.displacement) : airway_);
+  if (at == Instant::last) return flow_->areas(last_.displacement);
+  return flow_->areas(weight() * end_ - motion_.scheme().alpha * last_.displacement);
 }
 
 bool ReducedStep::blocks() const {
@@ -94,12 +84,11 @@ State ReducedStep::end() {
   State now;
   now.step = last_.step + 1;
   Vector a = free_;
-  if (contact_) a += contact_->acceleration();
   if (change_.size() > 0) {
-    const Vector load = flow_->load_of(change_);
-    flow_load_ += load;
-    a += motion_.solve(load);
+    a += change_;
+    flow_load_ += load_change_;
   }
+  if (contact_) a += contact_->acceleration();
   now.load = scene_load_ + flow_load_;
   now.displacement = displacement_predictor_ + inertia() * a;
   now.velocity = velocity_predictor_ + gamma * h * a;

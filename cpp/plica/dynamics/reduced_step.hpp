@@ -26,14 +26,10 @@ class ReducedStep final : public CoupledStep {
   State end();
 
  private:
-  void solve_free();
-  /// Without contact.
-  void take_airway();
+  /// From the displacement at t_{n+1} without contact to that with it.
   void touch();
   double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
   double weight() const { return 1 + motion_.scheme().alpha; }
-  /// (1 + alpha) q - alpha q_n
-  Vector weighted(const Vector& q) const { return weight() * q - motion_.scheme().alpha * last_.displacement; }
 
   const ModalMotion& motion_;
   const State& last_;
@@ -49,9 +45,10 @@ class ReducedStep final : public CoupledStep {
 
   // The current iterate.
   Vector flow_load_;             // Phi^T of the flow's, of the first move
-  Vector free_, free_end_;       // (r), of the load of the first move without contact: acceleration, displacement
-  Vector solved_at_, change_;    // Pa, of the first move; by what this one differs from it, empty: by nothing
-  Vector free_airway_, airway_;  // weighted: of free_, and of this move
+  Vector free_;                  // (r) acceleration under that, without contact
+  Vector solved_at_;             // Pa, of the first move; empty before
+  Vector load_change_, change_;  // what this move's load and acceleration differ by; empty: by nothing
+  Vector end_;                   // (r) displacement at t_{n+1} of this move; extrapolated before the first
 };
 
 }  // namespace plica
