@@ -36,6 +36,20 @@ PLICA_INLINE void panel_body(const double* values, const double* x, std::ptrdiff
   found[1] = even_low + odd_low;
 }
 
+PLICA_INLINE double inner_body(const double* a, const double* b, std::ptrdiff_t n) {
+  constexpr std::ptrdiff_t half = width / 2;
+  Half even = {}, odd = {};
+  std::ptrdiff_t i = 0;
+  for (; i + width <= n; i += width) {
+    even += *reinterpret_cast<const Half*>(a + i) * *reinterpret_cast<const Half*>(b + i);
+    odd += *reinterpret_cast<const Half*>(a + i + half) * *reinterpret_cast<const Half*>(b + i + half);
+  }
+  even += odd;
+  double sum = ((even[0] + even[4]) + (even[1] + even[5])) + ((even[2] + even[6]) + (even[3] + even[7]));
+  for (; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
 using Panel = void (*)(const double* values, const double* x, std::ptrdiff_t columns, double* y);
 void panel_any(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
   panel_body(values, x, columns, y);
@@ -47,7 +61,19 @@ PLICA_LARGEST void panel_largest(const double* values, const double* x, std::ptr
   panel_body(values, x, columns, y);
 }
 
+using Inner = double (*)(const double* a, const double* b, std::ptrdiff_t n);
+double inner_any(const double* a, const double* b, std::ptrdiff_t n) { return inner_body(a, b, n); }
+PLICA_FUSED double inner_fused(const double* a, const double* b, std::ptrdiff_t n) { return inner_body(a, b, n); }
+PLICA_LARGEST double inner_largest(const double* a, const double* b, std::ptrdiff_t n) {
+  return inner_body(a, b, n);
+}
+
 }  // namespace
+
+double inner_product(const double* a, const double* b, std::ptrdiff_t n) {
+  static const Inner inner = takes_largest() ? inner_largest : takes_fused() ? inner_fused : inner_any;
+  return inner(a, b, n);
+}
 
 PanelMatrix::PanelMatrix(const Eigen::MatrixXd& A) : rows_(A.rows()), cols_(A.cols()) {
   const std::ptrdiff_t panels = (rows_ + width - 1) / width;

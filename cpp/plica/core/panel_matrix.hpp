@@ -19,4 +19,7 @@ class PanelMatrix {
   Vector values_;  // panel after panel, each column after column; rows beyond the last are zero
 };
 
+/// a . b of vectors of length n, likewise.
+double inner_product(const double* a, const double* b, std::ptrdiff_t n);
+
 }  // namespace plica

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "plica/core/types.hpp"
+#include "plica/core/panel_matrix.hpp"
 
 namespace plica {
 
@@ -30,12 +30,12 @@ class DistantValues {
   }
   /// The length that the coordinates have gone.
   double path() const { return path_; }
-  /// What a value is not below, short of computing it.
-  double at_least(std::ptrdiff_t i) const { return seen_[i] - speed_[i] * (path_ - seen_at_[i]); }
+  /// What the values are not below, short of computing them.
+  Vector at_least() const { return seen_ - speed_.cwiseProduct((path_ - seen_at_.array()).matrix()); }
   double value(std::ptrdiff_t i) {
     std::int64_t& seen_in = seen_in_[static_cast<std::size_t>(i)];
     if (seen_in != moves_) {
-      seen_[i] = rest_[i] + rows_.col(i).dot(q_);
+      seen_[i] = rest_[i] + inner_product(rows_.col(i).data(), q_.data(), q_.size());
       seen_at_[i] = path_;
       seen_in = moves_;
     }

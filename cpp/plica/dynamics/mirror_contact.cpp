@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/panel_matrix.hpp"
 #include "plica/dynamics/contact_record.hpp"
 
 namespace plica {
@@ -126,8 +127,10 @@ void MirrorContact::touch(const Vector& free) {
 
 bool MirrorContact::add_candidates(const Vector& shift, double least) {
   const std::size_t known = rows_.size();
+  const Vector at_least = x_.at_least() + shift;
+  if (at_least.minCoeff() >= -least) return false;
   for (std::int32_t row = 0; row < shift.size(); ++row) {
-    if (x_.at_least(row) + shift[row] >= -least || x_.value(row) + shift[row] >= -least) continue;
+    if (at_least[row] >= -least || x_.value(row) + shift[row] >= -least) continue;
     const auto at = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (at != rows_.end() && *at == row) continue;
     active_.insert(active_.begin() + (at - rows_.begin()), 1);
@@ -162,7 +165,9 @@ std::pair<std::vector<std::int32_t>, Vector> MirrorContact::closed() const {
 
 Vector3 MirrorContact::position(std::int32_t node, const Vector& q) const {
   const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(place_[static_cast<std::size_t>(node)]);
-  return reference_.row(node).transpose() + side_shapes_.middleCols<3>(at).transpose() * q;
+  Vector3 x = reference_.row(node);
+  for (int c = 0; c < 3; ++c) x[c] += inner_product(side_shapes_.col(at + c).data(), q.data(), q.size());
+  return x;
 }
 
 bool MirrorContact::anywhere(const std::function<bool(const Vector3&)>& place) const {
@@ -180,13 +185,18 @@ bool MirrorContact::anywhere(const std::function<bool(const Vector3&)>& place) c
 std::vector<PressedNode> MirrorContact::pressed(const Vector& force, const Vector& q) const {
   std::vector<PressedNode> found;
   Points x(reference_.rows(), 3);  // of the nodes around those that are pressed
+  std::vector<char> known(static_cast<std::size_t>(reference_.rows()), 0);
   for (std::int32_t row = 0; row < force.size(); ++row) {
     if (!(force[row] > 0)) continue;
     const std::int32_t node = nodes_[row];
     double area = 0;
     for (const std::int32_t triangle : side_->fan(node)) {
       const auto corners = side_->triangles().row(triangle);
-      for (const std::int32_t corner : corners) x.row(corner) = position(corner, q);
+      for (const std::int32_t corner : corners)
+        if (char& is_known = known[static_cast<std::size_t>(corner)]; !is_known) {
+          x.row(corner) = position(corner, q);
+          is_known = 1;
+        }
       const Vector3 a = x.row(corners[0]), b = x.row(corners[1]), c = x.row(corners[2]);
       area += (b - a).cross(c - a).norm() / 6.0;
     }

@@ -55,6 +55,7 @@ ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
   const auto [alpha, beta, gamma] = scheme_;
   const Eigen::MatrixXd A = step_matrix((1 + alpha) * gamma * step_, (1 + alpha) * beta * step_ * step_);
   inverse_ = symmetric(A.llt().solve(Eigen::MatrixXd::Identity(size(), size())));
+  shape_panels_ = PanelMatrix(shapes_);
   inverse_panels_ = PanelMatrix(inverse_);
 }
 

@@ -26,7 +26,7 @@ class ModalMotion {
   /// Phi^T f of forces on the unknowns.
   Vector forces(const Vector& force) const { return shapes_.transpose() * force; }
   /// Phi q (unknowns).
-  Vector at_unknowns(const Vector& q) const { return shapes_ * q; }
+  Vector at_unknowns(const Vector& q) const { return shape_panels_ * q; }
   /// The coordinates of the field (unknowns) that is nearest, in the norm of the mass.
   Vector nearest(const Vector& field) const { return momenta_.transpose() * field; }
   Vector elastic(const Vector& q) const { return stiffness_.cwiseProduct(q); }
@@ -50,7 +50,7 @@ class ModalMotion {
   Eigen::MatrixXd shapes_, momenta_;  // (unknowns, r) Phi, M Phi
   Vector stiffness_;
   Eigen::MatrixXd viscosity_, inverse_;  // (r, r)
-  PanelMatrix inverse_panels_;
+  PanelMatrix shape_panels_, inverse_panels_;  // for products
   Start start_;
 };
 

@@ -1,7 +1,6 @@
 #include "plica/dynamics/overlapping_widths.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 
 namespace plica {
@@ -39,26 +38,23 @@ OverlappingWidths::OverlappingWidths(const SectionAreas& areas, const MirrorImag
     rest[i] = reference(images ? images->nodes()[node] : node, 0);
     rows.row(i) = shapes.row(3 * static_cast<std::ptrdiff_t>(node));
   }
-  std::size_t most_nodes = 0;
   for (const auto& [nodes, members] : groups) {
-    Group group{static_cast<std::ptrdiff_t>(group_nodes_.size()), static_cast<std::ptrdiff_t>(nodes.size()),
-                static_cast<std::ptrdiff_t>(widths_.size()), static_cast<std::ptrdiff_t>(members.size())};
-    most_nodes = std::max(most_nodes, nodes.size());
+    Group group;
     for (const std::int32_t node : nodes)
-      group_nodes_.push_back(
+      group.nodes.push_back(
           static_cast<std::int32_t>(std::lower_bound(all.begin(), all.end(), node) - all.begin()));
-    for (const Row& member : members) {
-      widths_.push_back({static_cast<std::int32_t>(areas.section_of(member.width)), areas.spacing(member.width),
-                         static_cast<std::ptrdiff_t>(weights_.size())});
-      weights_.insert(weights_.end(), member.weights.begin(), member.weights.end());
-      Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
-      for (std::size_t k = 0; k < nodes.size(); ++k)
-        row += member.weights[k] * rows.row(group_nodes_[static_cast<std::size_t>(group.first_node) + k]);
-      group.speed = std::max(group.speed, row.norm());
+    const auto widths = static_cast<std::ptrdiff_t>(members.size());
+    group.spacing.resize(widths);
+    group.weights.resize(widths, static_cast<std::ptrdiff_t>(nodes.size()));
+    for (std::ptrdiff_t w = 0; w < widths; ++w) {
+      const Row& member = members[static_cast<std::size_t>(w)];
+      group.sections.push_back(static_cast<std::int32_t>(areas.section_of(member.width)));
+      group.spacing[w] = areas.spacing(member.width);
+      group.weights.row(w) = Eigen::Map<const Eigen::RowVectorXd>(member.weights.data(), group.weights.cols());
     }
-    groups_.push_back(group);
+    group.speed = (group.weights * rows(group.nodes, Eigen::all)).rowwise().norm().maxCoeff();
+    groups_.push_back(std::move(group));
   }
-  at_.resize(most_nodes);
   x_ = DistantValues(std::move(rest), rows);
 }
 
@@ -72,18 +68,14 @@ void OverlappingWidths::add(const Vector& q, Vector& areas) {
 }
 
 void OverlappingWidths::compute(Group& group, Vector& areas) {
-  const std::int32_t* nodes = group_nodes_.data() + group.first_node;
-  for (std::ptrdiff_t k = 0; k < group.node_count; ++k) at_[static_cast<std::size_t>(k)] = x_.value(nodes[k]);
-  group.least = std::numeric_limits<double>::infinity();
+  at_.resize(group.weights.cols());
+  for (std::ptrdiff_t k = 0; k < at_.size(); ++k) at_[k] = x_.value(group.nodes[static_cast<std::size_t>(k)]);
+  width_.noalias() = group.weights.lazyProduct(at_);
+  group.least = width_.minCoeff();
   group.seen_at = x_.path();
-  for (std::ptrdiff_t w = group.first_width; w < group.first_width + group.width_count; ++w) {
-    const Width& width = widths_[static_cast<std::size_t>(w)];
-    const double* weight = weights_.data() + width.first_weight;
-    double sum = 0;
-    for (std::ptrdiff_t k = 0; k < group.node_count; ++k) sum += weight[k] * at_[static_cast<std::size_t>(k)];
-    group.least = std::min(group.least, sum);
-    if (!(sum >= 0)) areas[width.section] -= width.spacing * sum;
-  }
+  if (group.least >= 0) return;
+  for (std::ptrdiff_t w = 0; w < width_.size(); ++w)
+    if (!(width_[w] >= 0)) areas[group.sections[static_cast<std::size_t>(w)]] -= group.spacing[w] * width_[w];
 }
 
 }  // namespace plica

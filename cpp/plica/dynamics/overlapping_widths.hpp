@@ -18,26 +18,20 @@ class OverlappingWidths {
   void add(const Vector& q, Vector& areas);
 
  private:
-  struct Width {
-    std::int32_t section;
-    double spacing;               // m
-    std::ptrdiff_t first_weight;  // as many as its group has nodes
-  };
   struct Group {
-    std::ptrdiff_t first_node, node_count;    // in group_nodes_
-    std::ptrdiff_t first_width, width_count;  // in widths_
-    double speed = 0.0;                       // m, a width changes by at most so many times what coordinates do
-    double least = 0.0;                       // m, of its widths when last computed
-    double seen_at = -1.0;                    // path until then; < 0: never
+    std::vector<std::int32_t> nodes;      // places in x_
+    std::vector<std::int32_t> sections;   // (widths)
+    Vector spacing;                       // (widths) m
+    Eigen::MatrixXd weights;              // (widths, nodes)
+    double speed = 0.0;                   // a width changes by at most so many times what coordinates do
+    double least = 0.0;                   // m, of its widths when last computed
+    double seen_at = -1.0;                // path until then; < 0: never
   };
   void compute(Group& group, Vector& areas);
 
   DistantValues x_;  // m, of nodes
   std::vector<Group> groups_;
-  std::vector<Width> widths_;
-  std::vector<double> weights_;
-  std::vector<std::int32_t> group_nodes_;  // places in x_
-  std::vector<double> at_;                 // m, x of a group's nodes
+  Vector at_, width_;  // m, x of a group's nodes and its widths
 };
 
 }  // namespace plica

@@ -19,5 +19,9 @@ TEST_CASE("a panel matrix has the products of its matrix, whatever its size") {
       const Vector expected = A * x;
       CHECK((panels * x).size() == rows);
       CHECK((panels * x - expected).norm() <= 1e-14 * (A.cwiseAbs() * x.cwiseAbs()).norm());
+      for (std::ptrdiff_t i = 0; i < rows; ++i) {
+        const Vector row = A.row(i);
+        CHECK(inner_product(row.data(), x.data(), columns) == doctest::Approx(expected[i]).epsilon(1e-13));
+      }
     }
 }
