@@ -45,6 +45,7 @@ def main() -> None:
     parser.add_argument("--components", type=int, nargs="+", default=[100])
     parser.add_argument("--symmetry", choices=["half", "quarter"])
     parser.add_argument("--watch-every", type=int, help="steps")
+    parser.add_argument("--step", help='of the reduced runs, as "100 us"; left out: that of the full ones')
     parser.add_argument("--from", type=float, default=0.06, dest="start", help="s, where measuring starts")
     parser.add_argument("--length", type=float, default=0.05, help="s, that cost is measured over")
     options = parser.parse_args()
@@ -58,7 +59,10 @@ def main() -> None:
             reduction: dict[str, Any] = {"full_run": str(options.basis), "components": components}
             if options.watch_every:
                 reduction["watch_every"] = options.watch_every
-            scene = full.scene.replace({"symmetry": options.symmetry, "reduction": reduction})
+            changes = {"symmetry": options.symmetry, "reduction": reduction, "output.every": None}
+            if options.step:
+                changes["time.step"] = options.step
+            scene = full.scene.replace(changes)
             directory = options.output / f"{voice.name}-{components}"
             name = f"| {voice.name} ({shown}) | {components} |"
             try:

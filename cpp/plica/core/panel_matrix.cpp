@@ -88,12 +88,14 @@ PanelMatrix::PanelMatrix(const Eigen::MatrixXd& A) : rows_(A.rows()), cols_(A.co
 Vector PanelMatrix::operator*(const Vector& x) const {
   static const Panel panel = takes_largest() ? panel_largest : takes_fused() ? panel_fused : panel_any;
   Vector y(rows_);
+  std::ptrdiff_t columns = cols_;  // those that count: pressures of a jet are zero
+  while (columns > 0 && x[columns - 1] == 0) --columns;
   const std::ptrdiff_t whole = rows_ / width;
   for (std::ptrdiff_t p = 0; p < whole; ++p)
-    panel(values_.data() + p * width * cols_, x.data(), cols_, y.data() + p * width);
+    panel(values_.data() + p * width * cols_, x.data(), columns, y.data() + p * width);
   if (const std::ptrdiff_t left = rows_ - whole * width; left > 0) {
     double last[width];
-    panel(values_.data() + whole * width * cols_, x.data(), cols_, last);
+    panel(values_.data() + whole * width * cols_, x.data(), columns, last);
     std::copy_n(last, left, y.data() + whole * width);
   }
   return y;

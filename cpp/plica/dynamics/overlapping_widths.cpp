@@ -45,14 +45,15 @@ OverlappingWidths::OverlappingWidths(const SectionAreas& areas, const MirrorImag
           static_cast<std::int32_t>(std::lower_bound(all.begin(), all.end(), node) - all.begin()));
     const auto widths = static_cast<std::ptrdiff_t>(members.size());
     group.spacing.resize(widths);
-    group.weights.resize(widths, static_cast<std::ptrdiff_t>(nodes.size()));
+    Eigen::MatrixXd weights(widths, static_cast<std::ptrdiff_t>(nodes.size()));
     for (std::ptrdiff_t w = 0; w < widths; ++w) {
       const Row& member = members[static_cast<std::size_t>(w)];
       group.sections.push_back(static_cast<std::int32_t>(areas.section_of(member.width)));
       group.spacing[w] = areas.spacing(member.width);
-      group.weights.row(w) = Eigen::Map<const Eigen::RowVectorXd>(member.weights.data(), group.weights.cols());
+      weights.row(w) = Eigen::Map<const Eigen::RowVectorXd>(member.weights.data(), weights.cols());
     }
-    group.speed = (group.weights * rows(group.nodes, Eigen::all)).rowwise().norm().maxCoeff();
+    group.speed = (weights * rows(group.nodes, Eigen::all)).rowwise().norm().maxCoeff();
+    group.weights = PanelMatrix(weights);
     groups_.push_back(std::move(group));
   }
   x_ = DistantValues(std::move(rest), rows);
@@ -70,12 +71,12 @@ void OverlappingWidths::add(const Vector& q, Vector& areas) {
 void OverlappingWidths::compute(Group& group, Vector& areas) {
   at_.resize(group.weights.cols());
   for (std::ptrdiff_t k = 0; k < at_.size(); ++k) at_[k] = x_.value(group.nodes[static_cast<std::size_t>(k)]);
-  width_.noalias() = group.weights.lazyProduct(at_);
-  group.least = width_.minCoeff();
+  const Vector width = group.weights * at_;
+  group.least = width.minCoeff();
   group.seen_at = x_.path();
   if (group.least >= 0) return;
-  for (std::ptrdiff_t w = 0; w < width_.size(); ++w)
-    if (!(width_[w] >= 0)) areas[group.sections[static_cast<std::size_t>(w)]] -= group.spacing[w] * width_[w];
+  for (std::ptrdiff_t w = 0; w < width.size(); ++w)
+    if (!(width[w] >= 0)) areas[group.sections[static_cast<std::size_t>(w)]] -= group.spacing[w] * width[w];
 }
 
 }  // namespace plica

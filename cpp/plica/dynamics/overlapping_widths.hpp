@@ -22,7 +22,7 @@ class OverlappingWidths {
     std::vector<std::int32_t> nodes;      // places in x_
     std::vector<std::int32_t> sections;   // (widths)
     Vector spacing;                       // (widths) m
-    Eigen::MatrixXd weights;              // (widths, nodes)
+    PanelMatrix weights;                  // (widths, nodes)
     double speed = 0.0;                   // a width changes by at most so many times what coordinates do
     double least = 0.0;                   // m, of its widths when last computed
     double seen_at = -1.0;                // path until then; < 0: never
@@ -31,7 +31,7 @@ class OverlappingWidths {
 
   DistantValues x_;  // m, of nodes
   std::vector<Group> groups_;
-  Vector at_, width_;  // m, x of a group's nodes and its widths
+  Vector at_;  // m, x of a group's nodes
 };
 
 }  // namespace plica
