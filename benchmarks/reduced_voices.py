@@ -5,7 +5,8 @@
 
 All given runs are finished ones without reduction, on one mesh; runs/basis has stored displacements. Errors
 are over the steady cycles from --from on. CPU seconds are of one thread, a second of voice, advanced from the
-newest checkpoint through --length; what is stored is left out.
+newest checkpoint through --length; what is stored is left out. --record NAME
+writes docs/records/NAME.json (record.py).
 """
 
 from __future__ import annotations
@@ -14,13 +15,24 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from record import record
 from reduction import GOALS, cost, values
 
 import plica
 from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.scene.mesh_source import build_mesh
 
-COLUMNS = ["voice", "components", "coordinates", "f0", "open quotient", "peak flow", "impulse", "CPU s a second"]
+SAID = "Goals: 0.5 %, 0.01, 1 %, 5 %."
+COLUMNS = [
+    "voice",
+    "components",
+    "coordinates",
+    "f0",
+    "open quotient",
+    "peak flow",
+    "impulse",
+    "CPU s a second",
+]
 
 
 def errors(found: dict[str, Any], truth: dict[str, Any]) -> list[str]:
@@ -45,36 +57,43 @@ def main() -> None:
     parser.add_argument("--components", type=int, nargs="+", default=[100])
     parser.add_argument("--symmetry", choices=["half", "quarter"])
     parser.add_argument("--watch-every", type=int, help="steps")
-    parser.add_argument("--step", help='of the reduced runs, as "100 us"; left out: that of the full ones')
+    parser.add_argument("--record", help="name of the record")
     parser.add_argument("--from", type=float, default=0.06, dest="start", help="s, where measuring starts")
     parser.add_argument("--length", type=float, default=0.05, help="s, that cost is measured over")
     options = parser.parse_args()
     plica.set_threads(1)
-    print(f"| {' | '.join(COLUMNS)} |\n|" + " --- |" * len(COLUMNS), flush=True)
-    for voice in options.voices:
-        full = plica.Run.load(voice)
-        truth = values(full, options.start)
-        shown = ", ".join(f"{truth[name]:.5g}" for name in GOALS)
-        for components in options.components:
-            reduction: dict[str, Any] = {"full_run": str(options.basis), "components": components}
-            if options.watch_every:
-                reduction["watch_every"] = options.watch_every
-            changes = {"symmetry": options.symmetry, "reduction": reduction, "output.every": None}
-            if options.step:
-                changes["time.step"] = options.step
-            scene = full.scene.replace(changes)
-            directory = options.output / f"{voice.name}-{components}"
-            name = f"| {voice.name} ({shown}) | {components} |"
-            try:
-                run = plica.run(scene, directory, resume="if_there", progress=False)
-            except plica.SolveFailed as error:
-                print(f"{name} failed: {str(error)[:300]} |", flush=True)
-                continue
-            mesh = build_mesh(scene.mesh, scene.source)
-            basis = kept_basis(directory, scene, mesh, begun=True)
-            seconds = cost(run, basis, options.length)
-            cells = [str(basis.shape[1]), *errors(values(run, options.start), truth), f"{seconds:.2f}"]
-            print(f"{name} {' | '.join(cells)} |", flush=True)
+    rows = (row(options, voice, components) for voice in options.voices for components in options.components)
+    if options.record:
+        record(options.record, COLUMNS, rows, SAID)
+        return
+    for cells in rows:
+        print(" | ".join(cells), flush=True)
+
+
+def row(options: argparse.Namespace, voice: Path, components: int) -> list[str]:
+    full = plica.Run.load(voice)
+    truth = values(full, options.start)
+    reduction: dict[str, Any] = {"full_run": str(options.basis), "components": components}
+    if options.watch_every:
+        reduction["watch_every"] = options.watch_every
+    changes = {"symmetry": options.symmetry, "reduction": reduction, "output.every": None}
+    scene = full.scene.replace(changes)
+    directory = options.output / f"{voice.name}-{components}"
+    run = plica.run(scene, directory, resume="if_there", progress=False)
+    basis = kept_basis(directory, scene, build_mesh(scene.mesh, scene.source), begun=True)
+    seconds = cost(run, basis, options.length)
+    shown = (
+        f"{truth['fundamental_frequency']:.1f} Hz, {truth['open_quotient']:.4f}, "
+        f"{1e6 * truth['peak_flow']:.1f} ml/s, {1e6 * truth['contact_impulse']:.2f} uN s"
+    )
+    name = f"{full.scene.airflow.subglottal_pressure / 1000:g} kPa ({shown})"
+    return [
+        name,
+        str(components),
+        str(basis.shape[1]),
+        *errors(values(run, options.start), truth),
+        f"{seconds:.1f}",
+    ]
 
 
 if __name__ == "__main__":

@@ -78,7 +78,9 @@ def test_vectors_are_the_symmetric_part_of_what_a_full_run_shows(full_run: plica
     image = np.array([np.argmin(((points - p) ** 2).sum(axis=1)) for p in points * (-1, 1, 1)])
     np.testing.assert_array_equal(basis[:, image] * (-1, 1, 1), basis)
     whole = basis_of(reduced(full_run, None, 10), mesh)
-    left = whole - basis.reshape(len(basis), -1).T @ np.linalg.lstsq(basis.reshape(len(basis), -1).T, whole)[0]
+    left = (
+        whole - basis.reshape(len(basis), -1).T @ np.linalg.lstsq(basis.reshape(len(basis), -1).T, whole)[0]
+    )
     assert np.linalg.norm(left) < 0.02 * np.linalg.norm(whole)
 
 
@@ -130,7 +132,10 @@ def test_a_run_stores_all_nodes_and_goes_on(full_run: plica.Run, tmp_path: Path)
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"reduction.full_run": None, "reduction.components": None}, r"reduction.full_run: must be given with symmetry"),
+        (
+            {"reduction.full_run": None, "reduction.components": None},
+            r"reduction.full_run: must be given with symmetry",
+        ),
         ({"reduction.modes": 5}, r"reduction.modes = 5; must be left out with symmetry"),
         ({"reduction.contact_vectors": 5}, r"reduction.contact_vectors = 5; must be left out with symmetry"),
         ({"contact": {"penalty": {}}}, r"with symmetry contact must be by multipliers"),

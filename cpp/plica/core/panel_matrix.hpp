@@ -3,8 +3,8 @@
 
 namespace plica {
 
-/// A dense matrix for products with one vector at a time, stored as those read it: by panels of rows. In the version
-/// for the processor at hand, as the products of core/block_product.hpp.
+/// A dense matrix for products with one vector at a time, stored as those read it: by panels of rows. In the
+/// version for the processor at hand, as the products of core/block_product.hpp.
 class PanelMatrix {
  public:
   PanelMatrix() = default;

@@ -86,8 +86,8 @@ ContactRecord contact_record(Collision& collision, const Contacts& contacts, con
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
   record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
-    const Pressed both = measure(collision.pressed(detector.first(), now, x),
-                                 collision.pressed(detector.second(), now, x));
+    const Pressed both =
+        measure(collision.pressed(detector.first(), now, x), collision.pressed(detector.second(), now, x));
     record.area = both.area;
     record.length = both.length;
     record.peak_pressure = both.peak;

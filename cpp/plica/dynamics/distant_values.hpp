@@ -6,8 +6,8 @@
 
 namespace plica {
 
-/// Values that are linear in coordinates, rest + rows q, of which few are small: one changes by at most the norm of
-/// its row times that of the change of q, so that most need not be computed to know that they are not. What is
+/// Values that are linear in coordinates, rest + rows q, of which few are small: one changes by at most the norm
+/// of its row times that of the change of q, so that most need not be computed to know that they are not. What is
 /// computed is the same whatever was before.
 class DistantValues {
  public:
@@ -44,9 +44,9 @@ class DistantValues {
 
  private:
   Vector rest_;
-  Eigen::MatrixXd rows_;  // (r, values)
-  Vector speed_;          // norms of these
-  Vector seen_, seen_at_;  // values when last computed, and the path until then
+  Eigen::MatrixXd rows_;               // (r, values)
+  Vector speed_;                       // norms of these
+  Vector seen_, seen_at_;              // values when last computed, and the path until then
   std::vector<std::int64_t> seen_in_;  // the move that was
   Vector q_;
   double path_ = 0.0;

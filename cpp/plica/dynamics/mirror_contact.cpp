@@ -41,14 +41,14 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
   check(part);
   first_is_own_ = is_own(part.airway.first, reference_);
   if (first_is_own_ == is_own(part.airway.second, reference_))
-    throw InvalidInput("Reduction: with symmetry the contact's surfaces must be each other's mirror image in x = 0.");
+    throw InvalidInput(
+        "Reduction: with symmetry the contact's surfaces must be each other's mirror image in x = 0.");
   side_.emplace(first_is_own_ ? part.airway.first : part.airway.second, reference_.rows());
   tolerance_ = part.options.tolerance * side_->mean_edge(reference_);
   const std::vector<std::int32_t> own = own_nodes(part, full);
   nodes_ = Eigen::Map<const Indices>(own.data(), static_cast<std::ptrdiff_t>(own.size()));
   images_of_.resize(nodes_.size());
-  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-    images_of_[i] = images_.count(images_.node_of(nodes_[i]));
+  for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) images_of_[i] = images_.count(images_.node_of(nodes_[i]));
   const Eigen::MatrixXd shapes = motion.shapes_at(nodes_)(Eigen::seqN(0, nodes_.size(), 3), Eigen::all);
   x_ = DistantValues(reference_(nodes_, 0), shapes);
   loads_ = shapes.transpose() * images_of_.asDiagonal();
@@ -143,13 +143,12 @@ bool MirrorContact::add_candidates(const Vector& shift, double least) {
 Complementarity MirrorContact::solve(const Vector& x) const {
   constexpr int most_pivots = 1000;
   const Vector root = images_of_(rows_).cwiseSqrt();
-  const Eigen::MatrixXd W =
-      inertia() * (root.asDiagonal() * Eigen::MatrixXd(compliance_(rows_, rows_)) * root.cwiseInverse().asDiagonal());
-  Complementarity found =
-      solve_complementarity(W, root.cwiseProduct(x), active_, 1e-2 * tolerance_, most_pivots);
+  const Eigen::MatrixXd W = inertia() * (root.asDiagonal() * Eigen::MatrixXd(compliance_(rows_, rows_)) *
+                                         root.cwiseInverse().asDiagonal());
+  Complementarity found = solve_complementarity(W, root.cwiseProduct(x), active_, 1e-2 * tolerance_, most_pivots);
   if (!found.converged)
-    throw SolveFailed("Contact: no consistent set of closed nodes among " + std::to_string(rows_.size()) + " after " +
-                      std::to_string(found.pivots) + " active sets. Try a smaller step.");
+    throw SolveFailed("Contact: no consistent set of closed nodes among " + std::to_string(rows_.size()) +
+                      " after " + std::to_string(found.pivots) + " active sets. Try a smaller step.");
   found.force = found.force.cwiseQuotient(root);
   return found;
 }
@@ -253,7 +252,8 @@ Vector MirrorContact::pressure() const {
 Vector MirrorContact::force(const Vector& interface_force) const {
   Vector part = Vector::Zero(3 * images_.nodes().size());
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i)
-    part.segment<3>(3 * static_cast<std::ptrdiff_t>(images_.node_of(nodes_[i]))) = interface_force.segment<3>(3 * i);
+    part.segment<3>(3 * static_cast<std::ptrdiff_t>(images_.node_of(nodes_[i]))) =
+        interface_force.segment<3>(3 * i);
   return images_.spread(part);
 }
 

@@ -7,9 +7,9 @@
 
 namespace plica {
 
-/// The contact of a fold with its own mirror image in x = 0. A node behind the image's surface is behind the plane, and the
-/// forces that keep both apart are along x: gaps are x >= 0 of the part's nodes, linear in the coordinates, and
-/// nothing has to be detected (docs/theory.md, "Contact of mirror images").
+/// The contact of a fold with its own mirror image in x = 0. A node behind the image's surface is behind the
+/// plane, and the forces that keep both apart are along x: gaps are x >= 0 of the part's nodes, linear in the
+/// coordinates, and nothing has to be detected (docs/theory.md, "Contact of mirror images").
 class MirrorContact final : public ReducedContact {
  public:
   /// See reduced_contact; the scene has a symmetry.
@@ -54,8 +54,8 @@ class MirrorContact final : public ReducedContact {
 
   // Of the step.
   const State* last_ = nullptr;
-  Vector free_;         // (r) of the last move, without contact
-  double deepest_ = 0.0;  // m, <= 0: least x with contact
+  Vector free_;                     // (r) of the last move, without contact
+  double deepest_ = 0.0;            // m, <= 0: least x with contact
   std::vector<std::int32_t> rows_;  // candidates, ascending
   std::vector<char> active_;        // of these
   Vector row_force_;                // (rows) N

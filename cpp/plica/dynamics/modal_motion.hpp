@@ -5,19 +5,19 @@
 namespace plica {
 
 /// The motion of a scene within a basis of displacements: u = Phi q with Phi^T M Phi = 1 and Phi^T K Phi diagonal,
-/// of which M q.. + C q. + K q = Phi^T f is what is left (Galerkin). Vectors are of the r coordinates. Of a symmetric
-/// scene Phi has the unknowns of its part, all nodes move by S Phi q (MirrorImages).
+/// of which M q.. + C q. + K q = Phi^T f is what is left (Galerkin). Vectors are of the r coordinates. Of a
+/// symmetric scene Phi has the unknowns of its part, all nodes move by S Phi q (MirrorImages).
 class ModalMotion {
  public:
-  /// vectors (unknowns, any number): a basis, in whatever order and scale, of which held unknowns are taken out and
-  /// directions that repeat others to 1e-6 are left out. Throws InvalidInput where nothing is left.
+  /// vectors (unknowns, any number): a basis, in whatever order and scale, of which held unknowns are taken out
+  /// and directions that repeat others to 1e-6 are left out. Throws InvalidInput where nothing is left.
   ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors);
 
   std::ptrdiff_t size() const { return stiffness_.size(); }
   const Eigen::MatrixXd& shapes() const { return shapes_; }  // (unknowns, r)
   /// The rows of S Phi of these nodes of the mesh, (3 nodes, r).
   Eigen::MatrixXd shapes_at(const Indices& nodes) const;
-  const Vector& stiffness() const { return stiffness_; }     // (r) 1/s^2, ascending
+  const Vector& stiffness() const { return stiffness_; }  // (r) 1/s^2, ascending
   bool has_viscosity() const { return viscosity_.size() > 0; }
   const SchemeCoefficients& scheme() const { return scheme_; }
   double step() const { return step_; }
@@ -49,7 +49,7 @@ class ModalMotion {
   const MirrorImages* images_;        // null where all nodes move on their own
   Eigen::MatrixXd shapes_, momenta_;  // (unknowns, r) Phi, M Phi
   Vector stiffness_;
-  Eigen::MatrixXd viscosity_, inverse_;  // (r, r)
+  Eigen::MatrixXd viscosity_, inverse_;        // (r, r)
   PanelMatrix shape_panels_, inverse_panels_;  // for products
   Start start_;
 };

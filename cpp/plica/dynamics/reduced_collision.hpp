@@ -4,8 +4,8 @@
 
 namespace plica {
 
-/// Contact between two surfaces, detected as that of the full scene. It numbers its own nodes, those of the surfaces
-/// within the reduction's reach, from 0; positions (m, 3) of these are counted from the motion's origin.
+/// Contact between two surfaces, detected as that of the full scene. It numbers its own nodes, those of the
+/// surfaces within the reduction's reach, from 0; positions (m, 3) of these are counted from the motion's origin.
 class ReducedCollision final : public ReducedContact {
  public:
   /// See reduced_contact.

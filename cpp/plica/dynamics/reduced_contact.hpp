@@ -34,8 +34,8 @@ class ReducedContact {
   /// Whether it, or edges that cross, lie at a place (m, from the motion's origin) where this says so.
   virtual bool anywhere(const std::function<bool(const Vector3&)>& place) const = 0;
 
-  /// What it did in the step from the last state to `now`. Throws SolveFailed where it has reached the rim of where
-  /// it is looked for.
+  /// What it did in the step from the last state to `now`. Throws SolveFailed where it has reached the rim of
+  /// where it is looked for.
   virtual ContactRecord record(const State& now) = 0;
   /// Takes up a state, for pressure().
   virtual void restore(const State& state) = 0;
@@ -43,8 +43,8 @@ class ReducedContact {
   virtual Vector pressure() const = 0;
   /// (3 n) N of the forces on its own nodes.
   virtual Vector force(const Vector& interface_force) const = 0;
-  /// Throws SolveFailed where, at positions x (n, 3) of all nodes, surfaces have passed through each other where it
-  /// is not looked for.
+  /// Throws SolveFailed where, at positions x (n, 3) of all nodes, surfaces have passed through each other where
+  /// it is not looked for.
   virtual void require_open_beyond(const Points& x) const = 0;
 
  protected:
@@ -53,8 +53,8 @@ class ReducedContact {
   Vector load_, acceleration_, force_;
 };
 
-/// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision). All must
-/// outlive it. Throws InvalidInput for a contact that cannot be reduced.
+/// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision). All
+/// must outlive it. Throws InvalidInput for a contact that cannot be reduced.
 std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion);
 
 }  // namespace plica

@@ -60,8 +60,8 @@ ReducedFlow::Line ReducedFlow::line(const std::vector<MaterialPoint>& points, co
   const Points reference = full.in_scene(full.reference());
   Line line;
   line.rest.resize(static_cast<std::ptrdiff_t>(points.size()), 3);
-  line.shapes = PanelMatrix(
-      motion.shapes_at(Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()))));
+  line.shapes =
+      PanelMatrix(motion.shapes_at(Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()))));
   for (std::size_t s = 0; s < points.size(); ++s) {
     line.rest.row(static_cast<std::ptrdiff_t>(s)) = points[s].at(reference);
     for (std::size_t k = 0; k < points[s].nodes.size(); ++k) {

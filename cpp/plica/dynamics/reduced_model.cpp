@@ -9,7 +9,8 @@ namespace plica {
 
 namespace {
 
-/// The part's rows of a basis, where the motion is of a part. Throws InvalidInput for a vector that is not symmetric.
+/// The part's rows of a basis, where the motion is of a part. Throws InvalidInput for a vector that is not
+/// symmetric.
 Eigen::MatrixXd basis_of(const Scene& scene, const Motion& full) {
   const Eigen::MatrixXd& whole = scene.reduction->basis;
   if (!full.images()) return whole;
@@ -22,7 +23,8 @@ Eigen::MatrixXd basis_of(const Scene& scene, const Motion& full) {
 
 }  // namespace
 
-std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion) {
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full,
+                                                const ModalMotion& motion) {
   if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion);
   return std::make_unique<ReducedCollision>(scene, full, motion);
 }
@@ -58,8 +60,7 @@ void ReducedModel::restore(const State& state) {
 
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times) {
   static const std::vector<std::int32_t> none;
-  ReducedStep step(motion_, last, scene_load, flow_ ? &*flow_ : nullptr, contact_.get(),
-                   full_.origin(), times);
+  ReducedStep step(motion_, last, scene_load, flow_ ? &*flow_ : nullptr, contact_.get(), full_.origin(), times);
   Taken taken;
   if (flow_)
     taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), step);

@@ -73,7 +73,8 @@ Vector ReducedStep::areas(Instant at) const {
 bool ReducedStep::blocks() const {
   const Airflow& airflow = flow_->airflow();
   if (!airflow.stops_at_contact() || !contact_) return false;
-  return contact_->anywhere([&](const Vector3& x) { return airflow.blocks(x[1] + origin_[1], x[2] + origin_[2]); });
+  return contact_->anywhere(
+      [&](const Vector3& x) { return airflow.blocks(x[1] + origin_[1], x[2] + origin_[2]); });
 }
 
 State ReducedStep::end() {

@@ -25,8 +25,8 @@ void State::validate(const Shape& shape) const {
   for (const auto& [name, values] : fields) {
     const bool viscous =
         values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
-    const bool absent = (values == &contact_force && !shape.knows) ||
-                        (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous) ||
+    const bool absent = (values == &contact_force && !shape.knows) || (values == &flow_load && !shape.airflow) ||
+                        (viscous && !shape.viscous) ||
                         (!shape.solves && (values == &stiffness_velocity || values == &stiffness_acceleration ||
                                            values == &viscosity_velocity || values == &viscosity_acceleration));
     const bool reduced = shape.interface >= 0, own = values == &interface_force;

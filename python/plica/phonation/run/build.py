@@ -136,8 +136,8 @@ def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.
     if run.scene.symmetry not in (None, scene.symmetry):
         own = "none" if scene.symmetry is None else f'none or "{scene.symmetry}"'
         raise InvalidInput(
-            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, as the '
-            "scene has: its displacements show no motion that leaves its symmetry."
+            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, as '
+            "the scene has: its displacements show no motion that leaves its symmetry."
         )
     return motion
 

@@ -124,7 +124,11 @@ def reduction_basis(
     basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
     basis[free] = np.hstack(columns)
     # What is left beside it is round-off.
-    return _symmetric(basis.T.reshape(-1, *fixed.shape), np.asarray(mesh.points), planes).reshape(-1, free.size).T
+    return (
+        _symmetric(basis.T.reshape(-1, *fixed.shape), np.asarray(mesh.points), planes)
+        .reshape(-1, free.size)
+        .T
+    )
 
 
 def contact_nodes(
@@ -146,7 +150,7 @@ def contact_nodes(
 
 
 def _symmetric(fields: NDArray[np.floating[Any]], points: Floats, planes: int) -> Floats:
-    """The part of fields (any, n, 3) on symmetric points (n, 3) that is its own mirror image in x = 0, y = 0."""
+    """The part of fields (any, n, 3) on symmetric points (n, 3) that is its mirror image in x = 0, y = 0."""
     symmetric: Floats = fields.astype(float)
     for axis in range(planes):
         mirror = np.where(np.arange(3) == axis, -1.0, 1.0)

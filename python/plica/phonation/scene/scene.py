@@ -281,13 +281,15 @@ class Scene(Part):
     def _reduction_is_symmetric(self, reduction: Reduction) -> None:
         if reduction.full_run is None:
             relation = (
-                f'must be given with symmetry = "{self.symmetry}": modes and contact vectors are those of all '
-                "tissue, most of them not symmetric."
+                f'must be given with symmetry = "{self.symmetry}": modes and contact vectors are those of '
+                "all tissue, most of them not symmetric."
             )
             raise problem(relation, "reduction", "full_run")
         for name in ("modes", "contact_vectors"):
             if value := getattr(reduction, name):
-                relation = f'must be left out with symmetry = "{self.symmetry}": most of them are not symmetric.'
+                relation = (
+                    f'must be left out with symmetry = "{self.symmetry}": most of them are not symmetric.'
+                )
                 raise problem(relation, "reduction", name, value=value)
 
 
