@@ -17,7 +17,7 @@ __all__ = ["contact_nodes", "reduction_basis"]
 
 Floats = NDArray[np.float64]
 
-COMPONENTS, MODES, CONTACT_VECTORS = 100, 200, 100  # where a scene does not say; its mesh may have fewer
+COMPONENTS, MODES, CONTACT_VECTORS = 150, 200, 100  # where a scene does not say; its mesh may have fewer
 PRESSURE_VECTORS = 40  # of the responses to the pressures of the airflow's sections
 
 
@@ -47,7 +47,7 @@ def reduction_basis(
     motion : (frames, n, 3) m, optional
         Displacements of a full run.
     components : int, optional
-        Of its principal components, those that hold most elastic energy. None: 100, or as many as it has
+        Of its principal components, those that hold most elastic energy. None: 150, or as many as it has
         frames.
     modes : int or None
         Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
