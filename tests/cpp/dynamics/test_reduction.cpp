@@ -134,7 +134,10 @@ TEST_CASE("a symmetric basis of all displacements gives the motion of the whole 
       if (!thesis) {
         scene.airflow->flow.model = ViscousSlit{};
         scene.airflow->flow.area = CutSections{12};
+        scene.airflow->coupling = Iterated{1e-9};
       }
+      // What sweeps leave to their tolerance differs: forces are found in another way.
+      const double close = thesis ? 1e-6 : 1e-8;
       Simulation full(scene, options(HilberHughesTaylor{}, 50e-6));
       Scene symmetric = reduced(scene, every_symmetric_displacement(scene, symmetry));
       symmetric.symmetry = symmetry;
@@ -145,15 +148,15 @@ TEST_CASE("a symmetric basis of all displacements gives the motion of the whole 
         full.advance();
         part.advance();
         const StepRecord &a = part.record(), &b = full.record();
-        CHECK(relative(part.displacement(), full.displacement()) < 1e-7);
-        CHECK(relative(a.flow->state.area, b.flow->state.area) < 1e-7);
+        CHECK(relative(part.displacement(), full.displacement()) < close);
+        CHECK(relative(a.flow->state.area, b.flow->state.area) < close);
         CHECK(a.flow->state.stopped == b.flow->state.stopped);
         CHECK((a.contact->rows > 0) == (b.contact->rows > 0));
         CHECK((a.contact->force_first - b.contact->force_first).norm() <
-              1e-6 * b.contact->force_first.norm() + 1e-12);
+              50 * close * b.contact->force_first.norm() + 1e-12);
         CHECK(a.contact->area == doctest::Approx(b.contact->area).epsilon(1e-6));
         CHECK(a.contact->length == doctest::Approx(b.contact->length).epsilon(1e-6));
-        CHECK(a.contact->peak_pressure == doctest::Approx(b.contact->peak_pressure).epsilon(1e-5));
+        CHECK(a.contact->peak_pressure == doctest::Approx(b.contact->peak_pressure).epsilon(1e-4));
         CHECK(a.contact->deepest_gap > -1e-9 * full.collision()->detector().mean_edge());
         rows += b.contact->rows;
       }
