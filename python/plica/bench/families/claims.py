@@ -13,11 +13,12 @@ __all__ = ["at_most", "of_order", "within_tolerance"]
 Judge = Callable[[Sequence[Row]], bool | None]
 
 
-def at_most(method: str, most: float, *errors: str) -> Judge:
-    """Whether these errors of the method are nowhere larger."""
+def at_most(method: str, most: float, *errors: str, **where: object) -> Judge:
+    """Whether these errors of the method are nowhere larger, of levels with these values."""
 
     def holds(rows: Sequence[Row]) -> bool | None:
-        found = [row.errors.get(name) for row in rows if row.method == method for name in errors]
+        counted = [row for row in rows if row.method == method and where.items() <= row.level.items()]
+        found = [row.errors.get(name) for row in counted for name in errors]
         return None if not found else all(value is not None and value <= most for value in found)
 
     return holds
