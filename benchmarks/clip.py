@@ -14,8 +14,7 @@ and above in either frame, two pixels about both left out) whose flow stays in t
     edge         slope and correlation of the flow beside a fold's edge with the way of that edge in the masks
     true error   |u(x) - truth(x)|, px, of the synthetic glottis: mean
 
-once over all of them and once over the tenth that varies most in the recording: most of what an endoscope
-sees stands still.
+over the tenth that varies most in the recording: most of what an endoscope sees stands still.
 
 The edge is a second witness: across the midline, flow in the mean over the tissue within 8 px of the edge in
 the middle tenth of the midline, for all pairs and both sides that are open in both frames. Tissue farther
@@ -43,6 +42,7 @@ from pathlib import Path
 
 import numpy as np
 from flow_method import PEERS
+from record import record
 from scipy import ndimage, stats
 
 from plica.video.analysis import analyse
@@ -100,11 +100,7 @@ def main() -> None:
         found = {name: run(name, python, pairs, folder, options.threads) for name, python in methods}
     still = [np.zeros((*pair.first.shape, 2)) for pair in pairs]
     found["no motion"] = Found(still, still, 0.0)
-    for region in ("all", "moving"):
-        table(pairs, found, region)
-    if pairs[0].truth is not None:
-        found["the truth"] = Found([np.nan_to_num(pair.truth) for pair in pairs], still, 0.0)
-    edges(pairs, found)
+    table(pairs, found)
 
 
 def recorded(clip: Path, folder: Path, every: int) -> list[Pair]:
@@ -184,46 +180,51 @@ def inside(flow: np.ndarray) -> np.ndarray:
     return (y >= 0) & (y <= flow.shape[0] - 1) & (x >= 0) & (x <= flow.shape[1] - 1)
 
 
-def table(pairs: list[Pair], found: dict[str, Found], region: str) -> None:
+def table(pairs: list[Pair], found: dict[str, Found]) -> None:
+    """A row a method, over the tissue that varies most; the edges over all of their ways."""
     known = pairs[0].truth is not None
+    used = counted(pairs, found)
+    columns = ["method", "residual (grey)", "round trip, median (px)", "95th percentile (px)", "motion (px)"]
+    columns += ["true error (px)"] * known + ["edge: slope", "correlation", "processor (s)"]
+    height, width = pairs[0].first.shape
+    part = np.mean([mask.mean() for mask in used])
+    values, rows = [], []
+    for name, method in found.items():
+        values.append(judged(pairs, used, method))
+        cells = [f"{values[-1][0]:.2f}", *(f"{value:.3f}" for value in values[-1][1:])]
+        rows.append([name, *cells, *edges(pairs, method), f"{method.processor:.3f}"])
+    said = f"{len(pairs)} pairs of {width} x {height} px, {part:.1%} of the pixels."
+    if known:
+        truth = Found([np.nan_to_num(pair.truth) for pair in pairs], [], 0.0)
+        slope, alike = edges(pairs, truth)
+        said += f" The edges of the true flow: slope {slope}, correlation {alike}. Rank correlations with the"
+        ranked = np.array(values)
+        both = [stats.spearmanr(ranked[:, k], ranked[:, -1]).statistic for k in range(3)]
+        told = (f"{name} {value:+.2f}" for name, value in zip(columns[1:4], both, strict=True))
+        said += f" true error: {', '.join(told)}."
+    record("flow_synthetic" if known else "flow_clip", columns, rows, said)
+
+
+def counted(pairs: list[Pair], found: dict[str, Found]) -> list[np.ndarray]:
+    """(h, w) bool of each pair: the tissue that varies most, whose flow stays in the frame by all methods."""
     used = []
     for k, pair in enumerate(pairs):
-        mask = (pair.moving if region == "moving" else pair.tissue).copy()
+        mask = pair.moving.copy()
         for method in found.values():
             mask &= inside(method.there[k])
         if pair.truth is not None:
             mask &= np.isfinite(pair.truth[..., 0])
         used.append(mask)
-    height, width = pairs[0].first.shape
-    part = np.mean([mask.mean() for mask in used])
-    print(f"\n{len(pairs)} pairs of {width} x {height} px, {region} tissue: {part:.0%} of the pixels\n")
-    head = ["Method", "residual (grey)", "round trip, median (px)", "95th percentile (px)", "motion (px)"]
-    head += ["true error (px)"] if known else []
-    head += ["processor (s)"]
-    print("| " + " | ".join(head) + " |\n" + "|---" * len(head) + "|")
-    rows = []
-    for name, method in found.items():
-        rows.append(judged(pairs, used, method))
-        cells = [f"{rows[-1][0]:.2f}", *(f"{value:.3f}" for value in rows[-1][1:]), f"{method.processor:.3f}"]
-        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
-    if known:
-        values = np.array(rows)
-        print('\n| rank correlation with the true error | all | without "no motion" |\n|---|---|---|')
-        for column, what in enumerate(head[1:4]):
-            both = [stats.spearmanr(part[:, column], part[:, -1]).statistic for part in (values, values[:-1])]
-            print(f"| {what} | {both[0]:+.2f} | {both[1]:+.2f} |")
+    return used
 
 
-def edges(pairs: list[Pair], found: dict[str, Found]) -> None:
-    """Print how the flow beside the edges goes with the way of the edges."""
+def edges(pairs: list[Pair], method: Found) -> list[str]:
+    """Slope and correlation of the flow beside the edges with the way of the edges."""
     there = [(k, s) for k, pair in enumerate(pairs) for s in (0, 1) if usable(pair, s)]
     way = np.array([pairs[k].way[s] for k, s in there])
-    print(f"\n{len(there)} ways of an edge, root mean square {np.sqrt(np.mean(way**2)):.2f} px\n")
-    print("| Method | slope | correlation |\n|---|---|---|")
-    for name, method in found.items():
-        flow = np.array([(method.there[k][pairs[k].beside[s]] @ pairs[k].across).mean() for k, s in there])
-        alike = np.corrcoef(flow, way)[0, 1] if flow.any() else 0.0
-        print(f"| {name} | {flow @ way / (way @ way):.2f} | {alike:.2f} |", flush=True)
+    flow = np.array([(method.there[k][pairs[k].beside[s]] @ pairs[k].across).mean() for k, s in there])
+    alike = np.corrcoef(flow, way)[0, 1] if flow.any() else 0.0
+    return [f"{flow @ way / (way @ way):.2f}", f"{alike:.2f}"]
 
 
 def usable(pair: Pair, side: int) -> bool:

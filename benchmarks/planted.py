@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from record import record
 from scipy import ndimage
 
 from plica.video.analysis import analyse
@@ -25,6 +27,8 @@ from plica.video.seen import Seen
 NOISE = (0.0, 2.0, 5.0)  # standard deviation, grey levels of 255
 FRAMES = 4
 LARGEST, REACH = 1.6, 25.0  # px
+
+Pair = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # two frames; what is told, what is counted
 
 
 def motion(points: np.ndarray, midline: Midline) -> np.ndarray:
@@ -53,9 +57,6 @@ def main() -> None:
     for _ in range(60):  # u(x) = motion(x + u(x))
         truth = motion(place + truth, midline)
     source = place - motion(place, midline)
-    random = np.random.default_rng(1)
-    print("| preset | " + " | ".join(f"noise {noise:g}" for noise in NOISE) + " |")
-    print("| --- " * (len(NOISE) + 1) + "|")
     pairs = []
     for frame, mask in zip(frames, glottis, strict=True):
         first = ndimage.gaussian_filter(frame, 1.0)
@@ -63,6 +64,12 @@ def main() -> None:
         torn = np.abs(midline.place(place)[..., 1]) < 5
         used = Seen(first, mask).tissue & ~torn
         pairs.append((first, second, used, used & (np.hypot(*np.moveaxis(truth, -1, 0)) > 0.1)))
+    columns = ["preset", *(f"noise {noise:g}" for noise in NOISE)]
+    record("flow_planted", columns, rows(pairs, truth), "Mean distance from the true flow, px.")
+
+
+def rows(pairs: list[Pair], truth: np.ndarray) -> Iterator[list[str]]:
+    random = np.random.default_rng(1)
     for preset in PRESETS:
         cells = []
         for noise in NOISE:
@@ -74,9 +81,9 @@ def main() -> None:
                 seen = flow(one, other, preset=preset, mask=used, intensity=(0.0, 255.0)).flow
                 errors.append(np.hypot(*np.moveaxis(seen - truth, -1, 0))[counted].mean())
             cells.append(f"{np.mean(errors):.3f}")
-        print(f"| {preset} | " + " | ".join(cells) + " |", flush=True)
+        yield [preset, *cells]
     moved = np.mean([np.hypot(*np.moveaxis(truth, -1, 0))[counted].mean() for *_, counted in pairs])
-    print(f"| no motion | {moved:.3f} | {moved:.3f} | {moved:.3f} |")
+    yield ["no motion", *[f"{moved:.3f}"] * len(NOISE)]
 
 
 if __name__ == "__main__":

@@ -28,11 +28,13 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import h5py
 import numpy as np
 import tifffile
+from record import record
 
 from plica.video.analysis import load
 from plica.video.synthetic import Synthetic, SyntheticGlottis
@@ -183,21 +185,15 @@ def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path
     pitch = found.measures["fundamental_frequency"].value
     told = "too few cycles" if pitch is None else f"{pitch:.1f}"
     sizes = [(directory / name).stat().st_size / 1e6 for name in FILES]
-    print(
-        "| frames | preset | wall (s) | processor (s) | peak memory (MB) | recording (MB) "
-        "| results.h5, flow.h5 (MB) "
-        "| error of the mean area | f0 (Hz) |\n" + "|---" * 9 + "|"
-    )
-    print(
-        f"| {frames} | {preset} | {child.wall:.0f} | {child.processor:.0f} | {child.memory:.0f} "
-        f"| {movie.stat().st_size / 1e6:.0f} | {sizes[0]:.0f}, {sizes[1]:.0f} | {area:+.1f} % "
-        f"| {told} (true: {2 / CYCLE * FPS:.1f}) |\n",
-        flush=True,
-    )
+    columns = ["frames", "preset", "wall (s)", "processor (s)", "peak memory (MB)", "recording (MB)"]
+    columns += ["results.h5, flow.h5 (MB)", "mean area", "f0 (Hz)", "true"]
+    row = [frames, preset, f"{child.wall:.0f}", f"{child.processor:.0f}", f"{child.memory:.0f}"]
+    row += [f"{movie.stat().st_size / 1e6:.0f}", f"{sizes[0]:.0f}, {sizes[1]:.0f}", f"{area:+.1f} %"]
     begun = {"opening": 0.0, **child.begun}
     spent = np.diff([*begun.values(), child.wall])
     steps = ", ".join(f"{name} {seconds:.1f}" for name, seconds in zip(begun, spent, strict=True))
-    print(f"Wall time by step (s): {steps}", flush=True)
+    row += [told, f"{2 / CYCLE * FPS:.1f}"]
+    record(f"video_long_{frames}", columns, [row], f"Wall time by step (s): {steps}.")
 
 
 def at(step: str, share: float) -> Stop:
@@ -219,62 +215,62 @@ def kill_in_every_step(
     points |= {
         f"after the flow, {share:.0%} of its time": older(begun["drift"] + share * rest) for share in LATE
     }
-    spent = 0.0
-    print("\n| killed in | bar | what is there then |\n|---|---|---|")
+    spent, rows = 0.0, []
     for name, stop in points.items():
         child = run(movie, directory, preset, threads, stop)
         spent += child.processor
         if child.status > 0:
-            print(f"| started again | refused, begun anew | {child.said} |", flush=True)
+            rows.append(["started again", "refused, begun anew", child.said])
             shutil.rmtree(directory)
             child = run(movie, directory, preset, threads, stop)
             spent += child.processor
         ended = "" if child.status else " (ended before)"
-        bar = "{} {}/{}".format(*child.seen)
-        print(f"| {name}{ended} | {bar} | {state(directory)} |", flush=True)
+        rows.append([f"{name}{ended}", "{} {}/{}".format(*child.seen), state(directory)])
     spent += run(movie, directory, preset, threads).processor
     count, wrong = differing(whole, directory)
-    print(
-        f"\nDatasets that differ from the undisturbed run's: {len(wrong)} of {count} {wrong or ''}. "
-        f"Processor time of all runs together: {spent:.0f} s, undisturbed {undisturbed.processor:.0f} s."
+    said = (
+        f"Datasets that differ from the undisturbed run's: {len(wrong)} of {count}{': ' if wrong else ''}"
+        f"{', '.join(wrong)}. Processor time of all runs together: {spent:.0f} s, undisturbed "
+        f"{undisturbed.processor:.0f} s."
     )
+    record("video_killed", ["killed in", "bar", "what is there then"], rows, said)
 
 
 def kill_over_and_over(folder: Path, kills: int, threads: int) -> None:
     """Kill a small recording's run and go on from what is left; at random times, then at random writes."""
-    movie, whole = folder / "small.tif", folder / "small"
+    movie, whole, directory = folder / "small.tif", folder / "small", folder / "again"
     write(movie, SMALL, SMALL_FRAMES)
     undisturbed = run(movie, whole, "fast", threads)
     random = np.random.default_rng(11)
-    print(f"\n96 x 96 px, {SMALL_FRAMES} frames, killed {kills} times:\n")
-    print("| killed | refused after | ran to the end | of them with other bits |\n|---|---|---|---|")
-    for how in ("at random times", "at random writes"):
-        if how == "at random writes" and not shutil.which("strace"):
-            print("strace is not installed: not killed at writes.")
-            return
-        killed = refused = finished = wrong = 0
-        directory = folder / "again"
-        while killed < kills:
-            if how == "at random times":
-                child = run(movie, directory, "fast", threads, older(random.uniform(0, undisturbed.wall)))
-            else:
-                child = run(movie, directory, "fast", threads, writes=int(random.integers(1, WRITES)))
-            if child.status < 0:
-                killed += 1
-                continue
-            if child.status > 0:
-                refused += 1
-            else:
-                finished += 1
-                wrong += bool(differing(whole, directory)[1])
-            shutil.rmtree(directory)
-        last = run(movie, directory, "fast", threads)  # what is left of the last kill
-        refused += last.status > 0
-        if not last.status:
+    again = partial(run, movie, directory, "fast", threads)
+    ways = {"at random times": lambda: again(older(random.uniform(0, undisturbed.wall)))}
+    if shutil.which("strace"):
+        ways["at random writes"] = lambda: again(writes=int(random.integers(1, WRITES)))
+    else:
+        print("strace is not installed: not killed at writes.")
+    columns = ["killed", "refused after", "ran to the end", "of them with other bits"]
+    said = f"{SMALL_FRAMES} frames of 96 x 96 px, killed {kills} times each way."
+    rows = ([how, *tally(whole, directory, kill, again, kills)] for how, kill in ways.items())
+    record("video_killed_often", columns, rows, said)
+
+
+def tally(
+    whole: Path, directory: Path, kill: Callable[[], Child], again: Callable[[], Child], kills: int
+) -> tuple[int, int, int]:
+    """Of runs that were killed so often: how many were refused, came to their end, have other bits."""
+    killed = refused = finished = wrong = 0
+    while killed <= kills:
+        child = kill() if killed < kills else again()  # the last goes on with what is left
+        if child.status < 0:
+            killed += 1
+            continue
+        killed += killed == kills
+        refused += child.status > 0
+        if not child.status:
             finished += 1
             wrong += bool(differing(whole, directory)[1])
         shutil.rmtree(directory)
-        print(f"| {how} | {refused} | {finished} | {wrong} |", flush=True)
+    return refused, finished, wrong
 
 
 def main() -> None:

@@ -25,7 +25,7 @@ headline = (
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table: the note has what this record adds, and the definition."""
+    """One line of the table: the note has what this record adds, and the definition of what has a value."""
 
     name: str
     label: str
@@ -106,7 +106,7 @@ def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
         interval=_interval(item, factor, digits),
         cycles=str(item.cycles) if item.cycles else "",
         cautions=item.cautions,
-        note="; ".join(filter(None, (item.note, item.quantity.meaning))),
+        note="; ".join(filter(None, (item.note, item.quantity.meaning if item.value is not None else ""))),
         numerical="" if half is None else number(factor * half, 2),
         alone="" if uncertain is None else uncertain.alone,
         doubts=() if uncertain is None else uncertain.doubts,

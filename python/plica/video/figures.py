@@ -18,7 +18,7 @@ from plica.report.wording import axis
 from plica.video.analysis import Analysis
 from plica.video.pictures import cycle_poses, kymograms, paint_pose, row_height
 from plica.video.trajectories import spacing
-from plica.video.wave_figures import over_tissue, wave_drawings
+from plica.video.wave_figures import folds_box, over_tissue, wave_drawings
 from plica.video.waveforms import wide_share
 
 __all__ = ["sections"]
@@ -221,7 +221,8 @@ def coloured(pattern: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
 
 def _modes(found: Analysis) -> Drawing:
     patterns, share, used = found.modes.patterns[:3], found.modes.share, found.modes.mask
-    symmetry, tissue = found["modes/symmetry"], over_tissue(found).mean(axis=-1, keepdims=True) / 255
+    symmetry, box = found["modes/symmetry"], folds_box(found)
+    tissue = over_tissue(found).mean(axis=-1, keepdims=True) / 255
 
     def paint(figure: Figure) -> None:
         panels = figure.subplots(1, len(patterns) + 1, width_ratios=[1] * len(patterns) + [0.22])
@@ -229,7 +230,7 @@ def _modes(found: Analysis) -> Drawing:
             picture = coloured(pattern)
             strength = picture.max(axis=-1, keepdims=True)
             laid = 0.8 * picture + (1 - 0.8 * strength) * tissue
-            axes.imshow(np.clip(np.where(used[..., None], laid, 0.6 * tissue), 0, 1))
+            axes.imshow(np.clip(np.where(used[..., None], laid, 0.6 * tissue), 0, 1)[box])
             axes.set_title(f"mode {k + 1}: {100 * share[k]:.1f} %, symmetry {symmetry[k]:+.2f}")
         y, x = np.mgrid[-1:1:61j, -1:1:61j]
         wheel = coloured(np.stack([x, y], axis=-1))
@@ -298,6 +299,9 @@ def _paths(found: Analysis) -> Drawing:
             lines.set_clim(0, max(float(np.percentile(size * closing[chosen][known], 95)), 1e-9))
             figure.colorbar(lines, ax=axes, label=f"closing error ({unit})")
         axes.add_collection(lines)
+        rows, columns = folds_box(found)
+        axes.set_xlim(columns.start - 0.5, columns.stop - 0.5)
+        axes.set_ylim(rows.stop - 0.5, rows.start - 0.5)
         axes.set_axis_off()
 
     told = closing[np.isfinite(closing)]

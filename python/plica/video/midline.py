@@ -16,6 +16,10 @@ Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 _STEEPEST = 45.0  # degrees from the vertical, beyond which left and right are not those of the image
+# Standard deviations of a slit's centre: of edges rounded to pixels, px; as shares of its width, how far one
+# fold is ahead of the other all along a frame, and how that differs from slit to slit. Chosen on recordings
+# whose line is known (docs/verification/video.md).
+_ROUNDED, _AHEAD, _UNLIKE = 0.3, 0.05, 0.1
 
 
 @dataclass(frozen=True)
@@ -87,9 +91,12 @@ def pixels(shape: tuple[int, ...]) -> Floats:
 def find_midline(glottis: Iterable[Mask]) -> Midline:
     """The line in which the folds meet.
 
-    Across the principal axis of all masks together, the centre of a slit is off the line by half its width at
-    most: the line is fitted to the slits of every mask, weighted by the inverse square of their width, so
-    that commissures and closing folds decide and not the larger swing of one fold. Keeps a bit a pixel.
+    Across the principal axis of all masks together, a slit of width w at the place s has its centre at
+    o + k s + a w + e: off the line o + k s by the share a of its width, since one fold is farther from it
+    than the other, and by an error e. The share is the frame's own, about alike in all of its slits; e is
+    of what pixels round and of what differs from slit to slit. Least squares over all slits, with the a of
+    each frame solved for too: so neither the fold that swings further draws the line to it, nor do slits of
+    one pixel, which can only stand in one column or in the next, decide alone. Keeps a bit a pixel.
 
     Raises
     ------
@@ -105,6 +112,22 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
             kept.append((mask.shape, np.packbits(mask)))
     if not kept:
         raise VideoError("Midline: no frame has a glottis; must have one. Set the midline's two ends.")
+    centre, along = _axis(moments)
+    across = np.array([along[1], -along[0]])
+    matrix, right, ends = np.zeros((2, 2)), np.zeros(2), np.array([np.inf, -np.inf])
+    for shape, bits in kept:
+        inside = np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape)
+        points = np.argwhere(inside)[:, ::-1] - centre
+        slits = _slits(points @ along, points @ across)
+        matrix, right = matrix + (terms := _terms(*slits))[0], right + terms[1]
+        ends = np.array([min(ends[0], slits[0].min()), max(ends[1], slits[0].max())])
+    offset, slope = np.linalg.lstsq(matrix, right, rcond=None)[0]
+    upper, lower = (centre + end * along + (offset + slope * end) * across for end in ends)
+    return Midline((float(upper[0]), float(upper[1])), (float(lower[0]), float(lower[1])))
+
+
+def _axis(moments: Floats) -> tuple[Floats, Floats]:
+    """(2) centre and (2) principal axis, downwards, of pixels with these sums of 1, x, y, xx, xy, yy."""
     centre = moments[1:3] / moments[0]
     second = moments[[3, 4, 4, 5]].reshape(2, 2) / moments[0] - np.outer(centre, centre)
     spreads, axes = np.linalg.eigh(second)
@@ -113,20 +136,24 @@ def find_midline(glottis: Iterable[Mask]) -> Midline:
             f"Midline: the glottis is {np.sqrt(spreads[1] / max(spreads[0], 1e-12)):.2g} times as long as "
             "wide; must be clearly longer. Does it open? Set the midline's two ends, or draw a mask."
         )
-    along = axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
-    across = np.array([along[1], -along[0]])
-    slits = []  # place along the axis, centre across it, width
-    for shape, bits in kept:
-        inside = np.unpackbits(bits, count=shape[0] * shape[1]).reshape(shape)
-        points = np.argwhere(inside)[:, ::-1] - centre
-        rows = np.round(points @ along).astype(int)
-        count = np.bincount(rows - rows.min())
-        total = np.bincount(rows - rows.min(), weights=points @ across)
-        there = count > 0
-        slits.append(
-            np.stack([np.flatnonzero(there) + rows.min(), total[there] / count[there], count[there]])
-        )
-    place, middle, width = np.concatenate(slits, axis=1)
-    slope, offset = np.polyfit(place, middle, 1, w=1 / width)
-    ends = [centre + end * along + (offset + slope * end) * across for end in (place.min(), place.max())]
-    return Midline(*((float(end[0]), float(end[1])) for end in ends))
+    return centre, axes[:, 1] if axes[1, 1] >= 0 else -axes[:, 1]
+
+
+def _slits(along: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
+    """Place along the axis, centre across it and width of each slit of one mask, px."""
+    first = along.min()
+    rows = np.floor(along - first + 0.5).astype(int)
+    count = np.bincount(rows)
+    there = np.flatnonzero(count)
+    total = np.bincount(rows, weights=across)
+    return there + first, total[there] / count[there], count[there].astype(float)
+
+
+def _terms(place: Floats, centre: Floats, width: Floats) -> tuple[Floats, Floats]:
+    """A frame's part of the normal equations (2, 2), (2) for offset and slope, its own share a eliminated."""
+    weight = 1 / (_ROUNDED**2 + (_UNLIKE * width) ** 2)
+    lines = np.stack([np.ones_like(place), place])
+    matrix, right = (lines * weight) @ lines.T, (lines * weight) @ centre
+    coupled = (lines * weight) @ width
+    own = weight @ width**2 + 1 / _AHEAD**2
+    return matrix - np.outer(coupled, coupled) / own, right - coupled * (weight @ (width * centre)) / own

@@ -14,6 +14,7 @@ __all__ = [
     "Kymogram",
     "MeanCycle",
     "Pose",
+    "about",
     "cycle_poses",
     "kymograms",
     "mean_cycle",
@@ -40,19 +41,26 @@ class Pose:
     mask: Mask
 
 
+def about(found: Analysis, beside: float, beyond: float) -> tuple[slice, slice]:
+    """Rows and columns about the midline: so many of its lengths beside it and beyond its ends."""
+    height, width = found.frames().shape
+    line = found.midline
+    x, y = np.sort([line.upper[0], line.lower[0]]), np.sort([line.upper[1], line.lower[1]])
+    beside, beyond = beside * line.length, beyond * line.length
+    return (
+        slice(max(int(y[0] - beyond), 0), min(int(y[1] + beyond) + 1, height)),
+        slice(max(int(x[0] - beside), 0), min(int(x[1] + beside) + 1, width)),
+    )
+
+
 def cycle_poses(found: Analysis, instants: Floats) -> list[Pose]:
     """The frames from these shares of the middle one of the cycles on, in the recording's colours."""
-    cycles, (height, width) = found.cycles, found.frames().shape
+    cycles = found.cycles
     begin, end = cycles.starts[cycles.count // 2 : cycles.count // 2 + 2]
     step = found.time[1] - found.time[0]
     frames = np.ceil((begin + instants * (end - begin)) / step - 1e-9).astype(int)
     frames = np.unique(np.clip(frames, 0, found.count - 1))
-    line, reach = found.midline, 0.35 * found.midline.length
-    x, y = np.sort([line.upper[0], line.lower[0]]), np.sort([line.upper[1], line.lower[1]])
-    box = (
-        slice(max(int(y[0] - 0.3 * reach), 0), min(int(y[1] + 0.3 * reach) + 1, height)),
-        slice(max(int(x[0] - reach), 0), min(int(x[1] + reach) + 1, width)),
-    )
+    box = about(found, 0.35, 0.1)
     pictures = found.frames().pictures(set(frames.tolist()))
     return [Pose(float(found.time[k] - begin), pictures[k][box], found.mask(k)[box]) for k in frames.tolist()]
 

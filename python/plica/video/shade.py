@@ -4,34 +4,47 @@ A lamp to one side leaves the fold beside it in shade, whose steep medial surfac
 the outline is drawn halfway from the dark of the glottis to the tissue. Its darkest part has little of that
 shade, but loses slits to the lens' blur. So left and right are those of the outline halfway, unless they come
 out otherwise by the darkest part, or the band between the outlines is wider than a lens makes it: then they
-are those of the darkest part, which is said, and by how much both differ. A third of the difference may be
-left. What one of the outlines does not tell cannot be compared, which is said too. The limits were chosen on
-films of two runs and judged on those of two others (docs/verification/video.md, "One lamp").
+are those of the darkest part, which is said, and by how much both differ. What one of the outlines does not
+tell cannot be compared, which is said too. The limits were chosen on films of two runs and judged on those of
+two others (docs/verification/video.md, "One lamp").
+
+A third of the difference may be left in the darkest part, in any phase of the cycle: shade shows where the
+medial surface is seen from above, so mostly as the folds close. With p the fundamental of an edge by the
+darkest part and b that of the difference, the phase of the fold is so off by up to asin(|b| / (3 |p|)), which
+the interval of the left-right phase has of both folds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
+from plica.measures.cycles import Cycles
+from plica.measures.interval import Replicates
 from plica.measures.measure import Measure
+from plica.measures.phase import fundamental
 
-__all__ = ["by_light", "is_shaded", "is_wide"]
+__all__ = ["by_light", "is_shaded", "is_wide", "turn_left"]
 
 Floats = npt.NDArray[np.float64]
 
 _WIDE = 0.5  # of the area: films without shade have a narrower band, with shade a wider one
 _UNEVEN = 0.03  # amplitude asymmetry
 _LATE = 0.045  # rad
+_LEFT = 1 / 3  # of what shade moves the outline halfway by: in the darkest part, at most
+_SEED = 20212
 _SAID = "light from one side"
 _BY_DARKEST = "by the darkest part, as the outline is not sharp"
 _COMPARED = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase", "area_asymmetry")
 
 
-def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> list[Measure]:
+def by_light(
+    halfway: list[Measure], inner: list[Measure], *, wide: bool, turns: tuple[float, float] = (0.0, 0.0)
+) -> list[Measure]:
     """Those of the outline halfway, or of the darkest part of the glottis where shade moves the outline.
 
     Parameters
@@ -39,6 +52,8 @@ def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> lis
     halfway, inner : Measures of both sides
     wide : bool
         Whether the area's band tells of shade.
+    turns : (float, float) rad
+        Of :func:`turn_left`, for either fold.
     """
     one, other = ({item.name: item.value for item in items} for items in (inner, halfway))
     uneven = _apart(one["amplitude_asymmetry"], other["amplitude_asymmetry"])
@@ -50,15 +65,15 @@ def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> lis
     if late is not None:
         off.append(f"the phase would be {np.degrees(late):.2g} degrees off")
     moved = (uneven is not None and abs(uneven) > _UNEVEN) or (late is not None and late > _LATE)
-    found = inner if wide or moved else halfway
+    found = [_turned(item, turns) for item in inner] if wide or moved else halfway
     if wide:
         found = _cautioned(found, _BY_DARKEST)
     if moved:
         found = _cautioned(
             found,
             f"{_SAID}: with the outline drawn halfway to the tissue {' and '.join(off)}; a third of that may "
-            "be left in these. Take an asymmetry of this size for the lamp's, or film with the light from "
-            "straight above",
+            "be left in these (the interval of the phase has it). Take an asymmetry of this size for the "
+            "lamp's, or film with the light from straight above",
             _COMPARED,
         )
     unknown = [name for name, apart in (("amplitude asymmetry", uneven), ("phase", late)) if apart is None]
@@ -70,6 +85,36 @@ def by_light(halfway: list[Measure], inner: list[Measure], *, wide: bool) -> lis
             _COMPARED,
         )
     return found
+
+
+def turn_left(inner: Floats, halfway: Floats, cycles: Cycles, time: npt.NDArray[np.floating]) -> float:
+    """rad, by which what shade leaves in the darkest part may turn the phase of a fold; 0 without cycles.
+
+    Parameters
+    ----------
+    inner, halfway : (frames)
+        Distance of its edge from the midline by both outlines.
+    cycles : Cycles
+    time : (frames)
+    """
+
+    def size(values: Floats) -> float:
+        found = np.array([abs(fundamental(time, values, *ends)) for ends in pairwise(cycles.starts)])
+        known = found[np.isfinite(found)]
+        return float(known.mean()) if known.size else 0.0
+
+    edge, beside = size(inner), size(halfway - inner)
+    return float(np.arcsin(min(_LEFT * beside / edge, 1.0))) if edge > 0 else 0.0
+
+
+def _turned(item: Measure, turns: tuple[float, float]) -> Measure:
+    """The left-right phase with an interval that has errors of up to these of both folds; others as they
+    are."""
+    if item.name != "left_right_phase" or item.replicates is None:
+        return item
+    even = np.random.default_rng(_SEED).uniform(-1, 1, (2, item.replicates.values.size))
+    values = item.replicates.values + np.array(turns) @ even
+    return replace(item, replicates=Replicates(values, item.replicates.blocks))
 
 
 def is_shaded(measures: Iterable[Measure]) -> bool:

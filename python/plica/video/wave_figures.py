@@ -12,13 +12,20 @@ from plica.measures.scale import shown_unit
 from plica.report.drawing import Drawing, draw
 from plica.video.analysis import Analysis
 from plica.video.midline import pixels
+from plica.video.pictures import about, kymograms
 from plica.video.waves import Fundamental, gauge
 
-__all__ = ["over_tissue", "wave_drawings"]
+__all__ = ["folds_box", "over_tissue", "wave_drawings"]
 
 _LARGEST = 99  # percentile that a scale of colours ends at
 _AS_HIGH = 0.8  # of its figure: a map's scale is no higher than the map
 _FAINT = 0.15  # of the largest motion: less has no phase that could be read
+_BESIDE = 2.0  # of what the kymograms show: tissue moves beside the edges too
+
+
+def folds_box(found: Analysis) -> tuple[slice, slice]:
+    """Rows and columns that maps show: the folds, whose motion is small in the whole frame."""
+    return about(found, 0.7, 0.25)
 
 
 def over_tissue(found: Analysis) -> Any:
@@ -49,7 +56,7 @@ def _largest(values: Any) -> float:
 
 def _maps(found: Analysis, known: Fundamental) -> Drawing:
     factor, unit = shown_unit(found.scale.unit("m"))
-    line, picture = found.midline, over_tissue(found)
+    line, picture, box = found.midline, over_tissue(found), folds_box(found)
     outward = np.sign(line.place(pixels(picture.shape))[..., 1]) * (known.displacement @ line.across)
     size = factor * found.pixel * np.abs(outward)
     strong = size >= _FAINT * _largest(size)
@@ -58,9 +65,9 @@ def _maps(found: Analysis, known: Fundamental) -> Drawing:
 
     def paint(figure: Figure) -> None:
         left, right = figure.subplots(1, 2)
-        shown = _map(left, picture, size, "viridis", 0, _largest(size))
+        shown = _map(left, picture[box], size[box], "viridis", 0, _largest(size))
         figure.colorbar(shown, ax=left, label=f"amplitude ({unit})", shrink=_AS_HIGH)
-        shown = _map(right, picture, phase, "twilight", -180, 180)
+        shown = _map(right, picture[box], phase[box], "twilight", -180, 180)
         figure.colorbar(shown, ax=right, label="phase (deg)", shrink=_AS_HIGH)
 
     caption = (
@@ -73,14 +80,15 @@ def _maps(found: Analysis, known: Fundamental) -> Drawing:
 
 
 def _strains(found: Analysis, known: Fundamental) -> Drawing:
-    picture, names = over_tissue(found), ("across the midline", "along it", "shear")
+    picture, box = over_tissue(found), folds_box(found)
+    names = ("across the midline", "along it", "shear")
     rate = 2 * np.pi / float(np.median(found.cycles.periods))
     unit = found.scale.unit("1/s")
 
     def paint(figure: Figure) -> None:
         for k, (axes, name) in enumerate(zip(figure.subplots(1, 3), names, strict=True)):
             values = np.abs(known.strain[..., k])
-            shown = _map(axes, picture, 100 * values, "inferno", 0, 100 * _largest(values))
+            shown = _map(axes, picture[box], 100 * values[box], "inferno", 0, 100 * _largest(values))
             figure.colorbar(shown, ax=axes, label="strain (%)", shrink=_AS_HIGH)
             axes.set_title(f"{name}\n(rate: {rate / 100:.3g} {unit} a %)", fontsize=8)
 
@@ -104,6 +112,7 @@ def _kymograms(found: Analysis) -> Drawing:
     scale, name = shown_unit(found.scale.unit("s"))
     half = 0.5 * size * stored.shape[2]
     extent = (0.0, scale * step * stored.shape[1], half, -half)
+    shown_half = min(half, _BESIDE * size * kymograms(found)[0].half)
 
     def paint(figure: Figure) -> None:
         rows = figure.subplots(len(stored), 2, sharex=True, sharey=True, squeeze=False)
@@ -120,6 +129,7 @@ def _kymograms(found: Analysis) -> Drawing:
                 vmax=size * largest,
             )
             left.set_ylabel(f"{place:g}\nacross ({unit})")
+            left.set_ylim(shown_half, -shown_half)
             figure.colorbar(shown, ax=right, label=f"{unit} a frame")
         for axes in rows[-1]:
             axes.set_xlabel(f"time ({name})")

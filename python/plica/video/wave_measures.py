@@ -9,7 +9,7 @@ from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, absent, whole
 from plica.video.midline import Midline, pixels
 from plica.video.wave_cautions import cautioned
-from plica.video.waves import Fundamental, wave_numbers
+from plica.video.waves import Fundamental, reach, wave_numbers
 
 __all__ = ["wave_measures"]
 
@@ -17,6 +17,8 @@ _FEWEST = 3  # bands
 _MOST = 95  # percentile
 _LEAST = 0.15  # px; what flow finds of less motion is noise as much as motion
 _SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/waves.py)
+_SLOW = (-0.002, 0.011)  # rad per px, by which smooth flow lets the phase fall too slowly (the same)
+_SEED = 20213
 
 
 def wave_measures(
@@ -84,19 +86,27 @@ def _short(name: str, numbers: npt.NDArray[np.float64], way: float) -> str:
 
 
 def _speed(name: str, numbers: npt.NDArray[np.float64], scale: float, way: float) -> Measure:
-    """The speed `scale` / k, k the mean of the bands' wave numbers; none where the motion is too small."""
+    """The speed `scale` / k, k the mean of the bands' wave numbers; none where the motion is too small.
+
+    The bands share what smoothness makes of k, so that they do not scatter by it: it is drawn for the
+    interval.
+    """
     if way < _LEAST:
         return absent(
             name, f"the motion's amplitude across the midline is {way:.2g} px; the flow tells a wave from "
             f"{_LEAST:g} px on"
         )  # fmt: skip
     if numbers.size < _FEWEST:
-        return absent(name, f"only {numbers.size} bands of the fold show its motion; {_FEWEST} are needed")
+        return absent(
+            name, f"bands of the fold that show its motion over {reach:g} px or more: {numbers.size}; "
+            f"{_FEWEST} are needed"
+        )  # fmt: skip
     drawn = of_mean(numbers)
-    if drawn is None or not drawn.interval[0] > 0:
+    if drawn is None or not drawn.interval[0] + _SLOW[0] > 0:
         return absent(
             name, "the phase does not clearly fall away from the midline: no outward wave is told from a "
             "motion that stands"
         )  # fmt: skip
-    kept = drawn.mapped(lambda values: scale / np.maximum(values, 1e-9))
+    slow = np.random.default_rng(_SEED).uniform(*_SLOW, drawn.values.size)
+    kept = drawn.mapped(lambda values: scale / np.maximum(values + slow, 1e-9))
     return Measure(name, float(scale / numbers.mean()), None, 0, replicates=kept)

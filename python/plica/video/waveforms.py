@@ -26,7 +26,7 @@ from plica.video.errors import VideoError
 from plica.video.grid import with_grain
 from plica.video.midline import Midline, pixels
 from plica.video.recording import Grey
-from plica.video.shade import by_light, is_wide
+from plica.video.shade import by_light, is_wide, turn_left
 
 __all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
 
@@ -262,7 +262,12 @@ def measures(
     )
     assert halfway is not None
     wide = band is not None and is_wide(area.total, band)
-    found += halfway if inner is None else by_light(halfway, inner, wide=wide)
+    if inner is None or area.inner is None:
+        found += halfway
+    else:
+        left = turn_left(area.inner.left_edge, area.left_edge, cycles, time)
+        right = turn_left(area.inner.right_edge, area.right_edge, cycles, time)
+        found += by_light(halfway, inner, wide=wide, turns=(left, right))
     if length:
         over = total / (size * length) ** 2
         found += [
