@@ -37,12 +37,13 @@ def main() -> None:
     parser.add_argument("--frame", type=int, default=3, help="to which the larynx is fitted")
     parser.add_argument("--larynx", default="coarse", help="preset of its cells")
     parser.add_argument("--step", default="250 us")
+    parser.add_argument("--preset", default="robust", help="of the flow")
     parser.add_argument(
         "--keep", type=Path, required=True, help="directory of the analysis and the estimates"
     )
     given = parser.parse_args()
     analysis = given.keep / "analysis"
-    settings = video.Settings(fps=given.fps, mm_per_px=given.mm_per_px)
+    settings = video.Settings(fps=given.fps, mm_per_px=given.mm_per_px, preset=given.preset)
     found = video.analyse(given.clip, analysis, settings, progress=False)
     frame, mask = found.frames().frame(given.frame), found.mask(given.frame)
     fitted = larynx_fit.fit_larynx(frame, mask, mm_per_px=given.mm_per_px, larynx=given.larynx)
