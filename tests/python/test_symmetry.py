@@ -298,7 +298,6 @@ def test_a_cell_across_the_plane_is_refused() -> None:
 @pytest.mark.parametrize(
     "changes",
     [
-        {"reduction": {"modes": 4}},
         {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}},
         {"contact": {"nitsche": {}}},
         {"contact": {"multipliers": {}, "surface_mass": "redistributed"}},

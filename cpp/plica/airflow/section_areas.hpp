@@ -31,11 +31,25 @@ class SectionAreas {
   /// (s) m^2 of these widths: continuous, and linear as long as no width changes its sign.
   Vector areas(const Vector& widths) const;
 
- private:
+  /// The part of a node's x in a width.
   struct Term {
     std::int32_t node;
     double weight;
   };
+  /// Rows of widths(), as many a section.
+  std::ptrdiff_t width_count() const { return static_cast<std::ptrdiff_t>(spacing_.size()); }
+  std::ptrdiff_t section_of(std::ptrdiff_t width) const { return width / (width_count() / sections_); }
+  /// What a width is the sum of.
+  std::vector<Term> terms(std::ptrdiff_t width) const {
+    const auto row = static_cast<std::size_t>(width);
+    return {terms_.begin() + static_cast<std::ptrdiff_t>(row_start_[row]),
+            terms_.begin() + static_cast<std::ptrdiff_t>(row_start_[row + 1])};
+  }
+  double spacing(std::ptrdiff_t width) const { return spacing_[static_cast<std::size_t>(width)]; }  // m
+  /// Whether widths of overlap count zero, so that areas are linear in widths only where none is negative.
+  bool clipped() const { return clipped_; }
+
+ private:
   void add_row(const std::vector<Term>& terms, double spacing);
 
   bool clipped_ = false;

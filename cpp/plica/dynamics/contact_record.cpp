@@ -17,7 +17,7 @@ struct SideMeasure {
 
 /// Nodes that carry less than a thousandth of the largest force are not loaded: those of round-off, as a corner of
 /// a triangle on whose opposite side a slave lies, and the faint rim of the contact.
-SideMeasure measure(const std::vector<PressedNode>& nodes) {
+SideMeasure measure_side(const std::vector<PressedNode>& nodes) {
   constexpr double least = 1e-3;  // of the largest force
   double largest = 0.0;
   for (const PressedNode& node : nodes) largest = std::max(largest, node.pressure * node.area);
@@ -52,6 +52,13 @@ Vector3 sum_of_forces(const ContactSurface& side, const ContactSurface& other, c
 
 }  // namespace
 
+Pressed measure(const std::vector<PressedNode>& first, const std::vector<PressedNode>& second) {
+  const SideMeasure one = measure_side(first), other = measure_side(second);
+  std::vector<Interval> both = one.stretches;
+  both.insert(both.end(), other.stretches.begin(), other.stretches.end());
+  return {0.5 * (one.area + other.area), covered(std::move(both)), std::max(one.peak, other.peak)};
+}
+
 ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double depth,
                              const Contact& now, const Points& x) {
   ContactRecord record;
@@ -79,13 +86,11 @@ ContactRecord contact_record(Collision& collision, const Contacts& contacts, con
   record.force_first = sum_of_forces(detector.first(), detector.second(), nodal);
   record.force_second = sum_of_forces(detector.second(), detector.first(), nodal);
   if (record.rows > 0) {
-    const SideMeasure first = measure(collision.pressed(detector.first(), now, x)),
-                      second = measure(collision.pressed(detector.second(), now, x));
-    record.area = 0.5 * (first.area + second.area);
-    std::vector<Interval> both = first.stretches;
-    both.insert(both.end(), second.stretches.begin(), second.stretches.end());
-    record.length = covered(std::move(both));
-    record.peak_pressure = std::max(first.peak, second.peak);
+    const Pressed both =
+        measure(collision.pressed(detector.first(), now, x), collision.pressed(detector.second(), now, x));
+    record.area = both.area;
+    record.length = both.length;
+    record.peak_pressure = both.peak;
   }
   record.deepest_gap = detector.deepest(x, reach).gap;
   record.overlap_volume = detector.overlap_volume(x, reach);

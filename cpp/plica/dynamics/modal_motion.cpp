@@ -41,7 +41,7 @@ Eigen::MatrixXd orthonormal(const NodalMatrix& M, Eigen::MatrixXd B) {
 }  // namespace
 
 ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
-    : scheme_(motion.scheme()), step_(motion.step()) {
+    : scheme_(motion.scheme()), step_(motion.step()), images_(motion.images()) {
   Eigen::MatrixXd basis = vectors;
   for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
     if (motion.supports().fixed(i)) basis.row(i).setZero();
@@ -55,6 +55,18 @@ ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
   const auto [alpha, beta, gamma] = scheme_;
   const Eigen::MatrixXd A = step_matrix((1 + alpha) * gamma * step_, (1 + alpha) * beta * step_ * step_);
   inverse_ = symmetric(A.llt().solve(Eigen::MatrixXd::Identity(size(), size())));
+  shape_panels_ = PanelMatrix(shapes_);
+  inverse_panels_ = PanelMatrix(inverse_);
+}
+
+Eigen::MatrixXd ModalMotion::shapes_at(const Indices& nodes) const {
+  Eigen::MatrixXd rows(3 * nodes.size(), size());
+  for (std::ptrdiff_t i = 0; i < nodes.size(); ++i) {
+    const std::int32_t own = images_ ? images_->node_of(nodes[i]) : nodes[i];
+    rows.middleRows<3>(3 * i) = shapes_.middleRows<3>(3 * static_cast<std::ptrdiff_t>(own));
+    if (images_) rows.middleRows<3>(3 * i) = images_->sign(nodes[i]).asDiagonal() * rows.middleRows<3>(3 * i);
+  }
+  return rows;
 }
 
 Eigen::MatrixXd ModalMotion::step_matrix(double c, double k) const {

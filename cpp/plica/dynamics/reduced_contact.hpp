@@ -1,74 +1,60 @@
 #pragma once
-#include "plica/contact/collision.hpp"
+#include <functional>
+#include <memory>
+
 #include "plica/dynamics/modal_motion.hpp"
 #include "plica/dynamics/record.hpp"
+#include "plica/dynamics/state.hpp"
 
 namespace plica {
 
-struct Reduction;
-
-/// The contact of a scene as its coordinates see it. It numbers its own nodes, those of the surfaces within the
-/// reduction's reach, from 0; positions (m, 3) of these are counted from the motion's origin.
+/// The contact of a scene as the coordinates of its reduction see it. In a step it is told where that would end
+/// without contact, and asked for each move of the coupling what keeps the surfaces apart.
 class ReducedContact {
  public:
-  /// The scene has contact and a reduction. response (r, s): accelerations per Pa at the sections of its airflow,
-  /// empty without. All must outlive it. Throws InvalidInput for a contact that cannot be reduced.
-  ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                 const Eigen::MatrixXd& response);
+  virtual ~ReducedContact() = default;
 
-  const Collision& collision() const { return *collision_; }
-  const Indices& nodes() const { return nodes_; }  // numbers in the mesh
-  Points positions(const Vector& q) const;
-  /// The same of coordinates that are asked for twice: where a step ends and the next begins.
-  const Points& ends(const Vector& q);
-  /// (m, 3) m/s^2, of section pressures (s) Pa.
-  Points pressed(const Vector& pressure) const;
-  /// From the nodes of one surface to those that face them on the other, (3 p) m, in single precision: at rest,
-  /// the part of coordinates, and of section pressures.
-  Eigen::VectorXf offsets(const Vector& q) const { return offsets_ + offset_shapes_ * q.cast<float>(); }
-  Eigen::VectorXf offset_response(const Vector& pressure) const {
-    return offset_response_ * pressure.cast<float>();
-  }
-  /// Whether at these offsets no air can be turned inside out: nodes that face each other are apart, by more than
-  /// twice as much as they have slid past each other. False where it is not known which nodes do.
-  bool apart(const Eigen::VectorXf& offsets) const;
-  /// Phi^T f of forces (3 m) N.
-  Vector forces(const Vector& nodal) const;
+  /// Its own nodes, by their numbers in the mesh: a state's interface_force is on these.
+  const Indices& nodes() const { return nodes_; }
 
-  void begin() { collision_->forget(); }
-  /// As SceneContact::solve: forces that keep x_free, positions at t_{n+1} without them, apart; x: with them.
-  Contacts solve(const BeforeContact& before, const Points& x_free, Contacts known, Points& x);
-  /// What it did in a step from x_before to x, see contact_record. Throws SolveFailed where it has reached the
-  /// rim.
-  ContactRecord record(const Contacts& contacts, const Points& x_before, double depth, const Contact& now,
-                       const Points& x);
-  /// Throws SolveFailed where air beyond the reach is turned inside out at positions x (n, 3) of all nodes: the
-  /// surfaces have passed through each other unseen.
-  void require_open_beyond(const Points& x) const;
-  /// Takes up a contact at x for pressure().
-  void update_pressure(const Contact& contact, const Points& x);
-  /// Takes up that nothing touches.
-  void forget_pressure() { pressure_.resize(0); }
+  /// A step begins from `last`, which must live as long as it.
+  virtual void begin(const State& last) = 0;
+  /// Finds the forces of a move that without them leads to the displacement `free` (r) at t_{n+1}.
+  virtual void touch(const Vector& free) = 0;
+
+  // Of the last move.
+  bool touches() const { return touches_; }
+  const Vector& load() const { return load_; }                  // (r), Phi^T of the forces
+  const Vector& acceleration() const { return acceleration_; }  // (r), A^-1 of that
+  const Vector& interface_force() const { return force_; }      // (3 nodes) N
+  /// What carries force, keys ascending, and its forces (N).
+  virtual std::pair<std::vector<std::int32_t>, Vector> closed() const = 0;
+  /// Whether there can be a constraint of this key.
+  virtual bool knows(std::int32_t key) const = 0;
+  /// Whether it, or edges that cross, lie at a place (m, from the motion's origin) where this says so.
+  virtual bool anywhere(const std::function<bool(const Vector3&)>& place) const = 0;
+
+  /// What it did in the step from the last state to `now`. Throws SolveFailed where it has reached the rim of
+  /// where it is looked for.
+  virtual ContactRecord record(const State& now) = 0;
+  /// Takes up a state, for pressure().
+  virtual void restore(const State& state) = 0;
   /// (n) Pa at all nodes of the mesh, Collision::pressure.
-  Vector pressure() const;
+  virtual Vector pressure() const = 0;
+  /// (3 n) N of the forces on its own nodes.
+  virtual Vector force(const Vector& interface_force) const = 0;
+  /// Throws SolveFailed where, at positions x (n, 3) of all nodes, surfaces have passed through each other where
+  /// it is not looked for.
+  virtual void require_open_beyond(const Points& x) const = 0;
 
- private:
-  const ModalMotion& motion_;
-  std::ptrdiff_t mesh_nodes_;
+ protected:
   Indices nodes_;
-  std::vector<char> rim_;  // (m)
-  Tets beyond_;            // air that is not looked at, by numbers in the mesh
-  Points reference_;
-  Eigen::MatrixXd shapes_, response_at_nodes_;  // (3 m, r), (3 m, s)
-  Vector3 facing_;
-  Eigen::VectorXf offsets_;                          // (3 p) m, at rest
-  Eigen::MatrixXf offset_shapes_, offset_response_;  // (3 p, r), (3 p, s)
-  Vector end_;                                       // coordinates of the last ends()
-  Points at_end_;
-  Supports held_;
-  std::unique_ptr<const LinearSolver> response_;
-  std::optional<Collision> collision_;  // from construction on
-  Vector pressure_;                     // (m) Pa
+  bool touches_ = false;
+  Vector load_, acceleration_, force_;
 };
+
+/// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision). All
+/// must outlive it. Throws InvalidInput for a contact that cannot be reduced.
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion);
 
 }  // namespace plica

@@ -1,43 +1,49 @@
 #pragma once
 #include "plica/airflow/airflow.hpp"
+#include "plica/core/panel_matrix.hpp"
 #include "plica/dynamics/modal_motion.hpp"
+#include "plica/dynamics/overlapping_widths.hpp"
 
 namespace plica {
 
-/// The airflow of a scene as its coordinates see it: widths of the airway and loads of its sections are linear in
-/// them, areas are not.
+/// The airflow of a scene as its coordinates see it: loads of its sections are linear in their pressures, areas in
+/// the coordinates but for what overlaps.
 class ReducedFlow {
  public:
-  /// The airflow, of the scene's nodes at `reference` (n, 3) m, and the motion must outlive it. Throws
+  /// The airflow and the motions, of all nodes or a part and of the coordinates, must outlive it. Throws
   /// InvalidInput for a load on the current shape.
-  ReducedFlow(const Airflow& airflow, const Points& reference, const ModalMotion& motion);
+  ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion);
 
   const Airflow& airflow() const { return airflow_; }
-  /// (s * stations) m at coordinates q.
-  Vector widths(const Vector& q) const { return widths_ + width_shapes_ * q; }
-  /// What coordinates q add to them.
-  Vector widths_of(const Vector& q) const { return width_shapes_ * q; }
-  /// The same of response().
-  const Eigen::MatrixXd& width_response() const { return width_response_; }  // (s * stations, s)
-  Vector areas(const Vector& widths) const { return airflow_.section_areas().areas(widths); }
-  /// (s) m^2 at coordinates q where no width is negative: linear.
-  Vector open_areas(const Vector& q) const { return areas_ + area_shapes_ * q; }
-  /// What an acceleration response() p adds to them.
-  const Eigen::MatrixXd& area_response() const { return area_response_; }  // (s, s)
+  /// (s) m^2 at coordinates q.
+  Vector areas(const Vector& q);
   /// Phi^T of the load of these section pressures (s) Pa.
   Vector load(const Vector& pressure) const { return below_ + sections_ * pressure; }
-  /// A^-1 Phi^T of 1 Pa at each section, (r, s).
-  const Eigen::MatrixXd& response() const { return response_; }
-  /// (s, 3) m, the points of the sections in the mid-coronal plane on the right fold, then on the left.
-  Points coronal(const Vector& q) const;
+  /// What a change of them changes in it.
+  Vector load_of(const Vector& change) const { return sections_ * change; }
+  /// (s, 3) m, the points of the sections in the mid-coronal plane on the right or on the left fold.
+  Points coronal(Side side, const Vector& q) const;
 
  private:
+  /// Points that move with few nodes.
+  struct Line {
+    Points rest;         // (s, 3) m
+    PanelMatrix shapes;  // (3 nodes, r), of their nodes
+    struct Term {
+      std::int32_t point, node;
+      double weight;
+    };
+    std::vector<Term> terms;
+  };
+  static Line line(const std::vector<MaterialPoint>& points, const Motion& full, const ModalMotion& motion);
+
   const Airflow& airflow_;
-  Vector widths_, areas_;  // m, m^2, at rest
-  Eigen::MatrixXd width_shapes_, sections_, response_, width_response_, area_shapes_, area_response_;
-  Vector below_;                    // Phi^T of the load below the sections
-  Points coronal_;                  // (2 s, 3) m, at rest
-  Eigen::MatrixXd coronal_shapes_;  // (6 s, r)
+  OverlappingWidths overlap_;
+  Vector areas_;             // m^2, at rest, overlap as it counts where it does not count zero
+  PanelMatrix area_shapes_;  // (s, r)
+  PanelMatrix sections_;     // (r, s)
+  Vector below_;             // Phi^T of the load below the sections
+  Line right_, left_;
 };
 
 }  // namespace plica

@@ -1,14 +1,38 @@
 #include "plica/dynamics/reduced_model.hpp"
 
 #include "plica/core/stopwatch.hpp"
+#include "plica/dynamics/mirror_contact.hpp"
+#include "plica/dynamics/reduced_collision.hpp"
 #include "plica/dynamics/reduced_step.hpp"
 
 namespace plica {
 
+namespace {
+
+/// The part's rows of a basis, where the motion is of a part. Throws InvalidInput for a vector that is not
+/// symmetric.
+Eigen::MatrixXd basis_of(const Scene& scene, const Motion& full) {
+  const Eigen::MatrixXd& whole = scene.reduction->basis;
+  if (!full.images()) return whole;
+  Eigen::MatrixXd part(full.stiffness().rows(), whole.cols());
+  for (std::ptrdiff_t j = 0; j < whole.cols(); ++j)
+    part.col(j) = full.images()->part_of(whole.col(j), "vector " + std::to_string(j) + " of the reduction's basis",
+                                         scene.mesh.points);
+  return part;
+}
+
+}  // namespace
+
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full,
+                                                const ModalMotion& motion) {
+  if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion);
+  return std::make_unique<ReducedCollision>(scene, full, motion);
+}
+
 ReducedModel::ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow)
-    : scene_(scene), full_(full), motion_(full, scene.reduction->basis) {
-  if (airflow) flow_.emplace(*airflow, scene.mesh.points, motion_);
-  if (scene.contact) contact_.emplace(scene, full, motion_, flow_ ? flow_->response() : Eigen::MatrixXd());
+    : scene_(scene), full_(full), motion_(full, basis_of(scene, full)) {
+  if (airflow) flow_.emplace(*airflow, full, motion_);
+  if (scene.contact) contact_ = reduced_contact(scene, full, motion_);
 }
 
 State ReducedModel::begun(const State& full) {
@@ -31,14 +55,12 @@ State ReducedModel::begun(const State& full) {
 }
 
 void ReducedModel::restore(const State& state) {
-  if (contact_) contact_->update_pressure(state.contact_at_interface(), contact_->positions(state.displacement));
+  if (contact_) contact_->restore(state);
 }
 
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times) {
   static const std::vector<std::int32_t> none;
-  ReducedStep step(motion_, last, scene_load, flow_ ? &*flow_ : nullptr, contact_ ? &*contact_ : nullptr,
-                   full_.origin(), times);
-  if (contact_) contact_->begin();
+  ReducedStep step(motion_, last, scene_load, flow_ ? &*flow_ : nullptr, contact_.get(), full_.origin(), times);
   Taken taken;
   if (flow_)
     taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), step);
@@ -57,15 +79,7 @@ ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_lo
   }
   const Stopwatch watch(times.record);
   if (contact_) {
-    taken.contact.emplace();
-    if (step.apart()) {
-      contact_->forget_pressure();
-    } else {
-      const Points before = contact_->ends(last.displacement), &x = contact_->ends(now.displacement);
-      const Contact contact = now.contact_at_interface();
-      contact_->update_pressure(contact, x);
-      taken.contact = contact_->record(step.contacts(), before, last.depth, contact, x);
-    }
+    taken.contact = contact_->record(now);
     now.depth = -taken.contact->deepest_gap;
   }
   return taken;

@@ -15,7 +15,7 @@ class ReducedModel {
 
   const ModalMotion& motion() const { return motion_; }
   const ReducedFlow* flow() const { return flow_ ? &*flow_ : nullptr; }
-  const ReducedContact* contact() const { return contact_ ? &*contact_ : nullptr; }
+  const ReducedContact* contact() const { return contact_.get(); }
   /// Unknowns of the contact's own nodes.
   std::ptrdiff_t interface() const { return contact_ ? 3 * contact_->nodes().size() : 0; }
 
@@ -36,7 +36,7 @@ class ReducedModel {
   const Motion& full_;
   ModalMotion motion_;
   std::optional<ReducedFlow> flow_;
-  std::optional<ReducedContact> contact_;
+  std::unique_ptr<ReducedContact> contact_;
 };
 
 }  // namespace plica

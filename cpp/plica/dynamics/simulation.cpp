@@ -62,8 +62,8 @@ void Simulation::begin() {
   state_.load = loads_.at(0.0);
   if (reduced_) {  // what the coordinates make of it
     const ModalMotion& motion = reduced_->motion();
-    state_.displacement = motion.at_nodes(motion.nearest(state_.displacement));
-    state_.velocity = motion.at_nodes(motion.nearest(state_.velocity));
+    state_.displacement = motion.at_unknowns(motion.nearest(state_.displacement));
+    state_.velocity = motion.at_unknowns(motion.nearest(state_.velocity));
   }
   const Points x = scene_.mesh.points + as_points(motion_.everywhere(state_.displacement));
   if (const Airflow* flow = airflow()) {  // which knows the scene's coordinates
@@ -107,28 +107,20 @@ Points Simulation::positions() const {
 
 Vector Simulation::contact_force() const {
   if (!contact_) return {};
-  if (!reduced_) return motion_.shared(state_.contact_force);
-  Points force = Points::Zero(scene_.mesh.node_count(), 3);
-  force(reduced_->contact()->nodes(), Eigen::all) = as_points(state_.interface_force);
-  return as_vector(force);
+  if (reduced_) return reduced_->contact()->force(state_.interface_force);
+  return motion_.shared(state_.contact_force);
 }
 
 Points Simulation::displacement_of(const Indices& nodes) const {
+  if (reduced_) return as_points(Vector(reduced_->motion().shapes_at(nodes) * state_.displacement));
   Points u(nodes.size(), 3);
-  for (std::ptrdiff_t p = 0; p < u.rows(); ++p) {
-    const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(nodes[p]);
-    if (reduced_)
-      u.row(p) = reduced_->motion().shapes().middleRows<3>(at) * state_.displacement;
-    else
-      u.row(p) = motion_.at(nodes[p], state_.displacement);
-  }
+  for (std::ptrdiff_t p = 0; p < u.rows(); ++p) u.row(p) = motion_.at(nodes[p], state_.displacement);
   return u;
 }
 
 Points Simulation::coronal(Side side) const {
   const Sections& sections = flow_->airflow().sections();
-  const std::ptrdiff_t first = side == Side::right ? 0 : sections.count();
-  if (reduced_) return reduced_->flow()->coronal(state_.displacement).middleRows(first, sections.count());
+  if (reduced_) return reduced_->flow()->coronal(side, state_.displacement);
   Points at(sections.count(), 3);
   for (std::ptrdiff_t s = 0; s < at.rows(); ++s) {
     const MaterialPoint& point =
@@ -156,17 +148,16 @@ void Simulation::set_external_force(Vector force) {
       throw InvalidInput("Simulation",
                          std::string("external force along ") + "xyz"[i % 3] + " on node " + std::to_string(i / 3),
                          force[i], "N", "finite");
-  if (reduced_) return loads_.set_external(reduced_->motion().forces(force));
-  if (part_)
-    return loads_.set_external(
-        part_->images.folded_symmetric(force, "the external force (N)", scene_.mesh.points));
-  loads_.set_external(std::move(force));
+  if (part_) force = part_->images.folded_symmetric(force, "the external force (N)", scene_.mesh.points);
+  loads_.set_external(reduced_ ? reduced_->motion().forces(force) : std::move(force));
 }
 
 void Simulation::restore(State state) {
-  const Collision* collision = reduced_ && contact_ ? &reduced_->contact()->collision() : this->collision();
+  std::function<bool(std::int32_t)> knows;
+  if (contact_)
+    knows = [&](std::int32_t key) { return reduced_ ? reduced_->contact()->knows(key) : collision()->knows(key); };
   state.validate({reduced_ ? reduced_->motion().size() : stiffness().rows(), scene_.mesh.cell_count(),
-                  viscosity().has_value(), flow_.has_value(), collision, reduced_ ? reduced_->interface() : -1,
+                  viscosity().has_value(), flow_.has_value(), knows, reduced_ ? reduced_->interface() : -1,
                   !explicit_});
   state_ = std::move(state);
   record_ = StepRecord{};
@@ -232,10 +223,10 @@ void Simulation::advance_reduced() {
   const bool look = now.step % scene_.reduction->watch_every == 0 || !state_.watched;
   Points x;
   if (look) {
-    const Vector displacement = motion.at_nodes(now.displacement);
-    x = scene_.mesh.points + as_points(displacement);
-    now.watched = Watched{strain_gauge_.measure(displacement), 0};
-    now.watched->inverted_tissue = static_cast<int>(folded_cells(x, scene_.mesh.cells, strain_gauge_.suspects()));
+    const Vector displacement = motion.at_unknowns(now.displacement);
+    x = scene_.mesh.points + as_points(motion_.everywhere(displacement));
+    now.watched = Watched{strains(displacement), 0};
+    now.watched->inverted_tissue = folded_since(x);
     if (reduced_->contact()) reduced_->contact()->require_open_beyond(x);
   } else {
     now.watched = state_.watched;

@@ -59,7 +59,7 @@ class Simulation {
   }
   /// Null without airflow.
   const Airflow* airflow() const { return flow_ ? &flow_->airflow() : nullptr; }
-  /// Null without contact.
+  /// Of all nodes, whatever moves them. Null without contact.
   const Collision* collision() const { return contact_ ? &contact_->collision() : nullptr; }
   /// How contact forces are solved for, never Automatic; null without contact and with CentralDifferences.
   const ContactSolver* contact_solver() const {
@@ -95,7 +95,7 @@ class Simulation {
   void advance_explicit(const Vector& scene_load);
   void advance_reduced();
   Vector at_nodes(const Vector& unknowns) const {
-    return reduced_ ? reduced_->motion().at_nodes(unknowns) : motion_.everywhere(unknowns);
+    return motion_.everywhere(reduced_ ? reduced_->motion().at_unknowns(unknowns) : unknowns);
   }
   /// What a completed step has besides the state that it leads to.
   struct Completed {

@@ -8,13 +8,15 @@ namespace plica {
 
 namespace {
 
-Vector solved(const ConjugateGradient& solver, const Vector& rhs) {
+Vector solved(const ConjugateGradient& solver, const Vector& rhs, const KrylovOptions& options) {
   Vector x = Vector::Zero(rhs.size());
   const Convergence end = solver.solve(rhs, x);
   if (!end.converged)
     throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
-                      " after " + std::to_string(end.iterations) +
-                      " iterations). Raise max_iterations of solver.method.conjugate_gradients.");
+                      " after " + std::to_string(end.iterations) + " iterations). " +
+                      (end.iterations < options.max_iterations
+                           ? "Rounding allows no less: loosen solver.tolerance, or take a shorter step."
+                           : "Raise max_iterations of solver.method.conjugate_gradients."));
   return x;
 }
 
@@ -44,18 +46,19 @@ BlockMatrix combine_matrices(double m, const NodalMatrix& M, double c, const std
 
 Start start_motion(const SchemeCoefficients& scheme, double step, const StartMatrices& matrices,
                    const StartForces& forces, const KrylovOptions& options) {
-  const StartSystem system{
-      [&](double c, double k) {
-        const auto matrix = std::make_shared<const BlockMatrix>(
-            combine_matrices(1, matrices.M, c, matrices.C, k, matrices.K, matrices.supports));
-        const auto solver = std::make_shared<const ConjugateGradient>(*matrix, options);
-        return StartSystem::Solve([matrix, solver](const Vector& force) { return solved(*solver, force); });
-      },
-      [&](const Vector& a) {
-        Vector inertia = matrices.M * a;
-        matrices.supports.project(inertia);
-        return inertia;
-      }};
+  const StartSystem system{[&](double c, double k) {
+                             const auto matrix = std::make_shared<const BlockMatrix>(
+                                 combine_matrices(1, matrices.M, c, matrices.C, k, matrices.K, matrices.supports));
+                             const auto solver = std::make_shared<const ConjugateGradient>(*matrix, options);
+                             return StartSystem::Solve([matrix, solver, options](const Vector& force) {
+                               return solved(*solver, force, options);
+                             });
+                           },
+                           [&](const Vector& a) {
+                             Vector inertia = matrices.M * a;
+                             matrices.supports.project(inertia);
+                             return inertia;
+                           }};
   return start_motion(scheme, step, system, forces);
 }
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "plica/contact/collision.hpp"
 #include "plica/core/error.hpp"
 
 namespace plica {
@@ -26,8 +25,8 @@ void State::validate(const Shape& shape) const {
   for (const auto& [name, values] : fields) {
     const bool viscous =
         values == &viscous_force || values == &viscosity_velocity || values == &viscosity_acceleration;
-    const bool absent = (values == &contact_force && !shape.collision) ||
-                        (values == &flow_load && !shape.airflow) || (viscous && !shape.viscous) ||
+    const bool absent = (values == &contact_force && !shape.knows) || (values == &flow_load && !shape.airflow) ||
+                        (viscous && !shape.viscous) ||
                         (!shape.solves && (values == &stiffness_velocity || values == &stiffness_acceleration ||
                                            values == &viscosity_velocity || values == &viscosity_acceleration));
     const bool reduced = shape.interface >= 0, own = values == &interface_force;
@@ -57,9 +56,9 @@ void State::validate(const Shape& shape) const {
   for (std::size_t i = 0; i < closed.size(); ++i)
     if (!(closed_force[static_cast<std::ptrdiff_t>(i)] > 0) || (i && closed[i] <= closed[i - 1]))
       throw InvalidInput("Simulation: the state's closed constraints must ascend, each with a force > 0 N.");
-  if (shape.collision)
+  if (shape.knows)
     for (const std::int32_t key : closed)
-      if (!shape.collision->knows(key))
+      if (!shape.knows(key))
         throw InvalidInput("Simulation", "state's closed constraint", key, "", "one that this contact can have",
                            "It belongs to another scene.");
   if (!(depth >= 0) || !std::isfinite(depth))

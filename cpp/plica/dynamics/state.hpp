@@ -1,4 +1,6 @@
 #pragma once
+#include <functional>
+
 #include "plica/contact/constraint.hpp"
 #include "plica/dynamics/first_signs.hpp"
 #include "plica/dynamics/ledger.hpp"
@@ -6,8 +8,6 @@
 #include "plica/tissue/strain.hpp"
 
 namespace plica {
-
-class Collision;
 
 /// A look at the whole tissue of a reduced motion.
 struct Watched {
@@ -43,7 +43,8 @@ struct State {
   struct Shape {
     std::ptrdiff_t unknowns, cells;
     bool viscous, airflow;
-    const Collision* collision;     // null without contact
+    std::function<bool(std::int32_t)>
+        knows;                      // whether its contact can have a constraint of this key; empty without
     std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
     bool solves = true;             // the step's linear systems: explicit ones keep nothing for the next
   };

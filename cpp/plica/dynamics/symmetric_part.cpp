@@ -15,7 +15,6 @@ namespace {
 
 /// The scene, where nothing in it rules out a symmetry.
 const Scene& known(const Scene& scene) {
-  if (scene.reduction) refuse("a reduction; must come without: its steps take few coordinates already");
   if (!scene.contact) return scene;
   if (scene.contact->surface_mass == SurfaceMass::redistributed)
     refuse("contact.surface_mass = \"redistributed\"; must be \"kept\": mass is moved within whole bodies");

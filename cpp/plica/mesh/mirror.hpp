@@ -29,6 +29,8 @@ class MirrorImages {
   /// Number in the part of the node that this one is an image of, and the signs of its components.
   std::int32_t node_of(std::int32_t node) const { return node_of_[node]; }
   Vector3 sign(std::int32_t node) const;
+  /// How many nodes of the whole a node of the part stands for, itself included.
+  double count(std::int32_t part_node) const { return images_[part_node]; }
   Indices nodes_of(const Indices& nodes) const;  // ascending, each once
   /// Node that this one is mirrored to, itself where it lies in the plane.
   std::int32_t partner(std::size_t plane, std::int32_t node) const { return partner_[plane][node]; }

@@ -47,6 +47,7 @@ def _smooth(motion: PixelMotion) -> tuple[str, ...]:
         return ()
     return (
         f'The flow was found with the preset "{motion.preset}", which smooths: it finds too little motion, '
-        "more so where motion changes from point to point. On films of known folds the cover came out a "
-        "quarter too stiff by it, outside of its interval. Analyse again with plica video --preset robust.",
+        "more so where motion changes from point to point. On films of known folds the cover came out 28 and "
+        "56 % too stiff by it, and 1 of 8 intervals held the truth. Analyse again, with plica video --preset "
+        "robust (1 and 25 %, 7 of 8).",
     )

@@ -281,7 +281,7 @@ def reduced_motion(run: RunData) -> Caution | None:
         return Caution(
             "reduced_motion",
             seen
-            + "With a basis of another voice's motion settled cycles came out within 2 %, the start of a "
+            + "With a basis of another voice's motion settled cycles came out within 4 %, the start of a "
             "voice not: impulses there were off by 60 %.",
             "Measure settled cycles alone, and compare one such scene with its full run.",
         )

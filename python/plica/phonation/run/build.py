@@ -106,7 +106,7 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
 
     try:
         return reduction_basis(
-            build_simulation(scene.replace({"reduction": None}), mesh),
+            build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh),
             mesh,
             fixed_components(scene, mesh),
             motion=None if reduction.full_run is None else _motion(scene, reduction.full_run, mesh),
@@ -116,6 +116,7 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
             surface=None if scene.airflow is None else scene.airflow.surface,
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
+            planes={None: 0, "half": 1, "quarter": 2}[scene.symmetry],
         )
     except InvalidInput as error:
         raise _located(scene, error) from None
@@ -132,10 +133,11 @@ def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.
         raise InvalidInput(
             f"reduction.full_run = {directory} holds other nodes; must have the scene's supports."
         )
-    if run.scene.symmetry is not None:
+    if run.scene.symmetry not in (None, scene.symmetry):
+        own = "none" if scene.symmetry is None else f'none or "{scene.symmetry}"'
         raise InvalidInput(
-            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have none: its '
-            "displacements show no motion that leaves the symmetry."
+            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, as '
+            "the scene has: its displacements show no motion that leaves its symmetry."
         )
     return motion
 

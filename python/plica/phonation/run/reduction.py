@@ -17,7 +17,7 @@ __all__ = ["contact_nodes", "reduction_basis"]
 
 Floats = NDArray[np.float64]
 
-COMPONENTS, MODES, CONTACT_VECTORS = 100, 200, 100  # where a scene does not say; its mesh may have fewer
+COMPONENTS, MODES, CONTACT_VECTORS = 150, 200, 100  # where a scene does not say; its mesh may have fewer
 PRESSURE_VECTORS = 40  # of the responses to the pressures of the airflow's sections
 
 
@@ -33,6 +33,7 @@ def reduction_basis(
     surface: str | None = None,
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
+    planes: int = 0,
 ) -> Floats:
     """A basis (3 n, vectors) of displacements, zero where they are held.
 
@@ -46,7 +47,7 @@ def reduction_basis(
     motion : (frames, n, 3) m, optional
         Displacements of a full run.
     components : int, optional
-        Of its principal components, those that hold most elastic energy. None: 100, or as many as it has
+        Of its principal components, those that hold most elastic energy. None: 150, or as many as it has
         frames.
     modes : int or None
         Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
@@ -62,6 +63,9 @@ def reduction_basis(
         Triangles of the contact's surfaces.
     reach : float
         [m] How far apart, at rest, nodes may be that get contact vectors.
+    planes : int
+        In which all vectors are their own mirror images: 0 none, 1 x = 0, 2 y = 0, too. The scene is, but for
+        its motion: of that the symmetric part is taken.
 
     Raises
     ------
@@ -107,7 +111,8 @@ def reduction_basis(
 
     columns = [_lowest_modes(K, M, solve, modes)]
     if motion is not None:
-        fields = motion.reshape(len(motion), -1)[:, free].T
+        symmetric = _symmetric(motion, np.asarray(mesh.points), planes)
+        fields = symmetric.reshape(len(motion), -1)[:, free].T
         count = min(COMPONENTS, len(motion)) if components is None else components
         columns.insert(0, _principal_components(K, fields, count))
     if surface is not None:
@@ -118,7 +123,12 @@ def reduction_basis(
         columns.append(_strongest(forces, solve(forces), contact_vectors))
     basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
     basis[free] = np.hstack(columns)
-    return basis
+    # What is left beside it is round-off.
+    return (
+        _symmetric(basis.T.reshape(-1, *fixed.shape), np.asarray(mesh.points), planes)
+        .reshape(-1, free.size)
+        .T
+    )
 
 
 def contact_nodes(
@@ -137,6 +147,16 @@ def contact_nodes(
         nodes.append(found)
         normals.append(normal[found] / np.linalg.norm(normal[found], axis=1, keepdims=True))
     return np.concatenate(nodes), np.concatenate(normals)
+
+
+def _symmetric(fields: NDArray[np.floating[Any]], points: Floats, planes: int) -> Floats:
+    """The part of fields (any, n, 3) on symmetric points (n, 3) that is its mirror image in x = 0, y = 0."""
+    symmetric: Floats = fields.astype(float)
+    for axis in range(planes):
+        mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
+        image = cKDTree(points).query(points * mirror)[1]
+        symmetric = 0.5 * (symmetric + mirror * symmetric[:, image])
+    return symmetric
 
 
 def _matrix(values: Any, free: NDArray[np.bool_]) -> Any:

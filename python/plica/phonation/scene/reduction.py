@@ -24,10 +24,11 @@ class Reduction(Part):
 
     full_run: Annotated[Path, AfterValidator(Path.resolve)] | None = None
     """Directory of a run without reduction, on the same mesh with the same supports, that stored
-    displacements of some settled cycles: principal components of these are the basis. A path beside the
-    scene file."""
+    displacements of some settled cycles: principal components of these are the basis. With ``symmetry`` it
+    has to be given, has that symmetry or none, and its symmetric part is taken. A path beside the scene
+    file."""
     components: Vectors | None = None
-    """Principal components of `full_run`, those that hold most elastic energy. Left out: 100, or as many
+    """Principal components of `full_run`, those that hold most elastic energy. Left out: 150, or as many
     as it has stored frames; without `full_run` none."""
     modes: Vectors | None = None
     """Lowest modes of vibration. Left out: 200, with `full_run` none."""
@@ -39,7 +40,7 @@ class Reduction(Part):
         default_factory=engine_default("Reduction", "contact_reach")
     )
     """[m] Contact is looked for, and has vectors, where the surfaces are no further apart than this at rest;
-    a run in which it goes further fails and says so."""
+    a run in which it goes further fails and says so. With ``symmetry`` it is looked for everywhere."""
     watch_every: Count = Field(default_factory=engine_default("Reduction", "watch_every"))
     """Steps between two looks at strains and folded tissue, which take the whole mesh; waveforms keep the
     last one's values in between."""

@@ -265,8 +265,9 @@ class Scene(Part):
         return self
 
     def _symmetry_fits(self) -> None:
+        if self.reduction is not None:
+            self._reduction_is_symmetric(self.reduction)
         for part, there in (
-            ("reduction", self.reduction is not None),
             ("time.scheme.central_differences", self.time.scheme.central_differences is not None),
             ("contact.nitsche", self.contact is not None and self.contact.nitsche is not None),
             (
@@ -276,6 +277,20 @@ class Scene(Part):
         ):
             if there:
                 raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
+
+    def _reduction_is_symmetric(self, reduction: Reduction) -> None:
+        if reduction.full_run is None:
+            relation = (
+                f'must be given with symmetry = "{self.symmetry}": modes and contact vectors are those of '
+                "all tissue, most of them not symmetric."
+            )
+            raise problem(relation, "reduction", "full_run")
+        for name in ("modes", "contact_vectors"):
+            if value := getattr(reduction, name):
+                relation = (
+                    f'must be left out with symmetry = "{self.symmetry}": most of them are not symmetric.'
+                )
+                raise problem(relation, "reduction", name, value=value)
 
 
 def _changed(source: str) -> str:

@@ -1,4 +1,4 @@
-#include "plica/dynamics/reduced_contact.hpp"
+#include "plica/dynamics/reduced_collision.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -120,8 +120,7 @@ void check(const ContactPart& part) {
 
 }  // namespace
 
-ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
-                               const Eigen::MatrixXd& response)
+ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion)
     : motion_(motion), mesh_nodes_(scene.mesh.node_count()), held_(0) {
   const ContactPart& part = *scene.contact;
   check(part);
@@ -164,15 +163,14 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
 
   held_ = Supports(nodes_.size());
   reference_ = full.reference()(nodes_, Eigen::all);
-  shapes_.resize(3 * nodes_.size(), motion.size());
+  shapes_ = motion.shapes_at(nodes_);
   Indices own(nodes_.size());
   for (std::int32_t i = 0; i < nodes_.size(); ++i) {
     own[i] = i;
-    shapes_.middleRows<3>(3 * i) = motion.shapes().middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes_[i]));
     for (int c = 0; c < 3; ++c)
       if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
   }
-  response_at_nodes_ = response.size() > 0 ? Eigen::MatrixXd(shapes_ * response) : Eigen::MatrixXd();
+  panels_ = PanelMatrix(shapes_);
   facing_ = near.facing;
   const std::vector<std::array<std::int32_t, 2>> pairs = facing_pairs(near, reference_);
   const auto count = static_cast<std::ptrdiff_t>(pairs.size());
@@ -184,20 +182,23 @@ ReducedContact::ReducedContact(const Scene& scene, const Motion& full, const Mod
     offset_shapes_.middleRows<3>(3 * p) =
         (shapes_.middleRows<3>(3 * b) - shapes_.middleRows<3>(3 * a)).cast<float>();
   }
-  offset_response_ =
-      response.size() > 0 ? Eigen::MatrixXf(offset_shapes_ * response.cast<float>()) : Eigen::MatrixXf();
+  for (std::ptrdiff_t p = 0; p < count; ++p) {
+    const Eigen::MatrixXd moves = offset_shapes_.middleRows<3>(3 * p).cast<double>();
+    const Eigen::RowVectorXd apart = facing_.transpose() * moves;
+    offset_speed_ = std::max(offset_speed_, apart.norm() + 2 * (moves - facing_ * apart).norm());
+  }
   response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
   collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
                      condensed_path(*response_, held_, own), part.faces);
 }
 
-Points ReducedContact::positions(const Vector& q) const {
+Points ReducedCollision::positions(const Vector& q) const {
   Points x = reference_;
-  Eigen::Map<Vector>(x.data(), x.size()).noalias() += shapes_ * q;
+  Eigen::Map<Vector>(x.data(), x.size()) += panels_ * q;
   return x;
 }
 
-const Points& ReducedContact::ends(const Vector& q) {
+const Points& ReducedCollision::ends(const Vector& q) {
   if (end_.size() == 0 || q != end_) {
     at_end_ = positions(q);
     end_ = q;
@@ -205,71 +206,126 @@ const Points& ReducedContact::ends(const Vector& q) {
   return at_end_;
 }
 
-Points ReducedContact::pressed(const Vector& pressure) const {
-  Points a(nodes_.size(), 3);
-  Eigen::Map<Vector>(a.data(), a.size()).noalias() = response_at_nodes_ * pressure;
-  return a;
-}
-
-bool ReducedContact::apart(const Eigen::VectorXf& offsets) const {
-  const float least = 1e-6F * static_cast<float>(collision_->detector().mean_edge());
+float ReducedCollision::clearance(const Eigen::VectorXf& offsets) const {
+  if (offsets.size() == 0) return -1.0F;
+  const float round_off = 1e-6F * static_cast<float>(collision_->detector().mean_edge());
   const Eigen::Vector3f facing = facing_.cast<float>();
+  float least = std::numeric_limits<float>::infinity();
   for (std::ptrdiff_t at = 0; at < offsets.size(); at += 3) {
     const float along = offsets_.segment<3>(at).dot(facing) < 0 ? -1.0F : 1.0F;
     const float apart = offsets.segment<3>(at).dot(facing);
     const float slid = (offsets.segment<3>(at) - apart * facing).norm();
-    if (!(along * apart > 2 * slid + least)) return false;
+    const float over = along * apart - 2 * slid - round_off;
+    least = over < least ? over : std::min(least, over);
+    if (!(over > 0)) return over;
   }
-  return offsets.size() > 0;
+  return least;
 }
 
-Vector ReducedContact::forces(const Vector& nodal) const {
-  Vector sum = Vector::Zero(motion_.size());
-  for (std::ptrdiff_t i = 0; i < nodal.size(); ++i)
-    if (nodal[i] != 0) sum += nodal[i] * shapes_.row(i).transpose();
-  return sum;
+bool ReducedCollision::apart(const Vector& q) {
+  if (apart_ > 0 && 1.001 * offset_speed_ * (q - apart_at_).norm() < apart_) return true;
+  apart_at_ = q;
+  apart_ = clearance(offsets(q));
+  return apart_ > 0;
 }
 
-Contacts ReducedContact::solve(const BeforeContact& before, const Points& x_free, Contacts known, Points& x) {
+void ReducedCollision::begin(const State& last) {
+  last_ = &last;
+  near_ = false;
+  never_near_ = true;
+  contacts_ = {};
+  force_ = Vector::Zero(3 * nodes_.size());
+  load_ = acceleration_ = Vector::Zero(motion_.size());
+  collision_->forget();
+}
+
+void ReducedCollision::touch(const Vector& free) {
+  touches_ = false;
+  force_.setZero();
+  load_.setZero();
+  acceleration_.setZero();
+  near_ = !last_->closed.empty() || !apart(free);
+  if (!near_) {
+    contacts_ = {};
+    return;
+  }
+  if (never_near_) x_before_ = ends(last_->displacement);
+  never_near_ = false;
+  const BeforeContact before{x_before_, last_->closed, last_->closed_force, last_->depth, nullptr};
+  contacts_ = solve(before, positions(free), x_);
+  touches_ = contacts_.any_force();
+  if (!touches_) return;
+  contacts_.add_forces(force_);
+  for (std::ptrdiff_t i = 0; i < force_.size(); ++i)
+    if (force_[i] != 0) load_ += force_[i] * shapes_.row(i).transpose();
+  acceleration_ = motion_.solve(load_);
+}
+
+Contacts ReducedCollision::solve(const BeforeContact& before, const Points& x_free, Points& x) {
   const auto [alpha, beta, gamma] = motion_.scheme();
   const double inertia = beta * motion_.step() * motion_.step(), weight = 1 + alpha;
   if (std::holds_alternative<EndOfStep>(collision_->method().position()))
-    return collision_->solve(x_free, inertia, before, std::move(known), x);
+    return collision_->solve(x_free, inertia, before, std::move(contacts_), x);
   const Points weighted = weight * x_free - alpha * before.x;
-  Contacts contacts = collision_->solve(weighted, weight * inertia, before, std::move(known), x);
+  Contacts contacts = collision_->solve(weighted, weight * inertia, before, std::move(contacts_), x);
   x = (x + alpha * before.x) / weight;
   return contacts;
 }
 
-ContactRecord ReducedContact::record(const Contacts& contacts, const Points& x_before, double depth,
-                                     const Contact& now, const Points& x) {
+bool ReducedCollision::anywhere(const std::function<bool(const Vector3&)>& place) const {
+  if (!near_) return false;
+  for (std::size_t i = 0; i < contacts_.constraints.size(); ++i)
+    if (contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0 && place(x_.row(contacts_.constraints[i].slave)))
+      return true;
+  const Detector& detector = collision_->detector();
+  const auto crossings = detector.edge_crossings(x_, detector.reach(x_before_, x_, last_->depth));
+  return std::any_of(crossings.begin(), crossings.end(),
+                     [&](const EdgeCrossing& crossing) { return place(crossing.place); });
+}
+
+ContactRecord ReducedCollision::record(const State& now) {
+  if (never_near_) {
+    pressure_.resize(0);
+    return {};
+  }
+  const Points before = ends(last_->displacement), &x = ends(now.displacement);
+  const Contact contact = now.contact_at_interface();
+  collision_->update(x);
+  pressure_ = collision_->pressure(contact, x);
   for (std::int32_t i = 0; i < nodes_.size(); ++i)
     if (rim_[static_cast<std::size_t>(i)] &&
-        !now.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
+        !contact.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
       throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number(x(i, 0)) + ", " +
                         number(x(i, 1)) + ", " + number(x(i, 2)) +
                         ") m, on the rim of where it is looked for. Raise contact_reach.");
-  return contact_record(*collision_, contacts, x_before, depth, now, x);
+  return contact_record(*collision_, contacts_, before, last_->depth, contact, x);
 }
 
-void ReducedContact::require_open_beyond(const Points& x) const {
+void ReducedCollision::restore(const State& state) {
+  const Points x = positions(state.displacement);
+  collision_->update(x);
+  pressure_ = collision_->pressure(state.contact_at_interface(), x);
+}
+
+Vector ReducedCollision::pressure() const {
+  Vector everywhere = Vector::Zero(mesh_nodes_);
+  if (pressure_.size() > 0) everywhere(nodes_) = pressure_;
+  return everywhere;
+}
+
+Vector ReducedCollision::force(const Vector& interface_force) const {
+  Points force = Points::Zero(mesh_nodes_, 3);
+  force(nodes_, Eigen::all) = as_points(interface_force);
+  return as_vector(force);
+}
+
+void ReducedCollision::require_open_beyond(const Points& x) const {
   const std::vector<std::int32_t> turned = inverted(x, beyond_);
   if (turned.empty()) return;
   const std::int32_t node = beyond_(turned.front(), 0);
   throw SolveFailed("Reduction: the surfaces have passed through each other at node " + std::to_string(node) +
                     " (" + number(x(node, 0)) + ", " + number(x(node, 1)) + ", " + number(x(node, 2)) +
                     ") m, beyond where contact is looked for. Raise contact_reach.");
-}
-
-void ReducedContact::update_pressure(const Contact& contact, const Points& x) {
-  collision_->update(x);
-  pressure_ = collision_->pressure(contact, x);
-}
-
-Vector ReducedContact::pressure() const {
-  Vector everywhere = Vector::Zero(mesh_nodes_);
-  if (pressure_.size() > 0) everywhere(nodes_) = pressure_;
-  return everywhere;
 }
 
 }  // namespace plica

@@ -1,0 +1,65 @@
+#pragma once
+#include "plica/contact/collision.hpp"
+#include "plica/dynamics/reduced_contact.hpp"
+
+namespace plica {
+
+/// Contact between two surfaces, detected as that of the full scene. It numbers its own nodes, those of the
+/// surfaces within the reduction's reach, from 0; positions (m, 3) of these are counted from the motion's origin.
+class ReducedCollision final : public ReducedContact {
+ public:
+  /// See reduced_contact.
+  ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion);
+
+  void begin(const State& last) override;
+  void touch(const Vector& free) override;
+  std::pair<std::vector<std::int32_t>, Vector> closed() const override { return contacts_.closed(); }
+  bool knows(std::int32_t key) const override { return collision_->knows(key); }
+  bool anywhere(const std::function<bool(const Vector3&)>& place) const override;
+  ContactRecord record(const State& now) override;
+  void restore(const State& state) override;
+  Vector pressure() const override;
+  Vector force(const Vector& interface_force) const override;
+  void require_open_beyond(const Points& x) const override;
+
+ private:
+  Points positions(const Vector& q) const;
+  /// The same of coordinates that are asked for twice: where a step ends and the next begins.
+  const Points& ends(const Vector& q);
+  /// From the nodes of one surface to those that face them on the other, (3 p) m, in single precision.
+  Eigen::VectorXf offsets(const Vector& q) const { return offsets_ + offset_shapes_ * q.cast<float>(); }
+  /// m, > 0 where at these offsets no air can be turned inside out: by how much nodes that face each other are
+  /// apart, over twice what they have slid past each other, at least. Where it is not known which nodes do, less.
+  float clearance(const Eigen::VectorXf& offsets) const;
+  /// Whether nothing can touch at coordinates q.
+  bool apart(const Vector& q);
+  Contacts solve(const BeforeContact& before, const Points& x_free, Points& x);
+
+  const ModalMotion& motion_;
+  std::ptrdiff_t mesh_nodes_;
+  std::vector<char> rim_;  // (m)
+  Tets beyond_;            // air that is not looked at, by numbers in the mesh
+  Points reference_;
+  Eigen::MatrixXd shapes_;  // (3 m, r)
+  PanelMatrix panels_;      // the same
+  Vector3 facing_;
+  Eigen::VectorXf offsets_;        // (3 p) m, at rest
+  Eigen::MatrixXf offset_shapes_;  // (3 p, r)
+  double offset_speed_ = 0.0;      // of clearance(): at most so many times what coordinates change by
+  Vector apart_at_;                // coordinates where clearance() was last computed,
+  double apart_ = -1.0;            // m, and how much it was
+  Supports held_;
+  std::unique_ptr<const LinearSolver> response_;
+  std::optional<Collision> collision_;  // from construction on
+  Vector pressure_;                     // (m) Pa, empty where nothing touches
+  Vector end_;                          // coordinates of the last ends()
+  Points at_end_;
+
+  // Of the step.
+  const State* last_ = nullptr;
+  bool near_ = false, never_near_ = true;  // in its last move, in no move so far
+  Points x_before_, x_;
+  Contacts contacts_;
+};
+
+}  // namespace plica
