@@ -10,7 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from layered_block import drive, layered_model, simulated
+from plica.errors import InvalidInput
 from plica.identify import MarginalLikelihood, Noise, estimate, residual_test
+from plica.identify.flow_error import FlowError
 from test_estimate_sweep import whole
 
 NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
@@ -53,9 +55,41 @@ def test_the_density_is_that_of_what_the_start_cannot_move() -> None:
     assert at.value == pytest.approx(density, rel=1e-9)
 
 
+def learned(frames: int) -> FlowError:
+    """An error that is correlated in time, with gains of the points."""
+    rng = np.random.default_rng(5)
+    return FlowError(
+        sd=rng.uniform(0.05, 0.2, 12),
+        by_frame=rng.uniform(0.8, 1.2, frames),
+        in_time=np.array([-0.4, 0.15]),
+        share=0.0,
+        length=1.0,
+        neighbours=np.full((12, 3), -1),
+        distances=np.ones((12, 12)),
+        motion=rng.normal(size=(frames, 12, 2)),
+        outliers=np.zeros((frames, 12), dtype=bool),
+    )
+
+
+def test_a_recording_from_rest_has_nothing_before_it_whatever_its_error_is_like() -> None:
+    flow = simulated(layered_model(NAMES, np.ones((FRAMES, 12, 2))), np.random.default_rng(3))
+    inputs = MarginalLikelihood(layered_model(NAMES, flow), None, learned(FRAMES)).inputs
+    assert inputs.before.start == inputs.before.stop
+    assert inputs.classes[0] == 2 * FRAMES
+
+
+def test_a_start_that_explains_all_that_is_seen_is_refused() -> None:
+    flow = np.full((FRAMES, 12, 2), np.nan)
+    flow[-1, 0] = 0.1
+    with pytest.raises(InvalidInput, match="2 values are seen, and 26 pressures before them make any start"):
+        MarginalLikelihood(layered_model(NAMES, flow))
+
+
+@pytest.mark.parametrize("error", [None, learned(FRAMES)])
 @pytest.mark.parametrize("noise", [None, NOISE])
-def test_its_gradient_is_a_central_difference(noise: Noise | None) -> None:
+def test_its_gradient_is_a_central_difference(noise: Noise | None, error: FlowError | None) -> None:
     likelihood, x = begun_late(noise)
+    likelihood = MarginalLikelihood(likelihood.model, noise, error)
     gradient, h = likelihood.evaluate(x).gradient, 1e-3
     for j in range(4):
         e = h * np.eye(4)[j]

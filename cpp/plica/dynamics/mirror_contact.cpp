@@ -215,6 +215,7 @@ ContactRecord MirrorContact::record(const State& now) {
   if (passes_ == 0) return record;
   record.deepest_gap = 2 * deepest_;
   record.gap_error = -record.deepest_gap;
+  record.converged = -deepest_ <= tolerance_;
   if (!touches_) return record;
   pressed_ = pressed(row_force_, now.displacement);
   double sum = 0;

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 
 from plica import _engine
+from plica.errors import InvalidInput
 from plica.identify.forcing import Forcing
 from plica.identify.noise_levels import Noise, profiled
 from plica.identify.observation import Observation
@@ -19,7 +20,7 @@ __all__ = ["InputSpace", "Solved"]
 Array = NDArray[np.float64]
 _AT_ONCE = 32  # columns of gains, dense
 _ANY = 1e4
-"""[Pa] Size of the pressures before the recording, over the flow's level: ten times what drives a voice."""
+"""[Pa] Times the flow's level: the size of pressures before the recording, ten times what drives a voice."""
 
 
 class InputSpace:
@@ -34,10 +35,10 @@ class InputSpace:
     weights : (N, m) 1/px^2, W, zero where nothing is seen
     count : of what is seen
     chosen : positions of the pressures among all N (q + c) columns of T
-    scale : of these columns: the noise of their pattern
+    scale : of these columns: the noise of their pattern, of forces of collisions and before the recording 1
     classes : (3) how many inputs have the level of the pressures, of the collisions, and of the gains
-    before : slice of those before the recording, which have none
-    others : positions of the rest
+    before : slice of the inputs before the recording, which have no level
+    others : positions of the other inputs
     held_collision_sd : Pa; None where it is estimated or there are no collisions
     """
 
@@ -58,8 +59,13 @@ class InputSpace:
         collides = np.zeros((frames, q + c), dtype=bool)
         collides[:, q:] = np.asarray(observation.closed)[:, None]
         seen = np.flatnonzero(self.weights.any(axis=1))
+        if not len(seen):
+            raise InvalidInput(
+                "MarginalLikelihood: no frame shows anything; one must, after those of the flow's lags."
+            )
         scale[seen[-1] + 1 :], collides[seen[-1] + 1 :] = 0, False  # later inputs move nothing that is seen
-        early = np.arange(frames)[:, None] < seen[0]
+        begins = np.flatnonzero(observation.weights.any(axis=1))[0]
+        early = np.arange(frames)[:, None] < begins
         groups = [scale > 0, collides, ((scale > 0) | collides) & early]
         groups[:2] = [group & ~early for group in groups[:2]]
         chosen = [np.flatnonzero(group) for group in groups]
@@ -68,6 +74,12 @@ class InputSpace:
         self.scale = scale.ravel()[self.chosen]
         ends = np.cumsum([len(group) for group in chosen])
         self.before = slice(int(ends[1]), int(ends[2]))
+        if self.count <= len(chosen[2]):
+            raise InvalidInput(
+                f"MarginalLikelihood: {self.count} values are seen, and {len(chosen[2])} pressures before "
+                "them make any start; must be more values. Take more points or frames, or fewer frames "
+                "before the recording."
+            )
         self.held_collision_sd = forcing.collision_sd if len(chosen[1]) else None
         self._gains = gains
         self.classes = (len(chosen[0]), len(chosen[1]), 0 if gains is None else gains.shape[1])

@@ -29,8 +29,8 @@ STATED_SD = 0.1
 """px, where neither the settings nor the recording say it."""
 FLOOR = 0.02
 """px, beside the trust: no flow is better."""
-_LEAST_LEAD = 16
-"""Frames before a recording: with three pressures in each they make the states of 24 modes."""
+_LEAST_BEFORE = 48
+"""Pressures before a recording: they make the states of 24 modes."""
 _LEAST_SPACING = 8.0  # px
 _FACING = 0.5  # cosine between the surface and the line of sight: 60 degrees
 _SEEN = 0.5  # share of the frames in which a point must be seen
@@ -127,7 +127,7 @@ def observe(
     if settings.points is None:
         kept, spacing = _thinned(kept, start, spacing, settings.most_points)
     flow, missed = flow[:, kept], missed[:, kept]
-    lead = 0 if settings.from_rest else max(_LEAST_LEAD, round(settings.lead * fps))
+    lead = 0 if settings.from_rest else max(_least_lead(settings), round(settings.lead * fps))
     closed = _closed(motion, pairs, settings)
     observation = Observation(
         SurfacePoints.seen(mesh, seen, placement.camera, rest[kept]),
@@ -243,3 +243,8 @@ def _mean(paths: Floats) -> Floats:
     """(r, 2) over the frames in which a point's place is known."""
     known = np.isfinite(paths)
     return np.asarray(np.where(known, paths, 0.0).sum(axis=0) / known.sum(axis=0))
+
+
+def _least_lead(settings: Settings) -> int:
+    """Frames before a recording."""
+    return -(-_LEAST_BEFORE // (3 if settings.heights is None else len(settings.heights)))

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 LIMIT = 3.3
 """Standard scores beyond which a test fails: once in a thousand where the model holds."""
 _DECIDED = 10.0
-"""Times its variance with a known start: what varies by more is taken to find the start, and says nothing."""
+"""Times what it varies by at most with a known start: what varies by more finds the start, no error."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class ResidualTest:
 
 def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
     """The innovations of one frame after the other over the Cholesky factor of their covariance, (N, m); nan
-    where y is missing.
+    where y is missing or finds the start.
 
     The recursion runs over the posterior of the inputs, of which a frame sees those before it alone.
     O(N m (N q)^2).
@@ -85,7 +85,8 @@ def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
 
 def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) -> Array:
     """What `whitened` does to y - mu, done to columns (N, m', k) of the rows that the likelihood takes: their
-    part in independent numbers of variance sigma_v^2, (N, m, k) of the observed rows, nan where missing.
+    part in independent numbers of variance sigma_v^2, (N, m, k) of the observed rows, nan where missing
+    or where they find the start.
     """
     space, solved = likelihood.inputs, likelihood.solved(at)
     weights, chosen, scale = space.weights, space.chosen, space.scale

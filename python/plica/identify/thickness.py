@@ -12,10 +12,10 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from plica import _engine
-from plica.errors import InvalidInput
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel
 from plica.identify.posterior import Posterior
+from plica.identify.scoring import NOT_THERE
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.view.faces import lattice, shapes
 
@@ -116,7 +116,7 @@ def thickness_doubts(
     for layer in layers_below(mesh, surface):
         try:
             shift = thickness_shift(posterior, likelihood, model_on(thicker(mesh, surface, layer)))
-        except InvalidInput as error:
+        except NOT_THERE as error:
             told.append(f'What a thicker layer "{layer}" would change cannot be told: {error}')
             continue
         parts = [
