@@ -70,12 +70,14 @@ def main() -> None:
 def rows(
     scene: plica.Scene, cases: dict[str, tuple[plica.Larynx, float | None]], keep: Path
 ) -> Iterator[list[str]]:
-    """An estimate each; its table and warnings are printed."""
+    """An estimate each, gone on with where it was begun; its table and warnings are printed."""
     for number, (name, (larynx, tilt_sd)) in enumerate(cases.items()):
         settings = Settings(parameters=NAMES, coarser="none", tilt_sd=tilt_sd)
         where = keep / f"identified-{number}"
         try:
-            found = identify(keep / "analysis", scene.replace({"mesh": larynx}), where, settings)
+            found = identify(
+                keep / "analysis", scene.replace({"mesh": larynx}), where, settings, resume=where.exists()
+            )
         except plica.SolveFailed as error:
             print(f"\n{name}: {error}\n", flush=True)
             yield [name, "", "", "", "", str(error), ""]

@@ -131,10 +131,10 @@ def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
     except ValueError:
         raise InvalidInput(f"{path.name}: below its heading must have numbers in all cells.") from None
     if found.ndim != 2 or len(found) < 2 or found.shape[1] != heights + 1:
-        columns = found.shape[1] if found.ndim == 2 else 0
+        columns = len(rows[-1]) if rows else 0
         raise InvalidInput(
-            f"{path.name}: has {columns} columns; must have {heights + 1}: time (s) and a pressure (Pa) "
-            f"at each of {heights} heights, with a heading and two rows or more."
+            f"{path.name}: has {len(rows)} lines, the last of {columns} columns; must have {heights + 1}: "
+            f"time (s) and a pressure (Pa) at each of {heights} heights, with a heading and two rows or more."
         )
     if not np.isfinite(found).all() or not (np.diff(found[:, 0]) > 0).all():
         raise InvalidInput(f"{path.name}: times must increase, and all numbers be finite.")
