@@ -11,8 +11,9 @@ import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.phonation.scene.symmetry import mirrored_mean
 from plica.uncertainty.meshes import coarser, finer, given
-from plica.uncertainty.transfer import mirrored_mean, shape_functions, taken_over
+from plica.uncertainty.transfer import shape_functions, taken_over
 from plica.uncertainty.uniform import refined
 
 

@@ -26,8 +26,9 @@ from plica.phonation.run.continuation import holds_run
 from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
+from plica.phonation.scene.symmetry import mirrored_mean, symmetry_planes
 from plica.storage.files import replaced, storage_errors
-from plica.uncertainty.transfer import mirrored_mean, taken_over
+from plica.uncertainty.transfer import taken_over
 
 __all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
 
@@ -56,7 +57,7 @@ class Start:
         `mesh` is the run's."""
         if points.shape == np.shape(mesh.points) and np.array_equal(points, mesh.points):
             return self.displacement, self.velocity
-        planes = {None: 0, "half": 1, "quarter": 2}[symmetry]
+        planes = symmetry_planes(symmetry)
         displacement, velocity = (
             np.where(fixed, 0.0, mirrored_mean(field, points, planes))
             for field in taken_over(mesh, (self.displacement, self.velocity), points)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SIDES", "mirrored_mean", "shape_functions", "taken_over"]
+__all__ = ["SIDES", "shape_functions", "taken_over"]
 
 Floats = NDArray[np.float64]
 
@@ -44,18 +44,3 @@ def taken_over(mesh: Any, fields: Sequence[Floats], points: Floats) -> list[Floa
     chosen = np.clip(weights[rows, best], -_BEYOND, 1 + _BEYOND)
     shape = shape_functions(chosen) if cells.shape[1] == 10 else chosen
     return [np.einsum("ka,kai->ki", shape, field[cells[near[rows, best]]]) for field in fields]
-
-
-def mirrored_mean(field: Floats, points: Floats, planes: int) -> Floats:
-    """A nodal field (n, 3) made its own mirror image in x = 0 and, of two planes, in y = 0.
-
-    The points (n, 3) are theirs. A node in a plane may have been read from a cell on either side, and so not
-    quite symmetrically.
-    """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(points)
-    for axis in range(planes):
-        sign = np.where(np.arange(3) == axis, -1.0, 1.0)
-        field = 0.5 * (field + sign * field[tree.query(points * sign)[1]])
-    return field

@@ -17,6 +17,7 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
 from plica.phonation.scene.scene import Scene
+from plica.phonation.scene.symmetry import symmetry_planes
 from plica.phonation.scene.tissue import Tissue
 
 __all__ = ["basis_of", "build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
@@ -116,7 +117,7 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
             surface=None if scene.airflow is None else scene.airflow.surface,
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
-            planes={None: 0, "half": 1, "quarter": 2}[scene.symmetry],
+            planes=symmetry_planes(scene.symmetry),
         )
     except InvalidInput as error:
         raise _located(scene, error) from None

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
+from plica.phonation.scene.symmetry import mirrored_mean
 
 __all__ = ["contact_nodes", "reduction_basis"]
 
@@ -72,13 +73,13 @@ def reduction_basis(
     InvalidInput
         Where more vectors are asked for than there are, or a body can move without strain.
     """
-    free = ~fixed.ravel()
+    free, points = ~fixed.ravel(), np.asarray(mesh.points)
     count = int(free.sum())
     if motion is not None:
         modes, contact_vectors = modes or 0, contact_vectors or 0
     forces = None
     if sides is not None and contact_vectors != 0:
-        forces = _contact_forces(np.asarray(mesh.points), sides, reach, free)
+        forces = _contact_forces(points, sides, reach, free)
     if contact_vectors is None:
         contact_vectors = 0 if forces is None else min(CONTACT_VECTORS, forces.shape[1], count)
     if modes is None:
@@ -111,8 +112,7 @@ def reduction_basis(
 
     columns = [_lowest_modes(K, M, solve, modes)]
     if motion is not None:
-        symmetric = _symmetric(motion, np.asarray(mesh.points), planes)
-        fields = symmetric.reshape(len(motion), -1)[:, free].T
+        fields = mirrored_mean(motion, points, planes).reshape(len(motion), -1)[:, free].T
         count = min(COMPONENTS, len(motion)) if components is None else components
         columns.insert(0, _principal_components(K, fields, count))
     if surface is not None:
@@ -124,11 +124,8 @@ def reduction_basis(
     basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
     basis[free] = np.hstack(columns)
     # What is left beside it is round-off.
-    return (
-        _symmetric(basis.T.reshape(-1, *fixed.shape), np.asarray(mesh.points), planes)
-        .reshape(-1, free.size)
-        .T
-    )
+    fields = mirrored_mean(basis.T.reshape(-1, *fixed.shape), points, planes)
+    return fields.reshape(-1, free.size).T
 
 
 def contact_nodes(
@@ -147,16 +144,6 @@ def contact_nodes(
         nodes.append(found)
         normals.append(normal[found] / np.linalg.norm(normal[found], axis=1, keepdims=True))
     return np.concatenate(nodes), np.concatenate(normals)
-
-
-def _symmetric(fields: NDArray[np.floating[Any]], points: Floats, planes: int) -> Floats:
-    """The part of fields (any, n, 3) on symmetric points (n, 3) that is its mirror image in x = 0, y = 0."""
-    symmetric: Floats = fields.astype(float)
-    for axis in range(planes):
-        mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
-        image = cKDTree(points).query(points * mirror)[1]
-        symmetric = 0.5 * (symmetric + mirror * symmetric[:, image])
-    return symmetric
 
 
 def _matrix(values: Any, free: NDArray[np.bool_]) -> Any:

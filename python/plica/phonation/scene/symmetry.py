@@ -1,0 +1,32 @@
+"""Scenes that are their own mirror images: in which planes, and the symmetric part of a field."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["mirrored_mean", "symmetry_planes"]
+
+
+def symmetry_planes(symmetry: str | None) -> int:
+    """In how many planes a scene is its own mirror image: 0, 1 (x = 0), or 2 (y = 0, too)."""
+    return {None: 0, "half": 1, "quarter": 2}[symmetry]
+
+
+def mirrored_mean(
+    fields: NDArray[np.floating[Any]], points: NDArray[np.float64], planes: int
+) -> NDArray[np.float64]:
+    """The part of nodal fields (..., n, 3) that is its own mirror image in x = 0 and, of two planes, y = 0.
+
+    The points (n, 3) are theirs and lie symmetrically; each image is the point nearest to it.
+    """
+    from scipy.spatial import cKDTree
+
+    mean: NDArray[np.float64] = fields.astype(float)
+    for axis in range(planes):
+        mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
+        image = cKDTree(points).query(points * mirror)[1]
+        mean = 0.5 * (mean + mirror * mean[..., image, :])
+    return mean
