@@ -46,7 +46,7 @@ def this_installation() -> Installation:
         backend=str(built["backend"]),
         python=platform.python_version(),
         processor=_processor(),
-        system=platform.platform(),
+        system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         threads=_engine.threads(),
         date=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     )
@@ -60,7 +60,7 @@ def _commit() -> str:
         return ""
     try:
         commit = _git(root, "log", "-1", "--format=%h", "--abbrev=7")
-        changed = _git(root, "status", "--porcelain", "--untracked-files=no")
+        changed = _git(root, "status", "--porcelain")
     except (OSError, subprocess.SubprocessError):
         return ""
     return f"{commit}{'+' * bool(changed)}"
