@@ -88,7 +88,7 @@ PanelMatrix::PanelMatrix(const Eigen::MatrixXd& A) : rows_(A.rows()), cols_(A.co
 Vector PanelMatrix::operator*(const Vector& x) const {
   static const Panel panel = takes_largest() ? panel_largest : takes_fused() ? panel_fused : panel_any;
   Vector y(rows_);
-  std::ptrdiff_t columns = cols_;  // those that count: pressures of a jet are zero
+  std::ptrdiff_t columns = cols_;  // trailing zeros of x cost nothing
   while (columns > 0 && x[columns - 1] == 0) --columns;
   const std::ptrdiff_t whole = rows_ / width;
   for (std::ptrdiff_t p = 0; p < whole; ++p)
