@@ -1,9 +1,8 @@
 #pragma once
 #include "plica/contact/complementarity.hpp"
-#include "plica/contact/surface.hpp"
 #include "plica/dynamics/distant_values.hpp"
+#include "plica/dynamics/mirrored_side.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
-#include "plica/dynamics/scene.hpp"
 
 namespace plica {
 
@@ -27,30 +26,23 @@ class MirrorContact final : public ReducedContact {
   void require_open_beyond(const Points&) const override {}  // it looks everywhere
 
  private:
-  std::vector<std::int32_t> own_nodes(const ContactPart& part, const Motion& full) const;
   /// Adds those rows whose x, moved by `shift` (rows) m, is below -least (m).
   bool add_candidates(const Vector& shift, double least);
   Complementarity solve(const Vector& x) const;
-  Vector3 position(std::int32_t node, const Vector& q) const;  // of a node on its side
-  /// What is pressed on one side at coordinates q by forces (rows) N.
-  std::vector<PressedNode> pressed(const Vector& force, const Vector& q) const;
   double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
 
   // A row is one of nodes(), its x and the force along it.
   const ModalMotion& motion_;
   const MirrorImages& images_;
-  std::optional<ContactSurface> side_;  // that of the part, in the mesh's numbers
-  const Points& reference_;             // (n, 3) m
-  bool first_is_own_;                   // whether that side is the contact's first
-  double tolerance_;                    // m, of gaps
-  Vector images_of_;                    // (rows) how many nodes each moves with it, itself included
-  DistantValues x_;                     // (rows) m, without contact
-  Eigen::MatrixXd loads_;               // (r, rows) Phi^T of 1 N on a row's node and its images
-  Eigen::MatrixXd accelerations_;       // (r, rows) A^-1 of these
-  Eigen::MatrixXd compliance_;          // (rows, rows) 1/kg, x of these
-  Eigen::MatrixXd side_shapes_;         // (r, 3 nodes of the side)
-  std::vector<std::int32_t> place_;     // of a node of the mesh among these
-  std::vector<PressedNode> pressed_;    // of the last record
+  std::ptrdiff_t mesh_nodes_;
+  MirroredSide side_;
+  double tolerance_;                  // m, of gaps
+  Vector copies_;                     // (rows) how many nodes each moves with it, itself included
+  DistantValues x_;                   // (rows) m, without contact
+  Eigen::MatrixXd loads_;             // (r, rows) Phi^T of 1 N on a row's node and its images
+  Eigen::MatrixXd accelerations_;     // (r, rows) A^-1 of these
+  Eigen::MatrixXd compliance_;        // (rows, rows) 1/kg, x of these
+  std::vector<PressedNode> pressed_;  // of the last record
 
   // Of the step.
   const State* last_ = nullptr;

@@ -1,42 +1,15 @@
 #include "plica/dynamics/reduced_collision.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/contact_record.hpp"
+#include "plica/dynamics/interface_response.hpp"
 
 namespace plica {
 
 namespace {
-
-/// The displacement (3 m) of the contact's nodes in a step under forces on them, Phi A^-1 Phi^T f, in the place of
-/// the inverse of a step matrix that has no other unknowns.
-class InterfaceResponse final : public LinearSolver {
- public:
-  InterfaceResponse(const Eigen::MatrixXd& shapes, const Eigen::MatrixXd& inverse)
-      : root_(inverse.llt().matrixL().transpose() * shapes.transpose()) {}
-  Convergence solve(const Vector& b, Guess& guess, double, const Product& product) const override {
-    guess.x = root_.transpose() * (root_ * b);
-    product(guess.x, guess.product);
-    return {1, 0.0, true};
-  }
-  Convergence solve(const Vector& b, Guess& guess, double) const override {
-    guess.x = root_.transpose() * (root_ * b);
-    return {1, 0.0, true};
-  }
-  std::vector<Convergence> solve_many(const Eigen::MatrixXd& B, Eigen::MatrixXd& X, double) const override {
-    X = root_.transpose() * (root_ * B);
-    return std::vector<Convergence>(static_cast<std::size_t>(B.cols()), {1, 0.0, true});
-  }
-  std::string name() const override { return "reduced"; }
-  double tolerance() const override { return KrylovOptions{}.tolerance; }
-
- private:
-  Eigen::MatrixXd root_;  // (r, 3 m)
-};
 
 /// (n) m, to the nearest node of the other surface that shares an air tetrahedron; infinite for others.
 std::vector<double> widths_of_air(const Airway& airway, const Points& x) {
@@ -81,31 +54,6 @@ Tets rows_beyond(const Tets& rows, const std::vector<std::int32_t>& local) {
   return rows(left, Eigen::all);
 }
 
-/// Node and the node that faces it on the other surface, by local numbers, those common to both left out; none
-/// where the airway does not say along which direction they face each other.
-std::vector<std::array<std::int32_t, 2>> facing_pairs(const Airway& airway, const Points& x) {
-  std::vector<std::array<std::int32_t, 2>> pairs;
-  if (airway.facing.isZero(0)) return pairs;
-  std::vector<char> first(static_cast<std::size_t>(x.rows()), 0), second = first;
-  for (const std::int32_t node : airway.first.reshaped()) first[static_cast<std::size_t>(node)] = 1;
-  for (const std::int32_t node : airway.second.reshaped()) second[static_cast<std::size_t>(node)] = 1;
-  std::vector<std::int32_t> partner(static_cast<std::size_t>(x.rows()), -1);
-  const auto beside = [&](std::int32_t a, std::int32_t b) {
-    const Vector3 apart = x.row(b) - x.row(a);
-    return (apart - airway.facing.dot(apart) * airway.facing).norm();
-  };
-  for (const auto& tet : airway.tets.rowwise())
-    for (const std::int32_t a : tet)
-      for (const std::int32_t b : tet) {
-        const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        if (!first[i] || second[i] || !second[j] || first[j]) continue;
-        if (partner[i] < 0 || beside(a, b) < beside(a, partner[i])) partner[i] = b;
-      }
-  for (std::int32_t a = 0; a < x.rows(); ++a)
-    if (partner[static_cast<std::size_t>(a)] >= 0) pairs.push_back({a, partner[static_cast<std::size_t>(a)]});
-  return pairs;
-}
-
 void check(const ContactPart& part) {
   const auto refuse = [](const char* what) {
     throw InvalidInput(std::string("Reduction: ") + what + " Leave the reduction out, or choose another contact.");
@@ -139,8 +87,8 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
   for (std::size_t i = 0; i < nodes.size(); ++i)
     local[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
   nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-  Airway near{kept_rows(part.airway.first, local), kept_rows(part.airway.second, local),
-              kept_rows(part.airway.tets, local), nullptr, part.airway.facing};
+  const Airway near{kept_rows(part.airway.first, local), kept_rows(part.airway.second, local),
+                    kept_rows(part.airway.tets, local), nullptr, part.airway.facing};
   if (near.first.rows() == 0 || near.second.rows() == 0)
     throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
                        "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
@@ -171,25 +119,10 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
       if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
   }
   panels_ = PanelMatrix(shapes_);
-  facing_ = near.facing;
-  const std::vector<std::array<std::int32_t, 2>> pairs = facing_pairs(near, reference_);
-  const auto count = static_cast<std::ptrdiff_t>(pairs.size());
-  offsets_.resize(3 * count);
-  offset_shapes_.resize(3 * count, motion.size());
-  for (std::ptrdiff_t p = 0; p < count; ++p) {
-    const auto [a, b] = pairs[static_cast<std::size_t>(p)];
-    offsets_.segment<3>(3 * p) = (reference_.row(b) - reference_.row(a)).transpose().cast<float>();
-    offset_shapes_.middleRows<3>(3 * p) =
-        (shapes_.middleRows<3>(3 * b) - shapes_.middleRows<3>(3 * a)).cast<float>();
-  }
-  for (std::ptrdiff_t p = 0; p < count; ++p) {
-    const Eigen::MatrixXd moves = offset_shapes_.middleRows<3>(3 * p).cast<double>();
-    const Eigen::RowVectorXd apart = facing_.transpose() * moves;
-    offset_speed_ = std::max(offset_speed_, apart.norm() + 2 * (moves - facing_ * apart).norm());
-  }
   response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
-  collision_.emplace(std::move(near), reference_, contact_method(part.enforcement), part.friction, part.options,
+  collision_.emplace(near, reference_, contact_method(part.enforcement), part.friction, part.options,
                      condensed_path(*response_, held_, own), part.faces);
+  clearance_.emplace(near, reference_, shapes_, collision_->detector().mean_edge());
 }
 
 Points ReducedCollision::positions(const Vector& q) const {
@@ -204,29 +137,6 @@ const Points& ReducedCollision::ends(const Vector& q) {
     end_ = q;
   }
   return at_end_;
-}
-
-float ReducedCollision::clearance(const Eigen::VectorXf& offsets) const {
-  if (offsets.size() == 0) return -1.0F;
-  const float round_off = 1e-6F * static_cast<float>(collision_->detector().mean_edge());
-  const Eigen::Vector3f facing = facing_.cast<float>();
-  float least = std::numeric_limits<float>::infinity();
-  for (std::ptrdiff_t at = 0; at < offsets.size(); at += 3) {
-    const float along = offsets_.segment<3>(at).dot(facing) < 0 ? -1.0F : 1.0F;
-    const float apart = offsets.segment<3>(at).dot(facing);
-    const float slid = (offsets.segment<3>(at) - apart * facing).norm();
-    const float over = along * apart - 2 * slid - round_off;
-    least = over < least ? over : std::min(least, over);
-    if (!(over > 0)) return over;
-  }
-  return least;
-}
-
-bool ReducedCollision::apart(const Vector& q) {
-  if (apart_ > 0 && 1.001 * offset_speed_ * (q - apart_at_).norm() < apart_) return true;
-  apart_at_ = q;
-  apart_ = clearance(offsets(q));
-  return apart_ > 0;
 }
 
 void ReducedCollision::begin(const State& last) {
@@ -244,7 +154,7 @@ void ReducedCollision::touch(const Vector& free) {
   force_.setZero();
   load_.setZero();
   acceleration_.setZero();
-  near_ = !last_->closed.empty() || !apart(free);
+  near_ = !last_->closed.empty() || !clearance_->apart(free);
   if (!near_) {
     contacts_ = {};
     return;

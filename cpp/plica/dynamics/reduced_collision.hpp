@@ -1,5 +1,6 @@
 #pragma once
 #include "plica/contact/collision.hpp"
+#include "plica/dynamics/clearance.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
 
 namespace plica {
@@ -26,13 +27,6 @@ class ReducedCollision final : public ReducedContact {
   Points positions(const Vector& q) const;
   /// The same of coordinates that are asked for twice: where a step ends and the next begins.
   const Points& ends(const Vector& q);
-  /// From the nodes of one surface to those that face them on the other, (3 p) m, in single precision.
-  Eigen::VectorXf offsets(const Vector& q) const { return offsets_ + offset_shapes_ * q.cast<float>(); }
-  /// m, > 0 where at these offsets no air can be turned inside out: by how much nodes that face each other are
-  /// apart, over twice what they have slid past each other, at least. Where it is not known which nodes do, less.
-  float clearance(const Eigen::VectorXf& offsets) const;
-  /// Whether nothing can touch at coordinates q.
-  bool apart(const Vector& q);
   Contacts solve(const BeforeContact& before, const Points& x_free, Points& x);
 
   const ModalMotion& motion_;
@@ -42,17 +36,13 @@ class ReducedCollision final : public ReducedContact {
   Points reference_;
   Eigen::MatrixXd shapes_;  // (3 m, r)
   PanelMatrix panels_;      // the same
-  Vector3 facing_;
-  Eigen::VectorXf offsets_;        // (3 p) m, at rest
-  Eigen::MatrixXf offset_shapes_;  // (3 p, r)
-  double offset_speed_ = 0.0;      // of clearance(): at most so many times what coordinates change by
-  Vector apart_at_;                // coordinates where clearance() was last computed,
-  double apart_ = -1.0;            // m, and how much it was
   Supports held_;
   std::unique_ptr<const LinearSolver> response_;
-  std::optional<Collision> collision_;  // from construction on
-  Vector pressure_;                     // (m) Pa, empty where nothing touches
-  Vector end_;                          // coordinates of the last ends()
+  // From construction on.
+  std::optional<Collision> collision_;
+  std::optional<Clearance> clearance_;
+  Vector pressure_;  // (m) Pa, empty where nothing touches
+  Vector end_;       // coordinates of the last ends()
   Points at_end_;
 
   // Of the step.

@@ -4,6 +4,7 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
+#include "plica/dynamics/initial_state.hpp"
 #include "plica/dynamics/step.hpp"
 
 namespace plica {
@@ -31,7 +32,7 @@ Simulation::Simulation(Scene scene, Options options)
     : scene_(checked(std::move(scene))),
       part_(part_of(scene_)),
       assembler_(part_ ? part_->mesh : scene_.mesh),
-      strain_gauge_(part_ ? part_->mesh : scene_.mesh),
+      tissue_(scene_.mesh, part_ ? &*part_ : nullptr),
       motion_(scene_, part_ ? &*part_ : nullptr, assembler_, checked(options)),
       loads_(scene_, part_ ? &*part_ : nullptr, assembler_) {
   if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
@@ -49,32 +50,8 @@ Simulation::Simulation(Scene scene, Options options)
 }
 
 void Simulation::begin() {
-  const std::ptrdiff_t unknowns = stiffness().rows();
-  const auto given = [&](const std::optional<Points>& field, const char* name) -> Vector {
-    if (!field) return Vector::Zero(unknowns);
-    Vector values = as_vector(*field);
-    scene_.supports.project(values);
-    return part_ ? part_->images.part_of(values, name, scene_.mesh.points) : values;
-  };
-  state_.displacement = given(scene_.displacement, "the initial displacement (m)");
-  state_.velocity = given(scene_.velocity, "the initial velocity (m/s)");
-  if (contact_) state_.contact_force = Vector::Zero(unknowns);
-  state_.load = loads_.at(0.0);
-  if (reduced_) {  // what the coordinates make of it
-    const ModalMotion& motion = reduced_->motion();
-    state_.displacement = motion.at_unknowns(motion.nearest(state_.displacement));
-    state_.velocity = motion.at_unknowns(motion.nearest(state_.velocity));
-  }
+  state_ = initial_state(scene_, motion_, loads_, airflow(), reduced_ ? &reduced_->motion() : nullptr);
   const Points x = scene_.mesh.points + as_points(motion_.everywhere(state_.displacement));
-  if (const Airflow* flow = airflow()) {  // which knows the scene's coordinates
-    const FlowState air = flow->evaluate(flow->areas(x), false);
-    state_.flow_load = Vector::Zero(x.size());
-    flow->add_load(x, air.pressure, state_.flow_load);
-    state_.flow_load = motion_.folded(std::move(state_.flow_load));
-    state_.load += state_.flow_load;
-    state_.supplied_power = air.supplied_power;
-    state_.viscous_power = air.viscous_power;
-  }
   if (contact_) contact_->require_apart(motion_.positions(state_.displacement));
   if (reduced_) {
     state_ = reduced_->begun(state_);
@@ -87,7 +64,7 @@ void Simulation::begin() {
     state_.ledger = opened_ledger(motion_, state_);
   }
   StepRecord start;
-  start.inverted_tissue = static_cast<int>(folded(x));
+  start.inverted_tissue = static_cast<int>(tissue_.folded(x));
   state_.first_signs.note(0, start, x, scene_.mesh.cells);
 }
 
@@ -100,10 +77,7 @@ StepTimes Simulation::times() const {
   return times;
 }
 
-Points Simulation::positions() const {
-  const Vector displacement = this->displacement();
-  return scene_.mesh.points + as_points(displacement);
-}
+Points Simulation::positions() const { return scene_.mesh.points + as_points(displacement()); }
 
 Vector Simulation::contact_force() const {
   if (!contact_) return {};
@@ -177,7 +151,7 @@ void Simulation::advance() {
                                                          number(origin[1]) + ", " + number(origin[2]) + ") m.)";
     return SolveFailed("Step " + std::to_string(next) +
                        " (t = " + number(static_cast<double>(next) * motion_.step()) + " s): " + failure.what() +
-                       seen_from + state_.first_signs.text(motion_.step(), folded(positions())));
+                       seen_from + state_.first_signs.text(motion_.step(), tissue_.folded(positions())));
   };
   try {
     if (reduced_) return advance_reduced();
@@ -225,8 +199,8 @@ void Simulation::advance_reduced() {
   if (look) {
     const Vector displacement = motion.at_unknowns(now.displacement);
     x = scene_.mesh.points + as_points(motion_.everywhere(displacement));
-    now.watched = Watched{strains(displacement), 0};
-    now.watched->inverted_tissue = folded_since(x);
+    now.watched = Watched{tissue_.strains(displacement), 0};
+    now.watched->inverted_tissue = tissue_.folded_since(x);
     if (reduced_->contact()) reduced_->contact()->require_open_beyond(x);
   } else {
     now.watched = state_.watched;
@@ -237,20 +211,6 @@ void Simulation::advance_reduced() {
   now.first_signs.note(now.step, record, x, scene_.mesh.cells);
   state_ = std::move(now);
   record_ = std::move(record);
-}
-
-Strains Simulation::strains(const Vector& displacement) {
-  Strains strains = strain_gauge_.measure(displacement);
-  if (part_) strains.cell = part_->images.cells()[strains.cell];
-  return strains;
-}
-
-int Simulation::folded_since(const Points& x) const {
-  const std::vector<std::int32_t>& suspects = strain_gauge_.suspects();
-  if (!part_) return static_cast<int>(folded_cells(x, scene_.mesh.cells, suspects));
-  std::vector<std::int32_t> in_whole;
-  for (const std::int32_t cell : suspects) in_whole.push_back(part_->images.cells()[cell]);
-  return part_->images.copies() * static_cast<int>(folded_cells(x, scene_.mesh.cells, in_whole));
 }
 
 void Simulation::keep(State now, Completed step) {
@@ -269,8 +229,8 @@ void Simulation::keep(State now, Completed step) {
   record.time = static_cast<double>(now.step) * motion_.step();
   record.iterations = step.iterations;
   record.flow = step.flow;
-  record.strains = strains(now.displacement);
-  record.inverted_tissue = folded_since(x);
+  record.strains = tissue_.strains(now.displacement);
+  record.inverted_tissue = tissue_.folded_since(x);
   if (contact_) {
     contact_->update_pressure(now, x);
     record.contact =

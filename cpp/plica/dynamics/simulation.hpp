@@ -9,6 +9,7 @@
 #include "plica/dynamics/scene_flow.hpp"
 #include "plica/dynamics/scene_loads.hpp"
 #include "plica/dynamics/state.hpp"
+#include "plica/dynamics/tissue_watch.hpp"
 
 namespace plica {
 
@@ -108,15 +109,11 @@ class Simulation {
   };
   /// Keeps the state that a step led to, and says what it was like.
   void keep(State now, Completed step);
-  std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, scene_.mesh.cells); }
-  /// Of the state last measured by the strain gauge, at x.
-  int folded_since(const Points& x) const;
-  Strains strains(const Vector& displacement);
 
   Scene scene_;
   std::optional<SymmetricPart> part_;
   Assembler assembler_;
-  StrainGauge strain_gauge_;
+  TissueWatch tissue_;
   Motion motion_;
   std::optional<ExplicitMotion> explicit_;
   SceneLoads loads_;

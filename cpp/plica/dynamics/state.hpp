@@ -43,8 +43,8 @@ struct State {
   struct Shape {
     std::ptrdiff_t unknowns, cells;
     bool viscous, airflow;
-    std::function<bool(std::int32_t)>
-        knows;                      // whether its contact can have a constraint of this key; empty without
+    /// Whether its contact can have a constraint of this key; empty without.
+    std::function<bool(std::int32_t)> knows;
     std::ptrdiff_t interface = -1;  // reduced: unknowns of the contact's own nodes, else -1
     bool solves = true;             // the step's linear systems: explicit ones keep nothing for the next
   };
