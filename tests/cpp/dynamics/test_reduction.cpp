@@ -3,69 +3,17 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
-#include "scenes.hpp"
+#include "reduced_scenes.hpp"
 
 using namespace plica;
-using scenes::options;
+using namespace scenes;
 
 namespace {
-
-/// The columns of the identity of what is free: nothing is left out.
-Eigen::MatrixXd every_displacement(const Scene& scene) {
-  std::vector<std::ptrdiff_t> free;
-  for (std::ptrdiff_t i = 0; i < scene.supports.size(); ++i)
-    if (!scene.supports.fixed(i)) free.push_back(i);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(scene.supports.size(), static_cast<std::ptrdiff_t>(free.size()));
-  for (std::size_t j = 0; j < free.size(); ++j) basis(free[j], static_cast<std::ptrdiff_t>(j)) = 1.0;
-  return basis;
-}
-
-Scene reduced(Scene scene, Eigen::MatrixXd basis, double reach = 1.0) {
-  scene.reduction = Reduction{std::move(basis), reach, 1};
-  return scene;
-}
-
-/// Of the part of a symmetric scene, each with its mirror images.
-Eigen::MatrixXd every_symmetric_displacement(const Scene& scene, Symmetry symmetry) {
-  const MirrorImages images(scene.mesh, symmetry);
-  std::vector<Vector> columns;
-  for (std::ptrdiff_t i = 0; i < 3 * images.nodes().size(); ++i) {
-    const std::int32_t node = images.nodes()[i / 3];
-    const auto axis = static_cast<std::size_t>(i % 3);
-    if (axis < images.planes() && images.partner(axis, node) == node) continue;
-    if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + i % 3)) continue;
-    columns.push_back(images.spread(Vector::Unit(3 * images.nodes().size(), i)));
-  }
-  Eigen::MatrixXd basis(scene.supports.size(), static_cast<std::ptrdiff_t>(columns.size()));
-  for (std::size_t j = 0; j < columns.size(); ++j) basis.col(static_cast<std::ptrdiff_t>(j)) = columns[j];
-  return basis;
-}
-
-double relative(const Vector& a, const Vector& b) { return (a - b).norm() / b.norm(); }
-
-/// The folds alone: what lies above and below them is held, so that the dense algebra of all modes takes a moment.
-Scene small_larynx() {
-  Scene scene = scenes::small_larynx();
-  for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i)
-    if (std::abs(scene.mesh.points(i, 2)) > 2e-3) {
-      scene.supports.fix(i);
-      scene.velocity->row(i).setZero();
-    }
-  return scene;
-}
-
-/// The same where nothing moves in the plane between the folds.
-Scene symmetric_larynx() {
-  Scene scene = small_larynx();
-  for (std::ptrdiff_t i = 0; i < scene.mesh.node_count(); ++i)
-    if (scene.mesh.points(i, 0) == 0) scene.velocity->row(i).setZero();
-  return scene;
-}
 
 /// The lowest modes of the small larynx.
 Eigen::MatrixXd lowest_modes(int count) {
   static const Eigen::MatrixXd shapes = [] {
-    const Scene scene = small_larynx();
+    const Scene scene = larynx_folds();
     const Simulation all(reduced(scene, every_displacement(scene)), options(HilberHughesTaylor{}, 50e-6));
     return Eigen::MatrixXd(all.reduced()->motion().shapes());
   }();
@@ -76,7 +24,7 @@ Eigen::MatrixXd lowest_modes(int count) {
 
 TEST_CASE("a basis of all displacements gives the motion of the scene, its air and its collision") {
   for (const bool thesis : {true, false}) {
-    Scene scene = small_larynx();
+    Scene scene = larynx_folds();
     scene.contact->options.tolerance = 1e-10;  // what contact leaves open differs in its last digits
     if (!thesis) {
       scene.airflow->flow.model = ViscousSlit{};
@@ -108,7 +56,7 @@ TEST_CASE("a basis of all displacements gives the motion of the scene, its air a
 }
 
 TEST_CASE("the ledger of a reduced motion closes, and its folds do not pass through each other") {
-  const Scene scene = small_larynx();
+  const Scene scene = larynx_folds();
   Simulation simulation(reduced(scene, lowest_modes(60)), options(HilberHughesTaylor{}, 50e-6));
   double off = 0, deepest = 0;
   int rows = 0;
@@ -124,97 +72,6 @@ TEST_CASE("the ledger of a reduced motion closes, and its folds do not pass thro
   CHECK(std::abs(ledger.flow_work) > 1e-4 * ledger.initial);
   CHECK(off < 1e-11 * ledger.initial);
   CHECK(deepest > -1e-5 * simulation.collision()->detector().mean_edge());
-}
-
-TEST_CASE("a symmetric basis of all displacements gives the motion of the whole through its collisions") {
-  for (const bool thesis : {true, false})
-    for (const Symmetry symmetry : {Symmetry::half, Symmetry::quarter}) {
-      Scene scene = symmetric_larynx();
-      scene.contact->options.tolerance = 1e-10;
-      if (!thesis) {
-        scene.airflow->flow.model = ViscousSlit{};
-        scene.airflow->flow.area = CutSections{12};
-        scene.airflow->coupling = Iterated{1e-9};
-      }
-      // What sweeps leave to their tolerance differs: forces are found in another way.
-      const double close = thesis ? 1e-6 : 1e-8;
-      Simulation full(scene, options(HilberHughesTaylor{}, 50e-6));
-      Scene symmetric = reduced(scene, every_symmetric_displacement(scene, symmetry));
-      symmetric.symmetry = symmetry;
-      Simulation part(symmetric, options(HilberHughesTaylor{}, 50e-6));
-      CHECK(part.reduced()->motion().size() == symmetric.reduction->basis.cols());
-      int rows = 0;
-      for (int k = 0; k < 40; ++k) {
-        full.advance();
-        part.advance();
-        const StepRecord &a = part.record(), &b = full.record();
-        CHECK(relative(part.displacement(), full.displacement()) < close);
-        CHECK(relative(a.flow->state.area, b.flow->state.area) < close);
-        CHECK(a.flow->state.stopped == b.flow->state.stopped);
-        CHECK((a.contact->rows > 0) == (b.contact->rows > 0));
-        CHECK((a.contact->force_first - b.contact->force_first).norm() <
-              50 * close * b.contact->force_first.norm() + 1e-12);
-        CHECK(a.contact->area == doctest::Approx(b.contact->area).epsilon(1e-6));
-        CHECK(a.contact->length == doctest::Approx(b.contact->length).epsilon(1e-6));
-        CHECK(a.contact->peak_pressure == doctest::Approx(b.contact->peak_pressure).epsilon(1e-4));
-        CHECK(a.contact->deepest_gap > -1e-9 * full.collision()->detector().mean_edge());
-        rows += b.contact->rows;
-      }
-      CHECK(rows > 0);
-      CHECK(relative(part.velocity(), full.velocity()) < 1e-6);
-      CHECK(relative(part.coronal(Side::right).reshaped(), full.coronal(Side::right).reshaped()) < 1e-8);
-      const Vector force = full.contact_force(), pressure = full.contact_pressure();
-      CHECK((part.contact_force() - force).norm() <= 1e-5 * force.norm() + 1e-12);
-      CHECK((part.contact_pressure() - pressure).norm() <= 1e-5 * pressure.norm() + 1e-9);
-      const Ledger &a = part.state().ledger, &b = full.state().ledger;
-      for (const auto term : {&Ledger::kinetic, &Ledger::elastic, &Ledger::flow_work, &Ledger::contact_work,
-                              &Ledger::viscous_loss, &Ledger::numerical_loss})
-        CHECK(std::abs(a.*term - b.*term) < 1e-6 * b.initial);
-      CHECK(std::abs(a.error()) < 1e-11 * b.initial);
-    }
-}
-
-TEST_CASE("a restored motion of a symmetric reduction goes on as if it had not stopped") {
-  Scene scene = symmetric_larynx();
-  scene = reduced(scene, every_symmetric_displacement(scene, Symmetry::quarter));
-  scene.symmetry = Symmetry::quarter;
-  scene.reduction->watch_every = 7;
-  Simulation one(scene, options(HilberHughesTaylor{}, 50e-6)), other(scene, options(HilberHughesTaylor{}, 50e-6));
-  int pressed = 0;
-  for (int k = 0; k < 30; ++k) {
-    one.advance();
-    other.restore(one.state());
-    pressed += one.contact_pressure().maxCoeff() > 0;
-    CHECK(other.contact_pressure() == one.contact_pressure());
-    CHECK(other.contact_force() == one.contact_force());
-  }
-  CHECK(pressed > 0);
-  for (int k = 0; k < 10; ++k) one.advance(), other.advance();
-  CHECK(other.state().displacement == one.state().displacement);
-  CHECK(other.record().strains.largest == one.record().strains.largest);
-  State wrong = one.state();
-  wrong.closed = {100000};
-  wrong.closed_force = Vector::Ones(1);
-  CHECK_THROWS_WITH_AS(other.restore(wrong), doctest::Contains("closed constraint"), InvalidInput);
-}
-
-TEST_CASE("what a symmetric reduction cannot have is refused") {
-  Scene scene = symmetric_larynx();
-  scene = reduced(scene, every_symmetric_displacement(scene, Symmetry::half).leftCols(20));
-  scene.symmetry = Symmetry::half;
-  const auto build = [&](const Scene& given) { Simulation(given, options(HilberHughesTaylor{}, 50e-6)); };
-  CHECK_NOTHROW(build(scene));
-  Scene other = scene;
-  other.contact->enforcement = Penalty{};
-  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("must be by multipliers"), InvalidInput);
-  other.contact->enforcement = Multipliers{Automatic{}, Weighted{}};
-  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("end of the step"), InvalidInput);
-  other = scene;
-  other.contact->friction = Friction{0.3};
-  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("friction must be left out"), InvalidInput);
-  other = scene;
-  other.reduction->basis(3 * static_cast<std::ptrdiff_t>(scene.mesh.node_count() / 2), 0) += 0.1;
-  CHECK_THROWS_WITH_AS(build(other), doctest::Contains("vector 0 of the reduction's basis at node"), InvalidInput);
 }
 
 TEST_CASE("loads and gravity act on a reduced motion as on all nodes") {
@@ -234,7 +91,7 @@ TEST_CASE("loads and gravity act on a reduced motion as on all nodes") {
 }
 
 TEST_CASE("a restored reduced motion goes on as if it had not stopped") {
-  Scene scene = reduced(small_larynx(), lowest_modes(60));
+  Scene scene = reduced(larynx_folds(), lowest_modes(60));
   scene.reduction->watch_every = 7;
   Simulation one(scene, options(HilberHughesTaylor{}, 50e-6)), other(scene, options(HilberHughesTaylor{}, 50e-6));
   for (int k = 0; k < 30; ++k) one.advance();
@@ -246,7 +103,7 @@ TEST_CASE("a restored reduced motion goes on as if it had not stopped") {
 }
 
 TEST_CASE("what cannot be reduced is refused") {
-  const Scene scene = small_larynx();
+  const Scene scene = larynx_folds();
   const Eigen::MatrixXd basis = lowest_modes(3);
   const auto build = [&](const Scene& given) { Simulation(given, options(HilberHughesTaylor{}, 50e-6)); };
   CHECK_THROWS_WITH_AS(build(reduced(scene, basis.topRows(9))),
@@ -269,7 +126,7 @@ TEST_CASE("what cannot be reduced is refused") {
 }
 
 TEST_CASE("folds that meet beyond the reach of contact end the run") {
-  const Scene scene = small_larynx();
+  const Scene scene = larynx_folds();
   const Eigen::MatrixXd modes = lowest_modes(60);
   Simulation simulation(reduced(scene, modes, 0.2e-3), options(HilberHughesTaylor{}, 50e-6));
   const Points rest = scene.mesh.points, mirrored = rest * Vector3(-1, 1, 1).asDiagonal();

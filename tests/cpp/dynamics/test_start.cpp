@@ -5,6 +5,7 @@
 #include <complex>
 #include <random>
 
+#include "plica/core/error.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
@@ -165,4 +166,18 @@ TEST_CASE("a simulation returned to its first state steps as it did") {
   CHECK(simulation.state().displacement == first.displacement);
   CHECK(simulation.state().ledger.numerical_loss == first.ledger.numerical_loss);
   CHECK(other.state().displacement == first.displacement);
+}
+
+TEST_CASE("a start that cannot be solved for says whether rounding or the iterations are to blame") {
+  Scene scene = scenes::held_block(0.3, 1.0);
+  scene.gravity = Vector3(0, 0, -9.81);
+  const auto begin = [&](double tolerance, const LinearSolver::Method& method) {
+    Simulation(scene, {HilberHughesTaylor{}, 1e-4, {tolerance, method}, Simulation::Mass::consistent});
+  };
+  CHECK_NOTHROW(begin(1e-12, LinearSolver::Cholesky{}));
+  CHECK_THROWS_WITH_AS(begin(1e-18, LinearSolver::Cholesky{}),
+                       doctest::Contains("Rounding allows no less: loosen solver.tolerance"), SolveFailed);
+  CHECK_THROWS_WITH_AS(begin(1e-12, LinearSolver::ConjugateGradients{1}),
+                       doctest::Contains("Raise max_iterations of solver.method.conjugate_gradients"),
+                       SolveFailed);
 }
