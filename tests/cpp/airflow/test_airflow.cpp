@@ -379,6 +379,30 @@ TEST_CASE("the load of linear faces between levels is that of their nodal pressu
   CHECK((one - other).norm() < 1e-13 * one.norm());
 }
 
+TEST_CASE("below the first section the load at rest is the subglottal pressure's, above the last none") {
+  const TetMesh mesh = duct();
+  std::vector<std::int32_t> faces;  // as above: the left fold begins below the right one, which ends above it
+  for (const auto& t : mesh.surface("airway").rowwise()) {
+    const Vector3 middle = (mesh.points.row(t[0]) + mesh.points.row(t[1]) + mesh.points.row(t[2])).transpose() / 3;
+    if (middle[0] > 0 ? middle[2] > levels[1] : middle[2] < levels[3])
+      faces.insert(faces.end(), t.begin(), t.end());
+  }
+  const Faces part = Eigen::Map<const Faces>(faces.data(), static_cast<std::ptrdiff_t>(faces.size()) / 3, 3);
+  Airflow::Options options = thesis();
+  const Airflow at_rest(mesh, part, options);
+  options.load_shape = Airflow::CurrentShape{};
+  const Airflow by_nodes(mesh, part, options);
+  const Vector pressure = Vector::LinSpaced(3, options.subglottal_pressure, 0);  // at both ends what lies beyond
+  Vector one = Vector::Zero(mesh.points.size()), other = one;
+  at_rest.add_load(mesh.points, pressure, one);
+  by_nodes.add_load(mesh.points, pressure, other);
+  double below = 0;  // of nodes under the sections
+  for (const std::int32_t node : by_nodes.nodes())
+    if (mesh.points(node, 2) < levels[1] - 1e-9) below += other.segment<3>(3 * std::ptrdiff_t(node)).norm();
+  CHECK(below > 1e-2 * other.norm());
+  CHECK((one - other).norm() < 1e-13 * other.norm());
+}
+
 TEST_CASE("the work of the load is pressure times the volume swept in each section's part") {
   // Curved faces: a larynx with quadratic sides, its mid-sides moved off the chords.
   TetMesh mesh = to_quadratic(larynx_mesh(Larynx::thesis_coarse()));
