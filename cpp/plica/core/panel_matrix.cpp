@@ -9,63 +9,76 @@ namespace {
 
 constexpr std::ptrdiff_t width = 16;  // rows of a panel
 
-/// Half of a panel's column: a register where the processor has such wide ones, otherwise the compiler divides it.
-#if defined(__GNUC__)
-typedef double Half __attribute__((vector_size(4 * width), aligned(8), may_alias));
-#else
+#if !defined(__GNUC__)
 #error "plica: panel_matrix.cpp needs the vector types of GCC or Clang"
 #endif
+// Registers of a processor: wider vectors than it has go through memory. A template argument would lose the
+// alignment of a vector type: it takes a struct that has the type.
+struct Two {
+  typedef double Register __attribute__((vector_size(16), aligned(8), may_alias));
+};
+struct Four {
+  typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
+};
+struct Eight {
+  typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
+};
 
 /// Even and odd columns have sums of their own, so that no sum waits for the one before.
+template <typename Width>
 PLICA_INLINE void panel_body(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  const Half* column = reinterpret_cast<const Half*>(values);
-  Half even_top = {}, even_low = {}, odd_top = {}, odd_low = {};
+  typedef typename Width::Register Register;
+  constexpr int parts = width * sizeof(double) / sizeof(Register);
+  const Register* column = reinterpret_cast<const Register*>(values);
+  Register even[parts] = {}, odd[parts] = {};
   std::ptrdiff_t j = 0;
-  for (; j + 1 < columns; j += 2, column += 4) {
-    even_top += column[0] * x[j];
-    even_low += column[1] * x[j];
-    odd_top += column[2] * x[j + 1];
-    odd_low += column[3] * x[j + 1];
+  for (; j + 1 < columns; j += 2, column += 2 * parts) {
+    for (int k = 0; k < parts; ++k) even[k] += column[k] * x[j];
+    for (int k = 0; k < parts; ++k) odd[k] += column[parts + k] * x[j + 1];
   }
-  if (j < columns) {
-    even_top += column[0] * x[j];
-    even_low += column[1] * x[j];
-  }
-  Half* found = reinterpret_cast<Half*>(y);
-  found[0] = even_top + odd_top;
-  found[1] = even_low + odd_low;
+  if (j < columns)
+    for (int k = 0; k < parts; ++k) even[k] += column[k] * x[j];
+  Register* found = reinterpret_cast<Register*>(y);
+  for (int k = 0; k < parts; ++k) found[k] = even[k] + odd[k];
 }
 
+template <typename Width>
 PLICA_INLINE double inner_body(const double* a, const double* b, std::ptrdiff_t n) {
-  constexpr std::ptrdiff_t half = width / 2;
-  Half even = {}, odd = {};
+  typedef typename Width::Register Register;
+  constexpr int parts = width * sizeof(double) / sizeof(Register), each = width / parts;
+  Register sums[parts] = {};
   std::ptrdiff_t i = 0;
-  for (; i + width <= n; i += width) {
-    even += *reinterpret_cast<const Half*>(a + i) * *reinterpret_cast<const Half*>(b + i);
-    odd += *reinterpret_cast<const Half*>(a + i + half) * *reinterpret_cast<const Half*>(b + i + half);
-  }
-  even += odd;
-  double sum = ((even[0] + even[4]) + (even[1] + even[5])) + ((even[2] + even[6]) + (even[3] + even[7]));
+  for (; i + width <= n; i += width)
+    for (int k = 0; k < parts; ++k)
+      sums[k] += *reinterpret_cast<const Register*>(a + i + each * k) *
+                 *reinterpret_cast<const Register*>(b + i + each * k);
+  double lanes[width];
+  for (int k = 0; k < parts; ++k) *reinterpret_cast<Register*>(lanes + each * k) = sums[k];
+  for (int half = width / 2; half >= 4; half /= 2)
+    for (int k = 0; k < half; ++k) lanes[k] += lanes[k + half];
+  double sum = (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
   for (; i < n; ++i) sum += a[i] * b[i];
   return sum;
 }
 
 using Panel = void (*)(const double* values, const double* x, std::ptrdiff_t columns, double* y);
 void panel_any(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body(values, x, columns, y);
+  panel_body<Two>(values, x, columns, y);
 }
 PLICA_FUSED void panel_fused(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body(values, x, columns, y);
+  panel_body<Four>(values, x, columns, y);
 }
 PLICA_LARGEST void panel_largest(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body(values, x, columns, y);
+  panel_body<Eight>(values, x, columns, y);
 }
 
 using Inner = double (*)(const double* a, const double* b, std::ptrdiff_t n);
-double inner_any(const double* a, const double* b, std::ptrdiff_t n) { return inner_body(a, b, n); }
-PLICA_FUSED double inner_fused(const double* a, const double* b, std::ptrdiff_t n) { return inner_body(a, b, n); }
+double inner_any(const double* a, const double* b, std::ptrdiff_t n) { return inner_body<Two>(a, b, n); }
+PLICA_FUSED double inner_fused(const double* a, const double* b, std::ptrdiff_t n) {
+  return inner_body<Four>(a, b, n);
+}
 PLICA_LARGEST double inner_largest(const double* a, const double* b, std::ptrdiff_t n) {
-  return inner_body(a, b, n);
+  return inner_body<Eight>(a, b, n);
 }
 
 }  // namespace
