@@ -70,7 +70,7 @@ def require_pdf() -> Any:
     except OSError as error:
         raise InvalidInput(
             f"PDF: WeasyPrint does not find a library of the system ({str(error).splitlines()[0]}); must. "
-            "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0, or the like."
+            "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0, or the like."
         ) from None
     finally:
         ImageFile.LOAD_TRUNCATED_IMAGES = truncated  # WeasyPrint's import lets Pillow take broken pictures
