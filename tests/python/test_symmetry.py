@@ -62,10 +62,13 @@ def furthest(found: dict[str, Any], expected: dict[str, Any], name: str) -> floa
 
 
 @pytest.mark.parametrize("symmetry", PLANES)
+@pytest.mark.parametrize("surface_mass", ["kept", "redistributed"])
 @pytest.mark.parametrize("order", [1, 2])
-def test_matrices_are_those_of_the_whole_folded(phonating: plica.Scene, symmetry: str, order: int) -> None:
+def test_matrices_are_those_of_the_whole_folded(
+    phonating: plica.Scene, symmetry: str, order: int, surface_mass: str
+) -> None:
     """By a matching of nodes of the test's own: A commutes with the mirrors, tissue, fibres and mass."""
-    scene = phonating.replace({"mesh.order": order})
+    scene = phonating.replace({"mesh.order": order, "contact.surface_mass": surface_mass})
     mesh = build_mesh(scene.mesh)
     S, _ = folding(np.asarray(mesh.points), PLANES[symmetry])
     free = ~held_in_part(scene, mesh, PLANES[symmetry])
@@ -105,6 +108,7 @@ EXACT: dict[str, Any] = {
     "gmres": {"multipliers": {"solver": "gmres"}},
     "weighted": {"multipliers": {"position": "weighted"}},
     "augmented": {"augmented": {}},
+    "massless": {"multipliers": {}, "surface_mass": "redistributed"},
 }
 ONE_SIDED: dict[str, Any] = {
     "penalty": {"penalty": {"stiffness": "50 N/m"}},
@@ -233,7 +237,10 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         {"initial": {"velocity": {"body": (0.1, 0.0, 0.0)}}},
         r"the initial velocity \(m/s\) at node .* mirrored in the plane x = 0",
     ),
-    "massless surfaces": ({"contact.surface_mass": "redistributed"}, "surface_mass"),
+    "massless surfaces of free folds": (
+        {"contact.surface_mass": "redistributed", "supports": plica.Supports(components={"wall": "z"})},
+        r'surface_mass = "redistributed" and a body, that of node \d+, that no support holds',
+    ),
 }
 
 
@@ -300,7 +307,6 @@ def test_a_cell_across_the_plane_is_refused() -> None:
     [
         {"time.scheme": "central_differences", "time.mass": "lumped", "contact": {"penalty": {}}},
         {"contact": {"nitsche": {}}},
-        {"contact": {"multipliers": {}, "surface_mass": "redistributed"}},
     ],
 )
 def test_what_has_no_symmetric_part_is_refused_by_name(

@@ -5,28 +5,46 @@
 
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
+#include "plica/dynamics/rigid_motion.hpp"
 #include "plica/dynamics/state.hpp"
 
 namespace plica {
 
 namespace {
 
-/// Nodes of the two sides of a contact, ascending.
+/// Nodes of the two sides of a contact, ascending, as the solved tissue counts them.
 /// A node that is held does not move, so its mass does no harm: it stays.
-std::vector<std::int32_t> massless_nodes(const Scene& scene) {
+std::vector<std::int32_t> massless_nodes(const Scene& scene, const SymmetricPart* part) {
   if (!scene.contact || scene.contact->surface_mass == SurfaceMass::kept) return {};
   std::vector<std::int32_t> nodes = surface_nodes(scene.contact->airway);
   const auto held = [&](std::int32_t node) { return scene.supports.node_fixed(node); };
   nodes.erase(std::remove_if(nodes.begin(), nodes.end(), held), nodes.end());
+  if (!part) return nodes;
+  for (std::int32_t& node : nodes) node = part->images.node_of(node);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   return nodes;
 }
 
-NodalMatrix assemble_mass(const Assembler& assembler, const Tissue& tissue, CellMass kind,
+/// (n) nodes of bodies that no support holds entirely. Of a symmetric part there are none: it was refused.
+std::vector<char> free_nodes(const Scene& scene, const TetMesh& solved) {
+  std::vector<char> marked(static_cast<std::size_t>(solved.node_count()), 0);
+  if (scene.symmetry) return marked;
+  const Indices body = body_of_nodes(solved);
+  for (const RigidMotion& motion : rigid_motions(solved, scene.supports))
+    for (std::int32_t node = motion.body; node < solved.node_count(); ++node)
+      if (body[node] == motion.body) marked[static_cast<std::size_t>(node)] = 1;
+  return marked;
+}
+
+NodalMatrix assemble_mass(const Assembler& assembler, const Scene& scene, const SymmetricPart* part, CellMass kind,
                           const std::vector<std::int32_t>& massless) {
+  const Tissue& tissue = part ? part->tissue : scene.tissue;
   if (!massless.empty()) {
-    std::vector<char> marked(static_cast<std::size_t>(assembler.pattern()->rows()), 0);
+    const TetMesh& solved = part ? part->mesh : scene.mesh;
+    std::vector<char> marked(static_cast<std::size_t>(solved.node_count()), 0);
     for (const auto node : massless) marked[static_cast<std::size_t>(node)] = 1;
-    return assembler.redistributed_mass(tissue, kind, marked);
+    return assembler.redistributed_mass(tissue, kind, marked, free_nodes(scene, solved));
   }
   if (kind == CellMass::consistent) return assembler.mass(tissue);
   const Vector lumped = assembler.lumped_mass(tissue);
@@ -63,8 +81,8 @@ Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& a
       scheme_(coefficients(options_.scheme)),
       origin_(origin_near(scene.mesh.points)),
       reference_(scene.mesh.points.rowwise() - origin_.transpose()),
-      massless_(massless_nodes(scene)),
-      mass_(assemble_mass(assembler, part ? part->tissue : scene.tissue, options_.mass, massless_)),
+      massless_(massless_nodes(scene, part)),
+      mass_(assemble_mass(assembler, scene, part, options_.mass, massless_)),
       stiffness_(assembler.stiffness(part ? part->tissue : scene.tissue)),
       viscosity_(assemble_viscosity(assembler, part ? part->tissue : scene.tissue)) {
   if (part_) {  // S^T M S of all copies

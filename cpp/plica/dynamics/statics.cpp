@@ -1,59 +1,29 @@
 #include "plica/dynamics/statics.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/dynamics/rigid_motion.hpp"
 #include "plica/solve/factorization.hpp"
 
 namespace plica {
 
 namespace {
 
-using Gram = Eigen::Matrix<double, 6, 6>;
-using Motion = Eigen::Matrix<double, 6, 1>;  // a shift, then a turn about the body's centre times its size
-
 std::string direction(const Vector3& v) {
-  const Vector3 unit = v.normalized().unaryExpr([](double c) { return std::abs(c) < 1e-6 ? 0.0 : c; });
+  const Vector3 unit = v.unaryExpr([](double c) { return std::abs(c) < 1e-6 ? 0.0 : c; });
   return "(" + number(unit[0]) + ", " + number(unit[1]) + ", " + number(unit[2]) + ")";
 }
 
-/// The six motions of a body without strain as its held unknowns see them: singular where one of them is free.
-void check_body(const TetMesh& mesh, const Supports& supports, const std::vector<std::int32_t>& nodes) {
-  Vector3 centre = Vector3::Zero();
-  for (const std::int32_t node : nodes) centre += mesh.points.row(node);
-  centre /= static_cast<double>(nodes.size());
-  double size = 0;
-  for (const std::int32_t node : nodes) size = std::max(size, (mesh.points.row(node).transpose() - centre).norm());
-
-  Gram held = Gram::Zero();
-  for (const std::int32_t node : nodes)
-    for (int d = 0; d < 3; ++d) {
-      if (!supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + d)) continue;
-      const Vector3 arm = (mesh.points.row(node).transpose() - centre) / size;
-      Motion seen;
-      seen << Vector3::Unit(d), arm.cross(Vector3::Unit(d));
-      held += seen * seen.transpose();
-    }
-  const Eigen::SelfAdjointEigenSolver<Gram> modes(held);
-  if (modes.eigenvalues()[0] > 1e-12 * modes.eigenvalues()[5]) return;
-  const Motion free = modes.eigenvectors().col(0);
-  const bool turns = free.tail<3>().norm() > 1e-6;
-  throw InvalidInput(
-      "Scene: the body of node " + std::to_string(nodes.front()) + ", centred at (" + number(centre[0]) + ", " +
-      number(centre[1]) + ", " + number(centre[2]) + ") m, can " +
-      (turns ? "turn about " + direction(free.tail<3>()) : "shift along " + direction(free.head<3>())) +
-      " without strain; must be held for an equilibrium. Hold more of its nodes, or follow its "
-      "motion in time.");
-}
-
 void check_supported(const TetMesh& mesh, const Supports& supports) {
-  const Indices body = body_of_nodes(mesh);
-  std::vector<std::vector<std::int32_t>> members(static_cast<std::size_t>(body.size()));
-  for (std::int32_t node = 0; node < body.size(); ++node)
-    members[static_cast<std::size_t>(body[node])].push_back(node);
-  for (const auto& nodes : members)
-    if (!nodes.empty()) check_body(mesh, supports, nodes);
+  const std::vector<RigidMotion> free = rigid_motions(mesh, supports);
+  if (free.empty()) return;
+  const auto& [body, centre, turns, along] = free.front();
+  throw InvalidInput("Scene: the body of node " + std::to_string(body) + ", centred at (" + number(centre[0]) +
+                     ", " + number(centre[1]) + ", " + number(centre[2]) + ") m, can " +
+                     (turns ? "turn about " : "shift along ") + direction(along) +
+                     " without strain; must be held for an equilibrium. Hold more of its nodes, or follow its "
+                     "motion in time.");
 }
 
 /// Gravity and the loads at t = 0, N.

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "plica/core/error.hpp"
+#include "plica/dynamics/rigid_motion.hpp"
 
 namespace plica {
 
@@ -17,7 +18,9 @@ namespace {
 const Scene& known(const Scene& scene) {
   if (!scene.contact) return scene;
   if (scene.contact->surface_mass == SurfaceMass::redistributed)
-    refuse("contact.surface_mass = \"redistributed\"; must be \"kept\": mass is moved within whole bodies");
+    if (const auto free = rigid_motions(scene.mesh, scene.supports); !free.empty())
+      refuse("contact.surface_mass = \"redistributed\" and a body, that of node " + std::to_string(free[0].body) +
+             ", that no support holds; must be held or surface_mass \"kept\": its moments are those of all of it");
   if (std::holds_alternative<Nitsche>(scene.contact->enforcement))
     refuse("contact by Nitsche's method; must be another: it sees the stress of all the tissue");
   return scene;

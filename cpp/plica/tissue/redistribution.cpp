@@ -175,7 +175,8 @@ void restore_moments(const Body& body, std::vector<Cell>& cells) {
 }  // namespace
 
 NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
-                                          const std::vector<char>& massless) const {
+                                          const std::vector<char>& massless,
+                                          const std::vector<char>& free) const {
   tissue.validate(mesh_);
   const std::ptrdiff_t n = mesh_.cells.cols();
   const Indices body_of = body_of_nodes(mesh_);
@@ -227,7 +228,7 @@ NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
       Cell& cell = cells[static_cast<std::size_t>(c)];
       cell.factor = cell.carries ? carried[c] / cell.moments(0, 0) : 0.0;
     }
-    restore_moments(body, cells);
+    if (free[static_cast<std::size_t>(body.nodes.front())]) restore_moments(body, cells);
   }
 
   NodalMatrix M(pattern_);

@@ -47,7 +47,9 @@ TEST_CASE("without mass on the surface the trapezoidal rule bounces a bar withou
   CHECK(kept.force > 4);
   // The strained first row, 1/n of all the energy, has a free end: it springs back in the first step.
   CHECK(moved.energy_first == doctest::Approx(1 - 1.0 / n).epsilon(2e-3));
-  CHECK(moved.energy_most == doctest::Approx(moved.energy_first).epsilon(1e-8));  // solves at 1e-10
+  // A step that opens a gap gains what p g is at its ends, one that closes it loses as much: 6e-4 of the energy
+  // here.
+  CHECK(moved.energy_most < (1 + 1e-3) * moved.energy_first);
   CHECK(moved.energy_end > 0.995 * moved.energy_first);
   CHECK(moved.force < 0.87);
 }

@@ -47,6 +47,10 @@ std::vector<char> marked(const TetMesh& mesh, const std::vector<std::string>& se
   return nodes;
 }
 
+std::vector<char> all(const TetMesh& mesh, char mark) {
+  return std::vector<char>(static_cast<std::size_t>(mesh.node_count()), mark);
+}
+
 /// Light and heavy cells in turn.
 Tissue layered(const TetMesh& mesh) {
   Material light = scenes::oblique(), heavy = light;
@@ -71,7 +75,7 @@ TEST_CASE("redistributed mass keeps the ten moments, and no more is left on the 
         const Assembler assembler(scene.mesh);
         const Tissue tissue = layered(scene.mesh);
         const std::vector<char> massless = marked(scene.mesh, sets);
-        const NodalMatrix moved = assembler.redistributed_mass(tissue, mass, massless);
+        const NodalMatrix moved = assembler.redistributed_mass(tissue, mass, massless, all(scene.mesh, 1));
         const Eigen::MatrixXd before = mass_before(assembler, tissue, mass), m = dense(moved);
         const Eigen::Matrix4d expected = moments(before, scene.mesh.points, 0, m.rows()),
                               found = moments(m, scene.mesh.points, 0, m.rows());
@@ -98,8 +102,8 @@ TEST_CASE("every body keeps its own moments, and one that loses nothing keeps it
   for (const CellMass kind : mass_kinds) {
     const Tissue tissue = scenes::uniform(mesh, scenes::oblique());
     const Eigen::MatrixXd before = mass_before(assembler, tissue, kind),
-                          m = dense(
-                              assembler.redistributed_mass(tissue, kind, marked(mesh, {"a.x_max", "b.x_min"})));
+                          m = dense(assembler.redistributed_mass(
+                              tissue, kind, marked(mesh, {"a.x_max", "b.x_min"}), all(mesh, 1)));
     for (std::ptrdiff_t k = 0; k < 3; ++k) {
       const Eigen::Matrix4d expected = moments(before, mesh.points, k * n, (k + 1) * n),
                             found = moments(m, mesh.points, k * n, (k + 1) * n);
@@ -117,12 +121,42 @@ TEST_CASE("a single row of cells keeps its moments although some of them repeat 
     const Tissue tissue = scenes::uniform(mesh, scenes::oblique());
     const Eigen::Matrix4d expected =
                               moments(mass_before(assembler, tissue, kind), mesh.points, 0, mesh.node_count()),
-                          found =
-                              moments(dense(assembler.redistributed_mass(tissue, kind, marked(mesh, {"x_min"}))),
-                                      mesh.points, 0, mesh.node_count());
+                          found = moments(dense(assembler.redistributed_mass(tissue, kind, marked(mesh, {"x_min"}),
+                                                                             all(mesh, 1))),
+                                          mesh.points, 0, mesh.node_count());
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j) CHECK(found(i, j) == doctest::Approx(expected(i, j)).epsilon(1e-12));
   }
+}
+
+TEST_CASE("a held body keeps its mass, all of it near where it was") {
+  for (const Kind kind : kinds)
+    for (const CellMass mass : mass_kinds) {
+      const Distorted scene(kind, 5);
+      const Assembler assembler(scene.mesh);
+      const Tissue tissue = layered(scene.mesh);
+      const std::vector<char> massless = marked(scene.mesh, {"x_max"});
+      const Eigen::MatrixXd before = mass_before(assembler, tissue, mass),
+                            m = dense(assembler.redistributed_mass(tissue, mass, massless, all(scene.mesh, 0)));
+      CHECK(m.sum() == doctest::Approx(before.sum()).epsilon(1e-13));
+      int kept = 0;
+      const double above = scene.block.corner[0] + 0.7 * scene.block.size[0];  // a row of cells further down
+      for (std::ptrdiff_t i = 0; i < m.rows(); ++i)
+        if (scene.mesh.points(i, 0) < above) {
+          CHECK((m.row(i) - before.row(i)).norm() <= 1e-13 * before.row(i).norm());
+          ++kept;
+        }
+      CHECK(kept > 0);
+    }
+}
+
+TEST_CASE("a held body of two cells in depth takes the mass of its surface") {
+  const TetMesh mesh = block_mesh({{0, 0, 0}, {1, 1, 1}, {2, 3, 3}});
+  const Assembler assembler(mesh);
+  const Tissue tissue = scenes::uniform(mesh, scenes::oblique());
+  const Eigen::MatrixXd m =
+      dense(assembler.redistributed_mass(tissue, CellMass::consistent, marked(mesh, {"x_min"}), all(mesh, 0)));
+  CHECK(m.sum() == doctest::Approx(dense(assembler.mass(tissue)).sum()).epsilon(1e-13));
 }
 
 TEST_CASE("away from the surface the mass of a bar changes by the square of cell over length") {
@@ -130,7 +164,8 @@ TEST_CASE("away from the surface the mass of a bar changes by the square of cell
     const TetMesh mesh = block_mesh({{0, 0, 0}, {1, 2.0 / n, 2.0 / n}, {n, 2, 2}});
     const Assembler assembler(mesh);
     const Tissue tissue = scenes::uniform(mesh, scenes::oblique());
-    const NodalMatrix moved = assembler.redistributed_mass(tissue, CellMass::consistent, marked(mesh, {"x_min"}));
+    const NodalMatrix moved =
+        assembler.redistributed_mass(tissue, CellMass::consistent, marked(mesh, {"x_min"}), all(mesh, 1));
     const Vector ones = Vector::Ones(3 * mesh.node_count()), before = assembler.mass(tissue) * ones,
                  after = moved * ones;
     double change = 0;
@@ -147,7 +182,7 @@ TEST_CASE("a body too thin to take the mass of its surface is refused by its pla
     const TetMesh mesh = block_mesh({{0, 0, 0}, {1, 1, 1}, {depth, 3, 3}});
     try {
       Assembler(mesh).redistributed_mass(scenes::uniform(mesh, scenes::oblique()), CellMass::consistent,
-                                         marked(mesh, sets));
+                                         marked(mesh, sets), all(mesh, 1));
     } catch (const InvalidInput& error) {
       return error.what();
     }

@@ -270,10 +270,6 @@ class Scene(Part):
         for part, there in (
             ("time.scheme.central_differences", self.time.scheme.central_differences is not None),
             ("contact.nitsche", self.contact is not None and self.contact.nitsche is not None),
-            (
-                'contact.surface_mass = "redistributed"',
-                self.contact is not None and self.contact.surface_mass == "redistributed",
-            ),
         ):
             if there:
                 raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
