@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from phonation import mean_interface_edge  # the scripts beside this one
 from step_cost import CLOSING, SEARCHED
+from voice_measures import mean_interface_edge
 
 import plica
 from plica.phonation.run import checkpoint

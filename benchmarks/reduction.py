@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from phonation import Cut
+from voice_measures import Cut
 
 import plica
 from plica.phonation.measures.measure import measure
