@@ -66,7 +66,7 @@ def rows(run: plica.Run, voices: dict[str, Voice]) -> Iterator[list[str]]:
             *parts,
             f"{value:.4g} +- {scatter:.2g}",
             f"{off:.2g}",
-            f"{stated / off:.1f}",
+            f"{stated / off:.1f}" if off else "-",
             "yes" if off <= stated else "**no**",
         ]
 
