@@ -6,8 +6,7 @@
 The basis is that of examples/normal_phonation.toml on the mesh `coarse`, whose displacements are stored;
 VOICES are 0.2 s each. Runs are made in the folder where they are missing, full and reduced ones on the same
 part of the tissue. Errors are over the steady cycles from --from on. CPU seconds are of one thread, a
-second of voice, advanced from the newest checkpoint through --length; what is stored is left out. Parts are
-those of `Simulation.times()`. Records: `reduced_quarter` (`half`, `whole`) and, of the first voice,
+second of voice, advanced from the newest checkpoint through --length; what is stored is left out. Parts are those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first voice,
 `reduced_quarter_parts`.
 """
 
@@ -26,7 +25,7 @@ import plica
 from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.scene.mesh_source import build_mesh
 
-PARTS = ("residual", "load", "solve", "detection", "contact", "ledger", "record")
+PARTS = ("step", "residual", "load", "solve", "detection", "contact", "ledger", "record")
 COLUMNS = [
     "voice",
     "components",
@@ -84,7 +83,7 @@ class Study:
         seconds, parts = cost(run, vectors, self.options.length)
         if voice == self.options.voices[0]:
             us = 1e6 * scene.time.step
-            figures = (f"{us * value:.0f}" for value in (seconds, *(parts[part] for part in PARTS)))
+            figures = (f"{us * parts[part]:.0f}" for part in PARTS)
             self.parts.append([str(components), *figures])
         pressure, stiffness = VOICES[voice]
         shown = (
@@ -113,8 +112,8 @@ def main() -> None:
     study = Study(parser.parse_args())
     plica.set_threads(1)
     record(f"reduced_{study.tissue}", COLUMNS, study.rows(), SAID)
-    columns = ["components", "step (us)", *(f"{part} (us)" for part in PARTS)]
-    record(f"reduced_{study.tissue}_parts", columns, study.parts, f"Voice: {study.options.voices[0]}.")
+    columns = ["components", *(f"{part} (us)" for part in PARTS)]
+    record(f"reduced_{study.tissue}_parts", columns, study.parts, "Wall time of a step.")
 
 
 if __name__ == "__main__":
