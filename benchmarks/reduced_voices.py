@@ -6,8 +6,9 @@
 The basis is that of examples/normal_phonation.toml on the mesh `coarse`, whose displacements are stored;
 VOICES are 0.2 s each. Runs are made in the folder where they are missing, full and reduced ones on the same
 part of the tissue. Errors are over the steady cycles from --from on. CPU seconds are of one thread, a
-second of voice, advanced from the newest checkpoint through --length; what is stored is left out. Parts are those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first voice,
-`reduced_quarter_parts`.
+second of voice, advanced from the newest checkpoint through --length; what is stored is left out. Parts are
+those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first
+voice, `reduced_quarter_parts`.
 """
 
 from __future__ import annotations
