@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from larynx_modes import symmetric_modes
 from record import ROOT, record
 from voice_measures import (
     F0,
@@ -140,6 +141,13 @@ def step(voice: Voice) -> float:
     return float(voice.run.scene.time.step)
 
 
+def modes(voice: Voice) -> str:
+    """The lowest symmetric ones, of the mass that the voice moves with."""
+    scene = voice.run.scene
+    _, found = symmetric_modes(scene.mesh, surface_mass=scene.contact.surface_mass)
+    return ", ".join(f"{frequency:.1f}" for frequency in found)
+
+
 def voice_part(study: Study) -> None:
     meshes, steps = study.voices(*MESHES), study.voices("half_step", "quarter_step")
     demo = meshes[1]
@@ -150,7 +158,8 @@ def voice_part(study: Study) -> None:
     keep_changes("phonation_sections", [*fewer, demo, more], lambda voice: 1 / voice.sections)
     massless, fine = study.voices("massless", "massless_fine")
     pairs = [demo, massless, meshes[2], fine]
-    record("phonation_massless", ["", *(voice.name for voice in pairs)], measured(pairs), said(pairs))
+    rows = [*measured(pairs), ["f1, f2, f3 of free vibration (Hz)", *map(modes, pairs)]]
+    record("phonation_massless", ["", *(voice.name for voice in pairs)], rows, said(pairs))
     steps = study.voices("massless_half_step", "massless_quarter_step")
     keep_changes("phonation_massless_step", [massless, *steps], step)
 
