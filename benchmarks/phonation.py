@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 from larynx_modes import symmetric_modes
-from record import ROOT, record
+from record import ROOT, of_this_engine, record
 from voice_measures import (
     F0,
     FLOW,
@@ -212,8 +212,9 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     plica.set_threads(options.threads)
+    study = Study(of_this_engine(options.output))
     for part in options.only:
-        PARTS[part](Study(options.output))
+        PARTS[part](study)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from record import ROOT, record
+from record import ROOT, of_this_engine, record
 from reduction import SAID, cost, errors, values
 
 import plica
@@ -59,11 +59,12 @@ class Study:
 
     def __init__(self, options: argparse.Namespace) -> None:
         self.options = options
+        self.folder = of_this_engine(options.output)
         self.tissue = options.symmetry or "whole"
         self.parts: list[list[str]] = []
 
     def made(self, name: str, scene: plica.Scene) -> plica.Run:
-        directory = self.options.output / f"{self.tissue}_{name}"
+        directory = self.folder / f"{self.tissue}_{name}"
         print(directory, file=sys.stderr, flush=True)
         return plica.run(scene, directory, resume="if_there")
 

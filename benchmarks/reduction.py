@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from record import record
+from record import of_this_engine, record
 from voice_measures import Cut
 
 import plica
@@ -109,7 +109,7 @@ def rows(options: argparse.Namespace) -> Iterator[list[str]]:
         scene = reduced(modes, vectors)
         parts = (largest[:, :modes], largest[:, most[0] : largest.shape[1] - most[1]])
         basis = np.hstack([*parts, largest[:, largest.shape[1] - vectors :]])
-        directory = options.output / f"{modes}_{vectors}"
+        directory = of_this_engine(options.output) / f"{modes}_{vectors}"
         directory.mkdir(parents=True, exist_ok=True)
         if not (directory / BASIS).exists():  # a run that goes on does so in its own
             write_basis(directory, scene, mesh, basis)

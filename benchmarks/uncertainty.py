@@ -31,7 +31,7 @@ from typing import Any
 
 import numpy as np
 from column import LENGTH, RHO, WIDTH, Column
-from record import record
+from record import of_this_engine, record
 
 import plica
 from plica.measures.instants import highest
@@ -244,10 +244,11 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     plica.set_threads(options.threads)
+    runs = of_this_engine(options.output)
     made: list[Row] = []
     for kind, name, case in cases():
         if not options.only or kind in options.only:
-            folder = options.output / f"{kind} {name}".replace(",", "").replace(" ", "_")
+            folder = runs / f"{kind} {name}".replace(",", "").replace(" ", "_")
             print(folder, file=sys.stderr, flush=True)
             made += rows_of(kind, name, case, folder, options.budget)
     rows = [row for row in made if "-" not in row.verdicts.split()]
