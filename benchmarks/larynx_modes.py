@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,14 @@ COLUMNS = (
 )
 
 
-def symmetric_modes(larynx: plica.Larynx, count: int = 3) -> tuple[int, NDArray[np.float64]]:
-    """Free unknowns of the whole larynx, and its lowest symmetric frequencies in Hz."""
+def symmetric_modes(
+    larynx: plica.Larynx, count: int = 3, surface_mass: Literal["kept", "redistributed"] = "kept"
+) -> tuple[int, NDArray[np.float64]]:
+    """Free unknowns of the whole larynx, and its lowest symmetric frequencies in Hz; surface_mass: where that
+    of the contact surfaces is."""
     scene = plica.Scene.load(SCENE)
-    bare = plica.Scene(larynx, scene.tissue, supports=scene.supports, time=scene.time)
+    contact = plica.Contact(multipliers=plica.Multipliers(), surface_mass=surface_mass)
+    bare = plica.Scene(larynx, scene.tissue, supports=scene.supports, time=scene.time, contact=contact)
     mesh = build_mesh(bare.mesh, bare.source)
     simulation = build_simulation(bare, mesh)
     x = np.asarray(mesh.points)

@@ -1,301 +1,220 @@
-"""Runs of a larynx side by side, beside the published figures; differences between steps and between meshes.
+"""The study of a voice: its runs, and their records beside the thesis's figures, by step, mesh and sections.
 
-    python benchmarks/phonation.py runs/base runs/half_step runs/finer_mesh
-    python benchmarks/phonation.py --scene examples/normal_phonation.toml -o runs/study \\
-        --step "25 us" --mesh '{"around": 24, "body_rings": 3}'
+    python benchmarks/phonation.py -o runs                    all parts
+    python benchmarks/phonation.py -o runs --only voice       one part
 
-The second form makes the runs first: the scene itself, then one for each other step and each other mesh
-(mesh options as JSON, or the name of a preset); one that is there is continued or taken as it is. Runs
-whose scenes differ in the step, the mesh or the number of the airflow's sections alone are compared; with
-three levels the observed order follows, and the value extrapolated with it where the three are monotone.
-The level of a mesh is unknowns^(-1/3). Spreads are standard deviations between cycles. A change is within a
-limit, or misses it, only where twice its standard error does not reach across the limit; else it is
-undecided. Successive cycles are not independent (those of a period-doubled orbit alternate), so the
-standard error of a mean is that of the means of blocks of four cycles. Runs that ended at different times
-are cut to the shortest one's with --common, so that the same stretch of each is measured; --from leaves out
-the start.
+Runs are made in the folder where they are missing and go on where they were stopped; a record is written as
+soon as its runs are there. Parts, each a variation of examples/normal_phonation.toml but the last:
+
+voice    the presets of meshes; half and a quarter of the step; sections of the airflow; surfaces without mass
+cells    the size of the cells at the folds, its growth, the lines around the airway
+tissue   how strained linear tissue is, by subglottal pressure
+thesis   examples/thesis.toml (P) and thesis_b.toml (B), on the thesis's mesh and a coarser one
+
+All but the thesis's are measured from START on. What spreads, errors and limits are: voice_measures.py.
 """
 
 from __future__ import annotations
 
 import argparse
-import copy
-import json
-from collections.abc import Iterable
-from dataclasses import dataclass
-from itertools import pairwise
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from larynx_modes import symmetric_modes
+from record import ROOT, of_this_engine, record
+from voice_measures import (
+    F0,
+    FLOW,
+    IMPULSE,
+    OPEN,
+    STRAIN,
+    Voice,
+    change_columns,
+    changes,
+    measured,
+    side_by_side,
+)
 
 import plica
-from plica import _engine as engine
-from plica.measures.cycles import Cycles
-from plica.phonation.measures.measure import measure, steady_cycles
-from plica.phonation.run.build import fixed_components
-from plica.uncertainty.convergence import Level, observed_order
 
-# Quantity: measure, factor, unit, digits; published; prototype as printed (P), with half the viscosity (B).
-QUANTITIES: dict[str, tuple[str, float, str, int, str, str, str]] = {
-    "fundamental frequency": ("fundamental_frequency", 1.0, "Hz", 2, "219", "284-290", "280-286"),
-    "open quotient": ("open_quotient", 1.0, "", 4, "", "", ""),
-    "open quotient (1 %)": ("open_quotient_1_percent", 1.0, "", 4, "0.87", "0.86-0.89", "0.75-0.77"),
-    "peak flow": ("peak_flow", 1e6, "cm3/s", 1, "500-600", "507-511", "594-601"),
-    "contact length fraction": ("contact_length_fraction", 1.0, "", 3, "0.40", "0.28-0.33", "0.57-0.61"),
-    "impulse per collision": ("contact_impulse", 1e6, "uN s", 3, "", "", ""),
-    "collision duration": ("contact_duration", 1e3, "ms", 3, "", "", ""),
-    "mean contact force": ("contact_force_left_mean", 1e3, "mN", 2, "", "", ""),
-    "peak strain": ("peak_strain", 1.0, "", 3, "", "", ""),
-    "peak contact pressure": ("peak_contact_pressure", 1e-3, "kPa", 3, "1.17", "0.7-1.0", "1.2-1.5"),
-    "converging while opening": ("converging_while_opening", 1.0, "", 2, "yes", "", ""),
-    "diverging while closing": ("diverging_while_closing", 1.0, "", 2, "yes", "", ""),
+EXAMPLES = ROOT / "examples"
+START = 0.06  # s, where the voice has settled
+SLOWER = 0.15  # s, where quieter ones have
+SHORT = 0.12  # s, as long as a look at cells takes
+MASSLESS = {"contact.surface_mass": "redistributed"}
+CELLS = (  # size at the folds (mm), growth, lines
+    (1.0, 0.3, 20),
+    (1.0, 0.3, 32),
+    (0.7, 0.45, 20),
+    (0.55, 0.6, 20),
+    (0.55, 0.2, 20),
+    (0.55, 0.2, 32),
+    (0.4, 0.2, 20),
+    (0.35, 0.5, 20),
+    (0.35, 0.8, 20),
+    (0.35, 0.8, 12),
+    (0.25, 0.8, 12),
+    (0.35, 0.4, 16),
+)
+MESHES = ("coarse", "demo", "fine", "finest")
+PRESSURES = (400, 300, 200)  # Pa
+
+# Run: changes of the example.
+RUNS: dict[str, dict[str, Any]] = {
+    **{name: {"mesh.larynx": name} for name in MESHES},
+    "half_step": {"time.step": 25e-6},
+    "quarter_step": {"time.step": 12.5e-6},
+    **{f"sections_{count}": {"airflow.area.cut.sections": count} for count in (50, 100, 400)},
+    "massless": MASSLESS,
+    "massless_half_step": MASSLESS | {"time.step": 25e-6},
+    "massless_quarter_step": MASSLESS | {"time.step": 12.5e-6},
+    "massless_fine": MASSLESS | {"mesh.larynx": "fine"},
+    **{
+        f"cells_{size}_{growth}_{lines}": {
+            "mesh.options": {"size": 1e-3 * size, "growth": growth, "around": lines},
+            "time.duration": SHORT,
+        }
+        for size, growth, lines in CELLS
+    },
+    **{
+        f"coarse_{pressure}_pa": {"mesh.larynx": "coarse", "airflow.subglottal_pressure": float(pressure)}
+        for pressure in PRESSURES
+    },
 }
-# Quantity: largest change between two levels, relative or not.
-LIMITS: dict[str, tuple[float, bool]] = {
-    "fundamental frequency": (0.01, True),
-    "open quotient": (0.01, False),
-    "peak flow": (0.02, True),
-    "impulse per collision": (0.05, True),
+# Run: example, mesh.
+THESIS = {
+    f"{case}_{mesh.removeprefix('thesis_')}": (example, mesh)
+    for case, example in (("P", "thesis"), ("B", "thesis_b"))
+    for mesh in ("thesis_medium", "thesis")
 }
 
 
-@dataclass(frozen=True)
-class Case:
-    """A run and what is looked at."""
-
-    name: str
-    run: plica.Run
-    measures: dict[str, Any]
-    unknowns: int
-    mean_edge: float  # m, of the interface
-    measured: float  # s, end of what was measured
-    blocks: list[dict[str, Any]]  # measures of every four of the cycles
-
-    def value(self, quantity: str) -> float | None:
-        """In the quantity's unit; None where the run does not determine it."""
-        key, factor, *_ = QUANTITIES[quantity]
-        found = self.measures.get(key, {}).get("value")
-        return None if found is None else factor * found
-
-    def error(self, quantity: str) -> float:
-        """Standard error of the mean, in the quantity's unit; infinite where nothing was averaged."""
-        key, factor, *_ = QUANTITIES[quantity]
-        means = [block[key].value for block in self.blocks if block[key].value is not None]
-        return np.inf if len(means) < 3 else factor * float(np.std(means, ddof=1)) / np.sqrt(len(means))
-
-    def text(self, quantity: str) -> str:
-        value = self.value(quantity)
-        if value is None:
-            return "-"
-        key, factor, _, digits, *_ = QUANTITIES[quantity]
-        spread = self.measures[key]["spread"]
-        return f"{value:.{digits}f}" + ("" if spread is None else f" +- {factor * spread:.{digits}f}")
+def scene_of(name: str) -> plica.Scene:
+    """No fields are stored; 0.3 s, but where the run says otherwise or is the thesis's."""
+    if name in THESIS:
+        example, mesh = THESIS[name]
+        return plica.Scene.load(EXAMPLES / f"{example}.toml").replace({"mesh.larynx": mesh, "output": None})
+    example = plica.Scene.load(EXAMPLES / "normal_phonation.toml")
+    return example.replace({"time.duration": 0.3, "output": None} | RUNS[name])
 
 
-def mean_interface_edge(mesh: Any) -> float:
-    """Mean edge (m) of the surface named airway, six-node faces as four flat triangles."""
-    corners = np.asarray(engine.flat_triangles(mesh.surfaces["airway"]))
-    sides = np.concatenate((corners[:, :2], corners[:, 1:], corners[:, ::2]))
-    ends = np.asarray(mesh.points)[np.unique(np.sort(sides, axis=1), axis=0)]
-    return float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean())
+class Study:
+    """The runs of a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def voice(self, name: str, start: float = START, until: float = np.inf) -> Voice:
+        """A run, made where it is missing; one that fails is measured as far as it came."""
+        directory = self.folder / name
+        print(f"{directory}", file=sys.stderr, flush=True)
+        try:
+            run = plica.run(scene_of(name), directory, resume="if_there")
+        except plica.SolveFailed as error:
+            print(f"{name} failed: {error}", file=sys.stderr, flush=True)
+            run = plica.Run.load(directory)
+        return Voice(name.replace("_", " "), run, start, until)
+
+    def voices(self, *names: str, start: float = START) -> list[Voice]:
+        return [self.voice(name, start) for name in names]
 
 
-class Cut:
-    """A run between two times (s) as one that begins at the first: what is measured of it."""
-
-    def __init__(self, run: plica.Run, start: float, until: float) -> None:
-        self._run = run
-        first, last = np.searchsorted(run.time, [start, until * (1 + 1e-9)], side="right")
-        self.time = run.time[first:last] - start
-        self.waveforms = {name: values[first:last] for name, values in run.waveforms.items()}
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._run, name)
+def said(voices: Sequence[Voice], start: float = START) -> str:
+    remarks = [f"{voice.name}: {voice.remarks}." for voice in voices if voice.remarks]
+    end = max(float(voice.run.time[-1]) for voice in voices)
+    return " ".join([f"From {1e3 * start:g} to {1e3 * end:.0f} ms.", *remarks])
 
 
-def load(name: str, run: plica.Run, start: float, until: float) -> Case:
-    free = ~fixed_components(run.scene, run.mesh)
-    cut = Cut(run, start, until)
-    measures = {key: item.as_json() for key, item in measure(cut).items()}
-    edge = mean_interface_edge(run.mesh)
-    starts = steady_cycles(cut).starts
-    blocks = [measure(cut, Cycles(starts[k : k + 5])) for k in range(0, starts.size - 4, 4)]
-    return Case(name, run, measures, int(free.sum()), edge, start + float(cut.time[-1]), blocks)
+def keep_changes(name: str, voices: Sequence[Voice], level: Callable[[Voice], float]) -> None:
+    record(name, change_columns(voices), changes(voices, level), said(voices))
 
 
-def make(options: argparse.Namespace) -> list[tuple[str, Path]]:
-    """The runs of a scene, at its own step and mesh and at the others asked for."""
-    base = plica.Scene.load(options.scene).resolved()
-    base["output"] = {key: value for key, value in base.get("output", {}).items() if key == "every"}
-    variants = {"base": base}
-    for step in options.step:
-        scene = copy.deepcopy(base)
-        scene["time"]["step"] = step
-        variants[f"step {step}"] = scene
-    for number, mesh in enumerate(options.mesh, start=1):
-        scene = copy.deepcopy(base)
-        if mesh.lstrip().startswith("{"):
-            scene["mesh"]["options"] |= json.loads(mesh)
-        else:
-            scene["mesh"] = {"larynx": mesh, "order": base["mesh"]["order"]}
-        variants[f"mesh {number}"] = scene
-    made = []
-    for name, data in variants.items():
-        directory = options.output / name.replace(" ", "_")
-        plica.run(plica.Scene.model_validate(data), directory, resume=directory.exists())
-        made.append((name, directory))
-    return made
+def keep_side_by_side(name: str, voices: Sequence[Voice], start: float = START) -> None:
+    columns = ["", *(voice.name for voice in voices), "published"]
+    record(name, columns, side_by_side(voices), said(voices, start))
 
 
-def row(*cells: str) -> None:
-    print("| " + " | ".join(cells) + " |")
+def step(voice: Voice) -> float:
+    return float(voice.run.scene.time.step)
 
 
-def show_runs(cases: list[Case]) -> None:
-    head = ["", *(case.name for case in cases), "published", "prototype P", "prototype B"]
-    row(*head)
-    row(*["---"] * len(head))
-    blank = [""] * 3
-    cells = [np.asarray(case.run.mesh.cells) for case in cases]
-    orders = ["quadratic" if array.shape[1] == 10 else "linear" for array in cells]
-    row("tetrahedra", *(f"{len(a)}, {order}" for a, order in zip(cells, orders, strict=True)), *blank)
-    row("unknowns", *(str(case.unknowns) for case in cases), *blank)
-    row("step (us)", *(f"{1e6 * case.run.scene.time.step:g}" for case in cases), "50", "50", "50")
-    row("sections", *(str(sections(case)) for case in cases), *blank)
-    row("measured until (ms)", *(f"{1e3 * case.measured:.1f}" for case in cases), *blank)
-    row("state of the run", *(case.run.status for case in cases), *blank)
-    frequencies = [case.measures.get("fundamental_frequency", {}) for case in cases]
-    row("cycles", *(str(found.get("cycles", 0)) for found in frequencies), *blank)
-    for quantity, (_, _, unit, _, *reference) in QUANTITIES.items():
-        name = f"{quantity} ({unit})" if unit else quantity
-        row(name, *(case.text(quantity) for case in cases), *reference)
-
-    def plain(name: str, key: str, scale: Any = lambda case: 1.0, form: str = ".1e") -> None:
-        found = [case.measures.get(key, {}).get("value") for case in cases]
-        texts = [
-            "-" if value is None else f"{value / scale(case):{form}}"
-            for case, value in zip(cases, found, strict=True)
-        ]
-        row(name, *texts, *blank)
-
-    plain("deepest gap / mean interface edge", "deepest_gap", lambda case: case.mean_edge)
-    plain("largest multiplier (N)", "largest_multiplier")
-    plain("force balance", "contact_force_balance")
-    plain("ledger / largest energy", "ledger_error")
-    plain("share of steps with a frozen coupling", "coupling_frozen_fraction")
-    plain("inverted tissue cells", "inverted_tissue_max", form=".0f")
-    row("wall time (s)", *(f"{case.run.seconds:.0f}" for case in cases), *blank)
-    for case, found in zip(cases, frequencies, strict=True):
-        if found.get("note"):
-            print(f"\n{case.name}: {found['note']}.")
-        if case.run.failure:
-            print(f"\n{case.name} failed: {case.run.failure}")
+def modes(voice: Voice) -> str:
+    """The lowest symmetric ones, of the mass that the voice moves with."""
+    scene = voice.run.scene
+    _, found = symmetric_modes(scene.mesh, surface_mass=scene.contact.surface_mass)
+    return ", ".join(f"{frequency:.1f}" for frequency in found)
 
 
-KINDS = {"step": ("time", "step"), "mesh": ("mesh",), "sections": ("airflow", "area", "cut", "sections")}
+def voice_part(study: Study) -> None:
+    meshes, steps = study.voices(*MESHES), study.voices("half_step", "quarter_step")
+    demo = meshes[1]
+    keep_side_by_side("phonation", [*meshes, *steps])
+    keep_changes("phonation_step", [demo, *steps], step)
+    keep_changes("phonation_mesh", meshes, lambda voice: voice.unknowns ** (-1 / 3))
+    fewer, more = study.voices("sections_50", "sections_100"), study.voice("sections_400")
+    keep_changes("phonation_sections", [*fewer, demo, more], lambda voice: 1 / voice.sections)
+    massless, fine = study.voices("massless", "massless_fine")
+    pairs = [demo, massless, meshes[2], fine]
+    rows = [*measured(pairs), ["f1, f2, f3 of free vibration (Hz)", *map(modes, pairs)]]
+    record("phonation_massless", ["", *(voice.name for voice in pairs)], rows, said(pairs))
+    steps = study.voices("massless_half_step", "massless_quarter_step")
+    keep_changes("phonation_massless_step", [massless, *steps], step)
 
 
-def families(cases: list[Case], kind: str) -> Iterable[list[Case]]:
-    """Runs whose scenes are equal but for one entry."""
-    found: dict[str, list[Case]] = {}
-    *tables, key = KINDS[kind]
-    for case in cases:
-        rest = copy.deepcopy(case.run.scene.resolved())
-        rest.pop("output", None)
-        rest["time"].pop("duration")
-        table = rest
-        for name in tables:
-            table = table[name]
-        table.pop(key)
-        found.setdefault(json.dumps(rest, sort_keys=True), []).append(case)
-    return [family for family in found.values() if len(family) > 1]
+def cells_part(study: Study) -> None:
+    quantities = (F0, OPEN, FLOW, IMPULSE)
+    columns = ["size at the folds, growth, lines", "unknowns", *(quantity.head for quantity in quantities)]
+
+    def rows() -> Iterator[list[str]]:
+        tried = {f"{s:g} mm, {g:g}, {n}": f"cells_{s}_{g}_{n}" for s, g, n in CELLS}
+        for shown, name in (tried | {f"`{mesh}`": mesh for mesh in MESHES}).items():
+            voice = study.voice(name, until=SHORT)
+            yield [shown, str(voice.unknowns), *(voice.text(quantity) for quantity in quantities)]
+
+    record("phonation_cells", columns, rows(), f"From {1e3 * START:g} to {1e3 * SHORT:g} ms.")
 
 
-def level(case: Case, kind: str) -> float:
-    if kind == "mesh":
-        return case.unknowns ** (-1 / 3)
-    return case.run.scene.time.step if kind == "step" else 1 / sections(case)
+def tissue_part(study: Study) -> None:
+    quantities = (F0, OPEN, FLOW, STRAIN)
+    columns = ["pressure, `coarse`", *(q.head for q in quantities), "linear tissue off by", "in the start"]
+    shown = {"0.8 kPa": "coarse"} | {f"{p / 1000:g} kPa": f"coarse_{p}_pa" for p in PRESSURES}
+
+    def rows() -> Iterator[list[str]]:
+        for name, run in shown.items():
+            voice = study.voice(run, SLOWER)
+            cells = [voice.text(quantity) for quantity in quantities]
+            yield [name, *cells, off_by(voice), off_by(voice.run)]
+
+    record("phonation_tissue", columns, rows(), f"From {1e3 * SLOWER:g} to 300 ms.")
 
 
-def sections(case: Case) -> int:
-    return int(case.run.scene.airflow.area.cut.sections)
+def off_by(run: Voice | plica.Run) -> str:
+    """|E - eps| over |grad u| where it is largest, as the report's caution says it."""
+    return f"{100 * np.sqrt(np.max(run.waveforms['strain_neglected']) / 2):.0f} %"
 
 
-def verdict(change: float, doubt: float, limit: float | None) -> str:
-    if limit is None:
-        return ""
-    if change + doubt <= limit:
-        return " (within)"
-    return " (missed)" if change - doubt > limit else " (undecided)"
+def thesis_part(study: Study) -> None:
+    keep_side_by_side("phonation_thesis", study.voices(*THESIS, start=0.0), 0.0)
 
 
-def show_differences(family: list[Case], kind: str) -> None:
-    family = sorted(family, key=lambda case: -level(case, kind))
-    print(f"\nBy the {kind}, from {family[0].name} to {family[-1].name}:\n")
-    if len({round(case.measured, 4) for case in family}) > 1:
-        print("These runs are of different length: differences may be those of a transient.\n")
-    pairs = list(pairwise(family))
-    head = ["", *(f"{a.name} to {b.name}" for a, b in pairs), "limit", "order", "extrapolated"]
-    row(*head)
-    row(*["---"] * len(head))
-    for quantity, (_, _, unit, digits, *_) in QUANTITIES.items():
-        values = [case.value(quantity) for case in family]
-        if any(value is None for value in values):
-            continue
-        limit, relative = LIMITS.get(quantity, (None, not quantity.startswith("open quotient")))
-        known = [value for value in values if value is not None]
-        cells = []
-        for (first, second), (a, b) in zip(pairs, pairwise(known), strict=True):
-            size = abs(a) if relative and a else 1.0
-            change, doubt = (b - a) / size, 2 * np.hypot(first.error(quantity), second.error(quantity)) / size
-            text = f"{100 * change:+.2f} % +- {100 * doubt:.2f}"
-            if not (relative and a):
-                text = f"{change:+.{digits}f} +- {doubt:.{digits}f}"
-            cells.append(text + verdict(abs(change), doubt, limit))
-        order, exact = "", ""
-        if len(known) >= 3:
-            h = [level(case, kind) for case in family[-3:]]
-            p = observed_order(*map(Level, h, known[-3:]))
-            order = "not monotone" if p is None else f"{p:.2f}"
-            if p is not None and p > 0:
-                rest = (known[-1] - known[-2]) * h[-1] ** p / (h[-2] ** p - h[-1] ** p)
-                exact = f"{known[-1] + rest:.{digits}f} {unit}".strip()
-        allowed = "" if limit is None else f"{100 * limit:g} %" if relative else f"{limit:g}"
-        row(f"{quantity} ({unit})" if unit else quantity, *cells, allowed, order, exact)
+PARTS = {"voice": voice_part, "cells": cells_part, "tissue": tissue_part, "thesis": thesis_part}
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("runs", nargs="*", metavar="[NAME=]DIR", help="directories of runs")
-    parser.add_argument("--scene", type=Path, help="make runs of this scene")
-    parser.add_argument("-o", "--output", type=Path, help="where to make them")
-    parser.add_argument("--step", action="append", default=[], help="another step, e.g. '25 us'")
-    parser.add_argument("--mesh", action="append", default=[], help="other mesh options (JSON), or a preset")
-    parser.add_argument("--common", action="store_true", help="cut all runs to the shortest one's time")
-    parser.add_argument("--from", type=float, default=0.0, dest="start", help="s, where measuring starts")
+    parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the runs")
+    parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), help="these parts")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
-    if (options.scene is None) != (options.output is None):
-        parser.error("--scene and --output go together")
     plica.set_threads(options.threads)
-    named: list[tuple[str, Path]] = []
-    for argument in options.runs:
-        name, _, directory = argument.rpartition("=")
-        named.append((name or Path(directory).name, Path(directory)))
-    if options.scene is not None:
-        named += make(options)
-    if not named:
-        parser.error("name directories of runs, or a scene")
-    runs = [(name, plica.Run.load(directory)) for name, directory in named]
-    until = min(float(run.time[-1]) for _, run in runs) if options.common else np.inf
-    cases = [load(name, run, options.start, until) for name, run in runs]
-    show_runs(cases)
-    for kind in KINDS:
-        for family in families(cases, kind):
-            show_differences(family, kind)
+    study = Study(of_this_engine(options.output))
+    for part in options.only:
+        PARTS[part](study)
 
 
 if __name__ == "__main__":

@@ -71,6 +71,17 @@ def read(path: Path) -> Record:
     return Record.model_validate_json(path.read_bytes())
 
 
+def of_this_engine(folder: Path) -> Path:
+    """The folder of a study's runs, made if missing: all are of one engine, whose commit is kept there."""
+    commit, kept = this_environment({}).commit, folder / "engine"
+    folder.mkdir(parents=True, exist_ok=True)
+    if not kept.exists():
+        kept.write_text(commit, encoding="utf-8")
+    elif (made := kept.read_text(encoding="utf-8")) != commit:
+        raise SystemExit(f"{folder}: has runs of engine {made}; this is {commit}. Take another folder.")
+    return folder
+
+
 def cells(lines: Iterable[str]) -> list[list[str]]:
     """Of the rows of a Markdown table among these lines, that of the columns first."""
     rows = [line[2:-2].split(" | ") for line in lines if line.startswith("| ")]

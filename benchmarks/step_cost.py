@@ -108,7 +108,7 @@ def moved(simulation: Any, state: dict[str, Any]) -> Any:
 def compare(path: str, options: argparse.Namespace) -> dict[str, Any]:
     """All cases of a scene in turn."""
     import numpy as np
-    from phonation import mean_interface_edge  # the script beside this one
+    from voice_measures import mean_interface_edge
 
     import plica
 

@@ -1,8 +1,7 @@
 """How often a stated uncertainty holds the true error, and how wide it is, where the truth is a closed form.
 
     python benchmarks/uncertainty.py -o runs/uncertainty
-    python benchmarks/uncertainty.py -o runs/uncertainty --only rod --rows
-    python benchmarks/uncertainty.py --voice runs/normal
+    python benchmarks/uncertainty.py -o runs/uncertainty --only rod
 
 Every scene is a scene as users write it, run with `plica.run` and estimated with `estimate_uncertainty`, over
 several steps, meshes and orders of elements:
@@ -13,89 +12,34 @@ pulled   the bar is let go under a constant traction at its end
 driven   the bar is driven by a harmonic traction at its end, from rest
 impact   R3: two equal bars meet at equal speeds: force, duration and impulse of the contact
 
-The first four are sums of damped modes, exact at every place and time; the measures of the truth are those
-of the exact motion of the probe, sampled thirty times as finely. A row is a measure, or a waveform, of one
-run: it holds where |value - truth| <= stated uncertainty. Ratios are stated over true; rows whose true error
-is below 1e-9 of the truth are counted as held and have no ratio.
-
---voice holds a run of examples/normal_phonation.toml, estimated already, against the finest runs of
-docs/phonation.md: its mesh of four times the unknowns, and a quarter of its step.
+The first four are sums of damped modes (column.py), exact at every place and time; the measures of the truth
+are those of the exact motion of the probe, sampled thirty times as finely. A row is a measure, or a waveform,
+of one run: it holds where |value - truth| <= stated uncertainty. Ratios are stated over true; rows whose true
+error is below 1e-9 of the truth are counted as held and have no ratio. Records: `uncertainty`, and
+`uncertainty_missed` with the rows that do not hold. Runs that are there are kept.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from column import LENGTH, RHO, WIDTH, Column
+from record import of_this_engine, record
 
 import plica
-from plica.measures.catalogue import CATALOGUE
 from plica.measures.instants import highest
 from plica.phonation.measures.free import free_measures
 from plica.uncertainty import estimate_uncertainty
 
-E, RHO, LENGTH, WIDTH, SPEED, PULL = 20e3, 1040.0, 0.01, 0.002, 0.1, 50.0
-MODES, FINER = 400, 30
+E, SPEED, PULL, FINER = 20e3, 0.1, 50.0, 30
 Truth = dict[str, float]
-
-
-@dataclass(frozen=True)
-class Column:
-    """u(x, t) of a column of modes sin((k - 1/2) pi x / L), held at x = 0, its stiffness `modulus` (Pa)."""
-
-    modulus: float
-    viscosity: float  # Pa s, of the same strain
-    speed: float = 0.0  # m/s at t = 0, everywhere
-    pull: float = 0.0  # Pa at x = L
-    frequency: float = 0.0  # Hz of the pull
-
-    def coordinates(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Modal coordinates and rates (times, modes), and wave numbers (modes)."""
-        k = (np.arange(MODES) + 0.5) * np.pi / LENGTH
-        w = k * np.sqrt(self.modulus / RHO)
-        d = self.viscosity * w**2 / (2 * self.modulus)
-        root = np.sqrt((w**2 - d**2).astype(complex))
-        t = time[:, None]
-        drive = 2 * np.pi * self.frequency
-        force = 2 * self.pull * np.sin(k * LENGTH) / (RHO * LENGTH)  # on each mode, over its mass
-        z = force / (w**2 - drive**2 + 2j * d * drive)
-        rest, rate = -z.real, 2 * self.speed / (k * LENGTH) + (drive * z.imag)
-        # q = Re(z e^{i drive t}) + e^{-d t} (a cos + b sin), by both complex exponents so that none overflows
-        plus, minus = np.exp((1j * root - d) * t), np.exp((-1j * root - d) * t)
-        cosine, sine = 0.5 * (plus + minus), (plus - minus) / (2j * root)
-        slope = rate + d * rest
-        q = (rest * cosine + slope * sine).real + (z * np.exp(1j * drive * t)).real
-        v = (rate * cosine - (d * slope + root**2 * rest) * sine).real
-        return q, v + (1j * drive * z * np.exp(1j * drive * t)).real, k
-
-    def at_end(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """m, m/s at x = L."""
-        q, v, k = self.coordinates(time)
-        signs = np.sin(k * LENGTH)
-        return q @ signs + self.beyond(time)[0], v @ signs
-
-    def beyond(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """m and J: what the modes that are not summed add; they follow the pull at once."""
-        k = (np.arange(MODES) + 0.5) * np.pi / LENGTH
-        follows = np.cos(2 * np.pi * self.frequency * time)
-        most = self.pull / self.modulus
-        end = most * (LENGTH - (2 / (LENGTH * k**2)).sum())
-        energy = 0.5 * most**2 * self.modulus * WIDTH**2 * (LENGTH - (2 / (LENGTH * k**2)).sum())
-        return end * follows, energy * follows**2
-
-    def energies(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """J, kinetic and elastic."""
-        q, v, k = self.coordinates(time)
-        volume = LENGTH * WIDTH**2
-        return (
-            0.25 * RHO * volume * (v**2).sum(axis=1),
-            0.25 * self.modulus * volume * ((k * q) ** 2).sum(axis=1) + self.beyond(time)[1],
-        )
 
 
 def column_truth(column: Column, axis: int, run: plica.Run) -> Iterator[tuple[str, float, float]]:
@@ -268,105 +212,51 @@ def rows_of(kind: str, name: str, case: Case, directory: Path, budget: float) ->
             yield Row(kind, name, quantity, item.numerical, error, truth, " / ".join(parts))
 
 
-def summary(label: str, rows: list[Row]) -> None:
+def summary(label: str, rows: list[Row]) -> list[str]:
     ratios = [row.ratio for row in rows if np.isfinite(row.ratio)]
-    held = sum(row.holds for row in rows)
-    spread = [np.nan] * 3 if not ratios else np.quantile(ratios, [0.1, 0.5, 0.9])
-    print(
-        f"| {label} | {len(rows)} | {100 * held / len(rows):.1f} % | "
-        + " | ".join(f"{value:.2g}" for value in spread)
-        + " |"
-    )
+    held = 100 * sum(row.holds for row in rows) / len(rows)
+    spread = [f"{value:.2g}" for value in np.quantile(ratios, [0.1, 0.5, 0.9])] if ratios else ["-"] * 3
+    return [label, str(len(rows)), f"{held:.1f} %", *spread]
 
 
-# Of docs/phonation.md, in SI: demo, demo with a quarter of the step, finest.
-VOICE: dict[str, tuple[float, float, float]] = {
-    "fundamental_frequency": (260.26, 260.34, 259.00),
-    "open_quotient": (0.7829, 0.7794, 0.7950),
-    "open_quotient_1_percent": (0.9959, 0.9490, 0.9932),
-    "peak_flow": (453.3e-6, 456.6e-6, 439.8e-6),
-    "contact_length_fraction": (0.784, 0.829, 0.779),
-    "contact_impulse": (4.464e-6, 4.851e-6, 3.869e-6),
-    "contact_duration": (0.666e-3, 0.641e-3, 0.642e-3),
-    "contact_force_left_mean": (6.72e-3, 7.56e-3, 6.03e-3),
-    "peak_strain": (0.477, 0.481, 0.476),
-    "peak_contact_pressure": (4110.0, 8388.0, 3588.0),
-    "converging_while_opening": (0.71, 0.71, 0.66),
-    "diverging_while_closing": (0.58, 0.63, 0.46),
-}
+def summaries(rows: list[Row]) -> Iterator[list[str]]:
+    for kind in dict.fromkeys(row.kind for row in rows):
+        yield summary(kind, [row for row in rows if row.kind == kind])
+    for verdicts in sorted({row.verdicts for row in rows}):
+        yield summary(f"step / mesh: {verdicts}", [row for row in rows if row.verdicts == verdicts])
+    yield summary("all", rows)
 
 
-def voice(directory: Path) -> None:
-    """The truth is that of the finest mesh, changed as a quarter of the step changes the demo."""
-    found = plica.Run.load(directory).uncertainty
-    if found is None:
-        raise SystemExit(f"{directory}: estimate it first: plica uncertainty {directory} --budget 8")
-    print("| measure | value | stated | step | mesh | true error | stated over true | holds |")
-    print("| --- " * 8 + "|")
-    for name, (demo, quarter, finest) in VOICE.items():
-        item = found.measures[name]
-        factor, unit = CATALOGUE[name].people()
-        error = abs(item.value - (finest + quarter - demo))
-        stated = item.numerical or 0.0
-        parts = [
-            "-" if part is None else f"{factor * part.uncertainty:.2g} ({part.verdict})"
-            for part in (item.step, item.mesh)
-        ]
-        cells = [
-            f"{name} ({unit})" if unit != "1" else name,
-            f"{factor * item.value:.4g}",
-            f"{factor * stated:.2g}",
-            *parts,
-            f"{factor * error:.2g}",
-            f"{stated / error:.1f}",
-            "yes" if error <= stated else "no",
-        ]
-        print("| " + " | ".join(cells) + " |")
+def missed(rows: list[Row]) -> Iterator[list[str]]:
+    for row in rows:
+        if not row.holds:
+            figures = [f"{row.stated:.3g}", f"{row.error:.3g}", f"{row.truth:.4g}", f"{row.ratio:.2f}"]
+            yield [row.kind, row.case, row.name, *figures, row.verdicts]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("-o", "--output", type=Path, help="where to make the runs")
-    parser.add_argument("--voice", metavar="DIR", type=Path, help="an estimated run of the example")
-    parser.add_argument("--only", action="append", help="only these scenes")
-    parser.add_argument(
-        "--rows", action="store_true", help="print every row, not only those that do not hold"
-    )
-    parser.add_argument(
-        "--budget", type=float, default=30.0, help="default: 30, so that no level is left out"
-    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="where to make the runs")
+    parser.add_argument("--only", nargs="+", help="only these scenes")
+    parser.add_argument("--budget", type=float, default=30.0, help="so that no level is left out (30)")
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     plica.set_threads(options.threads)
-    if options.voice is not None:
-        voice(options.voice)
-    if options.output is None:
-        return
-    rows: list[Row] = []
+    runs = of_this_engine(options.output)
+    made: list[Row] = []
     for kind, name, case in cases():
-        if options.only and kind not in options.only:
-            continue
-        folder = options.output / f"{kind} {name}".replace(",", "").replace(" ", "_")
-        made = list(rows_of(kind, name, case, folder, options.budget))
-        rows += made
-        for row in made:
-            if options.rows or not row.holds:
-                print(
-                    f"{row.kind}, {row.case}: {row.name}: stated {row.stated:.3g}, true error {row.error:.3g}"
-                    f" of {row.truth:.4g}, {row.ratio:.2g} times ({row.verdicts})",
-                    flush=True,
-                )
-    print("\n| rows | number | hold | stated over true: 10 % | median | 90 % |\n" + "| --- " * 6 + "|")
-    both = [row for row in rows if "-" not in row.verdicts.split()]
-    print(f"| (of the step alone, left out) | {len(rows) - len(both)} | | | | |")
-    rows = both
-    for kind in dict.fromkeys(row.kind for row in rows):
-        summary(kind, [row for row in rows if row.kind == kind])
-    for verdicts in sorted({row.verdicts for row in rows}):
-        summary(f"step / mesh: {verdicts}", [row for row in rows if row.verdicts == verdicts])
-    summary("all", rows)
+        if not options.only or kind in options.only:
+            folder = runs / f"{kind} {name}".replace(",", "").replace(" ", "_")
+            print(folder, file=sys.stderr, flush=True)
+            made += rows_of(kind, name, case, folder, options.budget)
+    rows = [row for row in made if "-" not in row.verdicts.split()]
+    columns = ["scene", "rows", "hold", "stated over true: 10 %", "median", "90 %"]
+    said = f"{len(made) - len(rows)} rows more are of the step alone, and are left out."
+    record("uncertainty", columns, summaries(rows), said)
+    columns = ["scene", "run", "measure", "stated", "true error", "truth", "stated over true", "step / mesh"]
+    record("uncertainty_missed", columns, missed(rows))
 
 
 if __name__ == "__main__":

@@ -86,3 +86,14 @@ def test_a_record_says_by_what_it_was_made(
     with pytest.raises(ValueError, match="has 1 cells; must be 2"):
         record.record("short", ["mesh", "error"], [["1"]])
     assert not (tmp_path / "short.json").exists()
+
+
+def test_runs_of_two_engines_are_not_mixed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    import record
+
+    folder = tmp_path / "runs"
+    assert record.of_this_engine(folder) == record.of_this_engine(folder) == folder
+    (folder / "engine").write_text("0000000", encoding="utf-8")
+    with pytest.raises(SystemExit, match="has runs of engine 0000000"):
+        record.of_this_engine(folder)
