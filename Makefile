@@ -5,7 +5,7 @@
 PYTHON ?= python3
 DEMO_SCENE ?= examples/normal_phonation.toml
 DEMO_DIR ?= runs/demo
-PYTEST_ARGS ?=
+PYTEST_ARGS ?= --numprocesses auto
 
 BUILD := build/release
 VENV := .venv
