@@ -71,7 +71,7 @@ RUNS: dict[str, dict[str, Any]] = {
     "massless": MASSLESS,
     "massless_half_step": MASSLESS | {"time.step": 25e-6},
     "massless_quarter_step": MASSLESS | {"time.step": 12.5e-6},
-    "massless_fine": MASSLESS | {"mesh.larynx": "fine"},
+    **{f"massless_{mesh}": MASSLESS | {"mesh.larynx": mesh} for mesh in ("fine", "finest")},
     **{
         f"cells_{size}_{growth}_{lines}": {
             "mesh.options": {"size": 1e-3 * size, "growth": growth, "around": lines},
@@ -156,8 +156,8 @@ def voice_part(study: Study) -> None:
     keep_changes("phonation_mesh", meshes, lambda voice: voice.unknowns ** (-1 / 3))
     fewer, more = study.voices("sections_50", "sections_100"), study.voice("sections_400")
     keep_changes("phonation_sections", [*fewer, demo, more], lambda voice: 1 / voice.sections)
-    massless, fine = study.voices("massless", "massless_fine")
-    pairs = [demo, massless, meshes[2], fine]
+    massless, fine, finest = study.voices("massless", "massless_fine", "massless_finest")
+    pairs = [demo, massless, meshes[2], fine, meshes[3], finest]
     rows = [*measured(pairs), ["f1, f2, f3 of free vibration (Hz)", *map(modes, pairs)]]
     record("phonation_massless", ["", *(voice.name for voice in pairs)], rows, said(pairs))
     steps = study.voices("massless_half_step", "massless_quarter_step")
