@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from layered_block import drive, layered_model, simulated
 from plica.errors import InvalidInput
-from plica.identify import MarginalLikelihood, Noise, estimate, residual_test
+from plica.identify import MarginalLikelihood, Noise, estimate, input_space, residual_test
 from plica.identify.flow_error import FlowError
 from plica.identify.information import _not_below_zero
 from test_estimate_sweep import whole
@@ -54,6 +54,23 @@ def test_the_density_is_that_of_what_the_start_cannot_move() -> None:
     density += 0.5 * np.log(likelihood.model.observation.weights[likelihood.inputs.weights > 0]).sum()
     density += 0.5 * np.linalg.slogdet(np.eye(2 * BEFORE) + ANY**2 * start.T @ start)[1]
     assert at.value == pytest.approx(density, rel=1e-9)
+
+
+def test_of_stated_errors_ratios_count_and_their_size_beside_pressures_before_the_recording(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    likelihood, x = begun_late()
+    flow = np.array(likelihood.model.observation.flow)
+
+    def value(flow: NDArray[np.float64], sd: float) -> float:
+        return MarginalLikelihood(layered_model(NAMES, flow, gain_sd=0.5, sd=sd)).value(x)
+
+    from_rest = np.nan_to_num(flow)
+    assert value(from_rest, 1.0) == pytest.approx(value(from_rest, 0.1), rel=1e-12)
+    stated = value(flow, 1.0)
+    assert abs(stated - value(flow, 0.1)) > 1e-4
+    monkeypatch.setattr(input_space, "_ANY", ANY / 10)
+    assert stated == pytest.approx(value(flow, 0.1), rel=1e-12)
 
 
 def learned(frames: int) -> FlowError:
