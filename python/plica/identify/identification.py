@@ -29,6 +29,7 @@ from plica.identify.step_error import stiffness_error
 from plica.identify.thickness import thickness_doubts
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
+from plica.report.progress import figures_shown
 from plica.storage.files import only_writer, storage_errors
 
 __all__ = ["Identification", "identify", "load"]
@@ -122,7 +123,8 @@ def identify(
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
 
-        write_report(load(directory))
+        with figures_shown(progress):
+            write_report(load(directory))
     return load(directory)
 
 
