@@ -208,10 +208,10 @@ def _run(options: argparse.Namespace) -> int:
     except SolveFailed:
         if (options.directory / "results.h5").exists():
             run = plica.Run.load(options.directory)
-            _concluded(run)
+            _concluded(run, shown=not options.quiet)
             _say_cautions(run.cautions)
         raise
-    measures, report = _concluded(run)
+    measures, report = _concluded(run, shown=not options.quiet)
     if not options.quiet:
         print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
@@ -223,13 +223,14 @@ def _say_cautions(cautions: Sequence[object]) -> int:
     return _say("\n".join(f"Caution: {caution}" for caution in cautions), 0)
 
 
-def _concluded(run: Run) -> tuple[Measures, Path]:
+def _concluded(run: Run, *, shown: bool) -> tuple[Measures, Path]:
     """Measures, cautions, table and report of what a run has computed, or of the part before it failed."""
     from plica.phonation.report import write_report
+    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
 
     measures = _measured(run)
-    with storage_errors(run.directory):
+    with storage_errors(run.directory), figures_shown(shown):
         return measures, write_report(run, run.directory / "report.html", run.uncertainty)
 
 
@@ -304,11 +305,12 @@ def _report(options: argparse.Namespace) -> int:
     import plica
     from plica.phonation.report import write_report
     from plica.report.page import pdf_of, require_pdf
+    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
 
     if options.pdf:
         require_pdf()
-    with storage_errors(options.directory):
+    with storage_errors(options.directory), figures_shown():
         if video.is_analysis(options.directory):
             page = video.redraw(options.directory)
         else:

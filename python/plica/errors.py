@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeVar
 
 from plica._engine import InvalidInput, SolveFailed
 
+Item = TypeVar("Item")
+
 __all__ = [
     "InvalidInput",
+    "Named",
     "SceneError",
     "SolveFailed",
     "StepFailed",
@@ -90,3 +93,21 @@ class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the oth
 
     def __str__(self) -> str:
         return str(self.args[0])  # not quoted as by KeyError
+
+
+class Named(dict[str, Item]):
+    """By names; one that is not there is answered as `UnknownName` does.
+
+    Parameters
+    ----------
+    where : str
+        What is asked.
+    items : iterable of pairs
+    """
+
+    def __init__(self, where: str, items: Iterable[tuple[str, Item]]) -> None:
+        super().__init__(items)
+        self._where = where
+
+    def __missing__(self, name: str) -> Item:
+        raise UnknownName(self._where, name, self)

@@ -32,6 +32,7 @@ __all__ = [
     "Unit",
     "Velocity",
     "Viscosity",
+    "clock",
     "number",
     "quantity",
     "read_quantity",
@@ -145,6 +146,13 @@ def number(where: str, name: str, value: Any, least: float, most: float, unit: s
 def _typed(value: object) -> str:
     """A text in the quotes that all messages have, anything else as Python shows it."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def clock(seconds: float) -> str:
+    """A time as people say it."""
+    if seconds < 90:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"
 
 
 def quantity(where: str, name: str, value: Any, unit: str, least: float, most: float) -> float:

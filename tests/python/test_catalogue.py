@@ -225,6 +225,22 @@ def test_a_voice_that_is_silent_says_so_once_in_the_short_table() -> None:
     assert len(re.findall(r"^\w+ +- +no oscillation", said, re.MULTILINE)) == 1
 
 
+def test_a_record_that_is_too_short_is_called_so_once() -> None:
+    short = "too short: 0 complete cycles of the glottal area; at least 3 are needed"
+    thirds = f"over the last third of the record; {short}"
+    found = Measures(
+        [
+            Measure("fundamental_frequency", None, note=short),
+            Measure("peak_flow", 2e-4, cautions=(thirds,)),
+            Measure("mean_flow", 1e-4, cautions=(thirds,)),
+        ]
+    )
+    for brief in (True, False):
+        said = measures_table(found, short=brief)
+        assert said.count("too short") == 1
+        assert re.findall(r"^ +! (.*)$", said, re.MULTILINE) == ["over the last third of the record"]
+
+
 def test_the_terminal_shows_the_units_of_the_field() -> None:
     said = measures_table(measure(VOICES["closing"]))
     units = dict(re.findall(r"^(\w+) +\S+ +([a-zA-Z][\w/^]*(?: s)?)(?: |$)", said, re.MULTILINE))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from layered_block import drive, layered_model, simulated
 from plica.errors import InvalidInput
-from plica.identify import MarginalLikelihood, Noise, estimate, residual_test
+from plica.identify import MarginalLikelihood, Noise, estimate, input_space, residual_test
 from plica.identify.flow_error import FlowError
+from plica.identify.information import _not_below_zero
 from test_estimate_sweep import whole
 
 NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
@@ -53,6 +54,23 @@ def test_the_density_is_that_of_what_the_start_cannot_move() -> None:
     density += 0.5 * np.log(likelihood.model.observation.weights[likelihood.inputs.weights > 0]).sum()
     density += 0.5 * np.linalg.slogdet(np.eye(2 * BEFORE) + ANY**2 * start.T @ start)[1]
     assert at.value == pytest.approx(density, rel=1e-9)
+
+
+def test_of_stated_errors_ratios_count_and_their_size_beside_pressures_before_the_recording(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    likelihood, x = begun_late()
+    flow = np.array(likelihood.model.observation.flow)
+
+    def value(flow: NDArray[np.float64], sd: float) -> float:
+        return MarginalLikelihood(layered_model(NAMES, flow, gain_sd=0.5, sd=sd)).value(x)
+
+    from_rest = np.nan_to_num(flow)
+    assert value(from_rest, 1.0) == pytest.approx(value(from_rest, 0.1), rel=1e-12)
+    stated = value(flow, 1.0)
+    assert abs(stated - value(flow, 0.1)) > 1e-4
+    monkeypatch.setattr(input_space, "_ANY", ANY / 10)
+    assert stated == pytest.approx(value(flow, 0.1), rel=1e-12)
 
 
 def learned(frames: int) -> FlowError:
@@ -125,6 +143,19 @@ def test_its_information_counts_what_the_start_cannot_move() -> None:
         for j in range(3):
             information[i, j] += 0.5 * np.trace(P @ moved[i] @ P @ moved[j])
     np.testing.assert_allclose(at.information, information, rtol=2e-6, atol=1e-6 * information.max())
+
+
+def test_what_is_left_of_the_information_does_not_depend_on_units() -> None:
+    """Coordinates in units of 1e-12, 1 and 1e12, all of them alike among them."""
+    rng = np.random.default_rng(8)
+    information, feigned = (part @ part.T for part in rng.normal(size=(2, 3, 3)))
+    assert np.linalg.eigvalsh(information - feigned).min() < 0
+    found = _not_below_zero(information, feigned)
+    assert abs(np.linalg.eigvalsh(found)[0]) < 1e-12 * np.abs(found).max()
+    for powers in ((-12, -12, -12), (12, 12, 12), (-12, 0, 12), (12, -12, 0)):
+        unit = np.outer(10.0 ** np.array(powers), 10.0 ** np.array(powers))
+        scaled = _not_below_zero(information * unit, feigned * unit)
+        np.testing.assert_allclose(scaled / unit, found, rtol=0, atol=1e-12 * np.abs(found).max())
 
 
 def test_tissue_of_a_recording_begun_in_mid_vibration_is_found() -> None:

@@ -98,6 +98,46 @@ def test_of_several_ends_the_most_probable_is_taken() -> None:
     assert any("false maximum of the density (started 3 times" in told for told in found.warnings())
 
 
+def test_starts_that_were_begun_are_not_made_again() -> None:
+    """Stopped at the first point of the third start on the whole recording."""
+    likelihood = outlying()
+    seen: list[Iteration] = []
+    whole = estimate(likelihood, options=Scoring(starts=3), progress=seen.append)
+    third = next(at for at in seen if at.start == 3 and at.share == 1)
+    kept = {at.start: at.point for at in seen if at.share == 1 and at.start < 3} | {3: third.point}
+    assert set(kept) == {1, 2, 3}
+    again, watched = outlying(), list[Iteration]()
+    found = estimate(again, options=Scoring(starts=3), progress=watched.append, kept=kept)
+    assert (found.starts, found.ended_here) == (whole.starts, whole.ended_here) == (3, 2)
+    assert found.mean == pytest.approx(whole.mean, abs=1e-12)
+    assert again.asked == []
+    assert {at.share for at in watched} == {1.0}
+    assert [at.start for at in watched].count(1) == 1 < [at.start for at in seen].count(1)
+
+
+def test_a_third_start_is_made_where_two_were_begun() -> None:
+    likelihood, seen = outlying(), list[Iteration]()
+    ends = {1: likelihood.prior_mean + likelihood.false, 2: likelihood.prior_mean + likelihood.true}
+    fresh, going_on = (list(islice(begins(likelihood, ends[1], Scoring(), kept=k), 4)) for k in (None, ends))
+    assert going_on[:2] == [ends[1], ends[2]]
+    assert np.array_equal(going_on[2:], fresh[2:])
+    estimate(likelihood, ends[1], Scoring(starts=3), seen.append, ends)
+    assert {at.start for at in seen if at.share < 1} == {3}
+
+
+def test_what_stands_on_a_learned_error_is_no_start_and_goes_on_where_it_was() -> None:
+    likelihood, seen = MarginalLikelihood(one_number(0.5)), list[Iteration]()
+    found = estimate_from_flow(likelihood, None, Scoring(), seen.append)[0]
+    assert {at.start for at in seen} == {0, 1}
+    kept = {1: found.mean, 0: found.mean + 3 * found.sd}
+    watched: list[Iteration] = []
+    again = estimate_from_flow(likelihood, None, Scoring(), watched.append, kept=kept)[0]
+    assert np.array_equal(watched[0].point, kept[1])
+    assert np.array_equal(next(at.point for at in watched if at.start == 0), kept[0])
+    # each ends within 0.05 sd, on an error that was learned within 0.5 sd
+    assert again.mean == pytest.approx(found.mean, abs=0.2 * found.sd[0])
+
+
 def test_climbs_on_the_first_frames_are_told_as_they_go() -> None:
     seen: list[Iteration] = []
     found = estimate(outlying(), options=Scoring(starts=3), progress=seen.append)

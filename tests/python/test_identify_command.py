@@ -13,9 +13,17 @@ import numpy as np
 import pytest
 
 import plica
-from flow_files import FPS, SETTINGS, SIZE, block_scene, flow_file
+from flow_files import FPS, PAIRS, SETTINGS, SIZE, block_scene, flow_file
 from plica.cli import main
-from plica.identify import Identification, Settings, identify, load, thickness
+from plica.identify import (
+    Identification,
+    MarginalLikelihood,
+    MotionModel,
+    Settings,
+    identify,
+    load,
+    thickness,
+)
 from plica.identify.coarser import coarser_scene, remainder
 from plica.identify.iterates import Iterates
 from plica.identify.paths import correlation_length, follow_points
@@ -286,6 +294,49 @@ def test_closed_frames_are_those_with_next_to_no_glottis(tmp_path: Path) -> None
     assert closed[found.lead :].tolist() == [True, True, False, False, False, False, True, True, True, True]
     assert not closed[: found.lead].any()
     assert np.isnan(found.observation.flow[: found.lead]).all()
+
+
+def test_frames_that_are_closed_before_the_first_opening_are_told_from_what_is_before_them(
+    tmp_path: Path,
+) -> None:
+    """The frames of unknown pressures before the recording are open; all until the first opening is closed,
+    and has forces of collision of its own."""
+    from plica.identify.pressures import forcing_of
+    from plica.identify.recording import observe
+
+    area = np.array([0, 0, 1, 0, 50, 100, 90, 80, 70, 60, 50.0])
+    scene = block_scene()
+    mesh = plica.build_mesh(scene.mesh)
+    motion = open_motion(flow_file(tmp_path / "flow.h5", glottal_area=area))
+    settings = Settings(**SETTINGS | {"from_rest": False})
+    found = observe(motion, settings, scene, mesh, "z_max")
+    closed = np.asarray(found.observation.closed)
+    assert closed.tolist() == [False] * found.lead + [True] * 4 + [False] * 6
+    forcing = forcing_of(settings, scene, mesh, found.observation, found.lead)
+    inputs = MarginalLikelihood(MotionModel(scene, ["body.E"], found.observation, forcing, mesh=mesh)).inputs
+    assert inputs.before.stop - inputs.before.start == 3 * found.lead
+    assert inputs.classes[:2] == (3 * PAIRS, 3 * 4)
+
+
+@pytest.mark.parametrize(
+    ("heights", "lead", "frames"),
+    [(None, 1e-3, 16), (2, 1e-3, 24), (5, 1e-3, 10), (None, 6e-3, 24), (48, 1e-4, 1)],
+)
+def test_pressures_before_a_recording_are_enough_to_make_its_state(
+    heights: int | None, lead: float, frames: int, tmp_path: Path
+) -> None:
+    """48 of them, or as many frames as the settings say if that is more."""
+    from plica.identify.recording import observe
+
+    scene = block_scene()
+    motion = open_motion(flow_file(tmp_path / "flow.h5"))
+    given: dict[str, Any] = {"from_rest": False, "lead": lead}
+    if heights is not None:
+        given["heights"] = tuple(np.linspace(0, SIZE[2], heights))
+    found = observe(motion, Settings(**SETTINGS | given), scene, plica.build_mesh(scene.mesh), "z_max")
+    assert found.lead == frames
+    assert np.isnan(found.observation.flow[:frames]).all()
+    assert not np.isnan(found.observation.flow[frames]).any()
 
 
 def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:

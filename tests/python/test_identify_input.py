@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,10 @@ import pytest
 import plica
 from flow_files import PAIRS, SETTINGS, SHAPE, block_scene, flow_file
 from plica.cli import main
-from plica.identify import Settings, identify, load, open_motion
+from plica.identify import Iteration, Settings, identify, load, open_motion
 from plica.identify.doubts import doubts
+from plica.identify.iterates import Iterates, Marks
+from plica.identify.progress import Told
 
 Made = Callable[..., Any]
 
@@ -327,6 +330,42 @@ def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
     assert (out / "iterates.json").read_bytes() == kept
     (out / "iterates.json").write_text(json.dumps({"marks": {}}))
     assert "is damaged" in text(source, block_scene(), _one())
+
+
+def test_the_last_point_of_each_start_is_kept(begun: Path) -> None:
+    first = json.loads((begun / "out" / "iterates.json").read_text())["points"]["scene"][0]
+    kept = Iterates(begun / "iterates.json", Marks({}, {}, None, ""), {"scene": [first]})
+    assert first["start"] == 1
+    for number, (start, x) in enumerate([(1, first["point"][0]), (1, 2.0), (2, 3.0), (2, 4.0), (1, 2.0)]):
+        kept.add("scene", Iteration(number, -1.0, np.array([x]), 0.1, start=start))
+    assert {start: list(point) for start, point in kept.last("scene").items()} == {1: [2.0], 2: [4.0]}
+    stored = json.loads((begun / "iterates.json").read_text())["points"]["scene"]
+    assert [(p["number"], p["start"]) for p in stored] == [(0, 1), (1, 1), (2, 2), (3, 2)]
+
+
+def test_fewer_starts_than_it_was_begun_with_are_refused(begun: Path) -> None:
+    with pytest.raises(plica.InvalidInput, match=r"was begun with starts = 3, now it is 2; must be the same"):
+        identify(begun / "flow.h5", block_scene(), begun / "out", _one(starts=2), resume=True, progress=False)
+
+
+def test_what_is_told_of_an_estimate_while_it_runs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    now = iter([0.0, 12.0, 24.0, 36.0, 48.0, 60.0])
+    monkeypatch.setattr("plica.identify.progress.time", SimpleNamespace(monotonic=lambda: next(now)))
+    told = Told("735 unknowns")
+    for number, (value, start) in enumerate([(5.0, 1), (9.0, 1), (7.0, 2), (20.0, 0), (18.5, 0)]):
+        told(Iteration(number, value, np.zeros(1), 0.1, start=start))
+    assert capsys.readouterr().err.splitlines() == [
+        "plica: 735 unknowns: first sweep",
+        "plica: 735 unknowns: iteration 0, log density 5, step 0.1 sd, 12 s",
+        "plica: 735 unknowns: an iteration takes some 12 s, a start mostly 60 s to 4 min",
+        "plica: 735 unknowns: iteration 1, log density 9, step 0.1 sd, 24 s",
+        "plica: 735 unknowns: start 2, iteration 2, log density 7, step 0.1 sd, 36 s",
+        "plica: 735 unknowns: on the learned error, iteration 3, log density 20, step 0.1 sd, 48 s",
+        "plica: 735 unknowns: on the learned error, iteration 4, log density 18.5 (1.5 lower than before: "
+        "the flow's error was learned anew), step 0.1 sd, 60 s",
+    ]
 
 
 def test_nothing_goes_on_where_nothing_was_begun(tmp_path: Path) -> None:

@@ -131,6 +131,22 @@ def test_a_reduction_that_asks_for_too_much_is_refused(
         build_simulation(phonating.replace({"reduction": given}))
 
 
+def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
+    phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for modes in (100_000, 3):
+        scene = phonating.replace({"reduction": {"modes": modes, "contact_vectors": 0}})
+        mesh = build_mesh(scene.mesh)
+        if modes > 3:
+            with pytest.raises(SceneError, match="modes"):
+                kept_basis(tmp_path, scene, mesh, shown=True)
+            assert capsys.readouterr().err == ""
+        else:
+            kept_basis(tmp_path, scene, mesh, shown=True)
+            kept_basis(tmp_path, scene, mesh, shown=True)
+            assert capsys.readouterr().err == "plica: the basis of [reduction] is made and kept\n"
+
+
 def test_bodies_without_supports_are_refused(colliding: plica.Scene) -> None:
     with pytest.raises(SceneError, match=r"reduction: .*supports"):
         build_simulation(reduced(colliding, 10, 0))

@@ -12,8 +12,9 @@ from conftest import THESIS_TISSUE
 from plica import _engine
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.symmetry import mirrored_mean
+from plica.tetrahedron import EDGES, shape_functions
 from plica.uncertainty.meshes import coarser, finer, given
-from plica.uncertainty.transfer import shape_functions, taken_over
+from plica.uncertainty.transfer import taken_over
 from plica.uncertainty.uniform import refined
 
 
@@ -53,6 +54,13 @@ def bent() -> Any:
     x = np.array(flat.points)
     x[:, 2] += 0.1 * np.sin(x[:, 0]) * (1 + x[:, 1])
     return changed_mesh(flat, points=x)
+
+
+def test_the_nodes_4_to_9_are_the_middles_of_the_edges() -> None:
+    mesh = block((2, 1, 1), 2)
+    nodes = np.asarray(mesh.points)[np.asarray(mesh.cells)]
+    middles = np.stack([0.5 * (nodes[:, a] + nodes[:, b]) for a, b in EDGES], axis=1)
+    assert nodes[:, 4:] == pytest.approx(middles, abs=1e-15)
 
 
 def test_curved_sides_stay_where_they_are() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.measures.measure import Measure
@@ -15,6 +16,8 @@ from plica.phonation.report import write_report
 from plica.phonation.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
 from plica.phonation.report.page import banner, remark, sections
 from plica.phonation.report.reading import read
+from plica.report.drawing import draw
+from plica.report.progress import figures_shown
 from plica.report.wording import number, row, tables
 
 base = Phonation(frequency=213.7, vertical_lag=0.6, amplitude_right=0.4e-3)
@@ -59,6 +62,26 @@ class Page(HTMLParser):
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
+
+
+def test_figures_that_take_their_time_are_counted(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def paint(figure: Figure) -> None:
+        figure.subplots().plot([0, 1])
+
+    def said(*shown: bool) -> str:
+        with figures_shown(*shown):
+            for title in ("one", "two"):
+                draw(title, "", "", (1, 1), paint)
+        return capsys.readouterr().err
+
+    assert said() == ""  # within two seconds
+    monkeypatch.setattr("plica.report.progress._AFTER", 0.0)
+    assert "report: 2 figures" in said()
+    assert said(False) == ""
+    draw("three", "", "", (1, 1), paint)
+    assert capsys.readouterr().err == ""
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ import pytest
 import plica
 
 _PACKAGE = Path(plica.__file__).parent
-_BASE = {"plica._engine", "plica.errors", "plica.units"}
+_BASE = {"plica._engine", "plica.errors", "plica.tetrahedron", "plica.units"}
 _VIEW = {"plica.view"}
 _SHARED = {"plica.measures", "plica.report", "plica.storage"}
 _SCENE = {"plica.phonation.scene"}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import pickle
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -115,3 +117,23 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
         assert (int(number), int(cell)) == (len(inverted), inverted[0])
     assert np.array(place, float) == pytest.approx(x[cells[int(cell), :4]].mean(0), rel=1e-5)
     assert int(now) == int(failure.value.waveforms["inverted_tissue"][-1])
+
+
+def test_cautions_are_said_only_of_a_scene_that_runs(
+    phonating: plica.Scene,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    scene = phonating.replace({"airflow.subglottal_pressure": 1.0, "time.duration": 1e-4})
+
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("plica.storage.files.os.posix_fallocate", full)
+        with pytest.raises(plica.StorageFailed, match="No space left"):
+            plica.run(scene, tmp_path / "run")
+    assert capsys.readouterr().err == ""
+    plica.run(scene, tmp_path / "run")
+    assert "Caution: airflow.subglottal_pressure = 1 Pa" in capsys.readouterr().err

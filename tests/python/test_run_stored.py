@@ -114,6 +114,11 @@ def test_a_waveform_that_is_not_there_is_answered_with_the_nearest(bar: plica.Sc
     assert all(name in str(missing.value) for name in run)
     assert run.get("flow") is None
     assert "flow" not in run
+    for named in (run.waveforms, run.units, run.between().waveforms):
+        with pytest.raises(plica.InvalidInput, match=r'"prbes"; must be one of .* Did you mean "probes"\?'):
+            named["prbes"]
+    with pytest.raises(plica.InvalidInput, match=r'"displacment"; must be .* Did you mean "displacement"\?'):
+        run.fields["displacment"]
 
 
 def test_an_xarray_has_the_waveforms_with_units(phonating: plica.Scene, tmp_path: Path) -> None:

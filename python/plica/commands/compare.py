@@ -57,6 +57,7 @@ def add_commands(commands: Any) -> None:
 def _compare(options: argparse.Namespace) -> int:
     from plica.report.comparison import comparison_table, write_comparison
     from plica.report.page import require_pdf
+    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
 
     if options.pdf and options.output is None:
@@ -71,7 +72,7 @@ def _compare(options: argparse.Namespace) -> int:
     for remark in found.remarks:
         print(f"plica: {remark}", file=sys.stderr)
     if options.output is not None:
-        with storage_errors(options.output):
+        with storage_errors(options.output), figures_shown(not options.quiet):
             options.output.mkdir(parents=True, exist_ok=True)
             page = write_comparison(found.sheet(), options.output, pdf=options.pdf)
         if not options.quiet:

@@ -42,12 +42,18 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
                 lines.append(f"{name:<40} -            {item.note}".rstrip())
             said.add(item.note)
             continue
-        new = [text for text in item.cautions if text not in said]
+        new = [_without(text, said) for text in item.cautions if text not in said]
         mark = "!" if item.cautions else ""
         lines.append(f"{_line(item)} {mark}".rstrip())
         lines += [f"    ! {text}" for text in new]
-        said.update(new)
+        said.update(item.cautions)
     return "\n".join(lines)
+
+
+def _without(text: str, said: set[str]) -> str:
+    """What of a text was not said."""
+    ends = (f"; {reason}" for reason in sorted(said) if text.endswith(f"; {reason}"))
+    return text.removesuffix(next(ends, ""))
 
 
 def _line(item: Measure) -> str:

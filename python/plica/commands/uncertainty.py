@@ -78,12 +78,13 @@ def estimated(directory: Path, *, budget: float = 4.0, mesh: str = "auto", quiet
     """Estimate, print the table and draw the report anew."""
     from plica.phonation.report import write_report
     from plica.phonation.run.results import Run
+    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.uncertainty import estimate_uncertainty
     from plica.uncertainty.text import uncertainty_table
 
     found = estimate_uncertainty(directory, budget=budget, mesh=mesh, progress=not quiet)
-    with storage_errors(directory):
+    with storage_errors(directory), figures_shown(not quiet):
         report = write_report(Run.load(directory), directory / "report.html", found)
     if not quiet:
         print(uncertainty_table(found))

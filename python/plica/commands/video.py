@@ -295,6 +295,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
     """The analysis of a recording as far as `until`, its tables written and its measures printed."""
     import plica
     from plica.report.page import pdf_of, require_pdf
+    from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
     from plica.video.report import write_report
@@ -331,7 +332,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
             progress=not options.quiet,
         )
         write_tables(found)
-        page = write_report(found) if report else None
+        with figures_shown(not options.quiet):
+            page = write_report(found) if report else None
         if page and options.pdf:
             page = pdf_of(page)
     if not options.quiet:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.tetrahedron import EDGES
 from plica.view.faces import lattice, shapes
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _CORNERS = ((1, 2, 3, 0), (0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3))  # of a face, and the one opposite
-_MIDDLE = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}  # the engine's order
+_MIDDLE = {edge: 4 + k for k, edge in enumerate(EDGES)}
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import islice
 
@@ -26,6 +27,7 @@ def estimate(
     start: ArrayLike | None = None,
     options: Scoring | None = None,
     progress: Watcher | None = None,
+    kept: Mapping[int, ArrayLike] | None = None,
 ) -> Posterior:
     """The maximum of the posterior density of log theta, with the Gaussian that fits it there.
 
@@ -43,6 +45,9 @@ def estimate(
     options : Scoring, optional
     progress : callable, optional
         Called with each `Iteration`, those on the way to a graduated start among them.
+    kept : mapping, optional
+        By its number, the last point on the whole recording of each start of an estimate that was stopped:
+        they go on from there.
 
     Raises
     ------
@@ -56,7 +61,8 @@ def estimate(
     ends: list[tuple[Posterior, Evaluation]] = []
     failure: Exception | None = None
     tried = 0
-    starts = begins(likelihood, first, options, progress)
+    there = {number: np.array(point, dtype=float) for number, point in (kept or {}).items()}
+    starts = begins(likelihood, first, options, progress, there)
     for tried, begin in enumerate(islice(starts, options.starts), start=1):
         try:
             found = climb(likelihood, begin, options, numbered(progress, tried))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ def estimate_from_flow(
     progress: Callable[[Iteration], None] | None = None,
     *,
     learn: bool = True,
+    kept: Mapping[int, ArrayLike] | None = None,
 ) -> tuple[Posterior, MarginalLikelihood, Evaluation]:
     """`estimate` with an error of the flow that is learned from the residuals.
 
@@ -42,6 +43,8 @@ def estimate_from_flow(
     at a false maximum the misfit would be learned as an error of the flow. If the residuals fail their test
     after all, the intervals are as wide as their own correlations ask for (`Posterior.inflation`). Without
     `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
+
+    `kept` is that of `estimate`; at number 0 the last point of the second or third estimate.
 
     Returns
     -------
@@ -65,17 +68,22 @@ def estimate_from_flow(
             progress(replace(at, number=count[0]) if whole else at)
         count[0] += whole
 
+    def after(at: Iteration) -> None:
+        watched(replace(at, start=0))
+
     rough = replace(options, tolerance=max(options.tolerance, _FIRST)) if learn else options
-    first = found = estimate(likelihood, start, rough, watched)
+    first = found = estimate(likelihood, start, rough, watched, kept)
     at = likelihood.last()
+    later = (kept or {}).get(0)
     for tolerance in (rough.tolerance, options.tolerance) if learn else ():
         for _ in range(_ROUNDS):
             likelihood = MarginalLikelihood(
                 likelihood.model, likelihood.fixed_noise, flow_error=_learned(likelihood, at)
             )
             at = likelihood.evaluate_known(at.point, at.responses)
-        found = estimate(likelihood, at.point, replace(options, tolerance=tolerance, starts=1), watched)
-        at = likelihood.last()
+        begin = at.point if later is None else later
+        found = estimate(likelihood, begin, replace(options, tolerance=tolerance, starts=1), after)
+        at, later = likelihood.last(), None
     found = replace(found, iterations=max(count[0] - 1, 0), starts=first.starts, ended_here=first.ended_here)
     if not found.residuals.passed:
         found = replace(found, inflation=inflation(likelihood, at))

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import sys
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +18,7 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel, require_linear, require_parameters
 from plica.identify.posterior import Posterior
 from plica.identify.pressures import fed_back, forcing_of, heights_of, seen_surface
+from plica.identify.progress import Told
 from plica.identify.recording import Recorded, observe
 from plica.identify.residuals import whitened
 from plica.identify.results import Identification, Picture, load, store
@@ -31,6 +29,7 @@ from plica.identify.step_error import stiffness_error
 from plica.identify.thickness import thickness_doubts
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
+from plica.report.progress import figures_shown
 from plica.storage.files import only_writer, storage_errors
 
 __all__ = ["Identification", "identify", "load"]
@@ -124,7 +123,8 @@ def identify(
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
 
-        write_report(load(directory))
+        with figures_shown(progress):
+            write_report(load(directory))
     return load(directory)
 
 
@@ -156,41 +156,23 @@ def _estimated(
     """The posterior of one mesh, and the likelihood at the last point of the iteration. The error of a flow
     that was found in pictures is learned from the residuals. What begins at a coarser mesh's end has no
     other starts: they were made there."""
-    resumed = iterates.start(name)
 
     def kept(at: Iteration) -> None:
-        if at.start == 1 and (resumed is None or at.number):  # other starts are begun anew on --resume
+        if at.share == 1:
             iterates.add(name, at)
+        if told is not None:
+            told(at)
 
     words = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
-    start = resumed if resumed is not None else None if begin is None else np.array(begin)
+    told = Told(words) if progress else None
     return estimate_from_flow(
         task.likelihood,
-        start,
+        None if begin is None else np.array(begin),
         Scoring(max_iterations=settings.max_iterations, starts=settings.starts if begin is None else 1),
-        _shown(kept, words) if progress else kept,
+        kept,
         learn=task.recorded.found,
+        kept=iterates.last(name),
     )
-
-
-def _shown(kept: Callable[[Iteration], None], words: str) -> Callable[[Iteration], None]:
-    began = time.monotonic()
-    print(f"plica: {words}: first sweep", file=sys.stderr, flush=True)
-
-    def said(at: Iteration) -> None:
-        kept(at)
-        again = f"start {at.start}, " if at.start > 1 else ""
-        part = "" if at.share == 1 else f"first {100 * at.share:.0f} % of the frames, "
-        what = f"iteration {at.number}" if math.isfinite(at.step) else f"tissue {at.number + 1} of the prior"
-        step = f", step {at.step:.2g} sd" if math.isfinite(at.step) else ""
-        print(
-            f"plica: {words}: {again}{part}{what}, log density {at.value:.6g}{step}, "
-            f"{time.monotonic() - began:.0f} s",
-            file=sys.stderr,
-            flush=True,
-        )
-
-    return said
 
 
 def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:

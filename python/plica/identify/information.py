@@ -72,7 +72,7 @@ def gradient_and_information(
             of_T[i, j] = of_T[j, i] = (
                 np.sum(own * excess) - np.sum(X_excess * SX[i]) + np.sum(SX[i] * SX[j].T)
             )
-    information = _not_below_zero(information - feigned) + of_T
+    information = _not_below_zero(information, feigned) + of_T
     if noise_is_free:
         information = _without_noise(information, space, solved, SX, traces)
     return gradient, information
@@ -85,10 +85,17 @@ def _feigned(space: InputSpace, solved: Solved, squares: Array, first: Array, se
     return float(np.sum(solved.inverse[b, b] * left))
 
 
-def _not_below_zero(information: Array) -> Array:
-    """The positive semidefinite part."""
-    values, vectors = np.linalg.eigh(information)
-    return information if values.min(initial=0.0) >= 0 else (vectors * np.maximum(values, 0.0)) @ vectors.T
+def _not_below_zero(information: Array, feigned: Array) -> Array:
+    """The positive semidefinite part of the difference of two such matrices. Whatever the units of the
+    coordinates: it is taken where the diagonals of the two add up to 1."""
+    size = np.diag(information) + np.diag(feigned)
+    unit = np.sqrt(np.where(size > 0, size, 1.0))
+    left = information - feigned
+    values, vectors = np.linalg.eigh(left / np.outer(unit, unit))
+    if values.min(initial=0.0) >= 0:
+        return left
+    spread = unit[:, None] * vectors
+    return (spread * np.maximum(values, 0.0)) @ spread.T
 
 
 def _without_noise(

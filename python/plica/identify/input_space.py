@@ -20,7 +20,8 @@ __all__ = ["InputSpace", "Solved"]
 Array = NDArray[np.float64]
 _AT_ONCE = 32  # columns of gains, dense
 _ANY = 1e4
-"""[Pa] Times the flow's level: the size of pressures before the recording, ten times what drives a voice."""
+"""[Pa] kappa: the sd of each pressure before the recording over sigma_v, the factor on the flow's stated sd;
+ten times what drives a voice where sigma_v is 1."""
 
 
 class InputSpace:

@@ -61,7 +61,7 @@ class Iterates:
     path: Path
     marks: Marks
     points: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
-    """By mesh, "coarser" or "scene": ``{"number", "value", "step", "point"}``."""
+    """By mesh, "coarser" or "scene": ``{"number", "start", "value", "step", "point"}``."""
     ended: dict[str, list[float]] = field(default_factory=dict)
     """By mesh: the mean of its posterior, where its estimate has ended."""
 
@@ -97,16 +97,19 @@ class Iterates:
         _require_same(directory, there, marks)
         return found
 
-    def start(self, mesh: str) -> Floats | None:
-        """The last point of a mesh, or None."""
-        found = self.points.get(mesh)
-        return np.array(found[-1]["point"]) if found else None
+    def last(self, mesh: str) -> dict[int, Floats]:
+        """The last point of each start on a mesh."""
+        return {kept["start"]: np.array(kept["point"]) for kept in self.points.get(mesh, [])}
 
     def add(self, mesh: str, at: Iteration) -> None:
-        """Keep a point."""
+        """Keep a point, unless it is the one from which its start goes on."""
+        last = self.last(mesh).get(at.start)
+        if last is not None and np.array_equal(last, at.point):
+            return
         kept = self.points.setdefault(mesh, [])
+        point = np.asarray(at.point).tolist()
         kept.append(
-            {"number": len(kept), "value": at.value, "step": at.step, "point": np.asarray(at.point).tolist()}
+            {"number": len(kept), "start": at.start, "value": at.value, "step": at.step, "point": point}
         )
         self._write()
 

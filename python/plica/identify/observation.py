@@ -77,8 +77,10 @@ class Observation:
     flow: Array
     """(N, r, 2) pixels per frame, to the right and down in the camera's picture; nan where it is missing."""
     sd: ArrayLike = 0.1
-    """[px] Of the flow's error: a number or what broadcasts to (N, r, 2), > 0. Only their ratios count, as
-    the level is estimated with the tissue."""
+    """[px] Of the flow's error as stated: a number or what broadcasts to (N, r, 2), > 0. Their common factor
+    is estimated with the tissue, so that only ratios count; but pressures before the first frame that shows
+    anything are taken as of up to some 1e4 Pa times that factor, so that stating ten times the sd allows a
+    tenth of these pressures."""
     frame_rate: float = 4000.0
     """[Hz] > 0"""
     closed: NDArray[np.bool_] | None = None

@@ -136,7 +136,7 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
             }
             _fill(group.create_group("derived"), derived)
             _fill(file.create_group("recording"), {f.name: getattr(picture, f.name) for f in fields(picture)})
-            points = [(p["value"], p["step"]) for p in iterates.points["scene"]]
+            points = [(p["value"], p["step"]) for p in iterates.points["scene"] if p["start"] < 2]
             _fill(file.create_group("iterations"), {"value_and_step": np.array(points)})
 
     replaced(directory / "posterior.h5", write)

@@ -66,7 +66,7 @@ class Iteration:
     step: float
     """[posterior sd] of the step proposed from here; nan of a tissue that is only compared with others"""
     start: int = 1
-    """Which of several"""
+    """Which of several; 0: none of them, but an estimate that stands on what they left"""
     share: float = 1.0
     """Of the frames that show something; less than 1 on the way to a graduated start"""
 

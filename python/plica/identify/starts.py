@@ -9,7 +9,7 @@ the whole recording is begun (for seismograms: C. Bunks et al., Geophysics 60, 1
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -35,16 +35,27 @@ _SCANNED = MOST_STARTS - 2
 
 
 def begins(
-    likelihood: MarginalLikelihood, first: Array, options: Scoring, progress: Watcher | None = None
+    likelihood: MarginalLikelihood,
+    first: Array,
+    options: Scoring,
+    progress: Watcher | None = None,
+    kept: Mapping[int, Array] | None = None,
 ) -> Iterator[Array]:
     """(p) each: `first`; the graduated start from it; the graduated starts from tissues that are spread over
     the prior, the most probable on the first quarter of the recording before the others.
 
     progress: called with each point on the way to a graduated start.
+    kept: by their numbers, points at which starts that were begun before go on.
     """
-    yield first
-    yield graduated(likelihood, first, options, numbered(progress, 2))
-    for number, point in enumerate(_scanned(likelihood, numbered(progress, 3)), start=3):
+    kept = kept or {}
+    yield kept.get(1, first)
+    yield kept[2] if 2 in kept else graduated(likelihood, first, options, numbered(progress, 2))
+    fresh = 3
+    while fresh in kept:
+        yield kept[fresh]
+        fresh += 1
+    others = _scanned(likelihood, numbered(progress, fresh))[fresh - 3 :]
+    for number, point in enumerate(others, start=fresh):
         yield graduated(likelihood, point, options, numbered(progress, number))
 
 

@@ -17,6 +17,7 @@ from plica.identify.model import MotionModel
 from plica.identify.posterior import Posterior
 from plica.identify.scoring import NOT_THERE
 from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.tetrahedron import EDGES
 from plica.view.faces import lattice, shapes
 
 __all__ = ["layers_below", "thicker", "thickness_doubts", "thickness_shift"]
@@ -26,7 +27,6 @@ Array = NDArray[np.float64]
 FACTOR = 1.1
 TOLD = 0.5
 """Posterior sd that a shift must have to be told."""
-_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))  # of a cell; a quadratic one's middles are 4 to 9
 _STEPS = 2  # of scoring; one is off by a factor of two where the problem is not linear
 _SAMPLES = 4  # of a side of a face, where the nearest place of the surface is looked for
 _STACKED = 0.3  # of the median depth of an interface, below which less than a tenth of its nodes lie
@@ -77,7 +77,7 @@ def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
     """(n, 3) of which the known rows stay, and of others each is the mean of its neighbours', weighted by the
     inverse length of the edge between."""
     cells, points = np.asarray(mesh.cells), np.asarray(mesh.points)
-    ends = np.concatenate([cells[:, [i, j]] for i, j in _EDGES])
+    ends = np.concatenate([cells[:, [i, j]] for i, j in EDGES])
     if cells.shape[1] == 10:
         middles = np.concatenate([cells[:, 4 + k] for k in range(6)])
         ends = np.concatenate([np.column_stack([ends[:, side], middles]) for side in (0, 1)])

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plica.measures.record import Floats
+from plica.report.progress import drawn
 
 blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
 tissue, air, rim = "#d8998a", "#1d222b", "#4a2f2a"
@@ -69,6 +70,7 @@ def draw(
         paint(figure)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
+    drawn()
     return Drawing(title, caption, alt, inline_svg(buffer.getvalue(), alt))
 
 

@@ -11,8 +11,9 @@ from plica.phonation.run.basis_file import basis_seconds, kept_basis
 from plica.phonation.run.build import basis_of, build_simulation
 from plica.phonation.run.results import Run
 from plica.phonation.scene.mesh_source import build_mesh
-from plica.uncertainty.level import Basis, PlannedLevel, clock, fields_of
+from plica.uncertainty.level import Basis, PlannedLevel, fields_of
 from plica.uncertainty.start import Start, step_cost
+from plica.units import clock
 
 __all__ = ["Cost", "Own", "cost_of"]
 

@@ -16,8 +16,9 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.uncertainty.meshes import OtherMesh
 from plica.uncertainty.start import Start
+from plica.units import clock
 
-__all__ = ["Basis", "PlannedLevel", "clock", "fields_of", "lengthened"]
+__all__ = ["Basis", "PlannedLevel", "fields_of", "lengthened"]
 
 Basis = NDArray[np.float64]
 
@@ -77,10 +78,3 @@ def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, 
         return None, None
     fixed = fixed_components(level.scene, level.mesh)
     return start.on(run.mesh, np.asarray(level.mesh.points), fixed, run.scene.symmetry)
-
-
-def clock(seconds: float) -> str:
-    """A time as people say it."""
-    if seconds < 90:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"

@@ -17,9 +17,10 @@ from plica.phonation.scene.parts import Output
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json
 from plica.uncertainty.cost import Own, cost_of
-from plica.uncertainty.level import Basis, PlannedLevel, clock
+from plica.uncertainty.level import Basis, PlannedLevel
 from plica.uncertainty.meshes import OtherMesh, coarser, finer
 from plica.uncertainty.start import Start
+from plica.units import clock
 
 __all__ = ["Plan", "made_plan", "steps_measured"]
 

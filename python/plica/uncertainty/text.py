@@ -14,9 +14,9 @@ from plica.measures.uncertainty import Refinement, Uncertain, Uncertainty
 from plica.phonation.run.results import Run
 from plica.storage.table import write_table
 from plica.uncertainty.comparison import Computed
-from plica.uncertainty.level import clock
 from plica.uncertainty.plan import Plan, transient
 from plica.uncertainty.start import Start
+from plica.units import clock
 
 __all__ = ["planned", "sentence", "uncertainty_table", "write_csv"]
 

@@ -8,20 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SIDES", "shape_functions", "taken_over"]
+from plica.tetrahedron import shape_functions
+
+__all__ = ["taken_over"]
 
 Floats = NDArray[np.float64]
 
-SIDES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-"""Corners of a tetrahedron's sides, in the order of a quadratic cell's nodes 4 to 9."""
 _NEAR = 60  # cells by their centres, among which the one that holds a point is looked for
 _BEYOND = 0.2  # of a cell: no further outside it is a field continued
-
-
-def shape_functions(weights: Floats) -> Floats:
-    """(k, 10) of the quadratic tetrahedron at barycentric coordinates (k, 4)."""
-    corners = weights * (2 * weights - 1)
-    return np.hstack([corners, *(4 * weights[:, [i]] * weights[:, [j]] for i, j in SIDES)])
 
 
 def taken_over(mesh: Any, fields: Sequence[Floats], points: Floats) -> list[Floats]:

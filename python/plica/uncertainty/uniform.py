@@ -13,7 +13,7 @@ import numpy as np
 
 from plica import _engine
 from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.uncertainty.transfer import SIDES, shape_functions
+from plica.tetrahedron import EDGES, shape_functions
 
 __all__ = ["refined"]
 
@@ -72,9 +72,9 @@ def _on_the_map(linear: _engine.TetMesh, parent: Any) -> _engine.TetMesh:
     fine = _engine.to_quadratic(linear)
     cells, points = np.asarray(parent.cells), np.array(fine.points)
     corners = np.eye(4)
-    nodes = np.vstack([corners, *(0.5 * (corners[[a]] + corners[[b]]) for a, b in SIDES)])  # in the parent
+    nodes = np.vstack([corners, *(0.5 * (corners[[a]] + corners[[b]]) for a, b in EDGES)])  # in the parent
     for number, child in enumerate(_CHILDREN):
-        middles = np.array([0.5 * (nodes[child[a]] + nodes[child[b]]) for a, b in SIDES])
+        middles = np.array([0.5 * (nodes[child[a]] + nodes[child[b]]) for a, b in EDGES])
         of_child = np.asarray(fine.cells)[number :: len(_CHILDREN), 4:]
         points[of_child] = np.einsum(
             "ka,mai->mki", shape_functions(middles), np.asarray(parent.points)[cells]

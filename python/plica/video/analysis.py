@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from plica.errors import one_of
+from plica.errors import Named, one_of
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
@@ -458,7 +458,7 @@ class Analysis:
             for name in ("coefficients", "round_trip"):
                 values = self[f"modes/{name}"]
                 found[f"mode_{name}"] = np.vstack([values, np.full((1, values.shape[1]), np.nan)])
-        return found
+        return Named(f"Analysis {self.directory}", found.items())
 
     @property
     def units(self) -> dict[str, str]:

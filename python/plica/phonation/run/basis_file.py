@@ -29,7 +29,7 @@ def kept_basis(
     """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none.
 
     begun: the run has states, which are coordinates in its basis and mean nothing in another; InvalidInput
-    where that one is gone. shown: say on standard error when one is made, as it takes a while.
+    where that one is gone. shown: say on standard error when one is being made, as it takes a while.
     """
     digest = _digest(scene, mesh)
     if begun:
@@ -37,12 +37,14 @@ def kept_basis(
     motion = _motion(scene)
     found = _read(directory / BASIS, digest, motion)
     if found is None:
-        if shown:
-            print("plica: the basis of [reduction] is made and kept", file=sys.stderr, flush=True)
         begin = time.perf_counter()
-        found = basis_of(scene, mesh)
+        found = basis_of(scene, mesh, _say if shown else None)
         _write(directory / BASIS, found, digest, motion, time.perf_counter() - begin)
     return found
+
+
+def _say() -> None:
+    print("plica: the basis of [reduction] is made and kept", file=sys.stderr, flush=True)
 
 
 def basis_seconds(directory: Path) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
@@ -95,8 +96,10 @@ def build_simulation(
         raise _located(scene, error) from None
 
 
-def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene with a reduction.
+def basis_of(
+    scene: Scene, mesh: _engine.TetMesh, begun: Callable[[], None] | None = None
+) -> NDArray[np.float64]:
+    """The vectors (3 n, any) of a scene with a reduction; `begun` is called when they are about to be made.
 
     Raises SceneError where it asks for more than the mesh has.
     """
@@ -118,6 +121,7 @@ def basis_of(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.float64]:
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
             planes=symmetry_planes(scene.symmetry),
+            begun=begun,
         )
     except InvalidInput as error:
         raise _located(scene, error) from None

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from plica.errors import InvalidInput, UnknownName
+from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
 from plica.measures.measure import ByName
 from plica.measures.record import Array, Floats, time_step
@@ -51,7 +51,8 @@ class RunPart:
     @cached_property
     def waveforms(self) -> dict[str, Array]:
         """Those of the run; works and losses are counted from the beginning of the part."""
-        return {name: self._of(name, np.asarray(values)) for name, values in self.run.waveforms.items()}
+        parts = ((name, self._of(name, np.asarray(values))) for name, values in self.run.waveforms.items())
+        return Named("Run.between", parts)
 
     @cached_property
     def fields(self) -> dict[str, Array]:
@@ -73,8 +74,6 @@ class RunPart:
 
     def __getitem__(self, name: str) -> Array:
         """A waveform of the part."""
-        if name not in self.waveforms:
-            raise UnknownName("Run.between", name, self.waveforms)
         return self.waveforms[name]
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ def reduction_basis(
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
     planes: int = 0,
+    begun: Callable[[], None] | None = None,
 ) -> Floats:
     """A basis (3 n, vectors) of displacements, zero where they are held.
 
@@ -67,6 +69,8 @@ def reduction_basis(
     planes : int
         In which all vectors are their own mirror images: 0 none, 1 x = 0, 2 y = 0, too. The scene is, but for
         its motion: of that the symmetric part is taken.
+    begun : callable, optional
+        Called once what is asked for is known to be there.
 
     Raises
     ------
@@ -110,11 +114,14 @@ def reduction_basis(
         found: Floats = solver.solve(everywhere)[free]
         return found
 
-    columns = [_lowest_modes(K, M, solve, modes)]
+    columns = []
     if motion is not None:
         fields = mirrored_mean(motion, points, planes).reshape(len(motion), -1)[:, free].T
         count = min(COMPONENTS, len(motion)) if components is None else components
-        columns.insert(0, _principal_components(K, fields, count))
+        columns.append(_principal_components(K, fields, count))
+    if begun is not None:
+        begun()
+    columns.append(_lowest_modes(K, M, solve, modes))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.errors import InvalidInput, UnknownName
+from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
 from plica.measures.file import read_measures
 from plica.measures.measure import ByName
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import xarray
 
 __all__ = ["Field", "Run", "RunMesh"]
+
+Item = TypeVar("Item")
 
 _STATUS = {
     store.RUNNING: "running",
@@ -176,8 +178,6 @@ class Run(Mapping[str, NDArray[Any]]):
         return f"<Run {self.directory}: {self.status}, {self.steps} of {self.steps_asked} steps>"
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self.waveforms:
-            raise UnknownName(f"Run {self.directory}", name, self.waveforms)
         return self.waveforms[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -185,6 +185,9 @@ class Run(Mapping[str, NDArray[Any]]):
 
     def __len__(self) -> int:
         return len(self.waveforms)
+
+    def _named(self, items: Iterable[tuple[str, Item]]) -> dict[str, Item]:
+        return Named(f"Run {self.directory}", items)
 
     @cached_property
     def scene(self) -> Scene:
@@ -211,14 +214,14 @@ class Run(Mapping[str, NDArray[Any]]):
         """
         with h5py.File(self.path, "r", locking=False) as file:
             stored = file["waveforms"].items()
-            return {_RENAMED.get(name, name): data[: self.steps] for name, data in stored}
+            return self._named((_RENAMED.get(name, name), data[: self.steps]) for name, data in stored)
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Unit of each waveform."""
         with h5py.File(self.path, "r", locking=False) as file:
             stored = file["waveforms"].items()
-            return {_RENAMED.get(name, name): str(data.attrs["units"]) for name, data in stored}
+            return self._named((_RENAMED.get(name, name), str(data.attrs["units"])) for name, data in stored)
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -248,7 +251,7 @@ class Run(Mapping[str, NDArray[Any]]):
                 return {}
             names = [name for name in file["fields"] if name != "time"]
             time = file["fields/time"][: self.frames]
-        return {"time": time} | {name: Field(self.path, name, self.frames) for name in names}
+        return self._named([("time", time), *((name, Field(self.path, name, self.frames)) for name in names)])
 
     @property
     def displacement(self) -> Field:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed, StepFailed
+from plica.measures.caution import Caution
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.basis_file import BASIS, kept_basis, write_basis
 from plica.phonation.run.build import build_simulation
@@ -108,10 +109,8 @@ def run(
         mesh = build_mesh(scene.mesh, scene.source)
         basis = _basis(scene, directory, mesh, there, shown=progress)
         simulation = build_simulation(scene, mesh, basis=basis)
-        if progress:
-            for caution in scene_cautions(scene, mesh):
-                print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
-        _Runner(scene, directory, mesh, simulation).run(shown=progress)
+        runner = _Runner(scene, directory, mesh, simulation)
+        runner.run(shown=progress, cautions=scene_cautions(scene, mesh) if progress else ())
     return Run.load(directory)
 
 
@@ -190,8 +189,10 @@ class _Runner:
         self.chunk = 1
         self.seconds = 0.0
 
-    def run(self, *, shown: bool) -> None:
+    def run(self, *, shown: bool, cautions: Iterable[Caution] = ()) -> None:
         with stop_on_signal() as stop, self._open() as results:
+            for caution in cautions:  # now that nothing refuses the scene any more
+                print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
             if self.done < self.total:
                 results.set_status(store.RUNNING)
                 self._remove(_OUTDATED)

@@ -12,23 +12,22 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput
 from plica.storage.files import storage_errors
+from plica.tetrahedron import EDGES
 
 __all__ = ["dihedral_angles", "mesh_summary", "quality", "write_mesh"]
-
-_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 
 
 def quality(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np.float64]:
     """Mean-ratio quality 12 (3 V)^(2/3) / (sum of squared edges), (m); 1 for a regular tetrahedron."""
     volumes = _engine.signed_volumes(points, cells)
-    squares = sum(((points[cells[:, a]] - points[cells[:, b]]) ** 2).sum(axis=1) for a, b in _EDGES)
+    squares = sum(((points[cells[:, a]] - points[cells[:, b]]) ** 2).sum(axis=1) for a, b in EDGES)
     return np.asarray(12 * np.cbrt(3 * np.abs(volumes)) ** 2 / squares)
 
 
 def dihedral_angles(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np.float64]:
     """Angles between the faces of each cell at its six edges, degrees (m, 6); of its corners."""
     angles = []
-    for a, b in _EDGES:
+    for a, b in EDGES:
         c, d = (k for k in range(4) if k not in (a, b))
         along = points[cells[:, b]] - points[cells[:, a]]
         first, second = (np.cross(along, points[cells[:, k]] - points[cells[:, a]]) for k in (c, d))
