@@ -74,8 +74,8 @@ class Contact(OneOf):
 
     Multipliers are exact and the default to choose; augmented multipliers find the same forces step by step,
     Nitsche's method nearly the same; penalties are soft and leave gaps. ``surface_mass="redistributed"`` ends
-    the chatter of an impact and lets its pressure converge. In Python: ``Contact(multipliers=Multipliers(), friction=0.3)`` or
-    ``Contact(nitsche={"factor": 20})``.
+    the chatter of an impact and lets its pressure converge. In Python:
+    ``Contact(multipliers=Multipliers(), friction=0.3)`` or ``Contact(nitsche={"factor": 20})``.
     """
 
     kinds: ClassVar[dict[str, type[Part]]] = {
@@ -114,9 +114,9 @@ class Contact(OneOf):
     surface_mass: Literal["kept", "redistributed"] = Field(
         default_factory=engine_default("Contact", "surface_mass")
     )
-    """Mass of the nodes that can touch: kept, or given to nodes behind them, so that an impact does not chatter
-    and impulse and pressure converge with the step. Use `order = 2` and a mesh as fine as `larynx = "fine"`
-    with it: on coarse ones a collision then has half the impulse."""
+    """Mass of the nodes that can touch: kept, or given to nodes behind them, so that an impact does not
+    chatter, and its impulse and pressure converge with the step. Use `order = 2` and a mesh as fine as
+    `larynx = "fine"` with it: on coarse ones a collision then has half the impulse."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
