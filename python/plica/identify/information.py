@@ -95,7 +95,7 @@ def _not_below_zero(information: Array, feigned: Array) -> Array:
     if values.min(initial=0.0) >= 0:
         return left
     spread = unit[:, None] * vectors
-    return (spread * np.maximum(values, 0.0)) @ spread.T
+    return np.asarray((spread * np.maximum(values, 0.0)) @ spread.T)
 
 
 def _without_noise(
