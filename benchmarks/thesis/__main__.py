@@ -4,21 +4,27 @@
     python benchmarks/thesis --list          # the table of runs and how each stands
     python benchmarks/thesis --only figures  # from the runs that are there
 
-Runs go to runs/thesis (three gigabytes), data to benchmarks/thesis/data, pictures to docs/images, the page to
-docs/thesis.md. A run that is there is taken as it is, one that was stopped is continued. `--mesh` names the
-presets to run on, the first for all variations: `--mesh medium --mesh coarse --mesh thesis` adds the thesis's
-size by pressure alone. `--duration` and another `--runs`, `--docs` and `--data` make a rehearsal.
+Runs go to runs/thesis (three gigabytes), data to benchmarks/thesis/data, pictures to docs/images, the page
+to docs/thesis.md. A run that is there is taken as it is, one that was stopped is continued; all are of one
+engine, which the page names. `--mesh` names the presets to run on, the first for all variations: `--mesh
+thesis_medium --mesh thesis_coarse --mesh thesis` adds the thesis's size by pressure alone. `--duration` and
+another `--runs`, `--docs` and `--data` make a rehearsal.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import cases
 from reading import Shelf
 
 import plica
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+
+from record import of_this_engine
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parents[1] / "docs"
@@ -55,6 +61,7 @@ def main() -> None:
             print(f"{case.name}: {standing(case, options.runs)}")
         return
     if options.only != "figures":
+        of_this_engine(options.runs)
         for number, case in enumerate(table, start=1):
             told = cases.make(case, options.runs, options.duration)
             print(f"[{number}/{len(table)}] {case.name}: {told}", flush=True)

@@ -37,7 +37,7 @@ PLATES = (
 )
 HEAD = """# The thesis's figures, made anew
 
-Made by `python benchmarks/thesis`; do not edit. Papers A and B are those of Granados (2016).
+Made by `python benchmarks/thesis`, engine {engine}; do not edit. Papers A and B are those of Granados (2016).
 {mesh}
 
 B is `examples/thesis_b.toml` (half the printed viscosity), P is `examples/thesis.toml` (as printed), both
@@ -91,7 +91,9 @@ REASONS = {  # beginning of a claim: why it may fail; shown where it does
 def write(shelf: Shelf, docs: Path, data: Path) -> None:
     """The page, its pictures and their data; what lacks its runs is named and left out."""
     images = docs / "images"
-    text = [HEAD.format(mesh=mesh_text(shelf), duration=cases.DURATION, last=1e3 * cases.LAST)]
+    engine = (shelf.runs / "engine").read_text(encoding="utf-8")
+    head = {"engine": engine, "mesh": mesh_text(shelf), "duration": cases.DURATION, "last": 1e3 * cases.LAST}
+    text = [HEAD.format(**head)]
     for build in PLATES:
         made = build(shelf)
         if made is None:
