@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.brightness import blurred
 from plica.video.midline import Midline, pixels
 
 __all__ = ["EdgeProfiles"]
@@ -21,6 +22,7 @@ Mask = npt.NDArray[np.bool_]
 
 _REACH = 4.0  # px on either side of the outline
 _STEP = 0.25  # px
+_AGAINST_NOISE = 1.0  # px, by which frames are blurred, and which is taken out of what is found
 _FEWEST = 50  # profiles of a side
 
 
@@ -53,7 +55,7 @@ class EdgeProfiles:
         at = np.stack([y, x])[:, :, None] + outward[:, :, None] * self._offsets
         ends = ndimage.map_coordinates(away, at[:, :, [4, -5]], order=1, mode="nearest")
         wide = (ends[:, 0] >= 0.8 * _REACH) & (ends[:, 1] <= -0.8 * _REACH)
-        grey = ndimage.map_coordinates(np.asarray(frame, float), at[:, wide], order=3, mode="nearest")
+        grey = ndimage.map_coordinates(blurred(frame, _AGAINST_NOISE), at[:, wide], order=1, mode="nearest")
         side = (self._midline.place(np.stack([x, y], axis=-1)[wide].astype(float))[:, 1] > 0).astype(int)
         dark, bright = grey[:, :5].mean(axis=1), grey[:, -5:].mean(axis=1)
         level = (grey - dark[:, None]) / np.where(bright > dark, bright - dark, np.nan)[:, None]
@@ -76,5 +78,5 @@ class EdgeProfiles:
         for total, count in zip(self._sums, self._counts, strict=True):
             if count[0] >= _FEWEST:
                 slope = np.gradient(total / count, _STEP).max()
-                found.append(1 / (np.sqrt(2 * np.pi) * slope))
+                found.append(np.sqrt(max(1 / (2 * np.pi * slope**2) - _AGAINST_NOISE**2, 0.0)))
         return min(found, default=float("nan"))
