@@ -293,6 +293,7 @@ class Analysis:
                 self["glottis/border"] > 0,
                 self.settings.fps,
                 self.settings.mm_per_px,
+                float(self["sides/blur"]) if "sides/blur" in self else None,
             )
         )
 

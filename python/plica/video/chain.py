@@ -22,6 +22,7 @@ from plica.storage.files import replaced, require_space
 from plica.storage.layout import lay_out
 from plica.storage.result_file import check_result_file
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
+from plica.video.edge_blur import EdgeProfiles
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
@@ -206,10 +207,13 @@ class Chain:
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
+        profiles = EdgeProfiles(midline)
 
         def seen() -> Iterator[Grey]:
-            for frame in self._watched("kymograms", self._steady().frames(), self._count):
+            frames = self._watched("kymograms", self._steady().frames(), self._count)
+            for frame, glottis in zip(frames, self._results.masks(), strict=True):
                 light.append(_light(frame, folds))
+                profiles.add(frame, glottis)
                 yield frame
 
         half = max(0.25 * min(self._shape), _beyond(midline, tissue > 0))
@@ -222,6 +226,7 @@ class Chain:
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
+            blur=np.array(profiles.blur),
             kymogram=lines.astype(np.float32),
         )
 
