@@ -20,7 +20,7 @@ _STILL = 6  # px: fewer are noise
 _LEFT_OUT = 0.02  # of the largest area
 _COARSE = 8.0  # frames a cycle
 _MARGIN = 2.0  # px from the frame's border
-_BLURRED = 0.07  # of the mean width when it is largest (docs/verification/video.md, "Noise and blur")
+_BLURRED = 1.1  # px; from there on areas are 3 % too small or more (docs/verification/video.md)
 _CUT = 0.05  # share of the frames
 _VOICES = (30.0, 2000.0)  # Hz, creak to whistle
 _FOLDS = (2.0, 40.0)  # mm, of an infant to a large man's, with a margin
@@ -80,12 +80,11 @@ def doubts(seen: WholeGlottis) -> list[str]:
             f"{dark} px beside the glottis ({100 * dark / largest:.3g} % of the largest area) are dark in "
             "every frame and taken for a shadow; if they are a gap, draw the mask of one frame"
         )
-    share = (seen.blur or 0.0) * seen.midline.length / largest
-    if share > _BLURRED:
+    if seen.blur is not None and seen.blur > _BLURRED:
         found.append(
-            f"the edges of the glottis are blurred by {seen.blur:.2g} px, {100 * share:.2g} % of its mean width "
-            "when it is largest: slits and pointed ends are lost, so that area, open quotient and amplitudes "
-            "come out too small. Focus, or bring the endoscope nearer"
+            f"the edges of the glottis are blurred by {seen.blur:.2g} px (standard deviation): slits and pointed "
+            "ends are lost, so that area, open quotient and amplitudes come out too small. Focus, or take a "
+            "shorter exposure"
         )
     frequency = autocorrelation_frequency(known, 1.0) if known.size >= 8 else float("nan")
     if frequency > 1 / _COARSE:
