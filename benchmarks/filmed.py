@@ -50,7 +50,9 @@ def compared(clip: Clip, found: Analysis, run: plica.Run) -> Iterator[tuple[str,
     yield "mean glottal area (mm²)", f"{area:.2f}", f"{size**2 * found.area.total.mean():.2f}"
     quotients = (f"{table['open_quotient'].value:.3f}" for table in (true, told))
     yield "open quotient", *quotients
-    alike = [2 * (found.mask(k) & one).sum() / (found.mask(k).sum() + one.sum()) for k, one in enumerate(glottis)]
+    alike = [
+        2 * (found.mask(k) & one).sum() / (found.mask(k).sum() + one.sum()) for k, one in enumerate(glottis)
+    ]
     yield "masks, Dice's coefficient, median frame", "1", f"{np.nanmedian(alike):.2f}"
     yield from of_flow(clip, found)
     yield from of_fundamental(clip, found)

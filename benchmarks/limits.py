@@ -145,7 +145,10 @@ def glottis_rows(seeds: int) -> Iterator[list[str]]:
             cells.append(f"**{cell}**" if abs(value) > limit else cell)
         cells.append(f"{sum(one.held for one in found)} of {seeds * len(COLUMNS)}")
         cells += [f"{min(one.overlap for one in found):.2f}", f"{max(one.flow for one in found):.3f}"]
-        cells += [f"{np.mean([one.blur for one in found]):.2f}", f"{sum(one.said for one in found)} of {seeds}"]
+        cells += [
+            f"{np.mean([one.blur for one in found]):.2f}",
+            f"{sum(one.said for one in found)} of {seeds}",
+        ]
         yield cells
 
 
