@@ -2,12 +2,12 @@
 
     python benchmarks/filmed.py -o runs/filmed
 
-The voice of examples/first.toml in the coarse larynx, to 44 ms, computed as far as DIR does not hold it; filmed
-from 20 ms on, 4000 frames a second, 128 x 192 px of 0.08 mm, in the light of a lamp to one side (as plica film
-sets it) and in diffuse light; each film taken through `plica video --no-drift`. Area and open quotient are
-held against those of the film's own glottis. Flow: pixels seen again in the next frame, of all pairs. Motion
-at the fundamental: root mean square of its complex amplitude, and of the error against that of the true flow,
-at the pixels that count in the modes and whose true flow is known in every pair; gauge of 8 px.
+The voice of examples/first.toml in the coarse larynx, to 44 ms, computed as far as DIR does not hold it;
+filmed from 20 ms on, 4000 frames a second, 128 x 192 px of 0.08 mm, in the light of a lamp to one side (as
+plica film sets it) and in diffuse light; each film taken through `plica video --no-drift`. Area and open
+quotient are held against those of the film's own glottis. Flow: pixels seen again in the next frame, of all
+pairs. Motion at the fundamental: root mean square of its complex amplitude, and of the error against that of
+the true flow, at the pixels that count in the modes and whose true flow is known in every pair; gauge of 8 px.
 """
 
 from __future__ import annotations
