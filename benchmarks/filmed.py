@@ -7,7 +7,7 @@ filmed from 20 ms on, 4000 frames a second, 128 x 192 px of 0.08 mm, in the ligh
 plica film sets it) and in diffuse light; each film taken through `plica video --no-drift`. Area and open
 quotient are held against those of the film's own glottis. Flow: pixels seen again in the next frame, of all
 pairs. Motion at the fundamental: root mean square of its complex amplitude, and of the error against that of
-the true flow, at the pixels that count in the modes and whose true flow is known in every pair; gauge of 8 px.
+the true flow, at the pixels that count in the modes and whose true flow is known in all pairs; gauge of 8 px.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ import plica
 from plica import video
 from plica.film import Clip
 from plica.video.analysis import Analysis
-from plica.video.waveforms import areas, measures
+from plica.video.glottal_area import areas
+from plica.video.waveforms import measures
 from plica.video.waves import fundamental
 
 ROOT = Path(__file__).resolve().parents[1]

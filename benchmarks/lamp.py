@@ -26,8 +26,8 @@ import plica
 from plica import video
 from plica.film import Clip
 from plica.measures.sides import side_measures
+from plica.video.glottal_area import GlottalArea, areas
 from plica.video.midline import Midline
-from plica.video.waveforms import GlottalArea, areas
 
 ROOT = Path(__file__).resolve().parents[1]
 VOICE = {

@@ -42,12 +42,13 @@ from record import record
 
 from plica.video.analysis import analyse
 from plica.video.flow import flow
+from plica.video.glottal_area import GlottalArea
 from plica.video.modes import modes
 from plica.video.recording import Recording
 from plica.video.seen import Seen, informing
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 FPS = 4000.0
 FRAMES = 90

@@ -27,7 +27,9 @@ from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
 from plica.video.flow_origin import FlowOrigin
+from plica.video.glottal_area import GlottalArea, areas
 from plica.video.glottis import learn
+from plica.video.kymogram import kymogram
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
 from plica.video.network import Network
@@ -38,7 +40,7 @@ from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
-from plica.video.waveforms import GlottalArea, areas, kymogram, measures
+from plica.video.waveforms import measures
 from plica.video.waves import fundamental
 
 __all__ = ["Chain"]
