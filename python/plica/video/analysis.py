@@ -1,4 +1,4 @@
-"""A recording analysed, and the results read back (docs/imaging.md, "A recording")."""
+"""A recording analysed, and the results read back (docs/recordings.md)."""
 
 from __future__ import annotations
 

@@ -458,7 +458,7 @@ def _found_nothing(network: Network, count: int) -> str:
     return (
         f"Segmenter: {network.name} finds no glottis in any of {count} frames: no pixel's probability is "
         f"{network.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
-        "(scale, turn, region)? See docs/imaging.md."
+        "(scale, turn, region)? See docs/recording_files.md."
     )
 
 
