@@ -1,4 +1,4 @@
-"""The blur found at the glottis' edges, and how far the area is off, of films that are blurred by known amounts.
+"""The blur found at the edges of the glottis, and how far its area is off, in films of known blur.
 
     python benchmarks/edge_blur.py
 
