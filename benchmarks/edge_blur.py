@@ -49,7 +49,7 @@ JUDGE = {
         seed=52,
     ),
     "judges: wide": Synthetic(
-        **SMALL | {"height": 192, "width": 192, "frames": 72, "frequency": 0.05},
+        **SMALL | {"height": 192, "width": 192, "frequency": 0.05},
         amplitude=(16, 14),
         opening=(5, 5),
         noise=3.0,
