@@ -1,4 +1,4 @@
-"""A network of one's own finds the glottis: an ONNX model (docs/recording_files.md, "A network of one's own")."""
+"""A network of one's own finds the glottis: an ONNX model (docs/recording_files.md)."""
 
 from __future__ import annotations
 
