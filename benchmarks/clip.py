@@ -46,11 +46,11 @@ from record import record
 from scipy import ndimage, stats
 
 from plica.video.analysis import analyse
+from plica.video.glottal_area import areas
 from plica.video.midline import find_midline, pixels
 from plica.video.recording import spread
 from plica.video.seen import Seen, bright, informing
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import areas
 
 PRESETS = ("video", "robust", "fast", "gradient")
 WORKER = Path(__file__).with_name("flow_method.py")

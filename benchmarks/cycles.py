@@ -21,9 +21,10 @@ from record import record
 
 from plica.measures.cycles import Cycles, find_cycles
 from plica.video.analysis import analyse
+from plica.video.glottal_area import GlottalArea
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 SHADED = Synthetic(height=160, width=160, frames=130, frequency=0.0473)
 SHADOWS = {

@@ -19,7 +19,8 @@ from record import record
 
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.glottal_area import GlottalArea
+from plica.video.waveforms import measures
 
 CYCLES, FRAMES, FPS = 40, 20, 4000.0
 BEGINS, WIDTH, PHASE = 0.15, 0.6, 0.3  # of the period, of the period, rad

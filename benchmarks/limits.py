@@ -9,7 +9,8 @@ Errors of what its page says are found minus true, the largest of --seeds record
 and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures,
 of all recordings, hold the truth. Overlap: intersection over union of found and true mask, the least of the
 frames at half of the largest area or more. Flow: mean distance from the true flow on tissue, preset video,
-every second pair of the first cycle.
+every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.sharpness); said:
+in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are
 l_1, l_2, l_3 exactly, and white noise of sigma px on each component of each flow. With N flows of n numbers
@@ -41,12 +42,13 @@ from record import record
 
 from plica.video.analysis import analyse
 from plica.video.flow import flow
+from plica.video.glottal_area import GlottalArea
 from plica.video.modes import modes
 from plica.video.recording import Recording
 from plica.video.seen import Seen, informing
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 FPS = 4000.0
 FRAMES = 90
@@ -60,6 +62,7 @@ COLUMNS = {  # measure: head, limit, digits
     "amplitude_right": ("right amplitude (px)", 0.25, 2),
     "fundamental_frequency": ("f0 (Hz)", 2.0, 1),
     "left_right_phase": ("phase (rad)", 0.1, 3),
+    "open_quotient": ("open quotient", 0.02, 3),
 }
 SIGMAS = (0.0, 0.05, 0.2, 0.8, 3.2)  # px
 VARIANCES = np.array([0.75, 0.2, 0.05]) * 1000.0  # px^2, summed over the frame
@@ -73,6 +76,8 @@ class Errors:
     held: int  # of their intervals
     overlap: float  # least, of the masks at half of the largest area or more
     flow: float  # px
+    blur: float  # px, found at the glottis' edges
+    said: bool  # that it is much
 
 
 def errors(options: Synthetic, folder: Path) -> Errors:
@@ -91,7 +96,9 @@ def errors(options: Synthetic, folder: Path) -> Errors:
     wide = np.flatnonzero(total > 0.5 * total.max())
     overlap = min((found[t] & glottis.mask(t)).sum() / (found[t] | glottis.mask(t)).sum() for t in wide)
     recording = Recording.open(folder / "glottis.npy")
-    return Errors(np.array(off), int(held), float(overlap), flow_error(glottis, recording, found))
+    said = any("edges of the glottis are blurred" in doubt for doubt in analysis.doubts)
+    missed = flow_error(glottis, recording, found)
+    return Errors(np.array(off), int(held), float(overlap), missed, float(analysis["sides/blur"]), said)
 
 
 def exactly(glottis: SyntheticGlottis, area: np.ndarray) -> dict[str, float]:
@@ -120,6 +127,7 @@ def flow_error(glottis: SyntheticGlottis, recording: Recording, found: list[np.n
 def glottis_table(seeds: int) -> None:
     heads = [f"{head}, limit {limit:g}" for head, limit, _ in COLUMNS.values()]
     columns = ["noise (grey)", "blur (px)", *heads, "intervals held", "masks' overlap", "flow (px)"]
+    columns += ["blur found (px)", "said"]
     record("video_limits", columns, glottis_rows(seeds))
 
 
@@ -138,6 +146,10 @@ def glottis_rows(seeds: int) -> Iterator[list[str]]:
             cells.append(f"**{cell}**" if abs(value) > limit else cell)
         cells.append(f"{sum(one.held for one in found)} of {seeds * len(COLUMNS)}")
         cells += [f"{min(one.overlap for one in found):.2f}", f"{max(one.flow for one in found):.3f}"]
+        cells += [
+            f"{np.mean([one.blur for one in found]):.2f}",
+            f"{sum(one.said for one in found)} of {seeds}",
+        ]
         yield cells
 
 

@@ -49,7 +49,7 @@ LATE = (0.2, 0.5, 0.8)
 SMALL_FRAMES = 64
 WRITES = 100  # of a run before it is killed, at most
 FILES = ("results.h5", "flow.h5")
-STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes")  # as results.h5 does
+STEPS = ("drift", "glottis", "sides", "flow", "trust", "paths", "modes", "waves")  # as results.h5 does
 BAR = re.compile(rb"\r(drift again|drift|glottis|flow):\s+\d+%\|[^|]*\|\s*(\d+)/(\d+)")
 
 

@@ -22,9 +22,10 @@ from plica.measures.waveforms import RECORDED, STORED
 from plica.phonation.measures.folds import half_widths
 from plica.phonation.measures.measure import measure, steady_cycles
 from plica.units import read_quantity
+from plica.video.glottal_area import GlottalArea
 from plica.video.midline import Midline
 from plica.video.wave_measures import wave_measures
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 from plica.video.waves import Fundamental
 
 MM_PER_PX = 0.005  # so fine that no edge is uncertain for its pixels

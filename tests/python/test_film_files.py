@@ -203,7 +203,11 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         main([*arguments, "--from", "200us", "--centre", "-0.5,0,0", "--samples", "1", "--ambient", "0.8"])
         == 0
     )
-    said = capsys.readouterr().out.splitlines()
+    told = capsys.readouterr()
+    assert told.err.splitlines()[-1].startswith(
+        "plica: Caution: plica video will measure no voice in this film: "
+    )
+    said = told.out.splitlines()
     assert (
         said[0] == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
     )
@@ -222,6 +226,24 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     assert main([*again, "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
     assert Recording.open(clip).count == 6
+
+
+@pytest.mark.parametrize("periods", [2, 5])
+def test_a_film_of_too_few_cycles_is_cautioned(
+    periods: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Periods of eight frames; the film has what `plica video` will find in it."""
+    run = moved(voiced(frequency=200), np.arange(8 * periods + 1) * 0.625e-3)
+    monkeypatch.setattr(plica.Run, "load", lambda _: run)
+    clip = str(tmp_path / "clip.npy")
+    size = ["--size", "48,64", "--mm-per-px", "0.2", "--samples", "1"]
+    assert main(["film", "run", "-o", clip, *size, "--quiet"]) == 0
+    said = capsys.readouterr().err
+    if periods == 2:
+        assert "complete cycles of the glottal area; at least 3 are needed" in said
+        assert "Five periods" in said
+    else:
+        assert said == ""
 
 
 @pytest.mark.slow

@@ -10,13 +10,14 @@ import pytest
 
 from plica.video.analysis import Analysis, analyse
 from plica.video.doubts import WholeGlottis, doubts
+from plica.video.glottal_area import GlottalArea
 from plica.video.light import light_of
 from plica.video.midline import Midline
 from plica.video.pixel_levels import pixel_levels
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.vibrogram import vibrogram
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 _BASE = Synthetic(height=128, width=128, frames=90, frequency=0.0613, highlights=2)
 _SHADOWS = {

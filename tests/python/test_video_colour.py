@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from plica.video.drift import Steadied
+from plica.video.kymogram import kymogram
 from plica.video.midline import Midline
 from plica.video.recording import Recording, Region
-from plica.video.waveforms import kymogram
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,9 @@ import pytest
 from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, Measures
 from plica.measures.perturbation import frame_jitter
+from plica.video.glottal_area import GlottalArea
 from plica.video.grid import with_grain
-from plica.video.waveforms import GlottalArea, measures
+from plica.video.waveforms import measures
 
 _ROWS = 100
 _KNOWN = (

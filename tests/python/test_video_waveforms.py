@@ -12,13 +12,15 @@ from plica.measures.cycles import find_cycles
 from plica.video.drift import Drift
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
+from plica.video.glottal_area import GlottalArea, areas
 from plica.video.glottis import masks
+from plica.video.kymogram import kymogram
 from plica.video.midline import Midline, find_midline
 from plica.video.quality import flags
 from plica.video.recording import Recording
 from plica.video.segmentation import segment
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import GlottalArea, areas, kymogram, measures, phases
+from plica.video.waveforms import measures, phases
 
 _FPS = 4000.0
 

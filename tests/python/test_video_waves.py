@@ -13,11 +13,11 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
 from plica.video import chain
 from plica.video.analysis import Analysis, analyse, load
+from plica.video.glottal_area import GlottalArea
 from plica.video.midline import Midline, pixels
 from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.wave_measures import wave_measures
-from plica.video.waveforms import GlottalArea
 from plica.video.waves import fundamental, wave_numbers, why_unknown
 
 _SHAPE, _FRAMES, _PERIOD = (80, 96), 61, 14.3

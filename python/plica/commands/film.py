@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ every pixel:
 or all of it in one clip.h5, whose frames are named "frames". The run must have stored fields (output.every in
 its scene). Frames are taken at most as often as fields were stored; between stored fields, and during an
 exposure, the motion is interpolated, which is refused where the fields do not tell it to within 0.25 px.
+A film that holds fewer than three complete cycles of the voice is written, with a caution.
 
 The picture shows x to the right and y upwards, z towards the camera. docs/film.md says how it is made;
 plica.film, plica.Camera and plica.Film do the same in Python, with light, texture and noise to choose.
@@ -134,7 +136,25 @@ def _filmed(options: argparse.Namespace) -> int:
             f"plica video {written[0]}{dataset} --fps {clip.fps:.6g} --mm-per-px {camera.mm_per_px:g} "
             "-o analysis"
         )
+    missing = _missing_cycles(written[-1])
+    if missing:
+        print(
+            f"plica: Caution: plica video will measure no voice in this film: {missing}. Five periods of the "
+            "voice always hold three: film more of the run (--from, --to), or let it run longer.",
+            file=sys.stderr,
+        )
     return 0
+
+
+def _missing_cycles(truth: Path) -> str:
+    """Why the true glottal area of a film has no cycles by the rule for recordings; empty where it has."""
+    import h5py
+
+    from plica.measures.recorded import recorded_cycles
+
+    with h5py.File(truth) as file:
+        cycles = recorded_cycles(file["time"][()], file["glottal_area"][()], name="glottal area")
+    return "" if cycles.count else cycles.note
 
 
 def _time(text: str) -> float | str:

@@ -41,7 +41,7 @@ Two analyses, as before and after a treatment: plica compare.
 Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
 takes those that you corrected; the other frames are then found by what yours show. --segmenter takes a
 network of yours (ONNX; pip install "plica[onnx]"), whose outlines stand as it gives them, but for frames that
-were drawn; docs/imaging.md says what it is given and has to give.
+were drawn; docs/recording_files.md says what it is given and has to give.
 
 Measures need three complete cycles. All frames have one size and one depth (8 or 16 bits, or floats). In
 HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:

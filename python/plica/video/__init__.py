@@ -24,7 +24,9 @@ from plica.video.drift import Steadied
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS, FlowOptions, PairFlow, endpoint_error, warp_error
 from plica.video.flow_file import read_flow, write_flow
+from plica.video.glottal_area import GlottalArea, areas
 from plica.video.glottis import Look, learn, masks, read_masks, write_masks
+from plica.video.kymogram import kymogram
 from plica.video.midline import Midline, find_midline
 from plica.video.modes import Modes
 from plica.video.network import Network
@@ -34,7 +36,7 @@ from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.tables import write_tables
 from plica.video.trajectories import Paths, follow
-from plica.video.waveforms import GlottalArea, areas, kymogram, measures, phases
+from plica.video.waveforms import measures, phases
 
 __all__ = [
     "PRESETS",

@@ -1,4 +1,4 @@
-"""A recording analysed, and the results read back (docs/imaging.md, "A recording")."""
+"""A recording analysed, and the results read back (docs/recordings.md)."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
 from plica.video.flow_origin import FlowOrigin
+from plica.video.glottal_area import GlottalArea
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
@@ -42,7 +43,7 @@ from plica.video.trajectories import Paths
 from plica.video.vibrogram import vibrogram
 from plica.video.wave_cautions import cautioned, unknown_waves
 from plica.video.wave_measures import wave_measures
-from plica.video.waveforms import GlottalArea, measures, phases, scale_of
+from plica.video.waveforms import measures, phases, scale_of
 from plica.video.waves import Fundamental, why_unknown
 
 if TYPE_CHECKING:
@@ -293,6 +294,7 @@ class Analysis:
                 self["glottis/border"] > 0,
                 self.settings.fps,
                 self.settings.mm_per_px,
+                float(self["sides/blur"]) if "sides/blur" in self else None,
             )
         )
 

@@ -22,11 +22,14 @@ from plica.storage.files import replaced, require_space
 from plica.storage.layout import lay_out
 from plica.storage.result_file import check_result_file
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
+from plica.video.edge_blur import EdgeProfiles
 from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
 from plica.video.flow import flow, warp_error
 from plica.video.flow_origin import FlowOrigin
+from plica.video.glottal_area import GlottalArea, areas
 from plica.video.glottis import learn
+from plica.video.kymogram import kymogram
 from plica.video.midline import Midline, find_midline, pixels
 from plica.video.modes import modes
 from plica.video.network import Network
@@ -37,7 +40,7 @@ from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.trajectories import follow, spacing
-from plica.video.waveforms import GlottalArea, areas, kymogram, measures
+from plica.video.waveforms import measures
 from plica.video.waves import fundamental
 
 __all__ = ["Chain"]
@@ -206,10 +209,13 @@ class Chain:
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
+        profiles = EdgeProfiles(midline)
 
         def seen() -> Iterator[Grey]:
-            for frame in self._watched("kymograms", self._steady().frames(), self._count):
+            frames = self._watched("kymograms", self._steady().frames(), self._count)
+            for frame, glottis in zip(frames, self._results.masks(), strict=True):
                 light.append(_light(frame, folds))
+                profiles.add(frame, glottis)
                 yield frame
 
         half = max(0.25 * min(self._shape), _beyond(midline, tissue > 0))
@@ -222,6 +228,7 @@ class Chain:
             folds=folds,
             sharpness=sharpness,
             saturated=saturated,
+            blur=np.array(profiles.blur),
             kymogram=lines.astype(np.float32),
         )
 
@@ -451,7 +458,7 @@ def _found_nothing(network: Network, count: int) -> str:
     return (
         f"Segmenter: {network.name} finds no glottis in any of {count} frames: no pixel's probability is "
         f"{network.threshold:g} or more; must find it in some. Does it see frames as it was trained on "
-        "(scale, turn, region)? See docs/imaging.md."
+        "(scale, turn, region)? See docs/recording_files.md."
     )
 
 

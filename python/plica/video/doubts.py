@@ -20,6 +20,7 @@ _STILL = 6  # px: fewer are noise
 _LEFT_OUT = 0.02  # of the largest area
 _COARSE = 8.0  # frames a cycle
 _MARGIN = 2.0  # px from the frame's border
+_BLURRED = 1.1  # px; from there areas are some 3 % too small or more (docs/verification/video.md)
 _CUT = 0.05  # share of the frames
 _VOICES = (30.0, 2000.0)  # Hz, creak to whistle
 _FOLDS = (2.0, 40.0)  # mm, of an infant to a large man's, with a margin
@@ -42,6 +43,8 @@ class WholeGlottis:
         Where the frame's border cuts the glottis.
     fps, mm_per_px : float or None
         Where they are known.
+    blur : float or None
+        px, standard deviation, of the edges; None or not a number: not known.
     """
 
     total: Floats
@@ -51,6 +54,7 @@ class WholeGlottis:
     border: Mask
     fps: float | None = None
     mm_per_px: float | None = None
+    blur: float | None = None
 
 
 def doubts(seen: WholeGlottis) -> list[str]:
@@ -75,6 +79,12 @@ def doubts(seen: WholeGlottis) -> list[str]:
         found.append(
             f"{dark} px beside the glottis ({100 * dark / largest:.3g} % of the largest area) are dark in "
             "every frame and taken for a shadow; if they are a gap, draw the mask of one frame"
+        )
+    if seen.blur is not None and seen.blur > _BLURRED:
+        found.append(
+            f"the edges of the glottis are blurred by {seen.blur:.2g} px (standard deviation): slits and "
+            "pointed ends are lost, so that area, open quotient and amplitudes come out too small. Focus, or "
+            "take a shorter exposure"
         )
     frequency = autocorrelation_frequency(known, 1.0) if known.size >= 8 else float("nan")
     if frequency > 1 / _COARSE:

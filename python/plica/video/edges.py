@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from plica.video.glottal_area import GlottalArea, middle
 from plica.video.midline import Midline, pixels
-from plica.video.waveforms import GlottalArea, middle
 
 __all__ = ["EdgeAgreement", "edge_agreement"]
 

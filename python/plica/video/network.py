@@ -1,4 +1,4 @@
-"""A network of one's own finds the glottis: an ONNX model (docs/imaging.md, "A network of one's own")."""
+"""A network of one's own finds the glottis: an ONNX model (docs/recording_files.md)."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ class Network:
     ------
     VideoError
         Where ONNX Runtime is not installed; for a file that is no model, or one whose input, output or
-        metadata are others than stated in docs/imaging.md.
+        metadata are others than stated in docs/recording_files.md.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -209,7 +209,7 @@ class Network:
             raise self._wrong(f'metadata plica.threshold = "{given["plica.threshold"]}"', "in (0, 1)")
 
     def _wrong(self, what: str, must: str) -> VideoError:
-        return VideoError(f"Segmenter: {self.name} has {what}; must be {must}. See docs/imaging.md.")
+        return VideoError(f"Segmenter: {self.name} has {what}; must be {must}. See docs/recording_files.md.")
 
 
 def fingerprint(path: str | Path) -> str:

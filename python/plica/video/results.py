@@ -50,6 +50,7 @@ _UNITS = {
     "sides/inner_left_edge": "px",
     "sides/inner_right_edge": "px",
     "sides/midline": "px: x, y of the upper end, x, y of the lower",
+    "sides/blur": "px, standard deviation",
     "sides/kymogram": "grey levels",
     "trust/mismatch": "px",
     "paths/places": "px: x, y",

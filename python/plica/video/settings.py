@@ -14,8 +14,8 @@ from plica.errors import nearest, one_of
 from plica.video.dated import told_date
 from plica.video.errors import VideoError
 from plica.video.flow import PRESETS
+from plica.video.kymogram import check_places
 from plica.video.midline import Midline
-from plica.video.waveforms import check_places
 
 __all__ = ["Settings"]
 

@@ -1,12 +1,12 @@
-"""Glottal waveforms of a recording: area left and right, kymograms, phases, measures.
+"""Glottal waveforms of a recording: phases of the cycle, measures.
 
 Left and right are those of the image.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,11 @@ from plica.measures.recorded import recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
 from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
-from plica.video.errors import VideoError
+from plica.video.glottal_area import GlottalArea
 from plica.video.grid import with_grain
-from plica.video.midline import Midline, pixels
-from plica.video.recording import Grey
 from plica.video.shade import by_light, is_wide, turn_left
 
-__all__ = ["GlottalArea", "areas", "check_places", "kymogram", "measures", "middle", "phases"]
+__all__ = ["measures", "phases", "scale_of", "wide_share"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -43,122 +41,6 @@ many_lost = 0.02  # of the frames: more whose area is not known are said
 
 wide_share = 0.95
 """Of a cycle's largest area: above it the phase is "open", neither opening nor closing."""
-
-
-@dataclass(frozen=True)
-class GlottalArea:
-    """Glottal area, left and right of the midline in the image.
-
-    Attributes
-    ----------
-    left, right : (frames) px^2
-        Not a number where it is not known.
-    left_edge, right_edge : (frames) px
-        Mean distance of the folds' edges from the midline, over the middle tenth of its length.
-    inner : GlottalArea or None
-        The same of the darkest part of the glottis; None: not known.
-    """
-
-    left: Floats
-    right: Floats
-    left_edge: Floats
-    right_edge: Floats
-    inner: GlottalArea | None = field(default=None, kw_only=True)
-
-    @property
-    def parts(self) -> dict[str, Floats]:
-        """By their names, without the inner ones."""
-        names = ("left", "right", "left_edge", "right_edge")
-        return {name: getattr(self, name) for name in names}
-
-    @property
-    def mirrored(self) -> GlottalArea:
-        """Left and right changed."""
-        inner = None if self.inner is None else self.inner.mirrored
-        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner=inner)
-
-    @property
-    def total(self) -> Floats:
-        """(frames) px^2."""
-        return self.left + self.right
-
-    def filled(self) -> GlottalArea:
-        """With frames whose area is not known (not a number) between their neighbours."""
-        known = np.isfinite(self.total)
-        if known.all() or not known.any():
-            return self
-        frames = np.arange(known.size)
-        inner = None if self.inner is None else self.inner.filled()
-        return GlottalArea(
-            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner=inner
-        )
-
-
-def middle(place: Floats, midline: Midline) -> Mask:
-    """(h, w) the middle tenth along the line, of places (h, w, 2) that :meth:`Midline.place` gives."""
-    return np.asarray(np.abs(place[..., 0] / midline.length - 0.5) < 0.05)
-
-
-def areas(glottis: Iterable[Mask], midline: Midline) -> GlottalArea:
-    """Area and edges of each mask (h, w) left and right of the midline; a pixel on it counts for both."""
-    rows: list[tuple[float, float, float, float]] = []
-    right: Floats | None = None
-    tenth: Mask | None = None
-    band = 0.0  # px, extent of the band along the line, as its pixels have it
-    for mask in glottis:
-        if right is None or tenth is None:
-            place = midline.place(pixels(mask.shape))
-            right = np.clip(0.5 + place[..., 1], 0.0, 1.0)  # of a pixel's area
-            tenth = middle(place, midline)
-            band = float(tenth.sum()) * midline.along[1] / mask.shape[1]
-        sides = [(1 - right)[mask], right[mask]]
-        edges = [float(side[tenth[mask]].sum()) / band for side in sides]
-        rows.append((float(sides[0].sum()), float(sides[1].sum()), edges[0], edges[1]))
-    return GlottalArea(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def check_places(places: Sequence[float]) -> None:
-    """VideoError unless there are some, along the midline, 0 at its upper end and 1 at its lower."""
-    if not (places and all(0 <= place <= 1 for place in places)):
-        said = ", ".join(f"{place:g}" for place in places)
-        raise VideoError(
-            f"Video: kymogram = {said}; must be places in [0, 1], from the midline's upper to its lower end."
-        )
-
-
-def kymogram(
-    frames: Iterable[Grey], midline: Midline, places: Sequence[float] = (0.5,), half_width: float = 60
-) -> Floats:
-    """Grey along lines across the midline, frame by frame, interpolated linearly; 0 beyond the frame.
-
-    Parameters
-    ----------
-    frames : (h, w) each
-    midline : Midline
-    places : sequence of float
-        Of the lines, in [0, 1]: 0 at the midline's upper end and 1 at its lower.
-    half_width : float
-        px, on either side of the midline.
-
-    Returns
-    -------
-    (places, frames, 2 half_width + 1), from the image's left to its right.
-
-    Raises
-    ------
-    VideoError
-        For a place beyond the midline's ends.
-    """
-    from scipy import ndimage
-
-    check_places(places)
-
-    offsets = np.arange(-int(half_width), int(half_width) + 1.0)
-    along = midline.length * np.asarray(places, dtype=float)
-    lines = midline.points(np.stack(np.meshgrid(along, offsets, indexing="ij"), axis=-1))
-    at = [lines[..., 1], lines[..., 0]]
-    rows = [ndimage.map_coordinates(frame, at, order=1, mode="constant", cval=0.0) for frame in frames]
-    return np.stack(rows, axis=1).astype(float)
 
 
 def phases(area: GlottalArea, cycles: Cycles, time: Floats) -> list[str]:

@@ -16,12 +16,13 @@ from plica.measures.glottal import frequency_measures, quotient_measures
 from plica.measures.measure import Measure
 from plica.measures.sides import side_measures
 from plica.verify.case import Case, Check
+from plica.video.glottal_area import areas
 from plica.video.glottis import masks
 from plica.video.midline import find_midline
 from plica.video.recording import Recording
 from plica.video.segmentation import segment
 from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import areas, measures
+from plica.video.waveforms import measures
 
 __all__ = ["CASES"]
 
