@@ -95,7 +95,8 @@ def _not_below_zero(information: Array, feigned: Array) -> Array:
     if values.min(initial=0.0) >= 0:
         return left
     spread = unit[:, None] * vectors
-    return (spread * np.maximum(values, 0.0)) @ spread.T
+    positive: Array = (spread * np.maximum(values, 0.0)) @ spread.T
+    return positive
 
 
 def _without_noise(
