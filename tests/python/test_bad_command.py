@@ -28,7 +28,7 @@ def test_what_the_command_line_cannot_mean_is_refused(
     )
     (tmp_path / "results.h5").unlink()
     assert "there is no run in it" in refused(["measures", str(tmp_path)], capsys)
-    assert "cannot be read" in refused(["run", str(tmp_path), "-o", run], capsys)
+    assert "is a directory; must be a scene file (TOML)" in refused(["run", str(tmp_path), "-o", run], capsys)
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
     assert "must be text in UTF-8" in refused(["mesh", str(tmp_path / "binary.toml")], capsys)
     assert not Path(run).exists()
@@ -38,8 +38,8 @@ def test_a_mesh_format_that_does_not_exist_is_refused(
     tmp_path: Path, bar: plica.Scene, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bar.save(tmp_path / "s.toml")
-    assert main(["mesh", str(tmp_path / "s.toml"), "-o", str(tmp_path / "mesh.xyz")]) == 2
-    assert "cannot be written as a mesh" in capsys.readouterr().err
+    assert main(["mesh", str(tmp_path / "s.toml"), "-o", str(tmp_path / "mesh.foo")]) == 2
+    assert "mesh.foo: must end as a mesh that meshio writes, e.g. .vtu" in capsys.readouterr().err
 
 
 def test_an_occupied_directory_is_refused_with_a_way_out(

@@ -93,6 +93,8 @@ def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
     """
     import meshio
 
+    if not path.name.lower().endswith(tuple(meshio.extension_to_filetypes)):
+        raise InvalidInput(f"{path}: must end as a mesh that meshio writes, e.g. .vtu, .vtk, .msh or .xdmf.")
     kind = "tetra10" if mesh.order == 2 else "tetra"
     data = {"layer": [np.asarray(mesh.cell_layer)], "side": [np.asarray(mesh.cell_side)]}
     if path.suffix == ".msh":

@@ -118,6 +118,8 @@ class Scene(Part):
             text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a mark
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file.") from None
+        except IsADirectoryError:
+            raise SceneError(f"{path}: is a directory; must be a scene file (TOML).") from None
         except UnicodeDecodeError:
             raise SceneError(f"{path}: must be text in UTF-8.") from None
         except OSError as error:
