@@ -95,12 +95,7 @@ def _not_below_zero(information: Array, feigned: Array) -> Array:
     if values.min(initial=0.0) >= 0:
         return left
     spread = unit[:, None] * vectors
-<<<<<<< HEAD
     return np.asarray((spread * np.maximum(values, 0.0)) @ spread.T)
-=======
-    positive: Array = (spread * np.maximum(values, 0.0)) @ spread.T
-    return positive
->>>>>>> mends
 
 
 def _without_noise(
