@@ -106,7 +106,7 @@ def main() -> None:
 def recorded(clip: Path, folder: Path, every: int) -> list[Pair]:
     """Pairs of a recording as `plica video` sees them."""
     found = analyse(clip, folder / "analysis", until="glottis", progress=False)
-    return paired(list(found.frames().frames()), list(found["glottis/mask"]), every)
+    return paired(list(found.frames().frames()), list(found["glottis/mask"] > 0), every)
 
 
 def synthetic(noise: float, every: int) -> list[Pair]:
