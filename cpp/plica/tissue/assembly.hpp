@@ -28,9 +28,9 @@ class Assembler {
   /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
   Vector lumped_mass(const Tissue& tissue) const;
   /// The mass matrix without mass at the nodes marked in massless (n). What they had is with the nodes behind
-  /// them, so that the mass of every body is as it was and, of bodies whose nodes are marked in free (n), centre of
-  /// mass and tensor of inertia too; positive definite on the other nodes. Throws InvalidInput naming the body that
-  /// is too thin for that (docs/theory.md, "Massless contact nodes").
+  /// them, so that the mass of every body is as it was and, of bodies whose nodes are marked in free (n), centre
+  /// of mass and tensor of inertia too; positive definite on the other nodes. Throws InvalidInput naming the body
+  /// that is too thin for that (docs/theory.md, "Massless contact nodes").
   NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const std::vector<char>& massless,
                                  const std::vector<char>& free) const;
   BlockMatrix stiffness(const Tissue& tissue) const;  // N/m

@@ -174,8 +174,7 @@ void restore_moments(const Body& body, std::vector<Cell>& cells) {
 
 }  // namespace
 
-NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
-                                          const std::vector<char>& massless,
+NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind, const std::vector<char>& massless,
                                           const std::vector<char>& free) const {
   tissue.validate(mesh_);
   const std::ptrdiff_t n = mesh_.cells.cols();
