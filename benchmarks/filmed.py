@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from record import record
+from record import of_this_engine, record
 
 import plica
 from plica import video
@@ -113,7 +113,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="of the run")
     options = parser.parse_args()
     scene = plica.Scene.load(ROOT / "examples" / "first.toml").replace(VOICE)
-    run = plica.run(scene, options.output, resume="if_there")
+    run = plica.run(scene, of_this_engine(options.output) / "run", resume="if_there")
     found = [filmed(run, light) for light in LIGHTS.values()]
     rows = ([*rows[0], *(cells for *_, cells in rows[1:])] for rows in zip(*found, strict=True))
     record("film_video", ["", "run or film", *LIGHTS], rows)

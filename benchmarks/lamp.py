@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from record import record
+from record import of_this_engine, record
 
 import plica
 from plica import video
@@ -88,7 +88,7 @@ def true_area(clip: Clip, line: Midline) -> GlottalArea:
 def voice(folds: str, directory: Path) -> plica.Run:
     """The run of these folds, computed as far as it is not there."""
     scene = plica.Scene.load(ROOT / "examples" / "first.toml").replace(VOICE).replace(FOLDS[folds])
-    return plica.run(scene, directory / folds, resume="if_there")
+    return plica.run(scene, of_this_engine(directory) / folds, resume="if_there")
 
 
 def films(directory: Path) -> Iterator[list[str]]:

@@ -9,7 +9,7 @@ Errors of what its page says are found minus true, the largest of --seeds record
 and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures,
 of all recordings, hold the truth. Overlap: intersection over union of found and true mask, the least of the
 frames at half of the largest area or more. Flow: mean distance from the true flow on tissue, preset video,
-every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.sharpness); said:
+every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.edge_blur); said:
 in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are

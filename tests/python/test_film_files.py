@@ -246,6 +246,18 @@ def test_a_film_of_too_few_cycles_is_cautioned(
         assert said == ""
 
 
+def test_a_film_of_folds_at_rest_is_cautioned_without_advice_to_film_more(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = moved(voiced(amplitude=0.0), np.arange(17) * 0.625e-3)
+    monkeypatch.setattr(plica.Run, "load", lambda _: run)
+    size = ["--size", "48,64", "--mm-per-px", "0.2", "--samples", "1"]
+    assert main(["film", "run", "-o", str(tmp_path / "clip.npy"), *size, "--quiet"]) == 0
+    said = capsys.readouterr().err
+    assert "no oscillation" in said
+    assert "Five periods" not in said
+
+
 @pytest.mark.slow
 def test_the_lines_of_the_documentation_run(
     stored: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -155,6 +155,10 @@ def test_a_run_stores_all_nodes_and_goes_on(full_run: plica.Run, tmp_path: Path)
         ({"reduction.contact_vectors": 5}, r"reduction.contact_vectors = 5; must be left out with symmetry"),
         ({"contact": {"penalty": {}}}, r"with symmetry contact must be by multipliers"),
         ({"contact.friction": 0.3}, r"contact.friction must be left out"),
+        (
+            {"contact.surface_mass": "redistributed"},
+            r'contact.surface_mass = "redistributed"; must be "kept"',
+        ),
     ],
 )
 def test_what_a_symmetric_reduction_cannot_have_is_refused(

@@ -239,7 +239,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "massless surfaces of free folds": (
         {"contact.surface_mass": "redistributed", "supports": plica.Supports(components={"wall": "z"})},
-        r'surface_mass = "redistributed" and a body, that of node \d+, that no support holds',
+        r'= "redistributed" and a body, that of node \d+, that its supports let \w+ without strain',
     ),
 }
 

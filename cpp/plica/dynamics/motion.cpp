@@ -26,26 +26,29 @@ std::vector<std::int32_t> massless_nodes(const Scene& scene, const SymmetricPart
   return nodes;
 }
 
-/// (n) nodes of bodies that no support holds entirely. Of a symmetric part there are none: it was refused.
-std::vector<char> free_nodes(const Scene& scene, const TetMesh& solved) {
-  std::vector<char> marked(static_cast<std::size_t>(solved.node_count()), 0);
-  if (scene.symmetry) return marked;
+/// What the massless nodes of the solved tissue give their mass to. Of a symmetric part no body is free: such are
+/// refused.
+MassTransfer mass_transfer(const Scene& scene, const SymmetricPart* part,
+                           const std::vector<std::int32_t>& massless) {
+  const TetMesh& solved = part ? part->mesh : scene.mesh;
+  const Supports& supports = part ? part->supports : scene.supports;
+  const std::vector<char> none(static_cast<std::size_t>(solved.node_count()), 0);
+  MassTransfer transfer{none, none, none};
+  for (const auto node : massless) transfer.massless[static_cast<std::size_t>(node)] = 1;
+  for (std::int32_t node = 0; node < solved.node_count(); ++node)
+    transfer.held[static_cast<std::size_t>(node)] = supports.node_fixed(node);
+  if (part) return transfer;
   const Indices body = body_of_nodes(solved);
-  for (const RigidMotion& motion : rigid_motions(solved, scene.supports))
+  for (const RigidMotion& motion : rigid_motions(solved, supports))
     for (std::int32_t node = motion.body; node < solved.node_count(); ++node)
-      if (body[node] == motion.body) marked[static_cast<std::size_t>(node)] = 1;
-  return marked;
+      if (body[node] == motion.body) transfer.free[static_cast<std::size_t>(node)] = 1;
+  return transfer;
 }
 
 NodalMatrix assemble_mass(const Assembler& assembler, const Scene& scene, const SymmetricPart* part, CellMass kind,
                           const std::vector<std::int32_t>& massless) {
   const Tissue& tissue = part ? part->tissue : scene.tissue;
-  if (!massless.empty()) {
-    const TetMesh& solved = part ? part->mesh : scene.mesh;
-    std::vector<char> marked(static_cast<std::size_t>(solved.node_count()), 0);
-    for (const auto node : massless) marked[static_cast<std::size_t>(node)] = 1;
-    return assembler.redistributed_mass(tissue, kind, marked, free_nodes(scene, solved));
-  }
+  if (!massless.empty()) return assembler.redistributed_mass(tissue, kind, mass_transfer(scene, part, massless));
   if (kind == CellMass::consistent) return assembler.mass(tissue);
   const Vector lumped = assembler.lumped_mass(tissue);
   NodalMatrix mass(assembler.pattern());

@@ -21,9 +21,9 @@ struct AirflowPart {
 };
 
 /// The mass of the nodes of both contact surfaces. Redistributed, they have none, but for those held in all
-/// components: it lies with the nodes behind them; centre of mass and tensor of inertia of bodies that no support
-/// holds are as they were. An impact then has no inertia to stop at once (docs/theory.md, "Massless contact
-/// nodes").
+/// components: it lies with the nodes behind them; centre of mass and tensor of inertia of bodies that can move
+/// without strain are as they were. An impact then has no inertia to stop at once (docs/theory.md, "Massless
+/// contact nodes").
 enum class SurfaceMass { kept, redistributed };
 
 struct ContactPart {

@@ -71,7 +71,7 @@ void Simulation::begin() {
 StepTimes Simulation::times() const {
   StepTimes times = times_;
   if (contact_) {
-    times.detection = contact_->collision().detection_time();
+    times.detection = contact_->collision().detection_time() - detection_of_records_;
     times.contact -= times.detection;
   }
   return times;
@@ -232,10 +232,12 @@ void Simulation::keep(State now, Completed step) {
   record.strains = tissue_.strains(now.displacement);
   record.inverted_tissue = tissue_.folded_since(x);
   if (contact_) {
+    const double before = contact_->collision().detection_time();
     contact_->update_pressure(now, x);
     record.contact =
         contact_->record(step.contacts, step.x_previous, state_.depth, now, x, record.inverted_tissue > 0);
     now.depth = -record.contact->deepest_gap;
+    detection_of_records_ += contact_->collision().detection_time() - before;
   }
   const bool at_origin = motion_.origin().isZero(0);
   now.first_signs.note(now.step, record, at_origin ? x : motion_.in_scene(x), scene_.mesh.cells);

@@ -124,6 +124,7 @@ class Simulation {
   State state_;
   StepRecord record_;
   StepTimes times_;
+  double detection_of_records_ = 0.0;  // s, what of the detector's time is in times_.record
 };
 
 }  // namespace plica

@@ -1,5 +1,6 @@
 #include "plica/dynamics/symmetric_part.hpp"
 
+#include <algorithm>
 #include <set>
 #include <tuple>
 
@@ -14,13 +15,21 @@ namespace {
   throw InvalidInput("Scene: symmetry with " + what + ". Leave symmetry out, or choose another.");
 }
 
+/// Of bodies that can move without strain all moments of the mass are kept, which are those of all copies.
+void refuse_free_bodies(const Scene& scene) {
+  const Indices body = body_of_nodes(scene.mesh);
+  const std::vector<std::int32_t> nodes = surface_nodes(scene.contact->airway);
+  for (const RigidMotion& motion : rigid_motions(scene.mesh, scene.supports))
+    if (std::any_of(nodes.begin(), nodes.end(), [&](std::int32_t node) { return body[node] == motion.body; }))
+      refuse("contact.surface_mass = \"redistributed\" and a body, that of node " + std::to_string(motion.body) +
+             ", that its supports let " + (motion.turns ? "turn" : "shift") +
+             " without strain; must be held, or surface_mass \"kept\"");
+}
+
 /// The scene, where nothing in it rules out a symmetry.
 const Scene& known(const Scene& scene) {
   if (!scene.contact) return scene;
-  if (scene.contact->surface_mass == SurfaceMass::redistributed)
-    if (const auto free = rigid_motions(scene.mesh, scene.supports); !free.empty())
-      refuse("contact.surface_mass = \"redistributed\" and a body, that of node " + std::to_string(free[0].body) +
-             ", that no support holds; must be held or surface_mass \"kept\": its moments are those of all of it");
+  if (scene.contact->surface_mass == SurfaceMass::redistributed) refuse_free_bodies(scene);
   if (std::holds_alternative<Nitsche>(scene.contact->enforcement))
     refuse("contact by Nitsche's method; must be another: it sees the stress of all the tissue");
   return scene;

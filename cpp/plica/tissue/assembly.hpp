@@ -18,6 +18,13 @@ struct Tissue {
 /// How the mass of a cell lies on its nodes: int rho N_a N_b dV, or on the diagonal alone (docs/theory.md).
 enum class CellMass { consistent, lumped };
 
+/// What is to have no mass, and what moves: marks of the nodes (n each).
+struct MassTransfer {
+  std::vector<char> massless;
+  std::vector<char> held;  // in all components; none of these is massless
+  std::vector<char> free;  // of bodies that can move without strain: they keep all moments of their mass
+};
+
 /// Assembles M, C and K of one mesh straight into their final pattern. O(cells); the mesh must outlive it.
 class Assembler {
  public:
@@ -27,12 +34,11 @@ class Assembler {
   NodalMatrix mass(const Tissue& tissue) const;  // consistent, kg
   /// (n) kg a node; row sums for linear, diagonal scaling (HRZ) for quadratic tetrahedra.
   Vector lumped_mass(const Tissue& tissue) const;
-  /// The mass matrix without mass at the nodes marked in massless (n). What they had is with the nodes behind
-  /// them, so that the mass of every body is as it was and, of bodies whose nodes are marked in free (n), centre
-  /// of mass and tensor of inertia too; positive definite on the other nodes. Throws InvalidInput naming the body
-  /// that is too thin for that (docs/theory.md, "Massless contact nodes").
-  NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const std::vector<char>& massless,
-                                 const std::vector<char>& free) const;
+  /// The mass matrix without mass at massless nodes. What they had is with the nodes behind them, so that the
+  /// moving mass of every body is as it was and, of free ones, centre of mass and tensor of inertia too; positive
+  /// definite on the other nodes. Throws InvalidInput naming the body that is too thin for that (docs/theory.md,
+  /// "Massless contact nodes").
+  NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const MassTransfer& transfer) const;
   BlockMatrix stiffness(const Tissue& tissue) const;  // N/m
   BlockMatrix viscosity(const Tissue& tissue) const;  // N s/m
   /// (3 n) N: consistent load of a force per mass (m/s^2), e.g. gravity.

@@ -35,10 +35,11 @@ LocalMass cell_mass(const Element& element, double density, CellMass kind) {
   return (scale * m.diagonal()).asDiagonal();
 }
 
+/// Nodes that do not move, of bodies that are held, take no mass and have none to give: they count nowhere below.
 struct Cell {
   double mass = 0.0;                  // kg, of all its nodes
   Vector3 centre = Vector3::Zero();   // m, of that mass, from the body's middle
-  int inner = 0;                      // nodes with mass
+  int inner = 0, massless = 0;        // nodes with mass and without
   Moments moments = Moments::Zero();  // of its inner nodes' part of the mass matrix, about the body's middle
   bool carries = false;               // has mass in the end
   double factor = 1.0;                // by which its part is multiplied
@@ -50,11 +51,12 @@ struct Body {
   Moments moments = Moments::Zero();  // of the whole mass, about the middle
 };
 
-/// Cells with three inner nodes, a face, carry mass; so do those of an inner node that no such cell has.
-void choose_carriers(const TetMesh& mesh, const std::vector<char>& massless, std::vector<Cell>& cells) {
-  std::vector<char> covered = massless;
+/// Cells without massless nodes and those with three inner nodes, a face, carry mass; so do those of an inner node
+/// that no such cell has. `left_out` (n): nodes that are massless or do not count.
+void choose_carriers(const TetMesh& mesh, const std::vector<char>& left_out, std::vector<Cell>& cells) {
+  std::vector<char> covered = left_out;
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    cells[c].carries = cells[c].inner >= 3;
+    cells[c].carries = cells[c].massless == 0 || cells[c].inner >= 3;
     if (!cells[c].carries) continue;
     for (const auto node : mesh.cells.row(static_cast<std::ptrdiff_t>(c)))
       covered[static_cast<std::size_t>(node)] = 1;
@@ -86,7 +88,8 @@ Vector carried_mass(const TetMesh& mesh, const std::vector<char>& massless, cons
   };
   const auto place = [&](std::int32_t c) -> Vector3 {
     const Cell& cell = cells[static_cast<std::size_t>(c)];
-    return cell.carries ? Vector3(cell.moments.col(0).tail<3>() / cell.moments(0, 0)) : cell.centre;
+    return cell.carries && cell.inner > 0 ? Vector3(cell.moments.col(0).tail<3>() / cell.moments(0, 0))
+                                          : cell.centre;
   };
   Vector carried(mesh.cell_count());
   Indices ring = Indices::Constant(mesh.cell_count(), -1);
@@ -94,7 +97,7 @@ Vector carried_mass(const TetMesh& mesh, const std::vector<char>& massless, cons
   for (std::int32_t c = 0; c < mesh.cell_count(); ++c) {
     const Cell& cell = cells[static_cast<std::size_t>(c)];
     carried[c] = cell.mass;
-    if (!cell.carries) continue;
+    if (!cell.carries || cell.inner == 0) continue;
     ring[c] = 0;
     order.push_back(c);
   }
@@ -174,8 +177,9 @@ void restore_moments(const Body& body, std::vector<Cell>& cells) {
 
 }  // namespace
 
-NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind, const std::vector<char>& massless,
-                                          const std::vector<char>& free) const {
+NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
+                                          const MassTransfer& transfer) const {
+  const auto& [massless, held, free] = transfer;
   tissue.validate(mesh_);
   const std::ptrdiff_t n = mesh_.cells.cols();
   const Indices body_of = body_of_nodes(mesh_);
@@ -193,40 +197,52 @@ NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind, c
     element.place(mesh_.points, mesh_.cells.row(c).data());
     return cell_mass(element, tissue.materials[static_cast<std::size_t>(tissue.cell_material[c])].density, kind);
   };
+  std::vector<char> left_out = massless;
+  const auto counts = [&](std::int32_t node) {
+    return !held[static_cast<std::size_t>(node)] || free[static_cast<std::size_t>(node)];
+  };
+  for (std::int32_t i = 0; i < mesh_.node_count(); ++i)
+    if (!counts(i)) left_out[static_cast<std::size_t>(i)] = 1;
   std::vector<Cell> cells(static_cast<std::size_t>(mesh_.cell_count()));
   for (std::int32_t c = 0; c < mesh_.cell_count(); ++c) {
     Cell& cell = cells[static_cast<std::size_t>(c)];
     Body& body = bodies[static_cast<std::size_t>(body_of[mesh_.cells(c, 0)])];
     body.cells.push_back(c);
     Eigen::Matrix<double, Eigen::Dynamic, 4, 0, 10, 4> whole(n, 4), inner;
+    whole.setZero();
     for (std::ptrdiff_t a = 0; a < n; ++a)
-      whole.row(a) << 1.0, mesh_.points.row(mesh_.cells(c, a)) - body.middle.transpose();
+      if (counts(mesh_.cells(c, a)))
+        whole.row(a) << 1.0, mesh_.points.row(mesh_.cells(c, a)) - body.middle.transpose();
     inner = whole;
     for (std::ptrdiff_t a = 0; a < n; ++a) {
-      if (massless[static_cast<std::size_t>(mesh_.cells(c, a))])
-        inner.row(a).setZero();
-      else
-        ++cell.inner;
+      const auto node = static_cast<std::size_t>(mesh_.cells(c, a));
+      if (massless[node]) inner.row(a).setZero();
+      cell.massless += massless[node] != 0;
+      cell.inner += !left_out[node];
     }
     const LocalMass m = mass_of(c);
     const Moments moments = whole.transpose() * m * whole;
     cell.mass = moments(0, 0);
-    cell.centre = moments.col(0).tail<3>() / cell.mass;
+    if (cell.mass > 0) cell.centre = moments.col(0).tail<3>() / cell.mass;
     cell.moments = inner.transpose() * m * inner;
     body.moments += moments;
   }
 
-  choose_carriers(mesh_, massless, cells);
+  choose_carriers(mesh_, left_out, cells);
   const Vector carried = carried_mass(mesh_, massless, cells);
   for (const Body& body : bodies) {
     const auto loses = [&](std::int32_t node) { return massless[static_cast<std::size_t>(node)] != 0; };
     if (std::none_of(body.nodes.begin(), body.nodes.end(), loses)) continue;
-    if (std::all_of(body.nodes.begin(), body.nodes.end(), loses))
-      refuse(body, "number of nodes with mass", 0, ">= 1");
+    if (std::all_of(body.nodes.begin(), body.nodes.end(),
+                    [&](std::int32_t node) { return left_out[static_cast<std::size_t>(node)] != 0; }))
+      refuse(body, "number of moving nodes with mass", 0, ">= 1");
+    double stranded = 0.0;
     for (const auto c : body.cells) {
       Cell& cell = cells[static_cast<std::size_t>(c)];
-      cell.factor = cell.carries ? carried[c] / cell.moments(0, 0) : 0.0;
+      if (!cell.carries) stranded += carried[c];
+      if (cell.massless > 0) cell.factor = cell.carries ? carried[c] / cell.moments(0, 0) : 0.0;
     }
+    if (stranded > 1e-12 * body.moments(0, 0)) refuse(body, "mass (kg) with no moving node near", stranded, "0");
     if (free[static_cast<std::size_t>(body.nodes.front())]) restore_moments(body, cells);
   }
 

@@ -136,13 +136,10 @@ def _filmed(options: argparse.Namespace) -> int:
             f"plica video {written[0]}{dataset} --fps {clip.fps:.6g} --mm-per-px {camera.mm_per_px:g} "
             "-o analysis"
         )
-    missing = _missing_cycles(written[-1])
-    if missing:
-        print(
-            f"plica: Caution: plica video will measure no voice in this film: {missing}. Five periods of the "
-            "voice always hold three: film more of the run (--from, --to), or let it run longer.",
-            file=sys.stderr,
-        )
+    if missing := _missing_cycles(written[-1]):
+        more = " Five periods of a voice always hold three: film more of the run, or let it run longer."
+        said = f"plica: Caution: plica video will measure no voice in this film: {missing}."
+        print(said + ("" if missing.startswith("no oscillation") else more), file=sys.stderr)
     return 0
 
 

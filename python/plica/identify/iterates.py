@@ -90,6 +90,8 @@ class Iterates:
             stored = json.loads(path.read_text(encoding="utf-8"))
             there = Marks(**stored["marks"])
             found = Iterates(path, marks, stored["points"], stored["ended"])
+            for point in (point for points in found.points.values() for point in points):
+                point.setdefault("start", 1)  # the only one that was stored before starts were named
         except (ValueError, KeyError, TypeError):
             raise InvalidInput(
                 f"{path}: is damaged; must be as it was written. Take another directory."

@@ -40,9 +40,12 @@ class Told:
         self._last = at
 
     def _fall(self, at: Iteration) -> str:
-        """Within a climb there is none: each stands on a likelihood of its own."""
+        """Of points on the whole recording. Within a climb there is none: each stands on a likelihood of its
+        own; tissues of the prior are only compared."""
         last = self._last
-        if last is None or (last.start, last.share) != (at.start, at.share) or at.value >= last.value:
+        if last is None or not last.share == at.share == 1 or not math.isfinite(at.step):
+            return ""
+        if at.start not in (0, last.start) or at.value >= last.value:
             return ""
         why = ": the flow's error was learned anew" if at.start == 0 else ""
         return f" ({last.value - at.value:.3g} lower than before{why})"

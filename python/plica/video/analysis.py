@@ -465,7 +465,8 @@ class Analysis:
     @property
     def units(self) -> dict[str, str]:
         """Unit of each waveform: SI where the scale is known, else px and frames; "" for words."""
-        return {name: self.scale.unit(RECORDED[name].unit) for name in self.waveforms}
+        units = ((name, self.scale.unit(RECORDED[name].unit)) for name in self.waveforms)
+        return Named(f"Analysis {self.directory}", units)
 
     def to_xarray(self) -> xarray.Dataset:
         """The waveforms as a data set over ``time`` (and ``mode``, from 1 on)."""

@@ -242,7 +242,7 @@ def energy_from_contact(run: RunData) -> Caution | None:
         "energy_from_contact",
         f"Contact made energy, {100 * made / largest:.3g} % of the largest energy or work of the loads "
         f"({1e6 * made:.2g} of {1e6 * largest:.2g} uJ), as surfaces with mass do at impacts.",
-        'Take contact.surface_mass = "redistributed", with mesh.order = 2.',
+        'Take contact.surface_mass = "redistributed", with mesh.order = 2; of a voice, on larynx = "finest".',
     )
 
 

@@ -58,9 +58,9 @@ class RunPart:
     def fields(self) -> dict[str, Array]:
         """The frames of the run, all read when asked for."""
         if "time" not in self.run.fields:
-            return {}
+            return Named("Run.between", ())
         shown = self._after_start(np.asarray(self.run.fields["time"], dtype=float))
-        return {name: values[shown] for name, values in self.run.fields.items()}
+        return Named("Run.between", ((name, values[shown]) for name, values in self.run.fields.items()))
 
     @cached_property
     def measures(self) -> ByName[dict[str, Any]]:

@@ -248,7 +248,7 @@ class Run(Mapping[str, NDArray[Any]]):
         """
         with h5py.File(self.path, "r", locking=False) as file:
             if "fields" not in file:
-                return {}
+                return self._named(())
             names = [name for name in file["fields"] if name != "time"]
             time = file["fields/time"][: self.frames]
         return self._named([("time", time), *((name, Field(self.path, name, self.frames)) for name in names)])

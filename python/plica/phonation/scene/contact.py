@@ -115,8 +115,8 @@ class Contact(OneOf):
         default_factory=engine_default("Contact", "surface_mass")
     )
     """Mass of the nodes that can touch: kept, or given to nodes behind them, so that an impact does not
-    chatter, and its impulse and pressure converge with the step. Use `order = 2` and a mesh as fine as
-    `larynx = "fine"` with it: on coarse ones a collision then has half the impulse."""
+    chatter, and its impulse and pressure converge with the step. Use `order = 2` and a fine mesh with it,
+    `larynx = "finest"` of a voice: on coarse ones its collisions are too weak."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
