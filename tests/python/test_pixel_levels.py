@@ -11,6 +11,7 @@ import pytest
 from plica.video.analysis import Analysis, analyse
 from plica.video.doubts import WholeGlottis, doubts
 from plica.video.glottal_area import GlottalArea
+from plica.video.glottis import Look
 from plica.video.light import light_of
 from plica.video.midline import Midline
 from plica.video.pixel_levels import pixel_levels
@@ -108,6 +109,7 @@ def test_each_doubt_has_its_reason() -> None:
         "the least glottal area is 6.26 % of the largest": {"total": whole().total + 20},
         "20 px (6.68 % of the largest area) are glottis in every frame": {"always": some},
         "20 px beside the glottis (6.68 % of the largest area) are dark in every": {"left_out": some},
+        "in 10 % of the frames the glottis fills all of where": {"confined": np.arange(200.0) % 10 < 1},
         "a cycle has only 7 frames": {"total": coarse},
         "the upper end of the folds lies at the picture's border": {"midline": Midline((30, 1), (30, 50))},
         "the picture's border cuts the glottis in 10 % of the frames": {"border": np.arange(200) % 10 == 0},
@@ -118,6 +120,18 @@ def test_each_doubt_has_its_reason() -> None:
     for reason, change in reasons.items():
         (said,) = doubts(whole(**change))
         assert said.startswith(reason)
+
+
+def test_an_outline_that_its_reach_cuts_off_says_so() -> None:
+    frame = np.full((60, 60), 140.0, dtype=np.float32)
+    frame[10:50, 20:40] = 10.0
+    narrow, wide = np.zeros((60, 60), dtype=bool), frame < 50
+    narrow[10:50, 28:32] = True
+    cut, whole_of_it = (Look(10.0, 140.0, reach, 0.0).outline(frame, 0) for reach in (narrow, wide))
+    assert cut.mask.sum() < 0.5 * wide.sum()
+    assert cut.confined > 0.8
+    assert np.array_equal(whole_of_it.mask, wide)
+    assert whole_of_it.confined == 0
 
 
 def test_the_vibrogram_has_the_edges_where_they_are() -> None:

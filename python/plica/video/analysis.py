@@ -295,6 +295,7 @@ class Analysis:
                 self.settings.fps,
                 self.settings.mm_per_px,
                 float(self["sides/blur"]) if "sides/blur" in self else None,
+                self["glottis/confined"] if "glottis/confined" in self else None,  # noqa: SIM401
             )
         )
 

@@ -167,6 +167,7 @@ class Chain:
             )
             kept.attrs["units"] = inner.attrs["units"] = "1"
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
+            confined = np.zeros(self._count)
             tissue = np.ones(self._shape, dtype=bool)
             always = np.ones(self._shape, dtype=bool)
             for index, frame in enumerate(self._watched("glottis", steady.frames(), self._count)):
@@ -181,6 +182,7 @@ class Chain:
                     mask, band[index] = found.mask, (found.least, found.largest)
                 kept[index] = mask
                 inner[index] = mask if found is None else found.inner
+                confined[index] = 0.0 if found is None else found.confined
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
                 if np.isfinite(band[index, 0]):
@@ -188,7 +190,7 @@ class Chain:
             if self._network is not None and tissue.all():
                 raise VideoError(_found_nothing(self._network, self._count))
             fill(group, always=always, left_out=finder.left_out(~tissue))
-            fill(group, least=band[:, 0], largest=band[:, 1], border=border, tissue=tissue)
+            fill(group, least=band[:, 0], largest=band[:, 1], border=border, confined=confined, tissue=tissue)
 
         self._results.change(add)
 

@@ -22,6 +22,7 @@ _COARSE = 8.0  # frames a cycle
 _MARGIN = 2.0  # px from the frame's border
 _BLURRED = 1.1  # px; from there areas are some 3 % too small or more (docs/verification/video.md)
 _CUT = 0.05  # share of the frames
+_CONFINED = 0.3  # of an outline: none of a film or clip whose masks are right, all of masks that are cut off
 _VOICES = (30.0, 2000.0)  # Hz, creak to whistle
 _FOLDS = (2.0, 40.0)  # mm, of an infant to a large man's, with a margin
 
@@ -45,6 +46,8 @@ class WholeGlottis:
         Where they are known.
     blur : float or None
         px, standard deviation, of the edges; None or not a number: not known.
+    confined : (frames) or None
+        Share of the outline on the limit of where the glottis was looked for; None: not known.
     """
 
     total: Floats
@@ -55,6 +58,7 @@ class WholeGlottis:
     fps: float | None = None
     mm_per_px: float | None = None
     blur: float | None = None
+    confined: Floats | None = None
 
 
 def doubts(seen: WholeGlottis) -> list[str]:
@@ -93,6 +97,13 @@ def doubts(seen: WholeGlottis) -> list[str]:
             "between them"
         )
     found += _scales(seen, frequency)
+    cut = 0.0 if seen.confined is None else float(np.mean(seen.confined > _CONFINED))
+    if cut > _CUT:
+        found.append(
+            f"in {100 * cut:.2g} % of the frames the glottis fills all of where it was looked for, and may "
+            "be far wider: draw the mask of a frame where it is widest (plica masks), or film more tissue "
+            "about it"
+        )
     ends = _ends(seen)
     if ends:
         found.append(f"{ends}: area, length and what is relative to it are those of a part of the glottis")

@@ -94,7 +94,16 @@ class Look:
         mask = self.mask(frame, index)
         inner, narrow, wide = (self.mask(frame, index, share) for share in (_INNER, *_BAND))
         areas = float(narrow.sum()), float(mask.sum()), float(wide.sum())
-        return Outline(mask, inner & mask, min(areas), max(areas))
+        return Outline(mask, inner & mask, min(areas), max(areas), self._confined(mask))
+
+    def _confined(self, mask: Mask) -> float:
+        """Share of a mask's outline on the limit of what is near, where none comes that was learnt from: the
+        widest openings may not have been."""
+        from scipy import ndimage
+
+        outline = mask & ~ndimage.binary_erosion(mask, border_value=1)
+        limit = outline & ~ndimage.binary_erosion(self.near, border_value=1)
+        return float(limit.sum() / max(outline.sum(), 1))
 
 
 def learn(

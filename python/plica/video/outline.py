@@ -25,12 +25,15 @@ class Outline:
         The mask itself where there is nothing to tell it by.
     least, largest : float
         px^2, band of its area: had the outline been drawn somewhat nearer to the dark, or to the tissue.
+    confined : float
+        Share of the outline that lies on the limit of where the glottis is looked for, and may go on beyond.
     """
 
     mask: Mask
     inner: Mask
     least: float
     largest: float
+    confined: float = 0.0
 
 
 class Finder(Protocol):
