@@ -228,20 +228,25 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     assert Recording.open(clip).count == 6
 
 
-@pytest.mark.parametrize("periods", [2, 5])
-def test_a_film_of_too_few_cycles_is_cautioned(
-    periods: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("periods", "size"), [(2, "48,64"), (5, "48,96")])
+def test_a_film_of_too_few_cycles_or_a_part_of_the_glottis_is_cautioned(
+    periods: int,
+    size: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Periods of eight frames; the film has what `plica video` will find in it."""
     run = moved(voiced(frequency=200), np.arange(8 * periods + 1) * 0.625e-3)
     monkeypatch.setattr(plica.Run, "load", lambda _: run)
     clip = str(tmp_path / "clip.npy")
-    size = ["--size", "48,64", "--mm-per-px", "0.2", "--samples", "1"]
-    assert main(["film", "run", "-o", clip, *size, "--quiet"]) == 0
+    options = ["--size", size, "--mm-per-px", "0.2", "--samples", "1", "--quiet"]
+    assert main(["film", "run", "-o", clip, *options]) == 0
     said = capsys.readouterr().err
     if periods == 2:
         assert "complete cycles of the glottal area; at least 3 are needed" in said
         assert "Five periods" in said
+        assert "the picture's border cuts the glottis in " in said
     else:
         assert said == ""
 

@@ -140,6 +140,12 @@ def _filmed(options: argparse.Namespace) -> int:
         more = " Five periods of a voice always hold three: film more of the run, or let it run longer."
         said = f"plica: Caution: plica video will measure no voice in this film: {missing}."
         print(said + ("" if missing.startswith("no oscillation") else more), file=sys.stderr)
+    if cut := _cut_frames(written[-1]):
+        print(
+            f"plica: Caution: the picture's border cuts the glottis in {cut} of {clip.count} frames, of "
+            "which plica video will measure a part: take a larger --size, or more --mm-per-px.",
+            file=sys.stderr,
+        )
     return 0
 
 
@@ -152,6 +158,15 @@ def _missing_cycles(truth: Path) -> str:
     with h5py.File(truth) as file:
         cycles = recorded_cycles(file["time"][()], file["glottal_area"][()], name="glottal area")
     return "" if cycles.count else cycles.note
+
+
+def _cut_frames(truth: Path) -> int:
+    """In how many frames the true glottis of a film lies at the picture's border."""
+    import h5py
+
+    with h5py.File(truth) as file:
+        glottis = file["glottis"]
+        return sum(bool(k[[0, -1]].any() or k[:, [0, -1]].any()) for k in glottis)
 
 
 def _time(text: str) -> float | str:
