@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
-from plica.measures.cycles import find_cycles
+from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.file import write_measures
+from plica.measures.glottal import over_cycles
 from plica.measures.pulses import autocorrelation_frequency, rising_crossings
 from plica.phonation.measures.free import free_measures
 from plica.phonation.measures.measure import measure
@@ -291,6 +292,18 @@ def test_a_silent_glottis_has_no_frequency_but_a_flow() -> None:
         assert "no oscillation" in found[name].note
     assert found["mean_flow"].value == pytest.approx(5e-6 * np.sqrt(2 * 800 / 1.23))
     assert "last third" in found["mean_flow"].cautions[0]
+
+
+def test_without_cycles_a_recording_is_measured_over_all_of_it_and_a_run_over_its_end() -> None:
+    time, area = np.arange(30.0), np.r_[9.0, np.ones(29)]
+    none = Cycles(np.empty(0), "too short")
+    of_run, of_recording = (
+        over_cycles("glottal_area_max", time, area, cycles, max)
+        for cycles in (none, dataclasses.replace(none, recorded=True))
+    )
+    assert (of_run.value, of_recording.value) == (1.0, 9.0)
+    assert of_run.cautions == ("over the last third of the record; too short",)
+    assert of_recording.cautions == ("over the whole record; too short",)
 
 
 def test_a_locked_closed_glottis_says_so() -> None:

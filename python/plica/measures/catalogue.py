@@ -310,13 +310,13 @@ _QUANTITIES = (
         "glottal_area_max",
         "Largest glottal area",
         "m^2",
-        "in each cycle, without cycles over the last third of the record",
+        "in each cycle, without cycles over a recording or the last third of a run",
     ),
     _glottis(
         "glottal_area_mean",
         "Mean glottal area",
         "m^2",
-        "of each cycle, without cycles over the last third of the record",
+        "of each cycle, without cycles over a recording or the last third of a run",
     ),
     _video_glottis(
         "glottal_gap_index",

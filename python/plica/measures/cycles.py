@@ -115,9 +115,9 @@ class Cycles:
         return _slices(time, self.starts)
 
     def extent(self, time: Floats) -> slice:
-        """Samples of all cycles together; the last third of the record if there are no cycles."""
+        """Samples of all cycles together; without cycles all of a recording, of a run the last third."""
         if not self.count:
-            return slice(time.size - max(time.size // 3, 1), time.size)
+            return slice(0 if self.recorded else time.size - max(time.size // 3, 1), time.size)
         return slice(int(np.searchsorted(time, self.starts[0])), int(np.searchsorted(time, self.starts[-1])))
 
 

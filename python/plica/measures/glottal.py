@@ -46,12 +46,11 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
 def over_cycles(
     name: str, time: Floats, signal: Floats, cycles: Cycles, reduce: Callable[[Floats], float]
 ) -> Measure:
-    """A reduction of the signal in each cycle; without cycles over the last third, which is said."""
+    """A reduction of the signal in each cycle; without cycles over their extent, which is said."""
     if not cycles.count:
-        part = cycles.extent(time)
-        return whole(
-            name, reduce(signal[part]), cautions=[f"over the last third of the record; {cycles.note}"]
-        )
+        part = "whole" if cycles.recorded else "last third of the"
+        said = f"over the {part} record; {cycles.note}"
+        return whole(name, reduce(signal[cycles.extent(time)]), cautions=[said])
     return per_cycle(name, cycles, np.array([reduce(signal[part]) for part in cycles.samples(time)]))
 
 
