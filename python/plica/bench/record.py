@@ -166,5 +166,5 @@ def read(path: Path) -> Record:
         where = ".".join(str(part) for part in first["loc"])
         raise InvalidInput(
             f"{path}: not a record of plica bench: {where + ': ' if where else ''}{first['msg']}. "
-            "Name a file that plica bench run wrote."
+            "Name a file, or a directory of files, that plica bench run wrote."
         ) from None

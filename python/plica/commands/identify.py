@@ -68,7 +68,7 @@ def add_commands(commands: Any) -> None:
         metavar="SCENE",
         type=Path,
         required=True,
-        help="scene file (TOML), without contact and initial",
+        help="scene file (TOML), without contact, initial, loads, gravity and symmetry",
     )
     part.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"

@@ -111,7 +111,7 @@ def chosen_cases(asked: Sequence[str] | None) -> list[Case]:
     Raises InvalidInput for a name that is neither.
     """
     known = _all_cases()
-    names = [*FAMILIES, *known]
+    names = list(dict.fromkeys([*FAMILIES, *known]))  # some families have a case of their name
     for name in asked or ():
         if name not in names:
             raise InvalidInput(f'bench: CASE = "{name}"; must be {one_of(names)}.{nearest(name, names)}')
