@@ -155,6 +155,18 @@ def test_a_constant_frame_has_no_area_with_the_drift_taken_out_or_not(
     assert np.flatnonzero(np.isnan(area)).tolist() == [7]
 
 
+def test_a_light_that_is_not_green_is_said_with_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save(tmp_path / "x.npy", GLOTTIS.stack()[:12])
+    source = str(tmp_path / "x.npy")
+    assert main(["glottis", source, "-o", str(tmp_path / "out"), "--quiet", "--no-drift"]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("plica: Caution: the recording's light is red. ")
+    assert "No cycles were found" in said.err
+
+
 # ---- Settings ----------------------------------------------------------------------------------
 
 SETTINGS: dict[str, tuple[list[str], str]] = {
@@ -266,6 +278,7 @@ def test_a_flow_file_that_is_none_is_refused(
     movie: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["glottis", str(movie), "-o", str(tmp_path), "--quiet"]) == 0
+    capsys.readouterr()
     (tmp_path / "flow.h5").write_text("nothing of the kind")
     said = refused(["video", str(movie), "-o", str(tmp_path), "--quiet"], capsys)
     assert "flow.h5: not a result file of plica" in said

@@ -298,6 +298,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
+    from plica.video.light import light_of
     from plica.video.report import write_report
     from plica.video.settings import Settings
     from plica.video.tables import write_tables
@@ -340,6 +341,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
         print(_table(found))
         if page:
             print(f"report: {page}")
+    if report and (light := light_of(found)).colour != "good":
+        print(f"plica: Caution: the recording's light is {light.shown}. {light.said}", file=sys.stderr)
     return found
 
 

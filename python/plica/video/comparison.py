@@ -123,8 +123,7 @@ class Comparison:
         for side, one in self.both:
             light = light_of(one)
             if light.colour != "good":
-                colour = "amber" if light.colour == "fair" else "red"
-                found.append(f"The light of the analysis {side} is {colour}: {light.said.strip()}")
+                found.append(f"The light of the analysis {side} is {light.shown}: {light.said.strip()}")
         if (before.drawn == []) != (after.drawn == []):
             found.append("Masks were drawn by hand in one of the two: outlines may differ by that alone.")
         found += [

@@ -45,6 +45,6 @@ def _facts(found: Analysis) -> dict[str, str]:
         "frames": f"{found.count}" + (f", {settings.fps:g} a second" if settings.fps else ""),
         "pixel": f"{settings.mm_per_px:g} mm" if settings.mm_per_px else "size unknown",
         "cycles": f"{cycles.count}, {cycles.verdict}" if cycles.count else "none",
-        "light": {"good": "green", "fair": "amber", "bad": "red"}[light_of(found).colour],
+        "light": light_of(found).shown,
     }
     return {name: text for name, text in facts.items() if text}

@@ -22,6 +22,11 @@ class Light(NamedTuple):
     colour: str
     said: str
 
+    @property
+    def shown(self) -> str:
+        """The colour that readers see."""
+        return {"good": "green", "fair": "amber", "bad": "red"}[self.colour]
+
 
 def light_of(found: Analysis) -> Light:
     """Of the flags of all frames, the doubts about the area, the cycles, and the flow where it was found."""
