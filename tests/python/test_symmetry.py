@@ -80,6 +80,31 @@ def test_matrices_are_those_of_the_whole_folded(
 
 
 @pytest.mark.parametrize("symmetry", PLANES)
+def test_what_a_plane_holds_beside_the_supports_has_mass_to_give(
+    phonating: plica.Scene, symmetry: str
+) -> None:
+    """Nodes in x = 0, held in y and z by the scene and in x by the plane: in the whole they move."""
+    mesh = build_mesh(phonating.mesh)
+    points = np.asarray(mesh.points)
+    surface = np.unique(mesh.surfaces["airway_left"])
+    crossing = surface[np.abs(points[surface, 0]) < 1e-12]
+    assert (~np.isin(crossing, mesh.node_sets["wall"])).any()
+    held = remade(mesh, node_sets=mesh.node_sets | {"seam": crossing})
+    scene = phonating.replace(
+        {
+            "contact.surface_mass": "redistributed",
+            "supports": {"fixed": ["wall"], "components": {"seam": "yz"}},
+        }
+    )
+    S, _ = folding(points, PLANES[symmetry])
+    free = ~held_in_part(scene, held, PLANES[symmetry])
+    M = matrices(build_simulation(scene, held))[0]
+    m = matrices(build_simulation(scene.replace({"symmetry": symmetry}), held))[0]
+    expected, found = (S.T @ M @ S)[free][:, free], m[free][:, free]
+    assert abs(found - expected).max() < 1e-12 * abs(expected).max()
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
 def test_a_voice_through_contact_is_that_of_the_whole(voice: plica.Scene, symmetry: str) -> None:
     """To the tolerances of solver and contact, which the collisions make some hundred times larger."""
     mesh = build_mesh(voice.mesh)

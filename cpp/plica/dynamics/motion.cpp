@@ -31,15 +31,16 @@ std::vector<std::int32_t> massless_nodes(const Scene& scene, const SymmetricPart
 MassTransfer mass_transfer(const Scene& scene, const SymmetricPart* part,
                            const std::vector<std::int32_t>& massless) {
   const TetMesh& solved = part ? part->mesh : scene.mesh;
-  const Supports& supports = part ? part->supports : scene.supports;
   const std::vector<char> none(static_cast<std::size_t>(solved.node_count()), 0);
   MassTransfer transfer{none, none, none};
   for (const auto node : massless) transfer.massless[static_cast<std::size_t>(node)] = 1;
+  // What the planes of symmetry hold besides is not held in the scene.
   for (std::int32_t node = 0; node < solved.node_count(); ++node)
-    transfer.held[static_cast<std::size_t>(node)] = supports.node_fixed(node);
+    transfer.held[static_cast<std::size_t>(node)] =
+        scene.supports.node_fixed(part ? part->images.nodes()[node] : node);
   if (part) return transfer;
   const Indices body = body_of_nodes(solved);
-  for (const RigidMotion& motion : rigid_motions(solved, supports))
+  for (const RigidMotion& motion : rigid_motions(solved, scene.supports))
     for (std::int32_t node = motion.body; node < solved.node_count(); ++node)
       if (body[node] == motion.body) transfer.free[static_cast<std::size_t>(node)] = 1;
   return transfer;
