@@ -1,6 +1,6 @@
 """Tables of studies: printed as Markdown, kept as docs/records/NAME.json, shown on pages by `.ci/tables`.
 
-    python benchmarks/record.py NAME COMMAND...    keeps the table that a command prints
+    python -m benchmarks.record NAME COMMAND...    keeps the table that a command prints
 
 A script gives `record` the texts of its cells as readers see them, row by row as they are made. Beside them
 stand the command line, engine, machine and date. <!-- record: NAME --> and <!-- end --> on a page say where
@@ -90,9 +90,9 @@ def cells(lines: Iterable[str]) -> list[list[str]]:
 
 def _command(arguments: Sequence[str]) -> str:
     """As it is typed in the sources; of other absolute paths the last part alone."""
-    script = Path(arguments[0]).resolve().relative_to(ROOT)
+    module = ".".join(Path(arguments[0]).resolve().relative_to(ROOT).with_suffix("").parts)
     others = [Path(word).name if Path(word).is_absolute() else word for word in arguments[1:]]
-    return shlex.join(["python", str(script), *others])
+    return shlex.join(["python", "-m", module.removesuffix(".__main__"), *others])
 
 
 def _head(columns: Sequence[str]) -> list[str]:

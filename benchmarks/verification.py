@@ -1,12 +1,11 @@
 """The rows of `plica verify`, a record of each subject, for docs/verify.md.
 
-python benchmarks/verification.py
+python -m benchmarks.verification
 """
 
 from __future__ import annotations
 
-from record import cells, record
-
+from benchmarks.record import cells, record
 from plica.report.installation import this_installation
 from plica.verify.subjects import SUBJECTS, verify
 from plica.verify.text import as_markdown

@@ -1,8 +1,8 @@
 """Paper A's Figures 3-13 and Table IV and Paper B's Figures 2-4 with this engine, and their trends judged.
 
-    python benchmarks/thesis                 # makes the runs that are missing, then figures, data and page
-    python benchmarks/thesis --list          # the table of runs and how each stands
-    python benchmarks/thesis --only figures  # from the runs that are there
+    python -m benchmarks.thesis                 # makes the runs that are missing, then figures, data and page
+    python -m benchmarks.thesis --list          # the table of runs and how each stands
+    python -m benchmarks.thesis --only figures  # from the runs that are there
 
 Runs go to runs/thesis (three gigabytes), data to benchmarks/thesis/data, pictures to docs/images, the page
 to docs/thesis.md. A run that is there is taken as it is, one that was stopped is continued; all are of one
@@ -14,17 +14,12 @@ another `--runs`, `--docs` and `--data` make a rehearsal.
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
-import cases
-from reading import Shelf
-
 import plica
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
-
-from record import of_this_engine
+from benchmarks.record import of_this_engine
+from benchmarks.thesis import cases
+from benchmarks.thesis.reading import Shelf
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parents[1] / "docs"
@@ -40,7 +35,7 @@ def standing(case: cases.Case, runs: Path) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(
-        prog="python benchmarks/thesis",
+        prog="python -m benchmarks.thesis",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -66,7 +61,7 @@ def main() -> None:
             told = cases.make(case, options.runs, options.duration)
             print(f"[{number}/{len(table)}] {case.name}: {told}", flush=True)
     if options.only != "runs":
-        import page  # draws, so only where it is wanted
+        from benchmarks.thesis import page  # draws, so only where it is wanted
 
         page.write(Shelf(options.runs, meshes), options.docs, options.data)
 

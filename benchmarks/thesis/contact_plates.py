@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from cases import PRESSURES
-from judging import Value, rises
 from matplotlib.figure import Figure
-from plate import Plate
-from reading import Record, Shelf
-from wording import number, told
 
+from benchmarks.thesis.cases import PRESSURES
+from benchmarks.thesis.judging import Value, rises
+from benchmarks.thesis.plate import Plate
+from benchmarks.thesis.reading import Record, Shelf
+from benchmarks.thesis.wording import number, told
 from plica.report.drawing import blue, green, grey, purple, red
 
 PUBLISHED_STRESS = (0.54, 1.17, 1.21)  # kPa, Table IV

@@ -1,6 +1,6 @@
 """The impact of two cylinders (cylinders.py) on three meshes by three steps: total force, its convergence.
 
-    python benchmarks/thesis/cylinder_convergence.py
+    python -m benchmarks.thesis.cylinder_convergence
 
 Makes two records and draws docs/images/cylinders.png. With the combination that `plica bench impact`
 recommends, and as the thesis does it: HHT(-0.3) and contact nodes that have mass.
@@ -11,24 +11,20 @@ from __future__ import annotations
 import argparse
 import io
 import itertools
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import cylinders
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
+from benchmarks.record import record
+from benchmarks.thesis import cylinders
 from plica import _engine as engine
 from plica.bench.body import SCHEMES
 from plica.report.drawing import blue, green, grey, red, style
-
-sys.path.append(str(Path(__file__).resolve().parents[1]))
-
-from record import record
 
 ACROSS = (4, 8, 16)  # elements
 STEPS = (40e-6, 20e-6, 10e-6)  # s

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import cylinders
 import numpy as np
-from cylinders import MIDDLES, Impact
 from matplotlib.figure import Figure
-from plate import Plate
-from reading import Shelf
 
+from benchmarks.thesis import cylinders
+from benchmarks.thesis.cylinders import MIDDLES, Impact
+from benchmarks.thesis.plate import Plate
+from benchmarks.thesis.reading import Shelf
 from plica.report.drawing import blue, green, grey, red
 
 AVERAGED = 0.3e-3  # s; the flat faces bounce at first

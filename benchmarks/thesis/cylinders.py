@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tissue_stress import TissueStress
 
+from benchmarks.thesis.tissue_stress import TissueStress
 from plica import _engine as engine
 
 E, NU, DENSITY = 2e9, 0.3, 1000.0

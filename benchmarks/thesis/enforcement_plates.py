@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from cases import AUGMENTED
-from judging import Value, rises
 from matplotlib.figure import Figure
-from plate import Plate
-from reading import Record, Shelf
-from wording import number
 
+from benchmarks.thesis.cases import AUGMENTED
+from benchmarks.thesis.judging import Value, rises
+from benchmarks.thesis.plate import Plate
+from benchmarks.thesis.reading import Record, Shelf
+from benchmarks.thesis.wording import number
 from plica.report.drawing import blue, green, grey, red
 
 MARKS = {

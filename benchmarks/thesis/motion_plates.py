@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from plate import Plate
-from reading import Record, Shelf
-from wording import number
 
+from benchmarks.thesis.plate import Plate
+from benchmarks.thesis.reading import Record, Shelf
+from benchmarks.thesis.wording import number
 from plica.report.drawing import blue, green, grey, red, rim, tissue
 
 TRANSIENT, SHOWN = 0.02, 0.04  # s: what the thesis omits, and as far as it shows

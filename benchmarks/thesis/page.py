@@ -8,15 +8,20 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-import cases
-import plate
-from asymmetry_plate import asymmetry
-from contact_plates import augmented_force, impact_stress, one_node, schemes, stress_by_pressure
-from cylinder_plates import forces, shapes
-from enforcement_plates import overlap, paper_b_area, paper_b_force
-from motion_plates import flow, glottal_shape, motion, surface_forces
-from reading import Shelf
-from trends import Trend, trends
+from benchmarks.thesis import cases, plate
+from benchmarks.thesis.asymmetry_plate import asymmetry
+from benchmarks.thesis.contact_plates import (
+    augmented_force,
+    impact_stress,
+    one_node,
+    schemes,
+    stress_by_pressure,
+)
+from benchmarks.thesis.cylinder_plates import forces, shapes
+from benchmarks.thesis.enforcement_plates import overlap, paper_b_area, paper_b_force
+from benchmarks.thesis.motion_plates import flow, glottal_shape, motion, surface_forces
+from benchmarks.thesis.reading import Shelf
+from benchmarks.thesis.trends import Trend, trends
 
 PLATES = (
     motion,
@@ -37,7 +42,8 @@ PLATES = (
 )
 HEAD = """# The thesis's figures, made anew
 
-Made by `python benchmarks/thesis`, engine {engine}; do not edit. Papers A and B are those of Granados (2016).
+Made by `python -m benchmarks.thesis`, engine {engine}; do not edit. Papers A and B are those of
+Granados (2016).
 {mesh}
 
 B is `examples/thesis_b.toml` (half the printed viscosity), P is `examples/thesis.toml` (as printed), both

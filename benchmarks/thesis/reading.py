@@ -6,13 +6,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import cases
 import numpy as np
-from cases import Case
-from judging import Value
-from tissue_stress import TissueStress
 
 import plica
+from benchmarks.thesis import cases
+from benchmarks.thesis.cases import Case
+from benchmarks.thesis.judging import Value
+from benchmarks.thesis.tissue_stress import TissueStress
 from plica import _engine as engine
 from plica.measures.cycles import Cycles, weak
 from plica.measures.pulses import rising_crossings

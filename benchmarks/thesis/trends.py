@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from asymmetry_plate import amplitude_ratio, anteroposterior, measured
-from cases import MISMATCHES, PENALTIES, PRESSURES
-from contact_plates import early
-from enforcement_plates import reduction
-from judging import Value, Verdict, all_of, between, falls, rises
-from reading import Record, Shelf
-from wording import listed, number, rounded
+
+from benchmarks.thesis.asymmetry_plate import amplitude_ratio, anteroposterior, measured
+from benchmarks.thesis.cases import MISMATCHES, PENALTIES, PRESSURES
+from benchmarks.thesis.contact_plates import early
+from benchmarks.thesis.enforcement_plates import reduction
+from benchmarks.thesis.judging import Value, Verdict, all_of, between, falls, rises
+from benchmarks.thesis.reading import Record, Shelf
+from benchmarks.thesis.wording import listed, number, rounded
 
 Reader = Callable[[Record], Value | None]
 

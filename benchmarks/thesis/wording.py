@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from judging import Value, Verdict
+
+from benchmarks.thesis.judging import Value, Verdict
 
 
 def number(value: Value | None, digits: int, factor: float = 1.0) -> str:

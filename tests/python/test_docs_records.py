@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import runpy
@@ -10,6 +11,8 @@ import sys
 from pathlib import Path
 
 import pytest
+
+from benchmarks import record
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = {path: path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md"))}
@@ -66,15 +69,11 @@ def test_another_engine_or_another_figure_is_refused(
 def test_a_record_says_by_what_it_was_made(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    import record
-
+    script = ROOT / "benchmarks" / "tissue" / "beam.py"
     monkeypatch.setattr(record, "RECORDS", tmp_path)
-    monkeypatch.setattr(
-        sys, "argv", [str(ROOT / "benchmarks" / "beam.py"), "--data", "/far/away/pairs", "-n", "2"]
-    )
+    monkeypatch.setattr(sys, "argv", [str(script), "--data", "/far/away/pairs", "-n", "2"])
     made = record.record("two", ["mesh", "error"], ([n, f"{1 / n:.1f}"] for n in (1, 2)), "Errors are so.")
-    assert made.command == "python benchmarks/beam.py --data pairs -n 2"
+    assert made.command == "python -m benchmarks.tissue.beam --data pairs -n 2"
     assert record.read(tmp_path / "two.json") == made
     lines = made.markdown().splitlines()
     assert lines[:4] == ["| mesh | error |", "| --- | --- |", "| 1 | 1.0 |", "| 2 | 0.5 |"]
@@ -88,10 +87,28 @@ def test_a_record_says_by_what_it_was_made(
     assert not (tmp_path / "short.json").exists()
 
 
-def test_runs_of_two_engines_are_not_mixed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
-    import record
+@pytest.mark.parametrize("module", ["tissue.beam", "thesis", "thesis.cylinder_convergence", "record"])
+def test_a_script_is_named_as_it_is_typed(
+    module: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """With -m the first argument is the path of the module's file, of a package that of its __main__."""
+    found = importlib.util.find_spec(f"benchmarks.{module}")
+    assert found is not None
+    script = found.origin or str(ROOT / "benchmarks" / module / "__main__.py")
+    monkeypatch.setattr(record, "RECORDS", tmp_path)
+    monkeypatch.setattr(sys, "argv", [script])
+    made = record.record("one", ["mesh"], [["1"]])
+    assert made.command == f"python -m benchmarks.{module}"
 
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_command_of_a_record_names_what_is_there(name: str) -> None:
+    found = re.match(r"python -m (\S+)", RECORDS[name]["command"])
+    assert found is not None or RECORDS[name]["command"].startswith("plica ")
+    assert found is None or importlib.util.find_spec(found[1]) is not None
+
+
+def test_runs_of_two_engines_are_not_mixed(tmp_path: Path) -> None:
     folder = tmp_path / "runs"
     assert record.of_this_engine(folder) == record.of_this_engine(folder) == folder
     (folder / "engine").write_text("0000000", encoding="utf-8")

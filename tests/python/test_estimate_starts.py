@@ -6,7 +6,6 @@ import math
 import sys
 from dataclasses import replace
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import pytest
 from numpy.typing import ArrayLike
 
 import plica
+from benchmarks.identification.calibration import Drawn
 from layered_block import layered_model, simulated
 from plica.identify import (
     Evaluation,
@@ -296,11 +296,8 @@ def test_the_first_frames_alone_are_those_before_missing_ones(frames: int) -> No
 
 
 @pytest.mark.slow
-def test_a_skipped_cycle_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_skipped_cycle_is_left() -> None:
     """A draw of the calibration whose one start ends more than 4 sd away."""
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "benchmarks"))
-    from identify_calibration import Drawn  # type: ignore[import-not-found]
-
     drawn = Drawn(60, 800.0)
     truth, model = drawn.recording(15086)
     alone = estimate(MarginalLikelihood(model), options=Scoring(starts=1))

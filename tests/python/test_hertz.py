@@ -1,26 +1,13 @@
-"""Contact on quadratic faces against Hertz, by benchmarks/hertz.py on coarse meshes."""
+"""Contact on quadratic faces against Hertz, by benchmarks/contact/hertz.py on coarse meshes."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 
-BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
+from benchmarks.contact import hertz
 
 
-@pytest.fixture
-def hertz(monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
-    monkeypatch.syspath_prepend(str(BENCHMARKS))
-    import hertz
-
-    yield hertz
-    for name in ("hertz", "airway"):
-        sys.modules.pop(name, None)
-
-
-def test_a_cylinder_of_mortar_faces_presses_as_hertz_says(hertz) -> None:  # type: ignore[no-untyped-def]
+def test_a_cylinder_of_mortar_faces_presses_as_hertz_says() -> None:
     for pair in ("plane", "alike"):
         found = hertz.solve(hertz.Case("cylinder", pair, 2, 4, "mortar", width=0.025))
         # Measured -1.5 % and +2.1 % on the plane; finer meshes come to -0.8 % and +0.9 %.
@@ -28,13 +15,13 @@ def test_a_cylinder_of_mortar_faces_presses_as_hertz_says(hertz) -> None:  # typ
         assert abs(found["peak"]) < 0.03
 
 
-def test_four_flat_triangles_a_face_miss_the_pressure_by_a_third(hertz) -> None:  # type: ignore[no-untyped-def]
+def test_four_flat_triangles_a_face_miss_the_pressure_by_a_third() -> None:
     found = hertz.solve(hertz.Case("cylinder", "plane", 2, 4, "nodes", width=0.025))
     assert found["peak"] == pytest.approx(1 / 3, abs=0.05)
     assert found["inner pressure"] == pytest.approx(1, abs=0.02)  # zero at a corner
 
 
-def test_the_force_is_right_where_what_touches_is_narrower_than_a_face(hertz) -> None:  # type: ignore[no-untyped-def]
+def test_the_force_is_right_where_what_touches_is_narrower_than_a_face() -> None:
     """There the mean gap of a face says nothing: nodes inside hold by themselves."""
     fine, coarse, nodes = (
         hertz.solve(hertz.Case("cylinder", "plane", 2, edges, faces))

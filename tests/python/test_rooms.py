@@ -87,6 +87,6 @@ def test_what_benchmarks_and_examples_import_is_there() -> None:
         f"{file.relative_to(root)}: {name}"
         for file in files
         for name in _imports(file)
-        if name.startswith("plica.") and not _is_there(name)
+        if name.startswith(("benchmarks.", "plica.")) and not _is_there(name)
     ]
     assert missing == []

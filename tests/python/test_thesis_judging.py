@@ -2,32 +2,13 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
-
 import numpy as np
 import pytest
 
 import plica
+from benchmarks.thesis import cases, judging, tissue_stress
+from benchmarks.thesis.judging import Value
 from plica import _engine as engine
-
-THESIS = Path(__file__).resolve().parents[2] / "benchmarks" / "thesis"
-
-
-def loaded(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"thesis_{name}", THESIS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # a dataclass looks its module up
-    spec.loader.exec_module(module)
-    return module
-
-
-judging, tissue_stress = loaded("judging"), loaded("tissue_stress")
-Value = judging.Value
 
 
 @pytest.mark.parametrize(
@@ -96,7 +77,6 @@ def test_stress_of_uniform_strain_and_strain_rate_is_that_of_hookes_law_and_the_
 
 
 def test_every_run_of_the_table_is_a_scene_that_this_engine_accepts_or_one_it_does_not_know() -> None:
-    cases = loaded("cases")
     table = cases.table()
     assert len({case.name for case in table}) == len(table)
     for case in table:

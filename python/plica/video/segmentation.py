@@ -7,7 +7,8 @@ closer ones; a candidate's score is the mean edge strength along its outline tim
 glottis can be. The glottis is the best one that is as dark as a hole, not as a shadow (so there may be none),
 and with it those that lie in its line: other openings between the same folds.
 
-The constants below were chosen on one half of forty frames and judged on the other (benchmarks/glottis.py).
+The constants below were chosen on one half of forty frames and judged on the other
+(benchmarks/video/glottis.py).
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ __all__ = ["wave_measures"]
 _FEWEST = 3  # bands
 _MOST = 95  # percentile
 _LEAST = 0.15  # px; what flow finds of less motion is noise as much as motion
-_SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/waves.py)
+_SHORT = 20.0  # px; of a shorter wave flow may find half of the amplitude (benchmarks/video/waves.py)
 _SLOW = (-0.002, 0.011)  # rad per px, by which smooth flow lets the phase fall too slowly (the same)
 _SEED = 20213
 

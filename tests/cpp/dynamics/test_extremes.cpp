@@ -1,4 +1,4 @@
-// Contact where it is hardest; benchmarks/extremes.py has more cases, and all enforcements.
+// Contact where it is hardest; benchmarks/contact/extremes.py has more cases, and all enforcements.
 #include <doctest/doctest.h>
 
 #include <algorithm>
