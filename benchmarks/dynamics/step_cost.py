@@ -1,14 +1,14 @@
 """What a step costs, by part, by contact solver and by coupling; what an absent part saves; peak memory.
 
-For each scene file the folds, the whole of them, are thrown at each other (an opening pattern of negative size),
-so that a few free steps and a collision lie within two milliseconds. Every case repeats the same steps from the
-same two states: the one so many steps before the first contact, and the one before the steps with the most
-contact rows. All cases take turns in one process, one block of steps each. The first round stands apart ("first"): in it the solvers compute the
-columns of the compliance that the later ones find in their cache, as a run does in its first collision. Other
-figures are medians over the later rounds; a ratio is the median of the ratios to the first case within a
-round, the spread the range over the median. Peak memory is that of a process of its own per case, over what
-it holds before it builds the scene. The error is that of the displacements' change over the block against
-the same case with solves at 1e-12.
+For each scene file the folds, the whole of them, are thrown at each other (an opening pattern of negative
+size), so that a few free steps and a collision lie within two milliseconds. Every case repeats the same
+steps from the same two states: the one so many steps before the first contact, and the one before the steps
+with the most contact rows. All cases take turns in one process, one block of steps each. The first round
+stands apart ("first"): in it the solvers compute the columns of the compliance that the later ones find in
+their cache, as a run does in its first collision. Other figures are medians over the later rounds; a ratio
+is the median of the ratios to the first case within a round, the spread the range over the median. Peak
+memory is that of a process of its own per case, over what it holds before it builds the scene. The error is
+that of the displacements' change over the block against the same case with solves at 1e-12.
 """
 
 from __future__ import annotations
