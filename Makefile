@@ -60,7 +60,7 @@ test: test-cpp test-python
 
 test-cpp: build
 	@cmake --build $(BUILD) --target plica_tests
-	@ctest --test-dir $(BUILD) --output-on-failure
+	@ctest --test-dir $(BUILD) --output-on-failure --parallel $$(nproc)
 
 test-python: build
 	@$(BIN)/python -m pytest $(PYTEST_ARGS)
