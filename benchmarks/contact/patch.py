@@ -9,6 +9,7 @@ forces at the interface (of the largest exact one).
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator
 from typing import Any
 
@@ -130,4 +131,7 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     record("contact_patch", COLUMNS, rows())

@@ -9,6 +9,7 @@ at the start.
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -49,6 +50,9 @@ def by_faces(faces: str, directory: Path) -> list[float]:
 
 
 def main() -> None:
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     print("| elements | mass | step (us) | impulse (uN s) | duration (ms) | 0.2 ms (kPa) | one step (kPa) |")
     print("|" + " --- |" * 7)
     for order, steps in ((1, (50, 25, 10, 5)), (2, (50, 25, 10))):

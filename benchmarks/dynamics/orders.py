@@ -8,6 +8,7 @@ differences have a lumped mass, whose own steady motion they are held against, a
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator
 
 import numpy as np
@@ -68,4 +69,7 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     record("orders", COLUMNS, rows())

@@ -10,6 +10,7 @@ three, against REFERENCE.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
@@ -100,4 +101,7 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     record("larynx_modes", COLUMNS, rows())

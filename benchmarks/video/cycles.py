@@ -11,6 +11,7 @@ the planted periods and of the exact largest areas.
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -99,6 +100,9 @@ def planted(glottis: SyntheticGlottis, cycles: Cycles) -> tuple[np.ndarray, np.n
 
 
 def main() -> None:
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     with tempfile.TemporaryDirectory() as name:
         columns = ["shadow", "mean area (%)", "open quotient", "true", "doubts"]
         record("video_shadows", columns, shadows(Path(name)))

@@ -12,6 +12,7 @@ Filters: the same frames, results compared, milliseconds a frame.
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
 
@@ -137,6 +138,9 @@ def outlined(lines: list[np.ndarray], mask: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    ).parse_args()
     cv2.setNumThreads(1)
     motion_table()
     filter_table()
