@@ -2,27 +2,13 @@
 
 #include <algorithm>
 
+#include "plica/core/registers.hpp"
 #include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {
 
 constexpr std::ptrdiff_t width = 16;  // rows of a panel
-
-#if !defined(__GNUC__)
-#error "plica: panel_matrix.cpp needs the vector types of GCC or Clang"
-#endif
-// Registers of a processor: wider vectors than it has go through memory. A template argument would lose the
-// alignment of a vector type: it takes a struct that has the type.
-struct Two {
-  typedef double Register __attribute__((vector_size(16), aligned(8), may_alias));
-};
-struct Four {
-  typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
-};
-struct Eight {
-  typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
-};
 
 /// Even and odd columns have sums of their own, so that no sum waits for the one before.
 template <typename Width>

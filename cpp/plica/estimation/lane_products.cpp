@@ -1,5 +1,6 @@
 #include "plica/estimation/lane_products.hpp"
 
+#include "plica/core/registers.hpp"
 #include "plica/core/versions.hpp"
 
 namespace plica {
@@ -7,14 +8,6 @@ namespace {
 
 using Matrices = LaneProducts::Matrices;
 using Force = LaneProducts::Force;
-
-// A template argument would lose the alignment of a vector type: it takes a struct that has the type.
-struct Four {
-  typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
-};
-struct Eight {
-  typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
-};
 
 /// sum += the block row's products with one register of lanes of x, whose unknowns are `stride` numbers apart.
 template <typename Width>

@@ -2,29 +2,11 @@
 
 #include <cmath>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define PLICA_VECTOR_VERSIONS 1
-#define PLICA_INLINE inline __attribute__((always_inline))
-#else
-#define PLICA_INLINE inline
-#endif
+#include "plica/core/registers.hpp"
+#include "plica/core/versions.hpp"
 
 namespace plica {
 namespace {
-
-#if !defined(__GNUC__)
-#error "plica: product_kernels.cpp needs the vector types of GCC or Clang"
-#endif
-// In structs, since a template drops the attributes of its arguments.
-struct Two {
-  typedef double Register __attribute__((vector_size(16), aligned(8), may_alias));
-};
-struct Four {
-  typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
-};
-struct Eight {
-  typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
-};
 
 /// R rows of C registers are the running sums: as many as the processor has, less those of b and of a. An edge
 /// takes the first `rows` and `registers` of them.
@@ -141,30 +123,17 @@ PLICA_INLINE std::ptrdiff_t cholesky_body(double* a, std::ptrdiff_t stride, std:
                                             backward_##suffix,                                                    \
                                             cholesky_##suffix};
 PLICA_VERSION(any, Two, 4, 2, )
-#ifdef PLICA_VECTOR_VERSIONS
-PLICA_VERSION(fma, Four, 6, 2, __attribute__((target("avx2,fma"))))
-PLICA_VERSION(wide, Eight, 12, 2, __attribute__((target("avx512f,avx512vl,avx512dq,avx2,fma"))))
-#endif
+PLICA_VERSION(fused, Four, 6, 2, PLICA_FUSED)
+PLICA_VERSION(largest, Eight, 12, 2, PLICA_LARGEST)
 #undef PLICA_VERSION
 #undef PLICA_TILE
-
-const ProductKernels& choose() {
-#ifdef PLICA_VECTOR_VERSIONS
-  __builtin_cpu_init();
-  const bool fma = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (fma && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq")) {
-    return kernels_wide;
-  }
-  if (fma) return kernels_fma;
-#endif
-  return kernels_any;
-}
 
 }  // namespace
 
 const ProductKernels& product_kernels() {
-  static const ProductKernels& chosen = choose();
+  static const ProductKernels& chosen = takes_largest() ? kernels_largest
+                                        : takes_fused() ? kernels_fused
+                                                        : kernels_any;
   return chosen;
 }
 

@@ -1,0 +1,22 @@
+#pragma once
+// Registers of processors as vectors of doubles, for kernels in versions (versions.hpp): a vector wider than the
+// processor's goes through memory. For source files.
+
+#if !defined(__GNUC__)
+#error "plica: kernels need the vector types of GCC or Clang"
+#endif
+
+namespace plica {
+
+// In structs: a template drops the attributes of its arguments.
+struct Two {
+  typedef double Register __attribute__((vector_size(16), aligned(8), may_alias));
+};
+struct Four {
+  typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
+};
+struct Eight {
+  typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
+};
+
+}  // namespace plica
