@@ -209,7 +209,7 @@ def _run(options: argparse.Namespace) -> int:
         if (options.directory / "results.h5").exists():
             run = plica.Run.load(options.directory)
             _concluded(run, shown=not options.quiet)
-            _say_cautions(run.cautions)
+            _say_cautions([one for one in run.cautions if one not in run.scene_cautions])  # the error does
         raise
     measures, report = _concluded(run, shown=not options.quiet)
     if not options.quiet:
