@@ -378,6 +378,18 @@ def test_ctrl_c_says_what_is_kept_and_the_command_that_goes_on(
     assert (tmp_path / "my tissue" / "report.html").exists()
 
 
+@pytest.mark.slow
+def test_points_of_all_starts_are_stored_with_their_number(tmp_path: Path) -> None:
+    """A flow that no block makes: its residuals fail, and it is begun again."""
+    source = flow_file(tmp_path / "flow.h5")
+    found = identify(source, block_scene(), tmp_path / "out", Settings(**SETTINGS), progress=False)
+    kept = json.loads((tmp_path / "out" / "iterates.json").read_text())["points"]["scene"]
+    assert found.posterior.starts == 2
+    assert set(found.starts) == {1, 2}
+    assert found.starts.tolist() == [point["start"] for point in kept]
+    assert found.iterations.tolist() == [[point["value"], point["step"]] for point in kept]
+
+
 def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
     kept = Iterates(tmp_path / "iterates.json", Marks({}, {}, None, ""))
     with pytest.raises(KeyboardInterrupt, match=r"^$"), kept.told():
