@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 import plica
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
+from plica.phonation.measures.cautions import leans
 from plica.phonation.run.build import build_simulation, fixed_components
 from plica.phonation.scene.mesh_source import build_mesh
 
@@ -149,6 +150,18 @@ def test_contact_that_has_a_side_loses_what_is_not_symmetric_in_it(voice: plica.
     assert whole["contact_rows"].max() > 0
     for name in WAVES:
         assert furthest(quarter, half, name) < 1e-7, name
+
+
+@pytest.mark.parametrize("contact", leans)
+def test_a_quarter_is_off_by_as_much_as_its_caution_says_and_no_more(
+    voice: plica.Scene, contact: str
+) -> None:
+    scene = voice.replace({"contact": (ONE_SIDED | {"volume_penalty": {"volume_penalty": {}}})[contact]})
+    whole, quarter = (simulated(scene, symmetry)[0] for symmetry in (None, "quarter"))
+    impulses = [np.abs(found["contact_force_first"][:, 0]).sum() for found in (whole, quarter)]
+    off = (furthest(quarter, whole, "flow"), abs(impulses[1] / impulses[0] - 1))
+    for share, percent in zip(off, leans[contact], strict=True):
+        assert percent / 2 < 100 * share < percent
 
 
 def test_frequencies_of_the_part_are_the_symmetric_ones_of_the_whole(phonating: plica.Scene) -> None:
