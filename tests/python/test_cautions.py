@@ -22,6 +22,7 @@ from plica.measures.waveforms import STORED
 from plica.phonation.measures.cautions import CHECKS, cautions, one_sided_contact, weak_collisions
 from plica.phonation.scene.plausibility import BOUNDS, scene_cautions
 from plica.units import read_quantity
+from test_examples import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -196,7 +197,7 @@ def test_a_scene_without_airflow_is_no_larynx(changes: str) -> None:
     assert said_of(changes, BLOCKS) == []
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "examples").glob("*.toml")))
+@pytest.mark.parametrize("name", SCENES)
 def test_the_examples_are_plausible(name: str) -> None:
     scene = plica.Scene.load(ROOT / "examples" / name)
     if scene.airflow is not None:
