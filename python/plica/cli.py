@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -119,7 +120,8 @@ of its side (1 left, 2 right); no surfaces, no node sets, no names of layers.
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    options = _parser().parse_args(joined(sys.argv[1:] if arguments is None else arguments))
+    typed = sys.argv[1:] if arguments is None else list(arguments)
+    options = _parser().parse_args(joined(typed))
     command: Callable[[argparse.Namespace], int] = options.command
     try:
         return command(options)
@@ -130,20 +132,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         return _say("there is not enough memory. Take a coarser mesh.", _FAILED)
     except KeyboardInterrupt as stop:
-        return _say(f"{str(stop) or 'stopped'}.{_way_on(options)}", _INTERRUPTED)
+        return _say(f"{str(stop) or 'stopped'}.{_way_on(options, typed)}", _INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
         return _FAILED
 
 
-def _way_on(options: argparse.Namespace) -> str:
+def _way_on(options: argparse.Namespace, typed: Sequence[str]) -> str:
     """How to continue what has begun; nothing where there is nothing."""
     if getattr(options, "goes_on", False):
         return " The same command goes on from there."
-    if options.command is not _run or not (options.directory / "scene.toml").exists():
+    begun = getattr(options, "resumes", None)
+    if begun is None or not (options.directory / begun).exists():
         return ""
-    more = " --uncertainty" if options.uncertainty else ""
-    return f" Continue with --resume: plica run {options.scene} -o {options.directory} --resume{more}"
+    again = shlex.join(["plica", *typed, *["--resume"] * (not options.resume)])
+    return f" Continue with --resume: {again}"
 
 
 def _say(text: str, code: int) -> int:
@@ -172,6 +175,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_threads(run)
     run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
+    run.set_defaults(resumes="scene.toml")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
@@ -209,7 +213,7 @@ def _run(options: argparse.Namespace) -> int:
         if (options.directory / "results.h5").exists():
             run = plica.Run.load(options.directory)
             _concluded(run, shown=not options.quiet)
-            _say_cautions(run.cautions)
+            _say_cautions([one for one in run.cautions if one not in run.scene_cautions])  # the error does
         raise
     measures, report = _concluded(run, shown=not options.quiet)
     if not options.quiet:

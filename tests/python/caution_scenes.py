@@ -187,6 +187,25 @@ initial.velocity.cover = [0, 0, 1]""",
         BLOCKS, "without contact.multipliers\ncontact.augmented = { stiffness = 0.1, max_augmentations = 2 }"
     ),
     "sliding_surfaces": Given(BLOCKS, "initial.velocity.a = [0.2, 1, 0]"),
+    "one_sided_contact": Given(
+        LARYNX,
+        """\
+symmetry = "quarter"
+without contact.multipliers
+contact.penalty = {}
+initial.opening_velocity = -2
+tissue.body.viscosity = 5
+tissue.ligament.viscosity = 5
+tissue.cover.viscosity = 5""",
+    ),
+    "weak_collisions": Given(
+        LARYNX,
+        """\
+without mesh.options
+mesh.larynx = "coarse"
+contact.surface_mass = "redistributed"
+initial.opening_velocity = -1""",
+    ),
     "energy_from_contact": Given(
         BLOCKS, 'contact.surface_mass = "kept"\ntime.scheme.newmark = {}\ntime.step = "10 us"'
     ),

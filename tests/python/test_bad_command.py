@@ -69,7 +69,10 @@ def test_a_broken_result_file_is_refused(
         (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
         (["rnu"], 'Did you mean "run"? plica --help says more.'),
-        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3"),
+        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. plica run --help says"),
+        (["video", "x.avi", "-o", "x", "--nonsense"], "usage: plica video "),
+        (["bench", "run", "--nonsense"], "--nonsense. plica bench run --help says more."),
+        (["--nonsense", "info"], "unrecognized arguments: --nonsense. plica --help says more."),
         ([], "required: COMMAND"),
     ],
 )

@@ -21,6 +21,7 @@ from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
 from plica.phonation.measures.folds import half_widths
 from plica.phonation.measures.measure import measure, steady_cycles
+from plica.report.wording import tables
 from plica.units import read_quantity
 from plica.video.glottal_area import GlottalArea
 from plica.video.midline import Midline
@@ -240,6 +241,36 @@ def test_a_record_that_is_too_short_is_called_so_once() -> None:
         said = measures_table(found, short=brief)
         assert said.count("too short") == 1
         assert re.findall(r"^ +! (.*)$", said, re.MULTILINE) == ["over the last third of the record"]
+
+
+def test_why_measures_have_no_value_is_said_at_the_first_and_named_by_the_others() -> None:
+    short, closed = "too short: 12 samples", "the folds never close"
+    found = Measures(
+        [
+            Measure("fundamental_frequency", None, note=short),
+            Measure("period", None, note=short),
+            Measure("open_quotient", None, note=closed),
+            Measure("amplitude_left", 1e-3, note="section 12"),
+            Measure("amplitude_right", 1e-3, note="section 12"),
+            Measure("speed_quotient", None, note=short),
+        ]
+    )
+    said = dict(re.findall(r"^(\w+) +- +(.*)$", measures_table(found), re.MULTILINE))
+    assert said == {
+        "fundamental_frequency": short,
+        "period": "see fundamental_frequency",
+        "open_quotient": closed,
+        "speed_quotient": "see fundamental_frequency",
+    }
+    shown = {row.name: row.note for _, rows in tables(found) for row in rows}
+    assert {name: shown[name] for name in said} == {
+        "fundamental_frequency": short,
+        "period": "see Fundamental frequency",
+        "open_quotient": closed,
+        "speed_quotient": "see Fundamental frequency",
+    }
+    assert shown["amplitude_left"].startswith("section 12; ")
+    assert shown["amplitude_right"].startswith("section 12; ")
 
 
 def test_the_terminal_shows_the_units_of_the_field() -> None:

@@ -19,9 +19,10 @@ from plica import _engine
 from plica.cli import main
 from plica.measures.caution import Caution, write_cautions
 from plica.measures.waveforms import STORED
-from plica.phonation.measures.cautions import CHECKS, cautions
+from plica.phonation.measures.cautions import CHECKS, cautions, one_sided_contact, weak_collisions
 from plica.phonation.scene.plausibility import BOUNDS, scene_cautions
 from plica.units import read_quantity
+from test_examples import SCENES
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -196,7 +197,7 @@ def test_a_scene_without_airflow_is_no_larynx(changes: str) -> None:
     assert said_of(changes, BLOCKS) == []
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "examples").glob("*.toml")))
+@pytest.mark.parametrize("name", SCENES)
 def test_the_examples_are_plausible(name: str) -> None:
     scene = plica.Scene.load(ROOT / "examples" / name)
     if scene.airflow is not None:
@@ -258,6 +259,56 @@ def test_large_strain_is_said_in_one_sentence_once_a_tenth_of_it_is_wrong() -> N
         r"35\.\d ms in the body at \(.*\) mm\.",
         caution.seen,
     )
+
+
+MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.larynx = '
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (f'{MASSLESS}"coarse"', True),
+        (f'{MASSLESS}"demo"', True),
+        (f'{MASSLESS}"fine"', False),
+        (f'{MASSLESS}"finest"', False),
+        (f'{MASSLESS}"fine"\nmesh.options.around = 16', True),
+        (f'{MASSLESS}"fine"\nmesh.options.growth = 0.31', True),
+        (f'{MASSLESS}"demo"\nmesh.options = {{ size = "0.27 mm", growth = 0.3 }}', False),
+        (f'{MASSLESS}"demo"\nwithout airflow', False),
+        (f'{MASSLESS}"demo"\ncontact.surface_mass = "kept"', False),
+        ('contact.surface_mass = "redistributed"', False),  # in levels: not known
+    ],
+)
+def test_collisions_of_massless_surfaces_are_doubted_on_what_is_coarser_than_fine(
+    changes: str, said: bool
+) -> None:
+    whole = Phonation().run()
+    assert np.any(whole.waveforms["contact_rows"])
+    run = replace(whole, scene_text=Given(LARYNX, changes).build().text())
+    assert (weak_collisions(run) is not None) == said
+    apart = {**whole.waveforms, "contact_rows": np.zeros_like(whole.waveforms["contact_rows"])}
+    assert weak_collisions(replace(run, waveforms=apart)) is None
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ('symmetry = "half"\ncontact.friction = 0.3', ""),
+        (
+            'symmetry = "half"\ncontact.faces = "mortar"\ncontact.friction = 0.3',
+            "(mortar): .* up to 6 % off, .* up to 60 %.",
+        ),
+        ("contact.friction = 0.3", ""),
+        ('symmetry = "quarter"', ""),
+        ('symmetry = "quarter"\nwithout contact', ""),
+    ],
+)
+def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, said: str) -> None:
+    run = replace(Phonation().run(), scene_text=Given(LARYNX, changes).build().text())
+    found = one_sided_contact(run)
+    assert (found is None) == (not said)
+    if found is not None:
+        assert re.search(re.escape(said).replace(r"\.\*", ".*"), found.seen)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,18 @@ from numpy.typing import ArrayLike
 
 import plica
 from layered_block import layered_model, simulated
-from plica.identify import Evaluation, MarginalLikelihood, MotionModel, Prior, TissueParameter, estimate
+from plica.identify import (
+    Evaluation,
+    Iteration,
+    MarginalLikelihood,
+    MotionModel,
+    Prior,
+    Scoring,
+    TissueParameter,
+    estimate,
+)
 from plica.identify.figures import prior_and_posterior
+from plica.identify.scoring import climb
 
 
 def one_number(log_sd: float, **changes: float) -> MotionModel:
@@ -55,6 +65,20 @@ def test_straight_slopes_are_not_crept_along() -> None:
     found = estimate(likelihood)
     assert found.iterations < 25
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + 1.5, abs=0.01)
+
+
+def test_an_indefinite_information_is_no_convergence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With I = [[1, 3], [3, 1]] and g = (1, -1), g' I^-1 g = -1: a length of zero, were that taken for 0."""
+    named = [TissueParameter((f"cover.{field}",), Prior(1.0, 10.0)) for field in ("E", "viscosity")]
+    base = MarginalLikelihood(layered_model(named, np.ones((10, 12, 2))))
+    information, gradient = np.array([[1.0, 3.0], [3.0, 1.0]]), np.array([1.0, -1.0])
+    assert gradient @ np.linalg.solve(information, gradient) == pytest.approx(-1.0)
+    at = replace(base.evaluate(base.prior_mean), information=information, gradient=gradient)
+    monkeypatch.setattr(base, "evaluate", lambda _: at)
+    seen: list[Iteration] = []
+    with pytest.raises(plica.SolveFailed, match="iteration 0: the information is not positive definite"):
+        climb(base, base.prior_mean, Scoring(), seen.append)
+    assert seen == []
 
 
 def test_a_gaussian_density_falls_as_one() -> None:

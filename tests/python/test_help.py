@@ -111,7 +111,7 @@ def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixtur
     for arguments, whom in (
         ([], "plica"),
         (["film"], "plica film"),
-        (["film", "runs", "-o", "a", "--nose"], "plica"),
+        (["film", "runs", "-o", "a", "--nose"], "plica film"),
     ):
         with pytest.raises(SystemExit) as end:
             main(arguments)

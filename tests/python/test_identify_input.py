@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -346,6 +347,61 @@ def test_the_last_point_of_each_start_is_kept(begun: Path) -> None:
 def test_fewer_starts_than_it_was_begun_with_are_refused(begun: Path) -> None:
     with pytest.raises(plica.InvalidInput, match=r"was begun with starts = 3, now it is 2; must be the same"):
         identify(begun / "flow.h5", block_scene(), begun / "out", _one(starts=2), resume=True, progress=False)
+
+
+@pytest.mark.slow
+def test_ctrl_c_says_what_is_kept_and_the_command_that_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    flow_file(tmp_path / "flow.h5")
+    block_scene().save(tmp_path / "scene.toml")
+    chosen = 'surface = "x_max"\nseen = "z_max"\nfrom_rest = true\nspacing = 8.0\nparameters = ["body.E"]'
+    (tmp_path / "set.toml").write_text(f'[identify]\ncoarser = "none"\n{chosen}\n')
+    monkeypatch.chdir(tmp_path)
+    command = ["identify", "flow.h5", "--scene", "scene.toml", "-o", "my tissue", "--settings", "set.toml"]
+    add = Iterates.add
+
+    def stopped(self: Iterates, mesh: str, at: Iteration) -> None:
+        add(self, mesh, at)
+        if at.number == 1:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Iterates, "add", stopped)
+        assert main([*command, "--quiet"]) == 130
+    again = "identify flow.h5 --scene scene.toml -o 'my tissue' --settings set.toml --quiet --resume"
+    assert capsys.readouterr().err == (
+        "plica: stopped. Kept in my tissue/iterates.json: 2 points of 1 start on the scene's mesh. "
+        f"Continue with --resume: plica {again}\n"
+    )
+    assert main(shlex.split(again)) == 0
+    assert (tmp_path / "my tissue" / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_points_of_all_starts_are_stored_with_their_number(tmp_path: Path) -> None:
+    """A flow that no block makes: its residuals fail, and it is begun again."""
+    source = flow_file(tmp_path / "flow.h5")
+    found = identify(source, block_scene(), tmp_path / "out", Settings(**SETTINGS), progress=False)
+    kept = json.loads((tmp_path / "out" / "iterates.json").read_text())["points"]["scene"]
+    assert found.posterior.starts == 2
+    assert set(found.starts) == {1, 2}
+    assert found.starts.tolist() == [point["start"] for point in kept]
+    assert found.iterations.tolist() == [[point["value"], point["step"]] for point in kept]
+
+
+def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
+    kept = Iterates(tmp_path / "iterates.json", Marks({}, {}, None, ""))
+    with pytest.raises(KeyboardInterrupt, match=r"^$"), kept.naming_what_is_kept():
+        raise KeyboardInterrupt
+    for mesh, start in (("coarser", 1), ("coarser", 2), ("coarser", 0), ("scene", 1)):
+        kept.add(mesh, Iteration(0, -1.0, np.array([float(start)]), 0.1, start=start))
+    kept.end("coarser", np.array([1.0]))
+    said = (
+        r"3 points of 2 starts on the coarser mesh, which has ended; 1 point of 1 start on the scene's mesh$"
+    )
+    with pytest.raises(KeyboardInterrupt, match=said), kept.naming_what_is_kept():
+        raise KeyboardInterrupt
 
 
 def test_what_is_told_of_an_estimate_while_it_runs(

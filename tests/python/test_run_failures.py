@@ -13,6 +13,7 @@ import pytest
 
 import plica
 from plica import _engine
+from plica.cli import main
 
 
 def test_a_step_that_comes_to_what_the_engine_refuses_has_failed(phonating: plica.Scene) -> None:
@@ -137,3 +138,17 @@ def test_cautions_are_said_only_of_a_scene_that_runs(
     assert capsys.readouterr().err == ""
     plica.run(scene, tmp_path / "run")
     assert "Caution: airflow.subglottal_pressure = 1 Pa" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("pressure", "there"), [("1e9 Pa", False), ("20 kPa", True)])
+def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
+    phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str], pressure: str, there: bool
+) -> None:
+    """In the first step, before anything is stored, and later."""
+    scene = phonating.replace({"airflow.subglottal_pressure": pressure, "time.duration": "10 ms"})
+    scene.save(tmp_path / "scene.toml")
+    assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 1
+    *_, last = capsys.readouterr().err.splitlines()
+    assert (tmp_path / "run").exists() == there
+    caution = r"airflow\.subglottal_pressure = \S+ Pa\. .* 200 Pa to 4 kPa\. Is .*\?"
+    assert re.search(rf"Step \d+ .* But first look at the scene: {caution}$", last)

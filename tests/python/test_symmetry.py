@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 import plica
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
+from plica.phonation.measures.cautions import one_sided_errors
 from plica.phonation.run.build import build_simulation, fixed_components
 from plica.phonation.scene.mesh_source import build_mesh
 
@@ -176,6 +177,18 @@ def test_contact_that_has_a_side_loses_what_is_not_symmetric_in_it(voice: plica.
         assert furthest(quarter, half, name) < 1e-7, name
 
 
+@pytest.mark.parametrize("contact", one_sided_errors)
+def test_a_quarter_is_off_by_as_much_as_its_caution_says_and_no_more(
+    voice: plica.Scene, contact: str
+) -> None:
+    scene = voice.replace({"contact": (ONE_SIDED | {"volume_penalty": {"volume_penalty": {}}})[contact]})
+    whole, quarter = (simulated(scene, symmetry)[0] for symmetry in (None, "quarter"))
+    impulses = [np.abs(found["contact_force_first"][:, 0]).sum() for found in (whole, quarter)]
+    off = (furthest(quarter, whole, "flow"), abs(impulses[1] / impulses[0] - 1))
+    for share, percent in zip(off, one_sided_errors[contact], strict=True):
+        assert percent / 2 < 100 * share < percent
+
+
 def test_frequencies_of_the_part_are_the_symmetric_ones_of_the_whole(phonating: plica.Scene) -> None:
     mesh = build_mesh(phonating.mesh)
     free = ~np.array(fixed_components(phonating, mesh)).ravel()
@@ -316,15 +329,39 @@ def test_a_force_to_one_side_is_refused(phonating: plica.Scene) -> None:
         simulation.set_external_force(force)
 
 
-def test_a_cell_across_the_plane_is_refused() -> None:
+def test_a_cell_across_the_plane_is_refused(tmp_path: Path) -> None:
+    box = plica.Block(corner=("-1 mm", 0.0, 0.0), size=("2 mm", "1 mm", "1 mm"))
     scene = plica.Scene(
-        plica.Block(corner=("-1 mm", 0.0, 0.0), size=("2 mm", "1 mm", "1 mm"), divisions=(1, 1, 1)),
+        plica.MeshFile(file=tmp_path / "box.vtu"),
         {"body": plica.Tissue(E="20 kPa", nu=0.3)},
         time=plica.Stepping(step="0.1 ms", duration="1 ms"),
         symmetry="half",
     )
     with pytest.raises(SceneError, match="lies on both sides of the plane x = 0"):
-        build_simulation(scene)
+        build_simulation(scene, build_mesh(box))
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+@pytest.mark.parametrize("kind", ["block", "blocks"])
+def test_boxes_are_refused_as_they_never_are_mirror_images(kind: str, symmetry: str) -> None:
+    """Two boxes that are each other's image in x = 0, and one about it, in whatever divisions."""
+    left, right = (
+        {"corner": [x, -1.0, 0.0], "size": [2.0, 2.0, 2.0], "divisions": [2] * 3} for x in (-3.0, 1.0)
+    )
+    one = {"corner": [-2.0, -1.0, 0.0], "size": [4.0, 2.0, 2.0], "divisions": [4, 2, 2]}
+    mesh = {"block": one} if kind == "block" else {"blocks": {"left": left, "right": right}}
+    tissue = {name: plica.Tissue(E="20 kPa", nu=0.3) for name in mesh.get("blocks", {"body": one})}
+    time = plica.Stepping(step="0.1 ms", duration="1 ms")
+    said = rf'symmetry = "{symmetry}"; must be left out with mesh\.{kind}, which never is its own mirror'
+    with pytest.raises(SceneError, match=said):
+        plica.Scene(mesh, tissue, time=time, symmetry=symmetry)
+    built = build_mesh(plica.Scene(mesh, tissue, time=time).mesh)
+    corners = np.asarray(built.points)[np.asarray(built.cells)]
+    own, images = (
+        {frozenset(map(tuple, cell.round(9) + 0.0)) for cell in corners * side} for side in (1, (-1, 1, 1))
+    )
+    assert {corner for cell in own for corner in cell} == {corner for cell in images for corner in cell}
+    assert own != images
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -75,6 +76,8 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert "the error of the mesh is not estimated: it was not asked for" in said.out
     assert "2 levels from the start of the scene: about" in said.err
     assert "440 steps of 100 us" in said.err
+    assert said.err.count(" steps of ") == 2  # the plan, once
+    assert re.findall(r"^plica: step / \d$", said.err, re.MULTILINE) == ["plica: step / 2", "plica: step / 4"]
     page = (ringing / "report.html").read_text()
     assert "numerical uncertainty" in page
     assert found.source in page

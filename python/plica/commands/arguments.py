@@ -32,6 +32,13 @@ _NAMED = r"\b(?P<name>[a-z][a-z_0-9]*)(?P<rest>(?:\[\d+\])? = )"
 class Parser(argparse.ArgumentParser):
     """Says with what is wrong where help is."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """As argparse, but what a command does not know is not left to the parser above it."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
+        return found, unknown
+
     def error(self, message: str) -> NoReturn:
         """Ends with exit code 2."""
         self.print_usage(sys.stderr)

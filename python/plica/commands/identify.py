@@ -108,6 +108,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--resume", action="store_true", help="go on with what was begun in DIR")
     add_threads(part)
     part.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
+    part.set_defaults(resumes="iterates.json")
 
 
 _FIELDS = (
@@ -149,19 +150,14 @@ def _identify(options: argparse.Namespace) -> int:
     if given:
         with as_options(("Settings.replace",), {"first": "--from", "last": "--to"}):
             settings = settings.replace(given)
-    try:
-        found = identify(
-            options.recording,
-            options.scene,
-            options.directory,
-            settings,
-            resume=options.resume,
-            progress=not options.quiet,
-        )
-    except KeyboardInterrupt:
-        if not (options.directory / "iterates.json").exists():
-            raise
-        raise KeyboardInterrupt("stopped. The same command with --resume goes on from there") from None
+    found = identify(
+        options.recording,
+        options.scene,
+        options.directory,
+        settings,
+        resume=options.resume,
+        progress=not options.quiet,
+    )
     if not options.quiet:
         print(found.table)
         print(f"\nreport: {found.directory / 'report.html'}")

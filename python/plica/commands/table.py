@@ -29,17 +29,20 @@ MAIN_MEASURES = (
 def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> str:
     """The measures in the units of the field, what speaks against each below it; `short`: the main ones.
 
-    What was said of a measure above is not said again but referred to; the short table leaves out a measure
-    without a value whose reason was said above.
+    What was said of a measure above is not said again; one without a value whose reason was said above names
+    the measure there, or is left out of the short table.
     """
     names = [name for name in MAIN_MEASURES if name in measures] if short else []
     lines: list[str] = []
     said: set[str] = set()
+    reasons: dict[str, str] = {}
     for name in names or measures:
         item = measures[name]
         if item.value is None:
-            if not (short and item.note in said):
-                lines.append(f"{name:<40} -            {item.note}".rstrip())
+            first = reasons.setdefault(item.note, name) if item.note else name
+            if first == name or not short:
+                note = item.note if first == name else f"see {first}"
+                lines.append(f"{name:<40} -            {note}".rstrip())
             said.add(item.note)
             continue
         new = [_without(text, said) for text in item.cautions if text not in said]

@@ -82,6 +82,8 @@ def identify(
         For input that cannot be used; nothing is written.
     SolveFailed
         Where the estimate does not converge; its points are kept.
+    KeyboardInterrupt
+        Stopped by Ctrl-C; what is kept is said.
     """
     settings = settings or Settings()
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
@@ -105,7 +107,7 @@ def identify(
     iterates = Iterates.begun(directory, marks, resume)
     with storage_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
-    with only_writer(directory), storage_errors(directory):
+    with only_writer(directory), storage_errors(directory), iterates.naming_what_is_kept():
         if "coarser" in tasks and "coarser" not in iterates.ended:
             found, _, _ = _estimated(tasks["coarser"], "coarser", iterates, settings, None, progress)
             iterates.end("coarser", found.mean)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -120,8 +122,29 @@ class Iterates:
         self.ended[mesh] = np.asarray(mean).tolist()
         self._write()
 
+    @contextmanager
+    def naming_what_is_kept(self) -> Iterator[None]:
+        """An interruption within says what is kept: points and starts of each mesh, and whether it has ended."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            if not self.points:
+                raise
+            kept = "; ".join(map(self._kept, self.points))
+            raise KeyboardInterrupt(f"stopped. Kept in {self.path}: {kept}") from None
+
+    def _kept(self, mesh: str) -> str:
+        points, starts = self.points[mesh], len(self.last(mesh).keys() - {0})
+        where = "the coarser mesh" if mesh == "coarser" else "the scene's mesh"
+        counts = f"{_counted(len(points), 'point')} of {_counted(starts, 'start')} on {where}"
+        return f"{counts}, which has ended" if mesh in self.ended else counts
+
     def _write(self) -> None:
         write_json({"marks": vars(self.marks), "points": self.points, "ended": self.ended}, self.path)
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'s' * (number != 1)}"
 
 
 def _require_same(directory: Path, there: Marks, marks: Marks) -> None:

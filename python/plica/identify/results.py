@@ -100,6 +100,8 @@ class Identification:
     picture: Picture
     iterations: Floats
     """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh"""
+    starts: NDArray[np.int_]
+    """(i) which start each of these is of; 0: none of them, but the estimate on the flow's learned error"""
     settings: dict[str, Any]
     scene_text: str
 
@@ -136,8 +138,12 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
             }
             _fill(group.create_group("derived"), derived)
             _fill(file.create_group("recording"), {f.name: getattr(picture, f.name) for f in fields(picture)})
-            points = [(p["value"], p["step"]) for p in iterates.points["scene"] if p["start"] < 2]
-            _fill(file.create_group("iterations"), {"value_and_step": np.array(points)})
+            points = iterates.points["scene"]
+            gone = {
+                "value_and_step": np.array([(p["value"], p["step"]) for p in points]),
+                "start": np.array([p["start"] for p in points]),
+            }
+            _fill(file.create_group("iterations"), gone)
 
     replaced(directory / "posterior.h5", write)
     replaced(directory / "posterior.csv", lambda draft: _write_csv(draft, posterior))
@@ -163,11 +169,13 @@ def load(directory: str | Path) -> Identification:
                 f"{path}: is of an earlier version, which did not say whether the intervals of a voice can "
                 "be believed; must be estimated again (plica identify)."
             )
+        points = _read(file["iterations"])
         return Identification(
             where,
             _posterior(_read(file["posterior"])),
             Picture(**_read(file["recording"])),
-            file["iterations/value_and_step"][()],
+            points["value_and_step"],
+            points.get("start", np.ones(len(points["value_and_step"]), dtype=int)),  # once the first alone
             json.loads(str(file.attrs["settings"])),
             str(file.attrs["scene"]),
         )

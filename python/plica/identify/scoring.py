@@ -93,12 +93,13 @@ def climb(
     for number in range(options.max_iterations):
         gradient = now.gradient - precision @ (x - likelihood.prior_mean)
         information = now.information + precision
+        root = _root(information, number)
         step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
-        length = math.sqrt(max(float(step @ information @ step), 0.0))
+        length = float(np.linalg.norm(step @ root))
         plain = curvature is None
         if curvature is not None:
             step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
-            length = math.sqrt(max(float(step @ information @ step), 0.0))
+            length = float(np.linalg.norm(step @ root))
         elif length < NEAR:
             curvature = information
         if progress is not None:
@@ -126,6 +127,17 @@ def climb(
         f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
         f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
     )
+
+
+def _root(information: Array, number: int) -> Array:
+    """L of information = L L'; SolveFailed where it is not positive definite and measures no step."""
+    try:
+        return np.asarray(np.linalg.cholesky(information), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise SolveFailed(
+            f"estimate: iteration {number}: the information is not positive definite; must be, or the length "
+            "of a step says nothing. Start elsewhere, or leave out a parameter that the data do not tell."
+        ) from None
 
 
 def _posterior(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from plica.measures.catalogue import CATALOGUE
@@ -137,11 +137,18 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
 def tables(
     measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
 ) -> list[tuple[str, list[Row]]]:
-    """The measures that there are by group, in the order of the catalogue."""
+    """The measures that there are by group, in the order of the catalogue; why some have no value is said at
+    the first, which the others name."""
     groups: dict[str, list[Row]] = {}
+    reasons = {item.note for item in measures.values() if item.value is None and item.note}
+    said: dict[str, str] = {}
     for name, entry in CATALOGUE.items():
-        if name in measures:
-            groups.setdefault(entry.group, []).append(row(measures[name], uncertain.get(name)))
+        if name not in measures:
+            continue
+        made, note = row(measures[name], uncertain.get(name)), measures[name].note
+        if note in reasons and said.setdefault(note, made.label) != made.label:
+            made = replace(made, note=made.note.replace(note, f"see {said[note]}", 1))
+        groups.setdefault(entry.group, []).append(made)
     return list(groups.items())
 
 

@@ -137,7 +137,7 @@ def _computed(
     found: list[Computed] = []
     remarks: list[str] = []
     for level in plan.levels:
-        _say(f"plica: {level.text()}", shown=shown)
+        _say(f"plica: {level.title}", shown=shown)
         try:
             made = _run_level(level, run, own, start, folder, shown=shown)
         except (SceneError, SolveFailed) as error:

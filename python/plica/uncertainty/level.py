@@ -57,12 +57,16 @@ class PlannedLevel:
         """Built when it is asked for."""
         return build_mesh(self.scene.mesh, self.scene.source) if self.other is None else self.other.build()
 
+    @property
+    def title(self) -> str:
+        """What it is, in two words."""
+        return f"step / {self.factor:g}" if self.kind == "step" else f"mesh x {self.factor:.3g}"
+
     def text(self) -> str:
         """One line for the plan."""
         step, count = self.scene.time.step, self.scene.time.steps
-        what = f"step / {self.factor:g}" if self.kind == "step" else f"mesh x {self.factor:.3g}"
         return (
-            f"{what:<12} {count:>7} steps of {1e6 * step:g} us  x {1e3 * self.seconds / count:8.3g} ms "
+            f"{self.title:<12} {count:>7} steps of {1e6 * step:g} us  x {1e3 * self.seconds / count:8.3g} ms "
             f"= about {clock(self.seconds)}"
         )
 

@@ -80,7 +80,8 @@ def run(
         The directory holds a run (without `resume`), that of another scene or of a longer duration, or one of
         an older version that lacks what is stored now; nothing of it is touched.
     SolveFailed
-        A step has no solution. What was computed until then is stored.
+        A step has no solution. What was computed until then is stored. The text ends with the cautions of the
+        scene, which come before a smaller step.
     KeyboardInterrupt
         Stopped by Ctrl-C or SIGTERM, after what was computed and a checkpoint were stored.
     StorageFailed
@@ -107,10 +108,17 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
+        cautions = scene_cautions(scene, mesh)
         basis = _basis(scene, directory, mesh, there, shown=progress)
-        simulation = build_simulation(scene, mesh, basis=basis)
-        runner = _Runner(scene, directory, mesh, simulation)
-        runner.run(shown=progress, cautions=scene_cautions(scene, mesh) if progress else ())
+        try:
+            simulation = build_simulation(scene, mesh, basis=basis)
+            runner = _Runner(scene, directory, mesh, simulation)
+            runner.run(shown=progress, cautions=cautions if progress else ())
+        except SolveFailed as error:
+            if not cautions:
+                raise
+            doubts = " ".join(map(str, cautions))
+            raise SolveFailed(f"{error} But first look at the scene: {doubts}") from None
     return Run.load(directory)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from plica.errors import SceneError
-from plica.phonation.scene.mesh_parts import Blocks, Larynx, Mesh
+from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh
 from plica.phonation.scene.part import Part, problem
 from plica.phonation.scene.parts import (
     Airflow,
@@ -82,10 +82,11 @@ class Scene(Part):
     symmetry: Literal["half", "quarter"] | None = None
     """``"half"``: mesh, tissue, supports, loads and initial values are their own mirror images in the plane
     x = 0 (left and right), and the motion is to stay so; half of the tissue is solved for. ``"quarter"``: in
-    x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused. Waveforms and fields
-    are of all nodes; with contact by penalty, mortar faces or friction, whose slave side makes a whole run
-    lean, they differ from it by some percent (docs/theory.md, "Symmetric scenes"). Left out: all tissue moves
-    on its own."""
+    x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused: a larynx can be
+    symmetric, a block and blocks never are, as all boxes are cut along the same diagonals. Waveforms and
+    fields are of all nodes; with contact by penalty, mortar faces or friction, whose slave side makes a whole
+    run lean, they differ from it by as much as a caution says (docs/theory.md, "Symmetric scenes"). Left out:
+    all tissue moves on its own."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()
@@ -275,6 +276,13 @@ class Scene(Part):
         ):
             if there:
                 raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
+        if isinstance(self.mesh, Block | Blocks):
+            kind = "block" if isinstance(self.mesh, Block) else "blocks"
+            relation = (
+                f"must be left out with mesh.{kind}, which never is its own mirror image: all boxes are cut "
+                "along the same diagonals. Take a larynx, or a mesh file that is."
+            )
+            raise problem(relation, "symmetry", value=self.symmetry)
 
     def _reduction_is_symmetric(self, reduction: Reduction) -> None:
         if reduction.full_run is None:
