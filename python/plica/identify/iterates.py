@@ -124,7 +124,7 @@ class Iterates:
 
     @contextmanager
     def naming_what_is_kept(self) -> Iterator[None]:
-        """An interruption within says what is kept: points and starts of each mesh, and whether it has ended."""
+        """An interruption within says what is kept: points and starts of each mesh, whether it has ended."""
         try:
             yield
         except KeyboardInterrupt:
