@@ -10,6 +10,7 @@ the history.
 
 from __future__ import annotations
 
+import argparse
 import shlex
 import subprocess
 import sys
@@ -104,9 +105,15 @@ def _line(cells: Sequence[str]) -> str:
 
 
 def main() -> None:
-    if len(sys.argv) < 3:
-        raise SystemExit(__doc__)
-    name, *command = sys.argv[1:]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("name", metavar="NAME", help="of the record")
+    parser.add_argument("command", metavar="COMMAND", nargs=argparse.REMAINDER, help="prints one table")
+    options = parser.parse_args()
+    name, command = options.name, options.command
+    if not command:
+        parser.error("the following arguments are required: COMMAND")
     printed = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()
     columns, *rows = cells(printed)
     below = "\n".join(line for line in printed if not line.startswith("|")).strip()

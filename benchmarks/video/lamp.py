@@ -25,6 +25,7 @@ import plica
 from benchmarks.record import of_this_engine, record
 from plica import video
 from plica.film import Clip
+from plica.measures.glottal import area_measures, quotient_measures
 from plica.measures.sides import side_measures
 from plica.video.glottal_area import GlottalArea, areas
 from plica.video.midline import Midline
@@ -67,13 +68,29 @@ def row(clip: Clip, name: str) -> list[str]:
         item = measured[what]
         low, high = item.interval
         cells += [f"{turn * of_truth[what]:.3g}", f"{turn * halfway[what]:.3g}"]
-        outside = "" if low <= of_truth[what] <= high else "**"
-        cells.append(f"{outside}{turn * item.value:.3g} ({turn * low:.3g} to {turn * high:.3g}){outside}")
+        text = f"{turn * item.value:.3g} ({turn * low:.3g} to {turn * high:.3g})"
+        cells.append(_outside(low <= of_truth[what] <= high, text))
     warned = any("light from one side" in said for said in measured["amplitude_ratio"].cautions)
     wide = any("outline is not sharp" in said for said in measured["glottal_area_mean"].cautions)
     cells += ["yes" if warned else "no", "yes" if wide else "no"]
-    cells += [f"{100 * (found.area.total.mean() / truth.total.mean() - 1):+.0f} %"]
+    of_truth = {
+        item.name: item.value
+        for item in (
+            *area_measures(found.time, truth.total, found.cycles),
+            *quotient_measures(found.time, truth.total, found.cycles),
+        )
+    }
+    area, quotient = measured["glottal_area_mean"], measured["open_quotient"]
+    value, low, high = (100 * (part / of_truth[area.name] - 1) for part in (area.value, *area.interval))
+    cells.append(_outside(low <= 0 <= high, f"{value:+.0f} % ({low:+.0f} to {high:+.0f} %)"))
+    low, high = quotient.interval
+    true = of_truth[quotient.name]
+    cells += [f"{true:.3f}", _outside(low <= true <= high, f"{quotient.value:.3f} ({low:.3f} to {high:.3f})")]
     return [*cells, f"{100 * held:.0f} %"]
+
+
+def _outside(held: bool, text: str) -> str:
+    return text if held else f"**{text}**"
 
 
 def true_area(clip: Clip, line: Midline) -> GlottalArea:
@@ -107,7 +124,8 @@ def main() -> None:
     columns = ["folds, lamp"]
     for what in ("amplitude ratio", "phase (deg)"):
         columns += [f"{what}: true", "halfway", "found"]
-    columns += ["told: sides", "area", "mean area", "frames in the band"]
+    columns += ["told: sides", "area", "mean area: off by"]
+    columns += ["open quotient: true", "found", "frames in the band"]
     record("video_lamp", columns, films(options.output))
 
 

@@ -142,10 +142,11 @@ def _way_on(options: argparse.Namespace, typed: Sequence[str]) -> str:
     """How to continue what has begun; nothing where there is nothing."""
     if getattr(options, "goes_on", False):
         return " The same command goes on from there."
-    begun = getattr(options, "resumes", None)
+    begun = getattr(options, "begun_file", None)
     if begun is None or not (options.directory / begun).exists():
         return ""
-    again = shlex.join(["plica", *typed, *["--resume"] * (not options.resume)])
+    command, *rest = typed
+    again = shlex.join(["plica", command, *["--resume"] * (not options.resume), *rest])
     return f" Continue with --resume: {again}"
 
 
@@ -175,7 +176,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add_threads(run)
     run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
-    run.set_defaults(resumes="scene.toml")
+    run.set_defaults(begun_file="scene.toml")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")

@@ -335,7 +335,10 @@ def test_ctrl_c_in_a_run_says_how_to_continue_it(
         patch.setattr("plica.phonation.run.run._Runner._advance", stop)
         assert main(command) == 130
     said = capsys.readouterr().err
-    assert said == f"plica: stopped. Continue with --resume: plica {' '.join(command)} --resume\n"
+    assert (
+        said
+        == f"plica: stopped. Continue with --resume: plica {command[0]} --resume {' '.join(command[1:])}\n"
+    )
     assert main([*command, "--resume"]) == 0
     assert plica.Run.load(tmp_path / "run").steps == 40
 

@@ -369,7 +369,7 @@ def test_ctrl_c_says_what_is_kept_and_the_command_that_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(Iterates, "add", stopped)
         assert main([*command, "--quiet"]) == 130
-    again = "identify flow.h5 --scene scene.toml -o 'my tissue' --settings set.toml --quiet --resume"
+    again = "identify --resume flow.h5 --scene scene.toml -o 'my tissue' --settings set.toml --quiet"
     assert capsys.readouterr().err == (
         "plica: stopped. Kept in my tissue/iterates.json: 2 points of 1 start on the scene's mesh. "
         f"Continue with --resume: plica {again}\n"
@@ -398,7 +398,7 @@ def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
         kept.add(mesh, Iteration(0, -1.0, np.array([float(start)]), 0.1, start=start))
     kept.end("coarser", np.array([1.0]))
     said = (
-        r"3 points of 2 starts on the coarser mesh, which has ended; 1 point of 1 start on the scene's mesh$"
+        r"2 points of 2 starts on the coarser mesh, which has ended; 1 point of 1 start on the scene's mesh$"
     )
     with pytest.raises(KeyboardInterrupt, match=said), kept.naming_what_is_kept():
         raise KeyboardInterrupt

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from plica.measures.measure import Measure, whole
 from plica.video.analysis import Analysis, analyse
 from plica.video.light import light_of
 from plica.video.settings import Settings
-from plica.video.shade import by_light, is_shaded
+from plica.video.shade import between_outlines, by_light, is_shaded
 
 _FRAMES, _PERIOD, _SIZE = 76, 16.37, 72
 _DARK, _SHADE, _TISSUE = 12.0, 55.0, 140.0
@@ -60,6 +61,33 @@ def test_folds_that_move_alike_are_measured_alike_in_light_from_one_side(tmp_pat
     assert _told(found)
     assert light_of(found).colour != "good"
     assert "Light from one side" in light_of(found).said
+
+
+def test_area_and_quotients_in_shade_have_what_it_may_have_made_of_them(tmp_path: Path) -> None:
+    """Halfway to the tissue shade is glottis, by more than cycles scatter; in even light there is none."""
+    turn = 2 * np.pi * np.arange(_FRAMES) / _PERIOD
+    along = np.clip((np.arange(_SIZE) - 8) / (_SIZE - 16), 0, 1)
+    opening = 2 * 6.0 * np.maximum(0.0, 0.4 + np.sin(turn)) * (4 * along * (1 - along)).sum()
+    for folder, shade in (("lit", 0.0), ("shaded", 3.0)):
+        (tmp_path / folder).mkdir()
+        found = _recorded(tmp_path / folder, (6.0, 6.0), shade)
+        area = found.measures["glottal_area_mean"]
+        truth = np.mean([opening[part].mean() for part in found.cycles.samples(found.time)])
+        low, high = area.interval
+        assert any("the outline is not sharp" in said for said in area.cautions) == bool(shade)
+        assert (area.value > 1.08 * truth) == bool(shade)
+        if shade:
+            assert low < truth < area.value < high
+            low, high = found.measures["open_quotient_20_percent"].interval
+            assert low < np.mean(opening > 0.2 * opening.max()) < high
+        else:
+            assert high - low < 0.05 * area.value
+
+
+def test_without_intervals_shade_is_said_and_nothing_made_up() -> None:
+    item = whole("glottal_area_mean", 5.0)
+    (found,) = between_outlines([item], [[item], [item]], "said")
+    assert found == replace(item, cautions=("said",))
 
 
 def test_a_true_asymmetry_in_even_light_is_kept_and_not_taken_for_the_lamp(tmp_path: Path) -> None:

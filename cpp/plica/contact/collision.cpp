@@ -202,8 +202,8 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
     x = x_free;
     path_->move(known.rows, known.force, scale, x_free, x);
     try {
-      std::optional<Contacts> found = search_on(search, std::min(few, options_.max_passes), x).contacts;
-      if (found && found->converged) return std::move(*found);
+      Outcome found = search_on(search, std::min(few, options_.max_passes), x);
+      if (found.contacts && found.contacts->converged) return std::move(*found.contacts);
     } catch (const SolveFailed&) {  // of forces in the wrong place: from the start they are others
     }
     known.passes = search.last.passes;

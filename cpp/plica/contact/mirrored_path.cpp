@@ -26,8 +26,8 @@ NodeVectors folded(const NodeVectors& whole, const MirrorImages& images) {
 }
 
 bool alike(const NodeVectors& a, const NodeVectors& b) {
-  constexpr double round_off = 1e-9;  // of vectors of length 1
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](const auto& s, const auto& t) {
+           constexpr double round_off = 1e-9;  // of vectors of length 1
            return s.node == t.node && (s.vector - t.vector).cwiseAbs().maxCoeff() <= round_off;
          });
 }

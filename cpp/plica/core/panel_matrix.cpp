@@ -49,22 +49,22 @@ PLICA_INLINE double inner_body(const double* a, const double* b, std::ptrdiff_t 
 
 using Panel = void (*)(const double* values, const double* x, std::ptrdiff_t columns, double* y);
 void panel_any(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body<Two>(values, x, columns, y);
+  panel_body<TwoDoubles>(values, x, columns, y);
 }
 PLICA_FUSED void panel_fused(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body<Four>(values, x, columns, y);
+  panel_body<FourDoubles>(values, x, columns, y);
 }
 PLICA_LARGEST void panel_largest(const double* values, const double* x, std::ptrdiff_t columns, double* y) {
-  panel_body<Eight>(values, x, columns, y);
+  panel_body<EightDoubles>(values, x, columns, y);
 }
 
 using Inner = double (*)(const double* a, const double* b, std::ptrdiff_t n);
-double inner_any(const double* a, const double* b, std::ptrdiff_t n) { return inner_body<Two>(a, b, n); }
+double inner_any(const double* a, const double* b, std::ptrdiff_t n) { return inner_body<TwoDoubles>(a, b, n); }
 PLICA_FUSED double inner_fused(const double* a, const double* b, std::ptrdiff_t n) {
-  return inner_body<Four>(a, b, n);
+  return inner_body<FourDoubles>(a, b, n);
 }
 PLICA_LARGEST double inner_largest(const double* a, const double* b, std::ptrdiff_t n) {
-  return inner_body<Eight>(a, b, n);
+  return inner_body<EightDoubles>(a, b, n);
 }
 
 }  // namespace

@@ -9,13 +9,13 @@
 namespace plica {
 
 // In structs: a template drops the attributes of its arguments.
-struct Two {
+struct TwoDoubles {
   typedef double Register __attribute__((vector_size(16), aligned(8), may_alias));
 };
-struct Four {
+struct FourDoubles {
   typedef double Register __attribute__((vector_size(32), aligned(8), may_alias));
 };
-struct Eight {
+struct EightDoubles {
   typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
 };
 

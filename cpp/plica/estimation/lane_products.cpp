@@ -82,9 +82,9 @@ PLICA_INLINE void subtract_body(const Matrices& m, const double* d, double* r, s
   PLICA_LANE_PRODUCTS(suffix, Width, 16, target)                                                  \
   constexpr LaneProducts products_##suffix{force8_##suffix, force16_##suffix, subtract8_##suffix, \
                                            subtract16_##suffix};
-PLICA_LANE_VERSION(any, Four, )
-PLICA_LANE_VERSION(fused, Four, PLICA_FUSED)
-PLICA_LANE_VERSION(largest, Eight, PLICA_LARGEST)
+PLICA_LANE_VERSION(any, FourDoubles, )
+PLICA_LANE_VERSION(fused, FourDoubles, PLICA_FUSED)
+PLICA_LANE_VERSION(largest, EightDoubles, PLICA_LARGEST)
 #undef PLICA_LANE_VERSION
 #undef PLICA_LANE_PRODUCTS
 

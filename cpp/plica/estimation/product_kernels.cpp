@@ -122,9 +122,9 @@ PLICA_INLINE std::ptrdiff_t cholesky_body(double* a, std::ptrdiff_t stride, std:
                                             forward_##suffix,                                                     \
                                             backward_##suffix,                                                    \
                                             cholesky_##suffix};
-PLICA_VERSION(any, Two, 4, 2, )
-PLICA_VERSION(fused, Four, 6, 2, PLICA_FUSED)
-PLICA_VERSION(largest, Eight, 12, 2, PLICA_LARGEST)
+PLICA_VERSION(any, TwoDoubles, 4, 2, )
+PLICA_VERSION(fused, FourDoubles, 6, 2, PLICA_FUSED)
+PLICA_VERSION(largest, EightDoubles, 12, 2, PLICA_LARGEST)
 #undef PLICA_VERSION
 #undef PLICA_TILE
 

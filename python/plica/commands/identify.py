@@ -108,7 +108,7 @@ def add_commands(commands: Any) -> None:
     part.add_argument("--resume", action="store_true", help="go on with what was begun in DIR")
     add_threads(part)
     part.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
-    part.set_defaults(resumes="iterates.json")
+    part.set_defaults(begun_file="iterates.json")
 
 
 _FIELDS = (

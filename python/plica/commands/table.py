@@ -39,10 +39,11 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
     for name in names or measures:
         item = measures[name]
         if item.value is None:
+            if short and item.note in said:
+                continue
             first = reasons.setdefault(item.note, name) if item.note else name
-            if first == name or not short:
-                note = item.note if first == name else f"see {first}"
-                lines.append(f"{name:<40} -            {note}".rstrip())
+            note = item.note if first == name else f"see {first}"
+            lines.append(f"{name:<40} -            {note}".rstrip())
             said.add(item.note)
             continue
         new = [_without(text, said) for text in item.cautions if text not in said]

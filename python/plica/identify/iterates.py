@@ -134,9 +134,10 @@ class Iterates:
             raise KeyboardInterrupt(f"stopped. Kept in {self.path}: {kept}") from None
 
     def _kept(self, mesh: str) -> str:
-        points, starts = self.points[mesh], len(self.last(mesh).keys() - {0})
+        points = sum(point["start"] > 0 for point in self.points[mesh])
+        starts = len(self.last(mesh).keys() - {0})
         where = "the coarser mesh" if mesh == "coarser" else "the scene's mesh"
-        counts = f"{_counted(len(points), 'point')} of {_counted(starts, 'start')} on {where}"
+        counts = f"{_counted(points, 'point')} of {_counted(starts, 'start')} on {where}"
         return f"{counts}, which has ended" if mesh in self.ended else counts
 
     def _write(self) -> None:

@@ -99,9 +99,11 @@ class Identification:
     posterior: Posterior
     picture: Picture
     iterations: Floats
-    """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh"""
+    """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh; densities of
+    start 0 are those of another error of the flow"""
     starts: NDArray[np.int_]
-    """(i) which start each of these is of; 0: none of them, but the estimate on the flow's learned error"""
+    """(i) which start each of these is of; 0: none of them, but the estimate on the flow's learned error; -1:
+    not stored, in files of an earlier version"""
     settings: dict[str, Any]
     scene_text: str
 
@@ -175,7 +177,7 @@ def load(directory: str | Path) -> Identification:
             _posterior(_read(file["posterior"])),
             Picture(**_read(file["recording"])),
             points["value_and_step"],
-            points.get("start", np.ones(len(points["value_and_step"]), dtype=int)),  # once the first alone
+            points.get("start", np.full(len(points["value_and_step"]), -1)),
             json.loads(str(file.attrs["settings"])),
             str(file.attrs["scene"]),
         )

@@ -93,18 +93,18 @@ def climb(
     for number in range(options.max_iterations):
         gradient = now.gradient - precision @ (x - likelihood.prior_mean)
         information = now.information + precision
-        root = _root(information, number)
         step = np.asarray(np.linalg.solve(information, gradient), dtype=np.float64)
-        length = float(np.linalg.norm(step @ root))
+        length = _length(step, information)
         plain = curvature is None
         if curvature is not None:
             step = np.asarray(np.linalg.solve(curvature, gradient), dtype=np.float64)
-            length = float(np.linalg.norm(step @ root))
+            length = _length(step, information)
         elif length < NEAR:
             curvature = information
         if progress is not None:
             progress(Iteration(number, value, x, length))
         if length < options.tolerance:
+            _require_definite(information, number)
             return _posterior(likelihood, now, value, step, number)
         if plain:
             step *= boost
@@ -129,14 +129,20 @@ def climb(
     )
 
 
-def _root(information: Array, number: int) -> Array:
-    """L of information = L L'; SolveFailed where it is not positive definite and measures no step."""
+def _length(step: Array, information: Array) -> float:
+    """[posterior sd]; infinite, so not near the end, where the information is negative along the step."""
+    square = float(step @ information @ step)
+    return math.sqrt(square) if square >= 0 else math.inf
+
+
+def _require_definite(information: Array, number: int) -> None:
+    """Raises SolveFailed where an estimate would end on an information that is not positive definite."""
     try:
-        return np.asarray(np.linalg.cholesky(information), dtype=np.float64)
+        np.linalg.cholesky(information)
     except np.linalg.LinAlgError:
         raise SolveFailed(
-            f"estimate: iteration {number}: the information is not positive definite; must be, or the length "
-            "of a step says nothing. Start elsewhere, or leave out a parameter that the data do not tell."
+            f"estimate: iteration {number}: the information is not positive definite; must be where an "
+            "estimate ends. Start elsewhere, or leave out a parameter that the data do not tell."
         ) from None
 
 

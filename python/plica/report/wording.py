@@ -140,14 +140,17 @@ def tables(
     """The measures that there are by group, in the order of the catalogue; why some have no value is said at
     the first, which the others name."""
     groups: dict[str, list[Row]] = {}
-    reasons = {item.note for item in measures.values() if item.value is None and item.note}
     said: dict[str, str] = {}
     for name, entry in CATALOGUE.items():
         if name not in measures:
             continue
-        made, note = row(measures[name], uncertain.get(name)), measures[name].note
-        if note in reasons and said.setdefault(note, made.label) != made.label:
-            made = replace(made, note=made.note.replace(note, f"see {said[note]}", 1))
+        made, item = row(measures[name], uncertain.get(name)), measures[name]
+        if (
+            item.value is None
+            and item.note
+            and (first := said.setdefault(item.note, made.label)) != made.label
+        ):
+            made = replace(made, note=made.note.replace(item.note, f"see {first}", 1))
         groups.setdefault(entry.group, []).append(made)
     return list(groups.items())
 

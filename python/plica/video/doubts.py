@@ -86,9 +86,9 @@ def doubts(seen: WholeGlottis) -> list[str]:
         )
     if seen.blur is not None and seen.blur > _BLURRED:
         found.append(
-            f"the edges of the glottis are blurred by {seen.blur:.2g} px (standard deviation): slits and "
-            "pointed ends are lost, so that area, open quotient and amplitudes come out too small. Focus, or "
-            "take a shorter exposure"
+            f"the edges of the glottis are blurred by {seen.blur:.2g} px (standard deviation): where a lens "
+            "or motion blurs them, slits and pointed ends are lost, and area, open quotient and amplitudes "
+            "come out too small; where they lie in shade, too large. Focus, or take a shorter exposure"
         )
     frequency = autocorrelation_frequency(known, 1.0) if known.size >= 8 else float("nan")
     if frequency > 1 / _COARSE:

@@ -16,7 +16,7 @@ the interval of the left-right phase has of both folds.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -28,7 +28,7 @@ from plica.measures.interval import Replicates
 from plica.measures.measure import Measure
 from plica.measures.phase import fundamental
 
-__all__ = ["by_light", "is_shaded", "is_wide", "turn_left"]
+__all__ = ["between_outlines", "by_light", "is_shaded", "is_wide", "turn_left"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -85,6 +85,30 @@ def by_light(
             _COMPARED,
         )
     return found
+
+
+def between_outlines(found: list[Measure], others: Sequence[list[Measure]], said: str) -> list[Measure]:
+    """With intervals that have what the area by the other outlines makes of each measure, and a caution.
+
+    Parameters
+    ----------
+    found : Measures by the outline halfway
+    others : of as many Measures each
+        The same by the darkest part of the glottis, and by all that is darker than tissue.
+    said : str
+        The caution.
+    """
+    banded = []
+    for item, *beside in zip(found, *others, strict=True):
+        if item.value is not None and item.replicates is not None:
+            off = [0.0, *(other.value - item.value for other in beside if other.value is not None)]
+            draws = item.replicates.values.size
+            drawn = np.random.default_rng(_SEED).uniform(min(off), max(off), draws)
+            item = replace(
+                item, replicates=Replicates(item.replicates.values + drawn, item.replicates.blocks)
+            )
+        banded.append(item)
+    return _cautioned(banded, said)
 
 
 def turn_left(inner: Floats, halfway: Floats, cycles: Cycles, time: npt.NDArray[np.floating]) -> float:

@@ -24,7 +24,7 @@ from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.glottal_area import GlottalArea
 from plica.video.grid import with_grain
-from plica.video.shade import by_light, is_wide, turn_left
+from plica.video.shade import between_outlines, by_light, is_shaded, is_wide, turn_left
 
 __all__ = ["measures", "phases", "scale_of", "wide_share"]
 
@@ -107,8 +107,8 @@ def measures(
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
     speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
-    which outlines it lies, which is said where it is wide. `cycles` are all complete ones unless
-    given.
+    which outlines it lies, which is said, and is in the intervals, where there is shade. `cycles` are all
+    complete ones unless given.
     """
     known = np.isfinite(area.total)
     area = area.filled()
@@ -123,21 +123,6 @@ def measures(
         lost = "" if left_out else _lost(known, time, cycles)
         said = filter(None, (cycles.note, apart, lost))
         cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
-    found = [
-        *count_measures(cycles),
-        *frequency_measures(time, total, cycles, scale),
-        *_doubted(
-            [
-                *quotient_measures(time, total, cycles),
-                *recorded_quotient_measures(time, total, cycles),
-                *_banded(area_measures(time, total, cycles), area, band),
-                *gap_measures(time, total, cycles, size * length if length else None),
-            ],
-            doubts,
-        ),
-        *perturbation_measures(time, total, cycles),
-        *noise_measures(time, total, cycles),
-    ]
     halfway, inner = (
         None if part is None else _of_sides(part, time, cycles, size, length, sides)
         for part in (area, area.inner)
@@ -145,17 +130,40 @@ def measures(
     assert halfway is not None
     wide = band is not None and is_wide(area.total, band)
     if inner is None or area.inner is None:
-        found += halfway
+        of_folds = halfway
     else:
         left = turn_left(area.inner.left_edge, area.left_edge, cycles, time)
         right = turn_left(area.inner.right_edge, area.right_edge, cycles, time)
-        found += by_light(halfway, inner, wide=wide, turns=(left, right))
-    if length:
-        over = total / (size * length) ** 2
-        found += [
-            whole("glottal_length", size * length),
-            over_cycles("glottal_area_max_relative", time, over, cycles, np.max),
+        of_folds = by_light(halfway, inner, wide=wide, turns=(left, right))
+
+    def of_area(total: Floats) -> list[Measure]:
+        found = [
+            *quotient_measures(time, total, cycles),
+            *recorded_quotient_measures(time, total, cycles),
+            *area_measures(time, total, cycles),
+            *gap_measures(time, total, cycles, size * length if length else None),
         ]
+        if length:
+            over = total / (size * length) ** 2
+            found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
+        return found
+
+    by_area = of_area(total)
+    if band is not None and (wide or is_shaded(of_folds)):
+        outlines = [np.where(np.isfinite(edge), edge, area.total) for edge in band]
+        by_area = between_outlines(
+            by_area, [of_area(size**2 * edge) for edge in outlines], _outlines_said(area, band)
+        )
+    found = [
+        *count_measures(cycles),
+        *frequency_measures(time, total, cycles, scale),
+        *_doubted(by_area, doubts),
+        *perturbation_measures(time, total, cycles),
+        *noise_measures(time, total, cycles),
+        *of_folds,
+    ]
+    if length:
+        found.append(whole("glottal_length", size * length))
     if cycles.count:
         found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
     return Measures(found, scale), cycles
@@ -192,16 +200,13 @@ def _of_sides(
     return found
 
 
-def _banded(found: list[Measure], area: GlottalArea, band: tuple[Floats, Floats] | None) -> list[Measure]:
-    """With a caution where shade leaves open where the outline is."""
-    if band is None or not is_wide(area.total, band):
-        return found
+def _outlines_said(area: GlottalArea, band: tuple[Floats, Floats]) -> str:
+    """That shade leaves open where the outline is, and by how much."""
     low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
-    said = (
+    return (
         f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
-        "measured. Shade beside the folds makes it too large"
+        "measured, which the intervals have. Shade beside the folds makes it too large"
     )
-    return [item if item.value is None else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
 def _folds_apart(area: GlottalArea, cycles: Cycles, scale: Scale, step: float) -> str:

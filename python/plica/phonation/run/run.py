@@ -108,16 +108,15 @@ def run(
         if there:
             has_all(directory, scene)  # again, now that nobody else writes
         mesh = build_mesh(scene.mesh, scene.source)
-        cautions = scene_cautions(scene, mesh)
-        basis = _basis(scene, directory, mesh, there, shown=progress)
         try:
+            basis = _basis(scene, directory, mesh, there, shown=progress)
             simulation = build_simulation(scene, mesh, basis=basis)
             runner = _Runner(scene, directory, mesh, simulation)
-            runner.run(shown=progress, cautions=cautions if progress else ())
+            runner.run(shown=progress, cautions=scene_cautions(scene, mesh) if progress else ())
         except SolveFailed as error:
-            if not cautions:
+            doubts = " ".join(caution.seen for caution in scene_cautions(scene, mesh))
+            if not doubts:
                 raise
-            doubts = " ".join(map(str, cautions))
             raise SolveFailed(f"{error} But first look at the scene: {doubts}") from None
     return Run.load(directory)
 

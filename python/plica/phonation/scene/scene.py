@@ -84,9 +84,9 @@ class Scene(Part):
     x = 0 (left and right), and the motion is to stay so; half of the tissue is solved for. ``"quarter"``: in
     x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused: a larynx can be
     symmetric, a block and blocks never are, as all boxes are cut along the same diagonals. Waveforms and
-    fields are of all nodes; with contact by penalty, mortar faces or friction, whose slave side makes a whole
-    run lean, they differ from it by as much as a caution says (docs/theory.md, "Symmetric scenes"). Left out:
-    all tissue moves on its own."""
+    fields are of all nodes; with contact by penalty or mortar faces, whose slave side makes a whole run lean,
+    they differ from it by some percent, as a caution says (docs/theory.md, "Symmetric scenes"). Left out: all
+    tissue moves on its own."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()
