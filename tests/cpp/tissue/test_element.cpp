@@ -1,8 +1,8 @@
-#include "plica/tissue/element.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
+
+#include "plica/tissue/element.hpp"
 
 using namespace plica;
 

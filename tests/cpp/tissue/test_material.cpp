@@ -1,11 +1,10 @@
-#include "plica/tissue/material.hpp"
-
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
 #include <limits>
 
 #include "plica/core/error.hpp"
+#include "plica/tissue/material.hpp"
 #include "scenes.hpp"
 
 using namespace plica;

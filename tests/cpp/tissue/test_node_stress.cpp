@@ -1,10 +1,9 @@
-#include "plica/tissue/node_stress.hpp"
-
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
 #include <numeric>
 
+#include "plica/tissue/node_stress.hpp"
 #include "scenes.hpp"
 
 using namespace plica;

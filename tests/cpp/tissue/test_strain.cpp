@@ -1,6 +1,4 @@
 // Strains against closed forms, a second algorithm, and for any number of threads.
-#include "plica/tissue/strain.hpp"
-
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
@@ -10,6 +8,7 @@
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/tissue/element.hpp"
+#include "plica/tissue/strain.hpp"
 #include "scenes.hpp"
 
 using namespace plica;
