@@ -19,8 +19,8 @@ METHOD = (
     "replicates of either side, its cycles drawn with replacement and independently of the other's (with "
     "Welch's degrees of freedom); it is not read off the two intervals beside it. It covers how cycles "
     "scatter within each recording. It does not cover how a voice differs from one day or one phonation to "
-    "the next, nor an outline that is drawn too wide or too narrow in one of the two. Of twenty measures "
-    "that did not change, one interval leaves zero out by chance."
+    "the next, nor an outline that is drawn too wide or too narrow in one of the two, unless a caution says "
+    "that it is not sharp. Of twenty measures that did not change, one interval leaves zero out by chance."
 )
 """For people."""
 
