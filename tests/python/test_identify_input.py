@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -388,6 +389,9 @@ def test_points_of_all_starts_are_stored_with_their_number(tmp_path: Path) -> No
     assert set(found.starts) == {1, 2}
     assert found.starts.tolist() == [point["start"] for point in kept]
     assert found.iterations.tolist() == [[point["value"], point["step"]] for point in kept]
+    with h5py.File(tmp_path / "out" / "posterior.h5", "r+") as file:  # as an earlier version left it
+        del file["iterations/start"]
+    assert set(load(tmp_path / "out").starts) == {-1}
 
 
 def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
