@@ -338,7 +338,7 @@ void bind_dynamics(py::module_& engine) {
            py::arg("airflow") = py::none(), py::arg("contact") = py::none(), py::arg("loads") = py::list(),
            py::arg("gravity") = py::none(), py::arg("displacement") = py::none(), py::arg("velocity") = py::none(),
            py::arg("probes") = py::none(), py::arg("reduction") = py::none(), py::arg("symmetry") = py::none())
-      .def("advance", &SteppedSimulation::advance, py::arg("steps"))
+      .def("advance", &SteppedSimulation::advance, py::arg("steps"), py::arg("waveforms") = py::none())
       .def("state", [](const SteppedSimulation& self) { return state_to_dict(self.simulation().state()); })
       .def(
           "restore",

@@ -166,22 +166,23 @@ State state_from_dict(const py::dict& dict) {
   return state;
 }
 
-py::dict SteppedSimulation::advance(int steps) {
+py::dict SteppedSimulation::advance(int steps, const std::optional<std::vector<std::string>>& waveforms) {
   if (steps < 0) throw InvalidInput("Simulation", "steps", steps, "", ">= 0");
-  recorder_.reserve(steps);
+  Recorder recorder(simulation_, waveforms ? *waveforms : waveforms_of(simulation_.scene()), probes_);
+  recorder.reserve(steps);
   std::optional<SolveFailed> failure;
   {
     const py::gil_scoped_release released;
     try {
       for (int k = 0; k < steps; ++k) {
         simulation_.advance();
-        recorder_.add();
+        recorder.add();
       }
     } catch (const SolveFailed& caught) {
       failure = caught;
     }
   }
-  py::dict recorded = to_dict(recorder_.take());
+  py::dict recorded = to_dict(recorder.take());
   if (!failure) return recorded;
   const py::object kind = py::module_::import("plica.errors").attr("StepFailed");
   const py::object error = kind(failure->what(), recorded);

@@ -14,14 +14,13 @@ State state_from_dict(const py::dict& dict);
 class SteppedSimulation {
  public:
   SteppedSimulation(Scene scene, const Simulation::Options& options, Indices probes)
-      : simulation_(std::move(scene), options),
-        recorder_(simulation_, waveforms_of(simulation_.scene()), std::move(probes)) {}
+      : simulation_(std::move(scene), options), probes_(std::move(probes)) {}
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }
-  /// Takes `steps` steps and returns their records by name. Where one fails, throws plica.errors.StepFailed, which
-  /// has the records of those before it.
-  py::dict advance(int steps);
+  /// Takes `steps` steps and returns these waveforms of them by name, all that the scene has where none are named.
+  /// Where a step fails, throws plica.errors.StepFailed, which has those of the steps before it.
+  py::dict advance(int steps, const std::optional<std::vector<std::string>>& waveforms);
   py::dict info() const;
   py::dict times() const;
   /// Throws InvalidInput without airflow.
@@ -29,7 +28,7 @@ class SteppedSimulation {
 
  private:
   Simulation simulation_;
-  Recorder recorder_;
+  Indices probes_;
 };
 
 }  // namespace plica::python

@@ -88,22 +88,36 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   const double r = model.separation_ratio;
   FlowState state;
   state.area = areas;
-  Vector& stream = state.pressure;  // 1 / e^2, then pressures
-  Vector resistance(count);         // R, Pa s / m^3
+  Vector a(count);
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    a[i] = floored(areas[i], model.least_gap * channel.length[i] * channel.length[i]);
+  const Vector inverse = a.cwiseInverse();  // divisions are what this costs
+  Vector& stream = state.pressure;          // 1 / e^2, then pressures
+  Vector resistance(count);                 // R, Pa s / m^3
   stream.resize(count);
   state.separation = 0;
-  double a = 0, m = 0;
+  double m = a[0], inverse_m = inverse[0];
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    const double length = channel.length[i], before = a, least_before = m;
-    a = floored(areas[i], model.least_gap * length * length);
-    m = i == 0 ? a : std::min(m, a);
-    const double e = std::min(a, r * m);
-    stream[i] = 1 / (e * e);
-    if (a < r * m) state.separation = static_cast<int>(std::min(i + 1, count - 1));
-    resistance[i] = i == 0 ? 0
-                           : resistance[i - 1] + 12 * model.air_viscosity * channel.length[i - 1] * length *
-                                                     (channel.height[i] - channel.height[i - 1]) *
-                                                     mean_friction(before, a, least_before, r);
+    const double least_before = m;
+    if (a[i] < m) {
+      m = a[i];
+      inverse_m = inverse[i];
+    }
+    const bool attached = a[i] < r * m;
+    const double inverse_e = attached ? inverse[i] : inverse_m / r;
+    stream[i] = inverse_e * inverse_e;
+    if (attached) state.separation = static_cast<int>(std::min(i + 1, count - 1));
+    if (i == 0) {
+      resistance[i] = 0;
+      continue;
+    }
+    double friction = 0;
+    if (a[i - 1] <= least_before && a[i] <= least_before)
+      friction = 0.5 * (inverse[i - 1] + inverse[i]) * inverse[i - 1] * inverse[i];
+    else if (std::min(a[i - 1], a[i]) < r * least_before)
+      friction = mean_friction(a[i - 1], a[i], least_before, r);
+    resistance[i] = resistance[i - 1] + 12 * model.air_viscosity * channel.length[i - 1] * channel.length[i] *
+                                            (channel.height[i] - channel.height[i - 1]) * friction;
   }
   const double exit = stream[count - 1], total = resistance[count - 1], pressure = air.subglottal_pressure;
   state.flow = 2 * pressure / (total + std::sqrt(total * total + 2 * air.density * pressure * exit));

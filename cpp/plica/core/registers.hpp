@@ -1,5 +1,5 @@
 #pragma once
-// Registers of processors as vectors of doubles, for kernels in versions (versions.hpp): a vector wider than the
+// Registers of processors as vectors of numbers, for kernels in versions (versions.hpp): a vector wider than the
 // processor's goes through memory. For source files.
 
 #if !defined(__GNUC__)
@@ -17,6 +17,16 @@ struct FourDoubles {
 };
 struct EightDoubles {
   typedef double Register __attribute__((vector_size(64), aligned(8), may_alias));
+};
+
+struct FourSingles {
+  typedef float Register __attribute__((vector_size(16), aligned(4), may_alias));
+};
+struct EightSingles {
+  typedef float Register __attribute__((vector_size(32), aligned(4), may_alias));
+};
+struct SixteenSingles {
+  typedef float Register __attribute__((vector_size(64), aligned(4), may_alias));
 };
 
 }  // namespace plica

@@ -25,7 +25,7 @@ class CoupledStep {
   void set_flow_stopped(bool stopped) { flow_stopped_ = stopped; }
 
  protected:
-  explicit CoupledStep(bool flow_stopped) : flow_stopped_(flow_stopped) {}
+  explicit CoupledStep(bool flow_stopped = false) : flow_stopped_(flow_stopped) {}
 
  private:
   bool flow_stopped_;

@@ -28,7 +28,8 @@ void check(const ContactPart& part) {
 
 }  // namespace
 
-MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion)
+MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                             const Mediolateral& positions)
     : motion_(motion),
       images_(*full.images()),
       mesh_nodes_(full.reference().rows()),
@@ -39,17 +40,19 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
   nodes_ = Eigen::Map<const Indices>(crossing.data(), static_cast<std::ptrdiff_t>(crossing.size()));
   copies_.resize(nodes_.size());
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) copies_[i] = images_.count(images_.node_of(nodes_[i]));
-  const Eigen::MatrixXd shapes = motion.shapes_at(nodes_)(Eigen::seqN(0, nodes_.size(), 3), Eigen::all);
-  x_ = DistantValues(reference(nodes_, 0), shapes);
-  loads_ = shapes.transpose() * copies_.asDiagonal();
+  const std::ptrdiff_t rows = nodes_.size();  // Mediolateral's contact nodes
+  loads_ = positions.shapes().topRows(rows).transpose() * copies_.asDiagonal();
   accelerations_ = motion.inverse() * loads_;
-  compliance_ = shapes * accelerations_;
+  x_accelerations_ = positions.shapes() * accelerations_;
+  // 0 <= f, 0 <= x + h^2 beta X A^-1 X^T c f: with sqrt(c) of each row the matrix is symmetric.
+  const Vector root = copies_.cwiseSqrt();
+  compliance_ =
+      inertia() * (root.asDiagonal() * x_accelerations_.topRows(rows) * root.cwiseInverse().asDiagonal());
+  least_compliance_ = 1e-9 * compliance_.diagonal().maxCoeff();
 }
 
 void MirrorContact::begin(const State& last) {
   last_ = &last;
-  load_ = acceleration_ = Vector::Zero(motion_.size());
-  force_ = Vector::Zero(3 * nodes_.size());
   row_force_ = Vector::Zero(nodes_.size());
   rows_ = last.closed;
   active_.assign(rows_.size(), 1);
@@ -57,47 +60,46 @@ void MirrorContact::begin(const State& last) {
   passes_ = pivots_ = 0;
 }
 
-void MirrorContact::touch(const Vector& free) {
+void MirrorContact::touch(const FreeEnd& free) {
   touches_ = false;
-  free_ = free;
-  x_.move(free);
+  free_ = &free;
   row_force_.setZero();
   deepest_ = 0;
-  Vector shift = Vector::Zero(nodes_.size());
-  for (bool more = add_candidates(shift, 0.0) || !rows_.empty(); more;
-       more = add_candidates(shift, 1e-2 * tolerance_)) {
-    Vector x(static_cast<std::ptrdiff_t>(rows_.size()));
-    for (std::ptrdiff_t i = 0; i < x.size(); ++i) x[i] = x_.value(rows_[static_cast<std::size_t>(i)]);
-    const Complementarity found = solve(x);
+  const Vector& x_free = free.contact_x();
+  if (rows_.empty() && !(x_free.minCoeff() < 0)) return;
+  Vector x = x_free;
+  for (bool more = add_candidates(x, 0.0) || !rows_.empty(); more; more = add_candidates(x, 1e-2 * tolerance_)) {
+    const Complementarity found = solve(x_free(rows_));
     ++passes_;
     pivots_ += found.pivots;
     active_ = found.active;
     row_force_.setZero();
     row_force_(rows_) = found.force;
-    shift.setZero();
-    for (const std::int32_t row : rows_)
-      if (row_force_[row] > 0) shift += inertia() * row_force_[row] * compliance_.col(row);
-    deepest_ = std::min(0.0, (x + shift(rows_)).minCoeff());
+    x_acceleration_ = of_forces(x_accelerations_);
+    x = x_free + inertia() * x_acceleration_.head(x.size());
+    deepest_ = std::min(0.0, x(rows_).minCoeff());
   }
-  force_.setZero();
-  load_.setZero();
-  acceleration_.setZero();
-  for (const std::int32_t row : rows_) {
-    const double force = row_force_[row];
-    if (!(force > 0)) continue;
-    touches_ = true;
-    force_[3 * static_cast<std::ptrdiff_t>(row)] = force;
-    load_ += force * loads_.col(row);
-    acceleration_ += force * accelerations_.col(row);
-  }
+  touches_ = (row_force_.array() > 0).any();
 }
 
-bool MirrorContact::add_candidates(const Vector& shift, double least) {
+Vector MirrorContact::of_forces(const Eigen::MatrixXd& columns) const {
+  Vector sum = Vector::Zero(columns.rows());
+  for (const std::int32_t row : rows_)
+    if (row_force_[row] > 0) sum += row_force_[row] * columns.col(row);
+  return sum;
+}
+
+Vector MirrorContact::interface_force() const {
+  Vector force = Vector::Zero(3 * nodes_.size());
+  for (std::ptrdiff_t row = 0; row < nodes_.size(); ++row) force[3 * row] = std::max(row_force_[row], 0.0);
+  return force;
+}
+
+bool MirrorContact::add_candidates(const Vector& x, double least) {
+  if (x.minCoeff() >= -least) return false;
   const std::size_t known = rows_.size();
-  const Vector at_least = x_.at_least() + shift;
-  if (at_least.minCoeff() >= -least) return false;
-  for (std::int32_t row = 0; row < shift.size(); ++row) {
-    if (at_least[row] >= -least || x_.value(row) + shift[row] >= -least) continue;
+  for (std::int32_t row = 0; row < x.size(); ++row) {
+    if (x[row] >= -least) continue;
     const auto at = std::lower_bound(rows_.begin(), rows_.end(), row);
     if (at != rows_.end() && *at == row) continue;
     active_.insert(active_.begin() + (at - rows_.begin()), 1);
@@ -106,13 +108,39 @@ bool MirrorContact::add_candidates(const Vector& shift, double least) {
   return rows_.size() > known;
 }
 
-/// 0 <= f, 0 <= x + h^2 beta X A^-1 X^T c f: with sqrt(c) of each the matrix is symmetric.
-Complementarity MirrorContact::solve(const Vector& x) const {
+Complementarity MirrorContact::solve(const Vector& x) {
   constexpr int most_pivots = 1000;
-  const Vector root = copies_(rows_).cwiseSqrt();
-  const Eigen::MatrixXd W = inertia() * (root.asDiagonal() * Eigen::MatrixXd(compliance_(rows_, rows_)) *
-                                         root.cwiseInverse().asDiagonal());
-  Complementarity found = solve_complementarity(W, root.cwiseProduct(x), active_, 1e-2 * tolerance_, most_pivots);
+  const Vector root = copies_(rows_).cwiseSqrt(), scaled = root.cwiseProduct(x);
+  std::vector<std::int32_t> closed;
+  std::vector<std::ptrdiff_t> places;  // of these among the candidates
+  const auto gaps_closed = [&](const std::vector<char>& active, Vector& p, Vector& w) {
+    closed.clear();
+    places.clear();
+    for (std::size_t i = 0; i < active.size(); ++i)
+      if (active[i]) {
+        closed.push_back(rows_[i]);
+        places.push_back(static_cast<std::ptrdiff_t>(i));
+      }
+    p.setZero();
+    w = scaled;
+    if (closed.empty()) return;
+    if (closed != factored_) {
+      Eigen::MatrixXd W = compliance_(closed, closed);
+      W.diagonal().array() += least_compliance_;
+      factor_.compute(W);
+      factored_ = closed;
+      if (factor_.info() != Eigen::Success) factored_.clear();
+    }
+    if (factored_.empty())
+      throw SolveFailed(
+          "Contact: the compliance of the closed nodes is not positive. Has the reduction fewer "
+          "vectors than nodes that touch?");
+    const Vector force = factor_.solve(-scaled(places));
+    p(places) = force;
+    w.noalias() += compliance_(rows_, closed) * force;
+    w(places).setZero();
+  };
+  Complementarity found = pivot(active_, gaps_closed, 1e-2 * tolerance_, most_pivots);
   if (!found.converged)
     throw SolveFailed("Contact: no consistent set of closed nodes among " + std::to_string(rows_.size()) +
                       " after " + std::to_string(found.pivots) + " active sets. Try a smaller step.");
@@ -131,7 +159,7 @@ std::pair<std::vector<std::int32_t>, Vector> MirrorContact::closed() const {
 
 bool MirrorContact::anywhere(const std::function<bool(const Vector3&)>& place) const {
   if (!touches_) return false;
-  const Vector q = free_ + inertia() * acceleration_;
+  const Vector q = free_->free_end() + inertia() * acceleration();
   for (const std::int32_t row : rows_) {
     if (!(row_force_[row] > 0)) continue;
     const Vector3 x = side_.position(nodes_[row], q);

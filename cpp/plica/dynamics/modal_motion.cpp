@@ -76,11 +76,10 @@ Eigen::MatrixXd ModalMotion::step_matrix(double c, double k) const {
   return A;
 }
 
-Vector ModalMotion::viscous_of(const Vector& a, const Vector& force) const {
-  if (!has_viscosity()) return {};
+void ModalMotion::viscous_of(const Vector& a, const Vector& force, Vector& found) const {
   const double c = (1 + scheme_.alpha) * scheme_.gamma * step_,
                k = (1 + scheme_.alpha) * scheme_.beta * step_ * step_;
-  return (force - a - k * elastic(a)) / c;
+  found = (force - a - k * elastic(a)) / c;
 }
 
 void ModalMotion::begin(State& state) {

@@ -29,14 +29,15 @@ class ModalMotion {
   Vector at_unknowns(const Vector& q) const { return shape_panels_ * q; }
   /// The coordinates of the field (unknowns) that is nearest, in the norm of the mass.
   Vector nearest(const Vector& field) const { return momenta_.transpose() * field; }
-  Vector elastic(const Vector& q) const { return stiffness_.cwiseProduct(q); }
+  auto elastic(const Vector& q) const { return stiffness_.cwiseProduct(q); }  // K q, an expression of q
   /// Empty where no material is viscous.
   Vector viscous(const Vector& v) const { return has_viscosity() ? Vector(viscosity_ * v) : Vector(); }
   /// A^-1 f, A = 1 + (1+alpha) gamma h C + (1+alpha) beta h^2 K.
   Vector solve(const Vector& force) const { return inverse_panels_ * force; }
+  void solve(const Vector& force, Vector& a) const { inverse_panels_.multiply(force, a); }
   const Eigen::MatrixXd& inverse() const { return inverse_; }
-  /// C a of a = A^-1 f, without a product.
-  Vector viscous_of(const Vector& a, const Vector& force) const;
+  /// C a of a = A^-1 f, without a product; where a material is viscous.
+  void viscous_of(const Vector& a, const Vector& force, Vector& found) const;
 
   /// As Motion::begin; displacement, velocity and load are of the coordinates.
   void begin(State& state);

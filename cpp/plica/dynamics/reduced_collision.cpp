@@ -68,8 +68,9 @@ void check(const ContactPart& part) {
 
 }  // namespace
 
-ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion)
-    : motion_(motion), mesh_nodes_(scene.mesh.node_count()), held_(0) {
+ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                                   const Mediolateral& positions)
+    : motion_(motion), mediolateral_(positions), mesh_nodes_(scene.mesh.node_count()), held_(0) {
   const ContactPart& part = *scene.contact;
   check(part);
   // The nodes within reach and those around them, the faces of these and the air between.
@@ -149,7 +150,8 @@ void ReducedCollision::begin(const State& last) {
   collision_->forget();
 }
 
-void ReducedCollision::touch(const Vector& free) {
+void ReducedCollision::touch(const FreeEnd& move) {
+  const Vector free = move.free_end();
   touches_ = false;
   force_.setZero();
   load_.setZero();
@@ -169,6 +171,7 @@ void ReducedCollision::touch(const Vector& free) {
   for (std::ptrdiff_t i = 0; i < force_.size(); ++i)
     if (force_[i] != 0) load_ += force_[i] * shapes_.row(i).transpose();
   acceleration_ = motion_.solve(load_);
+  x_acceleration_ = mediolateral_.change(acceleration_);
 }
 
 Contacts ReducedCollision::solve(const BeforeContact& before, const Points& x_free, Points& x) {

@@ -10,10 +10,15 @@ namespace plica {
 class ReducedCollision final : public ReducedContact {
  public:
   /// See reduced_contact.
-  ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion);
+  ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                   const Mediolateral& positions);
 
   void begin(const State& last) override;
-  void touch(const Vector& free) override;
+  void touch(const FreeEnd& free) override;
+  const Vector& x_acceleration() const override { return x_acceleration_; }
+  Vector load() const override { return load_; }
+  Vector acceleration() const override { return acceleration_; }
+  Vector interface_force() const override { return force_; }
   std::pair<std::vector<std::int32_t>, Vector> closed() const override { return contacts_.closed(); }
   bool knows(std::int32_t key) const override { return collision_->knows(key); }
   bool anywhere(const std::function<bool(const Vector3&)>& place) const override;
@@ -30,6 +35,7 @@ class ReducedCollision final : public ReducedContact {
   Contacts solve(const BeforeContact& before, const Points& x_free, Points& x);
 
   const ModalMotion& motion_;
+  const Mediolateral& mediolateral_;
   std::ptrdiff_t mesh_nodes_;
   std::vector<char> rim_;  // (m)
   Tets beyond_;            // air that is not looked at, by numbers in the mesh
@@ -50,6 +56,7 @@ class ReducedCollision final : public ReducedContact {
   bool near_ = false, never_near_ = true;  // in its last move, in no move so far
   Points x_before_, x_;
   Contacts contacts_;
+  Vector load_, acceleration_, x_acceleration_, force_;
 };
 
 }  // namespace plica

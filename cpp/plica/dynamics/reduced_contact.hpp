@@ -2,14 +2,22 @@
 #include <functional>
 #include <memory>
 
-#include "plica/dynamics/modal_motion.hpp"
+#include "plica/dynamics/mediolateral.hpp"
 #include "plica/dynamics/record.hpp"
 #include "plica/dynamics/state.hpp"
 
 namespace plica {
 
-/// The contact of a scene as the coordinates of its reduction see it. In a step it is told where that would end
-/// without contact, and asked for each move of the coupling what keeps the surfaces apart.
+/// Where a move of a step leads without contact, at t_{n+1}.
+class FreeEnd {
+ public:
+  virtual ~FreeEnd() = default;
+  virtual const Vector& contact_x() const = 0;  // (c) m, of Mediolateral's contact nodes
+  virtual Vector free_end() const = 0;          // (r), computed anew
+};
+
+/// The contact of a scene in the coordinates of its reduction. For each move of the coupling within a step it
+/// finds the forces that keep the surfaces apart.
 class ReducedContact {
  public:
   virtual ~ReducedContact() = default;
@@ -19,14 +27,15 @@ class ReducedContact {
 
   /// A step begins from `last`, which must live as long as it.
   virtual void begin(const State& last) = 0;
-  /// Finds the forces of a move that without them leads to the displacement `free` (r) at t_{n+1}.
-  virtual void touch(const Vector& free) = 0;
+  /// Finds the forces of a move, which must live until the next one or the end of the step.
+  virtual void touch(const FreeEnd& free) = 0;
 
   // Of the last move.
   bool touches() const { return touches_; }
-  const Vector& load() const { return load_; }                  // (r), Phi^T of the forces
-  const Vector& acceleration() const { return acceleration_; }  // (r), A^-1 of that
-  const Vector& interface_force() const { return force_; }      // (3 nodes) N
+  virtual const Vector& x_acceleration() const = 0;  // (n) m/s^2 of Mediolateral's nodes; where it touches
+  virtual Vector load() const = 0;                   // (r), Phi^T of the forces
+  virtual Vector acceleration() const = 0;           // (r), A^-1 of that
+  virtual Vector interface_force() const = 0;        // (3 nodes) N
   /// What carries force, keys ascending, and its forces (N).
   virtual std::pair<std::vector<std::int32_t>, Vector> closed() const = 0;
   /// Whether there can be a constraint of this key.
@@ -50,11 +59,12 @@ class ReducedContact {
  protected:
   Indices nodes_;
   bool touches_ = false;
-  Vector load_, acceleration_, force_;
 };
 
 /// Between the mirror images of a symmetric scene (MirrorContact), else between surfaces (ReducedCollision). All
-/// must outlive it. Throws InvalidInput for a contact that cannot be reduced.
-std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion);
+/// must outlive it; of a symmetric scene `positions` has those of the contact's surfaces. Throws InvalidInput for
+/// a contact that cannot be reduced.
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                                                const Mediolateral& positions);
 
 }  // namespace plica

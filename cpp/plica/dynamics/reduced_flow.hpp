@@ -1,26 +1,31 @@
 #pragma once
+#include <optional>
+
 #include "plica/airflow/airflow.hpp"
-#include "plica/core/panel_matrix.hpp"
-#include "plica/dynamics/modal_motion.hpp"
-#include "plica/dynamics/overlapping_widths.hpp"
+#include "plica/dynamics/reduced_areas.hpp"
 
 namespace plica {
 
-/// The airflow of a scene as its coordinates see it: loads of its sections are linear in their pressures, areas in
-/// the coordinates but for what overlaps.
+/// The airflow of a scene in the coordinates of its reduction. Within a step all that section pressures move is
+/// linear in them.
 class ReducedFlow {
  public:
-  /// The airflow and the motions, of all nodes or a part and of the coordinates, must outlive it. Throws
-  /// InvalidInput for a load on the current shape.
-  ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion);
+  /// The airflow must outlive it; `positions` has those of the airflow's nodes. Throws InvalidInput for a load on
+  /// the current shape.
+  ReducedFlow(const Airflow& airflow, const Motion& full, const ModalMotion& motion,
+              const Mediolateral& positions);
 
   const Airflow& airflow() const { return airflow_; }
-  /// (s) m^2 at coordinates q.
-  Vector areas(const Vector& q);
-  /// Phi^T of the load of these section pressures (s) Pa.
-  Vector load(const Vector& pressure) const { return below_ + sections_ * pressure; }
-  /// What a change of them changes in it.
-  Vector load_of(const Vector& change) const { return sections_ * change; }
+  /// (s) m^2 at mediolateral positions (n) m.
+  Vector areas(const Vector& x) { return areas_.at(x); }
+  /// (r) Phi^T of the load below the sections.
+  const Vector& load_below() const { return below_; }
+  /// Phi^T of the load of section pressures (s) Pa; A^-1 of that, (r); and what that moves of the positions, (n).
+  void load(const Vector& pressure, Vector& found) const { sections_.multiply(pressure, found); }
+  void acceleration(const Vector& pressure, Vector& found) const { accelerations_.multiply(pressure, found); }
+  void x_acceleration(const Vector& pressure, Eigen::VectorXf& found) const {
+    x_accelerations_.multiply(pressure.cast<float>(), found);
+  }
   /// (s, 3) m, the points of the sections in the mid-coronal plane on the right or on the left fold.
   Points coronal(Side side, const Vector& q) const;
 
@@ -28,9 +33,10 @@ class ReducedFlow {
   /// Points that move with few nodes.
   struct Line {
     Points rest;         // (s, 3) m
-    PanelMatrix shapes;  // (3 nodes, r), of their nodes
+    PanelMatrix shapes;  // (moving components, r) of their nodes
     struct Term {
-      std::int32_t point, node;
+      std::int32_t entry;      // 3 point + axis
+      std::int32_t component;  // row of the shapes
       double weight;
     };
     std::vector<Term> terms;
@@ -38,12 +44,12 @@ class ReducedFlow {
   static Line line(const std::vector<MaterialPoint>& points, const Motion& full, const ModalMotion& motion);
 
   const Airflow& airflow_;
-  OverlappingWidths overlap_;
-  Vector areas_;             // m^2, at rest, overlap as it counts where it does not count zero
-  PanelMatrix area_shapes_;  // (s, r)
-  PanelMatrix sections_;     // (r, s)
-  Vector below_;             // Phi^T of the load below the sections
-  Line right_, left_;
+  ReducedAreas areas_;
+  Vector below_;
+  PanelMatrix sections_, accelerations_;  // (r, s)
+  SinglePanelMatrix x_accelerations_;     // (n, s); within a step pressures move x by a micrometre
+  Line right_;
+  std::optional<Line> left_;  // absent where it is the right one's mirror image
 };
 
 }  // namespace plica

@@ -1,9 +1,10 @@
 #include "plica/dynamics/reduced_model.hpp"
 
+#include <algorithm>
+
 #include "plica/core/stopwatch.hpp"
 #include "plica/dynamics/mirror_contact.hpp"
 #include "plica/dynamics/reduced_collision.hpp"
-#include "plica/dynamics/reduced_step.hpp"
 
 namespace plica {
 
@@ -21,18 +22,41 @@ Eigen::MatrixXd basis_of(const Scene& scene, const Motion& full) {
   return part;
 }
 
+/// The nodes whose mediolateral positions a step needs: those of the airflow, and of a symmetric scene the nodes
+/// of the contact's surfaces, that can cross the plane between these.
+Mediolateral positions_seen(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                            const Airflow* airflow) {
+  const MirrorImages* images = full.images();
+  std::vector<std::int32_t> contact, others;
+  if (images && scene.contact)
+    for (const Triangles* side : {&scene.contact->airway.first, &scene.contact->airway.second})
+      for (const std::int32_t node : side->reshaped<Eigen::RowMajor>())
+        if (const std::int32_t own = images->node_of(node);
+            !full.supports().fixed(3 * static_cast<std::ptrdiff_t>(own)))
+          contact.push_back(own);
+  if (airflow)
+    for (const std::int32_t node : airflow->nodes()) others.push_back(images ? images->node_of(node) : node);
+  std::sort(contact.begin(), contact.end());
+  std::sort(others.begin(), others.end());
+  return {full, motion, contact, others};
+}
+
 }  // namespace
 
-std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full,
-                                                const ModalMotion& motion) {
-  if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion);
-  return std::make_unique<ReducedCollision>(scene, full, motion);
+std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion& full, const ModalMotion& motion,
+                                                const Mediolateral& positions) {
+  if (full.images()) return std::make_unique<MirrorContact>(scene, full, motion, positions);
+  return std::make_unique<ReducedCollision>(scene, full, motion, positions);
 }
 
 ReducedModel::ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow)
-    : scene_(scene), full_(full), motion_(full, basis_of(scene, full)) {
-  if (airflow) flow_.emplace(*airflow, full, motion_);
-  if (scene.contact) contact_ = reduced_contact(scene, full, motion_);
+    : scene_(scene),
+      full_(full),
+      motion_(full, basis_of(scene, full)),
+      positions_(positions_seen(scene, full, motion_, airflow)) {
+  if (airflow) flow_.emplace(*airflow, full, motion_, positions_);
+  if (scene.contact) contact_ = reduced_contact(scene, full, motion_, positions_);
+  step_.emplace(motion_, positions_, flow_ ? &*flow_ : nullptr, contact_.get(), full.origin());
 }
 
 State ReducedModel::begun(const State& full) {
@@ -58,15 +82,15 @@ void ReducedModel::restore(const State& state) {
   if (contact_) contact_->restore(state);
 }
 
-ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times) {
+ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times, State& now) {
   static const std::vector<std::int32_t> none;
-  ReducedStep step(motion_, last, scene_load, flow_ ? &*flow_ : nullptr, contact_.get(), full_.origin(), times);
   Taken taken;
+  step_->begin(last, scene_load, times);
   if (flow_)
-    taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), step);
+    taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), *step_);
   else
-    step.move();
-  State& now = taken.now = step.end();
+    step_->move();
+  step_->end(now);
   {
     const Stopwatch watch(times.ledger);
     if (taken.flow) {

@@ -1,6 +1,5 @@
 #pragma once
-#include "plica/dynamics/reduced_contact.hpp"
-#include "plica/dynamics/reduced_flow.hpp"
+#include "plica/dynamics/reduced_step.hpp"
 #include "plica/dynamics/scene.hpp"
 #include "plica/dynamics/state.hpp"
 
@@ -14,6 +13,7 @@ class ReducedModel {
   ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow);
 
   const ModalMotion& motion() const { return motion_; }
+  const Mediolateral& positions() const { return positions_; }
   const ReducedFlow* flow() const { return flow_ ? &*flow_ : nullptr; }
   const ReducedContact* contact() const { return contact_.get(); }
   /// Unknowns of the contact's own nodes.
@@ -23,20 +23,23 @@ class ReducedModel {
   State begun(const State& full);
   void restore(const State& state);
 
+  /// What a step did.
   struct Taken {
-    State now;
     std::optional<FlowRecord> flow;
     std::optional<ContactRecord> contact;
   };
-  /// The step from `last` under the scene's load (r) at t_{n+1+alpha}. Throws SolveFailed.
-  Taken step(const State& last, const Vector& scene_load, StepTimes& times);
+  /// The step from `last` under the scene's load (r) at t_{n+1+alpha} to `now`, another state whose memory is
+  /// used. Throws SolveFailed.
+  Taken step(const State& last, const Vector& scene_load, StepTimes& times, State& now);
 
  private:
   const Scene& scene_;
   const Motion& full_;
   ModalMotion motion_;
+  Mediolateral positions_;
   std::optional<ReducedFlow> flow_;
   std::unique_ptr<ReducedContact> contact_;
+  std::optional<ReducedStep> step_;  // from construction on
 };
 
 }  // namespace plica

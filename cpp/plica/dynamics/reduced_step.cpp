@@ -6,68 +6,85 @@
 
 namespace plica {
 
-ReducedStep::ReducedStep(const ModalMotion& motion, const State& last, Vector scene_load, ReducedFlow* flow,
-                         ReducedContact* contact, const Vector3& origin, StepTimes& times)
-    : CoupledStep(last.flow_stopped),
-      motion_(motion),
-      last_(last),
-      flow_(flow),
-      contact_(contact),
-      origin_(origin),
-      times_(times),
-      scene_load_(std::move(scene_load)) {
-  const Stopwatch watch(times_.residual);
-  const auto [alpha, beta, gamma] = motion.scheme();
-  const double h = motion.step();
+void ReducedStep::begin(const State& last, const Vector& scene_load, StepTimes& times) {
+  last_ = &last;
+  times_ = &times;
+  set_flow_stopped(last.flow_stopped);
+  scene_load_ = scene_load;
+  pressure_.resize(0);
+  predict();
+  if (contact_) contact_->begin(last);
+  solve_without();
+}
+
+void ReducedStep::predict() {
+  const Stopwatch watch(times_->residual);
+  const auto [alpha, beta, gamma] = motion_.scheme();
+  const double h = motion_.step();
+  const State& last = *last_;
   const bool first = last.step == 0;
   displacement_predictor_ = last.displacement + h * last.velocity + h * h * (0.5 - beta) * last.acceleration;
   velocity_predictor_ = last.velocity + h * (1 - gamma) * last.acceleration;
-  if (first) displacement_predictor_ += motion.start().shift;
-  elastic_predictor_ = motion.elastic(displacement_predictor_);
+  if (first) displacement_predictor_ += motion_.start().shift;
   elastic_behind_ = first ? last.weighted_elastic_force : last.elastic_force;
-  inner_force_ = alpha * elastic_behind_ - (1 + alpha) * elastic_predictor_;
-  if (motion.has_viscosity()) {
+  inner_force_ = alpha * elastic_behind_ - (1 + alpha) * motion_.elastic(displacement_predictor_);
+  if (motion_.has_viscosity()) {
     viscous_predictor_ = last.viscosity_velocity + h * (1 - gamma) * last.viscosity_acceleration;
     viscous_behind_ = first ? last.viscous_force : last.viscosity_velocity;
     inner_force_ += alpha * viscous_behind_ - (1 + alpha) * viscous_predictor_;
   }
-  flow_load_ = Vector::Zero(motion.size());
-  if (contact_) contact_->begin(last);
-  end_ = last.displacement + h * last.velocity + 0.5 * h * h * last.acceleration;
+}
+
+void ReducedStep::solve_without() {
+  const Stopwatch watch(times_->solve);
+  const double h = motion_.step(), alpha = motion_.scheme().alpha;
+  force_ = scene_load_ + inner_force_;
+  if (flow_) force_ += flow_->load_below();
+  motion_.solve(force_, free_);
+  end_ = displacement_predictor_ + inertia() * free_;
+  if (contact_) free_contact_x_ = positions_.contact_at(end_);
+  if (!flow_) return;
+  const State& last = *last_;
+  ends_.resize(end_.size(), 2);
+  ends_.col(0) = last.displacement + (1 + alpha) * (h * last.velocity + 0.5 * h * h * last.acceleration);
+  ends_.col(1) = (1 + alpha) * end_ - alpha * last.displacement;
+  const TwoColumns x = positions_.at(ends_);
+  weighted_x_ = x.col(0);
+  free_weighted_x_ = x.col(1);
 }
 
 void ReducedStep::move() {
-  free_ = motion_.solve(scene_load_ + inner_force_);
+  contact_x_ = free_contact_x_;
   touch();
 }
 
 void ReducedStep::move(const Vector& pressure, Instant) {
   {
-    const Stopwatch watch(times_.solve);
-    if (solved_at_.size() == 0) {
-      solved_at_ = pressure;
-      flow_load_ = flow_->load(pressure);
-      free_ = motion_.solve(scene_load_ + flow_load_ + inner_force_);
-    } else {
-      load_change_ = flow_->load_of(pressure - solved_at_);
-      change_ = motion_.solve(load_change_);
-    }
+    const Stopwatch watch(times_->solve);
+    pressure_ = pressure;
+    flow_->x_acceleration(pressure, x_acceleration_);
+    weighted_x_ = free_weighted_x_ + weight() * inertia() * x_acceleration_.cast<double>();
+    if (contact_)
+      contact_x_ = free_contact_x_ + inertia() * x_acceleration_.head(free_contact_x_.size()).cast<double>();
   }
   touch();
 }
 
 void ReducedStep::touch() {
-  end_ = displacement_predictor_ + inertia() * free_;
-  if (change_.size() > 0) end_ += inertia() * change_;
   if (contact_ == nullptr) return;
-  const Stopwatch watch(times_.contact);
-  contact_->touch(end_);
-  if (contact_->touches()) end_ += inertia() * contact_->acceleration();
+  const Stopwatch watch(times_->contact);
+  contact_->touch(*this);
+  if (flow_ && contact_->touches()) weighted_x_ += weight() * inertia() * contact_->x_acceleration();
+}
+
+Vector ReducedStep::free_end() const {
+  Vector acceleration = Vector::Zero(free_.size());
+  if (pressure_.size() > 0) flow_->acceleration(pressure_, acceleration);
+  return displacement_predictor_ + inertia() * (free_ + acceleration);
 }
 
 Vector ReducedStep::areas(Instant at) const {
-  if (at == Instant::last) return flow_->areas(last_.displacement);
-  return flow_->areas(weight() * end_ - motion_.scheme().alpha * last_.displacement);
+  return flow_->areas(at == Instant::last ? positions_.at(last_->displacement) : weighted_x_);
 }
 
 bool ReducedStep::blocks() const {
@@ -77,20 +94,28 @@ bool ReducedStep::blocks() const {
       [&](const Vector3& x) { return airflow.blocks(x[1] + origin_[1], x[2] + origin_[2]); });
 }
 
-State ReducedStep::end() {
+void ReducedStep::end(State& now) {
   constexpr int renewed = 64;  // steps after which round-off in the products is taken away
-  const Stopwatch watch(times_.solve);
+  const Stopwatch watch(times_->solve);
   const auto [alpha, beta, gamma] = motion_.scheme();
   const double h = motion_.step();
-  State now;
-  now.step = last_.step + 1;
-  Vector a = free_;
-  if (change_.size() > 0) {
-    a += change_;
-    flow_load_ += load_change_;
+  now.step = last_->step + 1;
+  Vector& a = now.acceleration;
+  a = free_;
+  now.load = scene_load_;
+  if (flow_) {
+    flow_->acceleration(pressure_, acceleration_);
+    a += acceleration_;
+    flow_->load(pressure_, now.flow_load);
+    now.flow_load += flow_->load_below();
+    now.load += now.flow_load;
   }
-  if (contact_) a += contact_->acceleration();
-  now.load = scene_load_ + flow_load_;
+  if (contact_) {
+    a += contact_->acceleration();
+    now.contact_force = contact_->load();
+    now.interface_force = contact_->interface_force();
+    std::tie(now.closed, now.closed_force) = contact_->closed();
+  }
   now.displacement = displacement_predictor_ + inertia() * a;
   now.velocity = velocity_predictor_ + gamma * h * a;
   now.elastic_force = motion_.elastic(now.displacement);
@@ -98,25 +123,17 @@ State ReducedStep::end() {
   now.stiffness_velocity = motion_.elastic(now.velocity);
   now.stiffness_acceleration = motion_.elastic(a);
   if (motion_.has_viscosity()) {
-    Vector force = now.load + inner_force_;
-    if (contact_) force += contact_->load();
-    now.viscosity_acceleration = motion_.viscous_of(a, force);
+    force_ = now.load + inner_force_;
+    if (contact_) force_ += now.contact_force;
+    motion_.viscous_of(a, force_, now.viscosity_acceleration);
     now.viscosity_velocity = viscous_predictor_ + gamma * h * now.viscosity_acceleration;
-    if (last_.step == 0 || now.step % renewed == 0) now.viscosity_velocity = motion_.viscous(now.velocity);
+    if (last_->step == 0 || now.step % renewed == 0) now.viscosity_velocity = motion_.viscous(now.velocity);
     now.viscous_force = (1 + alpha) * now.viscosity_velocity - alpha * viscous_behind_;
   }
   now.inertial_force = a;
-  now.acceleration = std::move(a);
-  if (flow_) now.flow_load = flow_load_;
-  if (contact_) {
-    now.contact_force = contact_->load();
-    now.interface_force = contact_->interface_force();
-    std::tie(now.closed, now.closed_force) = contact_->closed();
-  }
   now.flow_stopped = flow_stopped();
-  now.ledger = last_.ledger;
-  now.first_signs = last_.first_signs;
-  return now;
+  now.ledger = last_->ledger;
+  now.first_signs = last_->first_signs;
 }
 
 }  // namespace plica

@@ -7,48 +7,60 @@
 namespace plica {
 
 /// As Step, of the coordinates of a reduced motion: M a + C V + K U = load + contact_force. One product with A^-1,
-/// under the load of the first move and without contact; what later moves and contact add is superposed.
-class ReducedStep final : public CoupledStep {
+/// under what neither section pressures nor contact make; what these add is superposed, at once in the positions
+/// that they are found from, in all coordinates at the end.
+class ReducedStep final : public CoupledStep, private FreeEnd {
  public:
-  /// From the state `last`, under scene_load (r) at t_{n+1+alpha}; flow and contact are null where there is none.
-  /// All must outlive it.
-  ReducedStep(const ModalMotion& motion, const State& last, Vector scene_load, ReducedFlow* flow,
-              ReducedContact* contact, const Vector3& origin, StepTimes& times);
+  /// flow and contact are null where there is none. All must outlive it.
+  ReducedStep(const ModalMotion& motion, const Mediolateral& positions, ReducedFlow* flow, ReducedContact* contact,
+              const Vector3& origin)
+      : motion_(motion), positions_(positions), flow_(flow), contact_(contact), origin_(origin) {}
 
+  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha}; last and times must live until
+  /// its end. One object takes all steps of a run: its memory stays.
+  void begin(const State& last, const Vector& scene_load, StepTimes& times);
   /// Moves it under the scene's load alone.
   void move();
   void move(const Vector& pressure, Instant at) override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
-  StepTimes& times() const override { return times_; }
+  StepTimes& times() const override { return *times_; }
 
-  /// The state that it leads to, its ledger, first signs and depth still those of the last.
-  State end();
+  /// Writes the state that it leads to, its ledger, first signs and depth still those of the last.
+  void end(State& now);
 
  private:
-  /// From the displacement at t_{n+1} without contact to that with it.
+  void predict();
+  /// The acceleration that neither section pressures nor contact make, and the positions it leads to.
+  void solve_without();
   void touch();
+  const Vector& contact_x() const override { return contact_x_; }
+  Vector free_end() const override;
   double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
   double weight() const { return 1 + motion_.scheme().alpha; }
 
   const ModalMotion& motion_;
-  const State& last_;
+  const Mediolateral& positions_;
   ReducedFlow* flow_;
   ReducedContact* contact_;
   const Vector3& origin_;
-  StepTimes& times_;
 
-  // Fixed within the step, (r).
+  // Fixed within the step, (r) unless said otherwise.
+  const State* last_ = nullptr;
+  StepTimes* times_ = nullptr;
   Vector displacement_predictor_, velocity_predictor_, elastic_predictor_, viscous_predictor_, inner_force_;
   Vector elastic_behind_, viscous_behind_;
   Vector scene_load_;
-
-  // The current iterate.
-  Vector flow_load_;             // Phi^T of the flow's, of the first move
-  Vector free_;                  // (r) acceleration under that, without contact
-  Vector solved_at_;             // Pa, of the first move; empty before
-  Vector load_change_, change_;  // what this move's load and acceleration differ by; empty: by nothing
-  Vector end_;                   // (r) displacement at t_{n+1} of this move; extrapolated before the first
+  Vector free_;                              // (r) acceleration without section pressures and contact
+  Vector free_weighted_x_, free_contact_x_;  // (n) m at t_{n+1+alpha} and (c) m at t_{n+1}, where that leads
+  // Of this move.
+  Vector pressure_;                 // (s) Pa, empty before the first and without airflow
+  Vector weighted_x_;               // (n) m at t_{n+1+alpha}; extrapolated before the first
+  Vector contact_x_;                // (c) m at t_{n+1}, without contact
+  Eigen::VectorXf x_acceleration_;  // (n) m/s^2 of the pressure
+  // Workspace.
+  Vector force_, end_, acceleration_;  // (r)
+  TwoColumns ends_;                    // (r, 2)
 };
 
 }  // namespace plica

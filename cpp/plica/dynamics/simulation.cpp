@@ -186,9 +186,10 @@ void Simulation::advance_explicit(const Vector& scene_load) {
 void Simulation::advance_reduced() {
   const ModalMotion& motion = reduced_->motion();
   const double h = motion.step();
-  ReducedModel::Taken taken = reduced_->step(state_, loads_.at(time() + (1 + motion.scheme().alpha) * h), times_);
+  State& now = next_state_;
+  ReducedModel::Taken taken =
+      reduced_->step(state_, loads_.at(time() + (1 + motion.scheme().alpha) * h), times_, now);
   const Stopwatch watch(times_.record);
-  State& now = taken.now;
   StepRecord record;
   record.time = static_cast<double>(now.step) * h;
   record.iterations = 1;
@@ -209,7 +210,7 @@ void Simulation::advance_reduced() {
   record.inverted_tissue = now.watched->inverted_tissue;
   if (!look && record.inverted_tissue > 0 && !now.first_signs.folded_tissue) x = positions();
   now.first_signs.note(now.step, record, x, scene_.mesh.cells);
-  state_ = std::move(now);
+  std::swap(state_, next_state_);
   record_ = std::move(record);
 }
 

@@ -122,6 +122,7 @@ class Simulation {
   std::optional<ReducedModel> reduced_;
   Indices seen_;  // nodes whose positions flow and contact look at
   State state_;
+  State next_state_;  // reduced: memory for the next step's
   StepRecord record_;
   StepTimes times_;
   double detection_of_records_ = 0.0;  // s, what of the detector's time is in times_.record

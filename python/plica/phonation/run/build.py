@@ -50,7 +50,8 @@ def build_simulation(
     Returns
     -------
     Simulation
-        ``advance(steps)`` returns the waveforms of these steps; where one has no solution it raises
+        ``advance(steps)`` returns all waveforms of these steps (`plica.waveforms`), ``advance(steps,
+        ["flow", "minimum_area"])`` these alone, which costs less; where a step has no solution it raises
         `plica.StepFailed`, which carries those of the steps before. ``set_external_force(force)`` adds a
         nodal force (n, 3) N to the loads until it is replaced; it counts at t + (1 + alpha) h of a step from
         t to t + h (with Newmark, alpha = 0, at its end).
