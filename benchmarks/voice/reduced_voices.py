@@ -6,8 +6,8 @@
 The basis is that of examples/normal_phonation.toml on the mesh `coarse`, whose displacements are stored;
 VOICES are 0.2 s each. Runs are made in the folder where they are missing, full and reduced ones on the same
 part of the tissue. Errors are over the steady cycles from --from on. CPU seconds are of one thread, a
-second of voice, advanced from the newest checkpoint through --length; what is stored is left out. Parts are
-those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first
+second of voice, advanced from the newest checkpoint through --length: with all waveforms, and with flow and
+glottal area alone; what is stored is left out. Parts are those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first
 voice, `reduced_quarter_parts`.
 """
 
@@ -35,6 +35,7 @@ COLUMNS = [
     "peak flow",
     "impulse",
     "CPU s a second",
+    "flow and area alone",
 ]
 # Voice: subglottal pressure (Pa), stiffness of the cover in that of the example's.
 VOICES = {"quiet": (700.0, 1.0), "loud": (900.0, 1.2), "soft": (750.0, 0.85)}
@@ -82,6 +83,7 @@ class Study:
         run = self.made(f"{voice}_{components}", scene)
         vectors = kept_basis(run.directory, scene, build_mesh(scene.mesh, scene.source), begun=True)
         seconds, parts = cost(run, vectors, self.options.length)
+        least, _ = cost(run, vectors, self.options.length, ["flow", "minimum_area"])
         if voice == self.options.voices[0]:
             us = 1e6 * scene.time.step
             figures = (f"{us * parts[part]:.0f}" for part in PARTS)
@@ -96,7 +98,8 @@ class Study:
             str(components),
             str(vectors.shape[1]),
             *errors(values(run, self.options.start), truth),
-            f"{seconds:.1f}",
+            f"{seconds:.2f}",
+            f"{least:.2f}",
         ]
 
 

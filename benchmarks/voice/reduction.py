@@ -66,9 +66,12 @@ def errors(found: dict[str, Any], truth: dict[str, Any]) -> list[str]:
     return cells
 
 
-def cost(run: plica.Run, basis: Any = None, length: float = 0.01) -> tuple[float, dict[str, float]]:
+def cost(
+    run: plica.Run, basis: Any = None, length: float = 0.01, waveforms: list[str] | None = None
+) -> tuple[float, dict[str, float]]:
     """CPU seconds a second of voice from the newest checkpoint on, without the round that finds columns, and
-    the wall time of all ("step") and of its parts, s a second of voice too."""
+    the wall time of all ("step") and of its parts, s a second of voice too. `waveforms` are recorded, all by
+    default."""
     found = checkpoint.newest(run.directory)
     if found is None:
         raise SystemExit(f"{run.directory} has no checkpoint")
@@ -78,7 +81,7 @@ def cost(run: plica.Run, basis: Any = None, length: float = 0.01) -> tuple[float
     for _ in range(4):
         simulation.restore(dict(found.state))
         before, start, wall = simulation.times(), time.process_time(), time.perf_counter()
-        simulation.advance(steps)
+        simulation.advance(steps, waveforms)
         taken.append((time.process_time() - start) / length)
         ends = simulation.times() | {"step": time.perf_counter() - wall}
         parts.append({name: (end - before.get(name, 0.0)) / length for name, end in ends.items()})
