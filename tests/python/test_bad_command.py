@@ -47,8 +47,10 @@ def test_an_occupied_directory_is_refused_with_a_way_out(
 ) -> None:
     bar.save(tmp_path / "s.toml")
     plica.run(bar, tmp_path / "run", progress=False)
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
-    assert "holds a run already. Continue it with --resume (resume=True), or take another directory." in said
+    message = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
+    assert (
+        "holds a run already. Continue it with --resume (resume=True), or take another directory." in message
+    )
 
 
 def test_a_broken_result_file_is_refused(
@@ -56,8 +58,10 @@ def test_a_broken_result_file_is_refused(
 ) -> None:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
-    said = refused(["measures", str(tmp_path / "run")], capsys)
-    assert "results.h5: not a result file of plica: it is no HDF5 file. Nothing in it can be gone on" in said
+    message = refused(["measures", str(tmp_path / "run")], capsys)
+    assert (
+        "results.h5: not a result file of plica: it is no HDF5 file. Nothing in it can be gone on" in message
+    )
 
 
 @pytest.mark.parametrize(
@@ -90,8 +94,10 @@ def test_a_solve_that_fails_is_exit_code_one(
 ) -> None:
     starved = {"solver.method": plica.ConjugateGradients(max_iterations=1)}
     bar.replace(starved).save(tmp_path / "s.toml")
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"], capsys, code=1)
-    assert "Traceback" not in said
+    message = refused(
+        ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"], capsys, code=1
+    )
+    assert "Traceback" not in message
 
 
 @pytest.mark.parametrize(
@@ -116,7 +122,7 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? plica --help'),
         (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. plica video --help"),
@@ -124,8 +130,8 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
     ],
 )
 def test_what_no_option_can_mean_says_what_it_must_be(
-    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit):
         main(arguments)
-    assert re.search(said, capsys.readouterr().err)
+    assert re.search(message, capsys.readouterr().err)

@@ -276,6 +276,6 @@ def test_the_scene_that_is_made_bad_is_good(tmp_path: Path) -> None:
 def test_a_bad_scene_is_one_sentence(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad, sentence = SCENES[kind]
     assert good in LARYNX
-    said = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
-    assert sentence in said
-    assert len(said.splitlines()) == 1
+    message = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
+    assert sentence in message
+    assert len(message.splitlines()) == 1

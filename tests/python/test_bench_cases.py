@@ -50,9 +50,9 @@ def test_a_case_runs_small_and_shows_what_it_claims(name: str, records: dict[str
 def test_a_case_whose_results_are_wrong_fails(name: str, records: dict[str, Record]) -> None:
     record = records.get(name) or small(CASES[name])
     wrong = [row.model_copy(update={"errors": dict.fromkeys(row.errors, 0.9)}) for row in record.rows]
-    said = broken_claims(CASES[name], record.model_copy(update={"rows": wrong}))
-    assert said
-    assert all(sentence.startswith("not so: ") for sentence in said)
+    message = broken_claims(CASES[name], record.model_copy(update={"rows": wrong}))
+    assert message
+    assert all(sentence.startswith("not so: ") for sentence in message)
 
 
 def test_names_are_unique_and_every_family_says_what_to_use_when() -> None:
@@ -93,8 +93,8 @@ def test_the_command_measures_a_case_goes_on_and_writes_one_page(
 ) -> None:
     command = ["bench", "run", "frequency", "--size", "small", "-o", str(tmp_path)]
     assert main(command) == 0
-    said = capsys.readouterr().out
-    assert "| plica | linear | 4 | 1 |" in said
+    message = capsys.readouterr().out
+    assert "| plica | linear | 4 | 1 |" in message
     written = (tmp_path / "frequency.json").read_bytes()
     assert main(command) == 0  # nothing is missing: no row is measured again
     assert (tmp_path / "frequency.json").read_bytes()[:200] == written[:200]
@@ -111,7 +111,7 @@ def test_the_command_measures_a_case_goes_on_and_writes_one_page(
     assert table[0].startswith(
         "family,case,size,method,package,version,threads,elements,cells,error: frequency"
     )
-    assert len(table) == 1 + said.count("| plica | ") + said.count("| scikit-fem | ") + said.count(
+    assert len(table) == 1 + message.count("| plica | ") + message.count("| scikit-fem | ") + message.count(
         "| NGSolve | "
     )
     assert main(["bench", "compare", str(tmp_path), str(tmp_path)]) == 0
@@ -137,8 +137,8 @@ def test_bad_input_is_told(arguments: list[str], sentence: str, capsys: pytest.C
 
 def test_the_list_names_cases_references_and_absent_peers(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "list"]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for name in CASES:
-        assert f"\n  {name} " in said
+        assert f"\n  {name} " in message
     for family in FAMILIES.values():
-        assert f"{family.name}: {family.title}" in said
+        assert f"{family.name}: {family.title}" in message

@@ -236,10 +236,10 @@ def test_an_error_that_grew_or_a_method_that_stopped_is_worse() -> None:
         row("exact", QUICK, 1e-13),
         row("same", QUICK, 0.1005),
     )
-    said = [str(change) for change in compare(before, after).worse]
-    assert len(said) == 2
-    assert "off 0.1 -> 0.12: less exact" in said[0]
-    assert "stopped: ValueError: no" in said[1]
+    message = [str(change) for change in compare(before, after).worse]
+    assert len(message) == 2
+    assert "off 0.1 -> 0.12: less exact" in message[0]
+    assert "stopped: ValueError: no" in message[1]
 
 
 def test_other_cases_and_sizes_are_not_compared_and_other_machines_not_timed() -> None:

@@ -231,9 +231,9 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
 ) -> None:
     Given(LARYNX, "airflow.subglottal_pressure = 0.8").build().save(tmp_path / "scene.toml")
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run")]) == 0
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     sentence = "Caution: airflow.subglottal_pressure = 0.8 Pa."
-    assert 0 <= said.index(sentence) < said.index("100%") < said.rindex(sentence)
+    assert 0 <= message.index(sentence) < message.index("100%") < message.rindex(sentence)
     stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
     assert [caution["name"] for caution in stored] == ["subglottal_pressure"]
     assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
@@ -265,7 +265,7 @@ MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.o
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         (f'{MASSLESS}"coarse"', True),
         (f'{MASSLESS}"demo"', True),
@@ -281,18 +281,18 @@ MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.o
     ],
 )
 def test_collisions_of_massless_surfaces_are_doubted_on_what_is_coarser_than_fine(
-    changes: str, said: bool
+    changes: str, message: bool
 ) -> None:
     whole = Phonation().run()
     assert np.any(whole.waveforms["contact_rows"])
     run = replace(whole, scene_text=Given(LARYNX, changes).build().text())
-    assert (weak_collisions(run) is not None) == said
+    assert (weak_collisions(run) is not None) == message
     apart = {**whole.waveforms, "contact_rows": np.zeros_like(whole.waveforms["contact_rows"])}
     assert weak_collisions(replace(run, waveforms=apart)) is None
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ('symmetry = "half"\ncontact.friction = 0.3', ""),
         (
@@ -304,21 +304,21 @@ def test_collisions_of_massless_surfaces_are_doubted_on_what_is_coarser_than_fin
         ('symmetry = "quarter"\nwithout contact', ""),
     ],
 )
-def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, said: str) -> None:
+def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, message: str) -> None:
     run = replace(Phonation().run(), scene_text=Given(LARYNX, changes).build().text())
     found = one_sided_contact(run)
-    assert (found is None) == (not said)
+    assert (found is None) == (not message)
     if found is not None:
-        assert re.search(re.escape(said).replace(r"\.\*", ".*"), found.seen)
+        assert re.search(re.escape(message).replace(r"\.\*", ".*"), found.seen)
 
 
 @pytest.mark.parametrize(
-    ("folded", "said"), [(1, "1 of its cells was folded"), (44, "44 of its cells were folded")]
+    ("folded", "message"), [(1, "1 of its cells was folded"), (44, "44 of its cells were folded")]
 )
-def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, said: str) -> None:
+def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, message: str) -> None:
     (caution,) = strained(0.08, folded)
     assert "off by 20 % at " in caution.seen
-    assert caution.seen.endswith(f", and {said} over.")
+    assert caution.seen.endswith(f", and {message} over.")
     (caution,) = strained(0.005, folded)
     assert caution.name == "large_strain"
 

@@ -40,7 +40,7 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(probe.small for probe in PROBES) > 15
-    assert {row["verdict"] for row in rows} == {"right", "said", "refused"}
+    assert {row["verdict"] for row in rows} == {"right", "message", "refused"}
     assert capfd.readouterr().err == ""
 
 
@@ -48,7 +48,7 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
     ("find", "word"),
     [
         (lambda: Found(1e-6, 1e-5), "right"),
-        (lambda: Found(1e-4, 1e-5, ("time_step",)), "said"),
+        (lambda: Found(1e-4, 1e-5, ("time_step",)), "message"),
         (lambda: Found(1e-4, 1e-5), "WRONG"),
         (lambda: Found(np.nan, 1e-5, ("time_step",)), "NaN"),
         (lambda: raised(plica.InvalidInput("Load: traction = nan Pa; must be finite.")), "refused"),
@@ -66,14 +66,14 @@ def test_a_verdict_tells_what_is_forbidden_from_what_is_not(find: object, word: 
 
 def test_a_ratio_that_is_no_number_is_forbidden_wherever_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     """Folds that are shut for good: no jet to hold the flow against, while ledger and forces are in order."""
-    waves, said = larynxes.ran(larynxes.larynx({"time.duration": 2 * larynxes.STEP}))
+    waves, message = larynxes.ran(larynxes.larynx({"time.duration": 2 * larynxes.STEP}))
     shut = waves | {"minimum_area": 0 * waves["minimum_area"], "flow": 0 * waves["flow"]}
     assert judged(voices.conserved).word == "right"
-    monkeypatch.setattr(voices, "ran", lambda scene: (shut, said))
+    monkeypatch.setattr(voices, "ran", lambda scene: (shut, message))
     with np.errstate(invalid="ignore"):
         assert judged(voices.conserved).word == "NaN"
     lost = waves | {"contact_rows": np.nan * waves["contact_rows"]}
-    monkeypatch.setattr(voices, "ran", lambda scene: (lost, said))
+    monkeypatch.setattr(voices, "ran", lambda scene: (lost, message))
     assert judged(voices.conserved).note == "not finite: contact_rows"
 
 
@@ -119,16 +119,16 @@ def test_random_scenes_that_are_nearly_all_refused_are_wrong(monkeypatch: pytest
 
 
 @pytest.mark.parametrize(
-    ("read", "said"),
+    ("read", "message"),
     [
         (lambda path: None, "nothing was tried"),
         (lambda path: refused_at_length(path), "refused in 1000 char"),
     ],
 )
-def test_files_that_are_never_refused_or_at_length_are_wrong(read: object, said: str) -> None:
+def test_files_that_are_never_refused_or_at_length_are_wrong(read: object, message: str) -> None:
     verdict = judged(lambda: broken.fuzzed(scene_file, read, 20))  # type: ignore[arg-type]
     assert verdict.word == "WRONG"
-    assert said in verdict.note
+    assert message in verdict.note
 
 
 def refused_at_length(path: Path) -> None:
@@ -220,7 +220,7 @@ def test_the_page_has_every_probe_and_none_that_is_not() -> None:
     rows = [line.split(" | ") for line in page.splitlines() if line.startswith(SUBJECTS_OF_ROWS)]
     assert [row[1] for row in rows] == [probe.name for probe in PROBES]
     assert len({probe.name for probe in PROBES}) == len(PROBES)  # a worker finds them by name
-    assert {row[3] for row in rows} <= {"right", "said", "refused"}
+    assert {row[3] for row in rows} <= {"right", "message", "refused"}
 
 
 def far(mesh: engine.TetMesh, by: float) -> engine.TetMesh:
@@ -239,10 +239,10 @@ def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> Non
 @pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
 def test_a_coupling_without_sweeps_says_by_how_much_its_pressures_are_off(coupling: str) -> None:
     long_step = {"airflow.coupling": coupling, "time.step": 1e-3, "time.duration": 8e-3}
-    rough, said = larynxes.ran(larynxes.larynx(long_step))
-    assert "unconverged_coupling" in said
-    fine, said = larynxes.ran(larynxes.larynx({"airflow.coupling": coupling}))
-    assert "unconverged_coupling" not in said
+    rough, message = larynxes.ran(larynxes.larynx(long_step))
+    assert "unconverged_coupling" in message
+    fine, message = larynxes.ran(larynxes.larynx({"airflow.coupling": coupling}))
+    assert "unconverged_coupling" not in message
     assert np.isfinite(rough["coupling_residual"]).all()
     assert rough["coupling_residual"].max() > 10 * np.median(fine["coupling_residual"]) > 0
 

@@ -103,7 +103,7 @@ def _uneven() -> FilmedFolds:
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (
             lambda: plica.film(_without(moved(voiced(), TIMES))),
@@ -150,8 +150,8 @@ def _uneven() -> FilmedFolds:
         (lambda: small().write("nowhere/clip.avi"), "nowhere is no directory"),
     ],
 )
-def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, said: str) -> None:
-    with pytest.raises(plica.InvalidInput, match=said) as error:
+def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, message: str) -> None:
+    with pytest.raises(plica.InvalidInput, match=message) as error:
         make()
     assert "\n" not in str(error.value)
     assert str(error.value).startswith(("Film: ", "Camera: "))
@@ -203,15 +203,16 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         main([*arguments, "--from", "200us", "--centre", "-0.5,0,0", "--samples", "1", "--ambient", "0.8"])
         == 0
     )
-    told = capsys.readouterr()
-    assert told.err.splitlines()[-1].startswith(
+    result = capsys.readouterr()
+    assert result.err.splitlines()[-1].startswith(
         "plica: Caution: plica video will measure no voice in this film: "
     )
-    said = told.out.splitlines()
+    message = result.out.splitlines()
     assert (
-        said[0] == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
+        message[0]
+        == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
     )
-    assert said[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
+    assert message[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
     with h5py.File(tmp_path / "clip.truth.h5") as file:
         assert file["camera"].attrs["tilt"] == -5
         assert file["film"].attrs["ambient"] == 0.8
@@ -219,9 +220,11 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         assert file["time"][0] == pytest.approx(2e-4)
     again = [*arguments, "--quiet", "--to", "0.0005"]
     kept = clip.read_bytes()
-    told = refused(again, capsys)
-    assert told.startswith(f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not be.")
-    assert "--overwrite" in told
+    result = refused(again, capsys)
+    assert result.startswith(
+        f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not be."
+    )
+    assert "--overwrite" in result
     assert clip.read_bytes() == kept
     assert main([*again, "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
@@ -242,13 +245,13 @@ def test_a_film_of_too_few_cycles_or_a_part_of_the_glottis_is_cautioned(
     clip = str(tmp_path / "clip.npy")
     options = ["--size", size, "--mm-per-px", "0.2", "--samples", "1", "--quiet"]
     assert main(["film", "run", "-o", clip, *options]) == 0
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     if periods == 2:
-        assert "complete cycles of the glottal area; at least 3 are needed" in said
-        assert "Five periods" in said
-        assert "the picture's border cuts the glottis in " in said
+        assert "complete cycles of the glottal area; at least 3 are needed" in message
+        assert "Five periods" in message
+        assert "the picture's border cuts the glottis in " in message
     else:
-        assert said == ""
+        assert message == ""
 
 
 def test_a_film_of_folds_at_rest_is_cautioned_without_advice_to_film_more(
@@ -258,9 +261,9 @@ def test_a_film_of_folds_at_rest_is_cautioned_without_advice_to_film_more(
     monkeypatch.setattr(plica.Run, "load", lambda _: run)
     size = ["--size", "48,64", "--mm-per-px", "0.2", "--samples", "1"]
     assert main(["film", "run", "-o", str(tmp_path / "clip.npy"), *size, "--quiet"]) == 0
-    said = capsys.readouterr().err
-    assert "no oscillation" in said
-    assert "Five periods" not in said
+    message = capsys.readouterr().err
+    assert "no oscillation" in message
+    assert "Five periods" not in message
 
 
 @pytest.mark.slow
@@ -290,14 +293,14 @@ def test_the_command_refuses_in_one_line(
     assert "must be <= 10000 /s" in refused(["film", str(stored), "-o", clip, "--fps", "20000"], capsys)
     assert "no tissue is seen" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
     assert "must end in one of" in refused(["film", str(stored), "-o", f"{clip}.gif"], capsys)
-    for option, value, told in (
+    for option, value, message in (
         ("--from", "1", "plica: --from = 1 s; must be in"),
         ("--to", "-1s", "plica: --to = "),
         ("--noise", "-3", "plica: --noise = -3 grey levels; must be"),
         ("--size", "8,64", "plica: --size = 8 px; must be"),
         ("--mm-per-px", "0", "plica: --mm-per-px = 0 mm; must be"),
     ):
-        assert refused(["film", str(stored), "-o", clip, f"{option}={value}"], capsys).startswith(told)
+        assert refused(["film", str(stored), "-o", clip, f"{option}={value}"], capsys).startswith(message)
     assert list(tmp_path.iterdir()) == []
 
 

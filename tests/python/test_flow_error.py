@@ -215,7 +215,7 @@ def test_a_failed_test_is_told_and_widens() -> None:
     alone = replace(found, inflation=None)
     assert found.sd == pytest.approx(found.inflation * alone.sd, rel=1e-12)
     assert "Residual test failed" in found.table()
-    assert any("wider than the information says" in told for told in found.warnings())
+    assert any("intervals are widened by a factor of" in text for text in found.warnings())
     assert alone.refused.all()
     assert "refused" in alone.table()
     lost = replace(found, follows=0.2)

@@ -109,7 +109,7 @@ def _apart() -> Mask:
 
 
 @pytest.mark.parametrize(
-    ("mask", "told"),
+    ("mask", "expected"),
     [
         (lambda: np.zeros(SHAPE, dtype=bool), "glottis = 0 px"),
         (lambda: _slit(rows=(0, 80)), "on the picture's border"),
@@ -123,10 +123,10 @@ def _apart() -> Mask:
         (lambda: np.zeros((3, *SHAPE), dtype=bool), "shape = (3, 160, 96)"),
     ],
 )
-def test_a_mask_without_a_usable_glottis_is_refused(mask: Callable[[], Mask], told: str) -> None:
+def test_a_mask_without_a_usable_glottis_is_refused(mask: Callable[[], Mask], expected: str) -> None:
     with pytest.raises(InvalidInput) as error:
         larynx_fit.glottal_contour(None, mask())
-    assert told in str(error.value)
+    assert expected in str(error.value)
 
 
 def test_a_frame_that_does_not_go_with_its_mask_is_refused() -> None:

@@ -244,7 +244,7 @@ def test_the_overlay_names_what_it_shows() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "expected"),
     [
         ({"mm_per_px": None}, "must be exactly one of the two"),
         ({"r_in": "7 mm"}, "must be exactly one of the two"),
@@ -268,8 +268,8 @@ def test_the_overlay_names_what_it_shows() -> None:
         ({"commissures": ((120.0, 20.0), (120.0, 300.0))}, "P0 = (120, 300) px; must lie in the picture"),
     ],
 )
-def test_settings_out_of_range_are_refused(changed: dict[str, Any], told: str) -> None:
+def test_settings_out_of_range_are_refused(changed: dict[str, Any], expected: str) -> None:
     with pytest.raises(InvalidInput) as error:
         _fit(pictured(), **changed)
-    assert told in str(error.value)
+    assert expected in str(error.value)
     assert str(error.value).startswith("Larynx fit: ")

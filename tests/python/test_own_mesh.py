@@ -71,7 +71,7 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("wanted", "said"),
+    ("wanted", "message"),
     [
         ({}, "must have one of plane, box, facing, side"),
         ({"box": {}}, "must have one of x, y, z"),
@@ -86,10 +86,10 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
         ({"side": "left"}, "needs mesh.sides"),
     ],
 )
-def test_a_selection_that_selects_nothing_is_refused(box: Path, wanted: Any, said: str) -> None:
+def test_a_selection_that_selects_nothing_is_refused(box: Path, wanted: Any, message: str) -> None:
     with pytest.raises(plica.SceneError, match="chosen") as caught:
         _surface(box, wanted)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def _velocity(mesh: Any, **velocity: Any) -> np.ndarray:

@@ -67,7 +67,7 @@ def test_a_gap_that_never_closes_is_glottis_and_is_spoken_of(tmp_path: Path) -> 
     true_gap = total.min() / total.max()
     assert found.measures["glottal_gap_index"].value == pytest.approx(true_gap, abs=0.02)
     assert found.measures["open_quotient"].value == pytest.approx(1.0)
-    assert any("px" in said and "are glottis in every frame" in said for said in found.doubts)
+    assert any("px" in message and "are glottis in every frame" in message for message in found.doubts)
     assert light_of(found)[0] == "fair"
 
 
@@ -118,8 +118,8 @@ def test_each_doubt_has_its_reason() -> None:
     }
     assert doubts(whole()) == doubts(whole(fps=4000.0, mm_per_px=0.3)) == []
     for reason, change in reasons.items():
-        (said,) = doubts(whole(**change))
-        assert said.startswith(reason)
+        (message,) = doubts(whole(**change))
+        assert message.startswith(reason)
 
 
 def test_an_outline_that_its_reach_cuts_off_says_so() -> None:

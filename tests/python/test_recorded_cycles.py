@@ -171,7 +171,10 @@ def test_a_ratio_that_the_frame_rate_limits_says_so(rate: float, noise: float, l
     area += noise * np.random.default_rng(1).standard_normal(time.size)
     ratio = noise_measures(time, area, recorded_cycles(time, area))[0]
     assert ratio.name == "harmonics_to_noise"
-    assert any("samples a cycle show no more than about 27 dB" in said for said in ratio.cautions) == limited
+    assert (
+        any("samples a cycle show no more than about 27 dB" in message for message in ratio.cautions)
+        == limited
+    )
 
 
 def test_the_cepstral_peak_is_that_of_sums_written_out() -> None:

@@ -70,16 +70,16 @@ def test_figures_that_take_their_time_are_counted(
     def paint(figure: Figure) -> None:
         figure.subplots().plot([0, 1])
 
-    def said(*shown: bool) -> str:
+    def message(*shown: bool) -> str:
         with figures_shown(*shown):
             for title in ("one", "two"):
                 draw(title, "", "", (1, 1), paint)
         return capsys.readouterr().err
 
-    assert said() == ""  # within two seconds
+    assert message() == ""  # within two seconds
     monkeypatch.setattr("plica.report.progress._AFTER", 0.0)
-    assert "report: 2 figures" in said()
-    assert said(False) == ""
+    assert "report: 2 figures" in message()
+    assert message(False) == ""
     draw("three", "", "", (1, 1), paint)
     assert capsys.readouterr().err == ""
 
@@ -197,13 +197,13 @@ FOLDED = (
 
 
 @pytest.mark.parametrize(
-    ("unconverged", "inverted", "said"),
+    ("unconverged", "inverted", "message"),
     [(7, 0, [UNCONVERGED]), (0, 3, [FOLDED]), (7, 3, [FOLDED, UNCONVERGED])],
 )
-def test_cautions_count_the_steps_in_doubt(unconverged: int, inverted: int, said: list[str]) -> None:
+def test_cautions_count_the_steps_in_doubt(unconverged: int, inverted: int, message: list[str]) -> None:
     found = cautions(doubtful(base.run(), unconverged, inverted))
-    assert len(found) == len(said)
-    for caution, beginning in zip(found, said, strict=True):
+    assert len(found) == len(message)
+    for caution, beginning in zip(found, message, strict=True):
         assert str(caution).startswith(beginning)
 
 

@@ -100,16 +100,16 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
     expected = rf"First sign: at t = {step * 5e-5:g} s "
     resumed = plica.build_simulation(scene, mesh)
     resumed.restore(simulation.state())
-    said = []
+    message = []
     for one in (simulation, resumed):
         with pytest.raises(plica.SolveFailed, match=expected) as failure:
             one.advance(200)
         assert one.step_count > step  # long before
-        said.append(str(failure.value))
-    assert said[0] == said[1]
+        message.append(str(failure.value))
+    assert message[0] == message[1]
     found = re.search(
         r"(\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; (\d+) are now",
-        said[0],
+        message[0],
     )
     assert found is not None
     number, cell, *place, now = found.groups()

@@ -57,9 +57,9 @@ def test_the_step_of_a_record_does_not_depend_on_when_it_begins() -> None:
     assert time_step(time[:1]) == 1e-4
 
 
-@pytest.mark.parametrize(("given_back", "said"), [(0.3, []), (3.0, ["energy_from_scheme"])])
+@pytest.mark.parametrize(("given_back", "printed"), [(0.3, []), (3.0, ["energy_from_scheme"])])
 def test_what_the_scheme_gives_back_in_a_part_is_seen_against_the_whole_run(
-    given_back: float, said: list[str]
+    given_back: float, printed: list[str]
 ) -> None:
     time = np.arange(1.0, 101.0)
     waveforms = {
@@ -70,7 +70,7 @@ def test_what_the_scheme_gives_back_in_a_part_is_seen_against_the_whole_run(
     }
     run = AnalyticRun(time, waveforms, Phonation().run().mesh)
     for part in (run, part_of(run, 50.0, None)):
-        assert [caution.name for caution in cautions(part)] == said
+        assert [caution.name for caution in cautions(part)] == printed
 
 
 def test_works_and_losses_of_a_part_begin_with_it(bar: plica.Scene, tmp_path: Path) -> None:
@@ -127,8 +127,8 @@ def test_the_command_measures_a_part_and_leaves_what_is_stored(
     capsys.readouterr()
     before = {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1ms", "--to", "0.003"]) == 0
-    said = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines())
-    assert (said["steps"], said["duration"]) == ("20", "2")
+    printed = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines())
+    assert (printed["steps"], printed["duration"]) == ("20", "2")
     assert before == {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1 s"]) == 2
     assert "--from = 1 s; must be in [0, 0.004] s" in capsys.readouterr().err

@@ -282,8 +282,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_not_symmetric_is_refused(phonating: plica.Scene, case: str) -> None:
-    changes, said = REFUSED[case]
-    with pytest.raises(SceneError, match=said):
+    changes, message = REFUSED[case]
+    with pytest.raises(SceneError, match=message):
         build_simulation(phonating.replace({"symmetry": "quarter", **changes}))
 
 
@@ -350,8 +350,8 @@ def test_boxes_are_refused_as_they_never_are_mirror_images(kind: str, symmetry: 
     mesh = {"block": one} if kind == "block" else {"blocks": {"left": left, "right": right}}
     tissue = {name: plica.Tissue(E="20 kPa", nu=0.3) for name in mesh.get("blocks", {"body": one})}
     time = plica.Stepping(step="0.1 ms", duration="1 ms")
-    said = rf'symmetry = "{symmetry}"; must be left out with mesh\.{kind}, which never is its own mirror'
-    with pytest.raises(SceneError, match=said):
+    message = rf'symmetry = "{symmetry}"; must be left out with mesh\.{kind}, which never is its own mirror'
+    with pytest.raises(SceneError, match=message):
         plica.Scene(mesh, tissue, time=time, symmetry=symmetry)
     built = build_mesh(plica.Scene(mesh, tissue, time=time).mesh)
     corners = np.asarray(built.points)[np.asarray(built.cells)]

@@ -63,7 +63,7 @@ def test_frequency_of_a_rod_holds_that_of_the_continuum(ringing: Path) -> None:
 def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert plica.Run.load(ringing).uncertainty is None
     assert main(["uncertainty", str(ringing), "--mesh", "none"]) == 0
-    said = capsys.readouterr()
+    message = capsys.readouterr()
     found = plica.Run.load(ringing).uncertainty
     assert found is not None
     assert json.loads((ringing / "uncertainty.json").read_text()) == found.as_json()
@@ -73,11 +73,14 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert float(rows["probe_amplitude"]["numerical"]) == item.numerical
     assert rows["probe_amplitude"]["mesh_verdict"] == "not estimated"
     assert rows["probe_amplitude"]["mesh"] == ""
-    assert "the error of the mesh is not estimated: it was not asked for" in said.out
-    assert "2 levels from the start of the scene: about" in said.err
-    assert "440 steps of 100 us" in said.err
-    assert said.err.count(" steps of ") == 2  # the plan, once
-    assert re.findall(r"^plica: step / \d$", said.err, re.MULTILINE) == ["plica: step / 2", "plica: step / 4"]
+    assert "the error of the mesh is not estimated: it was not asked for" in message.out
+    assert "2 levels from the start of the scene: about" in message.err
+    assert "440 steps of 100 us" in message.err
+    assert message.err.count(" steps of ") == 2  # the plan, once
+    assert re.findall(r"^plica: step / \d$", message.err, re.MULTILINE) == [
+        "plica: step / 2",
+        "plica: step / 4",
+    ]
     page = (ringing / "report.html").read_text()
     assert "numerical uncertainty" in page
     assert found.source in page
@@ -226,8 +229,8 @@ def test_a_mesh_on_which_a_trial_step_fails_is_left_out_and_said(
 ) -> None:
     monkeypatch.setattr(_engine, "Simulation", StopsAfter(3))
     found = plica.estimate_uncertainty(ringing, progress=False)
-    said = [remark for remark in found.remarks if "left out, a step of its trial failed: " in remark]
-    assert [remark.partition(" is left out")[0] for remark in said] == [
+    message = [remark for remark in found.remarks if "left out, a step of its trial failed: " in remark]
+    assert [remark.partition(" is left out")[0] for remark in message] == [
         "a mesh with edges 0.67 times as long",
         "a mesh with edges 2 times as long",
     ]

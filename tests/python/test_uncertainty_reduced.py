@@ -71,14 +71,14 @@ def _stored_basis(directory: Path) -> Any:
 def test_that_the_error_of_a_basis_is_not_seen_is_said(
     bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = "the error of the reduction's basis is in no uncertainty here"
+    message = "the error of the reduction's basis is in no uncertainty here"
     plica.run(bar, tmp_path / "full", progress=False)
     full = plica.estimate_uncertainty(tmp_path / "full", mesh="none", progress=False)
-    assert not any(said in remark for remark in full.remarks)
+    assert not any(message in remark for remark in full.remarks)
     plica.run(
         bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
     )
     assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
-    assert said in capsys.readouterr().out
-    assert said in (tmp_path / "run" / "uncertainty.json").read_text()
-    assert said[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")
+    assert message in capsys.readouterr().out
+    assert message in (tmp_path / "run" / "uncertainty.json").read_text()
+    assert message[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")

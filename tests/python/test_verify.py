@@ -150,10 +150,10 @@ def test_every_case_sees_a_fault(subject: str, case: Case, monkeypatch: pytest.M
 
 def test_the_command_prints_a_table_and_ends_with_what_it_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "--subject", "airflow"]) == 0
-    said = capsys.readouterr()
-    lines = said.out.splitlines()
+    message = capsys.readouterr()
+    lines = message.out.splitlines()
     assert lines[0] == "AIRFLOW"
-    assert "pressure-work: The work of a pressure on a wall" in said.out
+    assert "pressure-work: The work of a pressure on a wall" in message.out
     assert sum(line.startswith("  pass") for line in lines) == int(lines[-2].split(" of ")[0])
     assert re.fullmatch(r"(\d+) of \1 pass, in \d+ s\.", lines[-2])
     assert lines[-1].startswith("plica ")
@@ -178,9 +178,9 @@ def test_a_row_that_fails_is_told_by_the_exit_code(
 ) -> None:
     FAULTS["poiseuille"](monkeypatch)
     assert main(["verify", "--subject", "airflow", "-o", str(tmp_path / "proof")]) == 1
-    said = capsys.readouterr().out
-    assert "Failed: poiseuille.flow" in said
-    assert "  FAIL  " in said
+    message = capsys.readouterr().out
+    assert "Failed: poiseuille.flow" in message
+    assert "  FAIL  " in message
     assert "fail " in (tmp_path / "proof" / "verification.html").read_text(encoding="utf-8")
     assert main(["verify", "--subject", "airflow", "--json"]) == 1
     made = json.loads(capsys.readouterr().out)
@@ -194,11 +194,11 @@ def test_quiet_tells_what_fails_and_one_last_line(
     assert re.fullmatch(r"(\d+) of \1 pass, in \d+ s\.\n", capsys.readouterr().out)
     FAULTS["poiseuille"](monkeypatch)
     assert main(["verify", "--subject", "airflow", "--quiet"]) == 1
-    said = capsys.readouterr().out
-    assert said.splitlines()[0] == "AIRFLOW"
-    assert "\n  FAIL  " in said
-    assert "  pass  " not in said
-    assert "Failed: poiseuille.flow" in said.splitlines()[-1]
+    message = capsys.readouterr().out
+    assert message.splitlines()[0] == "AIRFLOW"
+    assert "\n  FAIL  " in message
+    assert "  pass  " not in message
+    assert "Failed: poiseuille.flow" in message.splitlines()[-1]
 
 
 def test_what_is_proved_is_listed_without_computing(
@@ -206,19 +206,19 @@ def test_what_is_proved_is_listed_without_computing(
 ) -> None:
     monkeypatch.delattr(_engine, "Simulation")
     assert main(["verify", "--list"]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for subject, case in _ALL:
-        assert f"{subject}: {SUBJECTS[subject]}" in said
-        assert f"\n  {case.name} " in said
+        assert f"{subject}: {SUBJECTS[subject]}" in message
+        assert f"\n  {case.name} " in message
     assert main(["verify", "--list", "--json", "--subject", "video"]) == 0
     assert {one["subject"] for one in json.loads(capsys.readouterr().out)} == {"video"}
 
 
 def test_a_subject_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "--subject", "contcat"]) == 2
-    said = capsys.readouterr().err
-    assert 'verify: --subject = "contcat"; must be one of tissue, dynamics' in said
-    assert 'Did you mean "contact"?' in said
+    message = capsys.readouterr().err
+    assert 'verify: --subject = "contcat"; must be one of tissue, dynamics' in message
+    assert 'Did you mean "contact"?' in message
 
 
 def test_files_say_what_was_made_with_what(tmp_path: Path) -> None:
@@ -252,7 +252,7 @@ def test_verification_needs_neither_tests_nor_data_of_the_sources() -> None:
     package = Path(text.__file__).parent
     names = {path.stem for path in Path(__file__).parent.glob("*.py")}
     for file in package.rglob("*.py"):
-        said = file.read_text(encoding="utf-8")
-        imported = re.findall(r"^\s*(?:from|import) (\w+)", said, re.MULTILINE)
+        message = file.read_text(encoding="utf-8")
+        imported = re.findall(r"^\s*(?:from|import) (\w+)", message, re.MULTILINE)
         assert not names.intersection(imported), file.name
-        assert "shared/" not in said, file.name
+        assert "shared/" not in message, file.name
