@@ -23,7 +23,7 @@ def test_what_the_command_line_cannot_mean_is_refused(
     assert "must be a directory; it is a file" in refused(["run", str(scene), "-o", str(scene)], capsys)
     assert "there is no such directory" in refused(["report", run], capsys)
     (tmp_path / "results.h5").touch()
-    assert f"Take the directory it is in, {tmp_path}" in refused(
+    assert f"Use the directory that contains it, {tmp_path}" in refused(
         ["film", str(tmp_path / "results.h5"), "-o", "c.avi"], capsys
     )
     (tmp_path / "results.h5").unlink()
@@ -39,7 +39,7 @@ def test_a_mesh_format_that_does_not_exist_is_refused(
 ) -> None:
     bar.save(tmp_path / "s.toml")
     assert main(["mesh", str(tmp_path / "s.toml"), "-o", str(tmp_path / "mesh.foo")]) == 2
-    assert "mesh.foo: must end as a mesh that meshio writes, e.g. .vtu" in capsys.readouterr().err
+    assert "mesh.foo: must have the suffix of a mesh format, e.g. .vtu" in capsys.readouterr().err
 
 
 def test_an_occupied_directory_is_refused_with_a_way_out(
@@ -49,7 +49,7 @@ def test_an_occupied_directory_is_refused_with_a_way_out(
     plica.run(bar, tmp_path / "run", progress=False)
     message = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
     assert (
-        "holds a run already. Continue it with --resume (resume=True), or take another directory." in message
+        "already holds a run. Continue it with --resume (resume=True), or use another directory." in message
     )
 
 

@@ -129,7 +129,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
     ),
     "an equilibrium and a displacement": (
         *added('[initial]\nequilibrium = true\nopening_displacement = "1 mm"'),
-        "initial.opening_displacement: must be left out: initial.equilibrium finds it.",
+        "initial.opening_displacement: must be left out: initial.equilibrium computes it.",
     ),
     "an equilibrium of a body without support": (
         *added("[supports]\nfixed = []\n[initial]\nequilibrium = true"),

@@ -184,9 +184,7 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     tolerance = run["contact_gap_error"][~short].max()
     assert (run["contact_gap_error"][short] > tolerance).all()
     touching = short | (run["contact_rows"] > 0)
-    sentence = (
-        f"In {short.sum()} of {touching.sum()} steps with contact it did not settle within its tolerance"
-    )
+    sentence = f"In {short.sum()} of {touching.sum()} steps with contact it did not converge to its tolerance"
     assert any(sentence in str(caution) for caution in run.cautions)
 
 
@@ -253,7 +251,7 @@ def test_a_scheme_that_makes_energy_is_said() -> None:
     assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.2, 0.3, 0.4])}) == ""
     assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.05, 0.1, 0.1])}) == ""
     message = doubts(run | {"numerical_loss": np.array([0.0, -0.2, -0.5, -0.5, -0.4])})
-    assert "The time scheme made energy, 25 % of the largest energy" in message
+    assert "The time scheme created energy, 25 % of the largest energy" in message
     # What it took before does not hide what it makes.
     assert "25 %" in doubts(run | {"numerical_loss": np.array([0.0, 0.8, 0.3, 0.3, 0.4])})
     assert doubts(run | {"numerical_loss": np.array([0.0, -0.5, -0.5, 0, 0]), "load_work": 20 * ones}) == ""
@@ -264,7 +262,7 @@ def test_a_scheme_that_gives_back_to_contact_what_it_takes_makes_no_energy() -> 
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
     run |= {"contact_rows": np.array([0, 1, 1, 0]), "numerical_loss": np.array([0.0, -0.2, -0.5, -0.5])}
     assert doubts(run | {"contact_work": np.array([0.0, -0.2, -0.5, -0.5])}) == ""
-    assert "The time scheme made energy, 25 %" in doubts(run | {"contact_work": zeros})
+    assert "The time scheme created energy, 25 %" in doubts(run | {"contact_work": zeros})
 
 
 def test_contact_that_makes_energy_is_said() -> None:
@@ -272,7 +270,7 @@ def test_contact_that_makes_energy_is_said() -> None:
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 3, 3, 0, 0, 2, 0, 0])
     made = {"contact_work": np.array([0.0, 0.3, 0.4, 0.4, 0.4, 0.5, 0.5, 0.5])}
-    assert "Contact made energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
+    assert "Contact created energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
     assert doubts(run | made | {"load_work": 20 * ones}) == ""
     assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05])}) == ""
     # What the scheme takes in the same steps counts against it, what it takes elsewhere does not.
@@ -288,7 +286,9 @@ def test_contact_of_a_single_step_that_makes_energy_is_said() -> None:
     ones, zeros = np.ones(5), np.zeros(5)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 1, 0, 0, 0])  # half of the force's work is done when it is over
-    assert "Contact made energy, 20 %" in doubts(run | {"contact_work": np.array([0.0, 0.0, 0.4, 0.4, 0.4])})
+    assert "Contact created energy, 20 %" in doubts(
+        run | {"contact_work": np.array([0.0, 0.0, 0.4, 0.4, 0.4])}
+    )
 
 
 def stop(*args: object, **fields: object) -> None:

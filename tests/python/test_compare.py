@@ -241,7 +241,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     ids = re.findall(r' id="([^"]*)"', text)
     assert len(ids) == len(set(ids))
     unfinished = type(one)(**{**vars(one), "time": one.time[:700]})
-    with pytest.raises(InvalidInput, match=r"came to 700 of 1200 steps; must be finished"):
+    with pytest.raises(InvalidInput, match=r"has 700 of 1200 steps; must be finished"):
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
 
 

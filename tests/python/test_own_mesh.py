@@ -75,7 +75,7 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
     [
         ({}, "must have one of plane, box, facing, side"),
         ({"box": {}}, "must have one of x, y, z"),
-        ({"box": {"x": [1, 0]}}, "must have the least first"),
+        ({"box": {"x": [1, 0]}}, "must have the smallest first"),
         ({"facing": {"along": [0, 0, 0]}}, "must not be zero"),
         ({"facing": {"along": [0, 0, 1], "within": "30 mm"}}, '"mm" is of another kind'),
         ({"normal": [0, 0, 1]}, "normal"),
@@ -148,7 +148,7 @@ def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> Non
 
 
 def test_a_region_that_the_mesh_does_not_have_is_refused() -> None:
-    with pytest.raises(plica.SceneError, match=r'no layer or fold of the mesh; .* Did you mean "left"'):
+    with pytest.raises(plica.SceneError, match=r'not a layer or fold of the mesh; .* Did you mean "left"'):
         _velocity(plica.Larynx(larynx="thesis_coarse"), lefft=(1, 0, 0))
     with pytest.raises(plica.SceneError, match="must be one of body"):
         _velocity(plica.Block(size=(1, 1, 1)), left=(1, 0, 0))

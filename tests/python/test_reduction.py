@@ -144,7 +144,7 @@ def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
         else:
             kept_basis(tmp_path, scene, mesh, shown=True)
             kept_basis(tmp_path, scene, mesh, shown=True)
-            assert capsys.readouterr().err == "plica: the basis of [reduction] is made and kept\n"
+            assert capsys.readouterr().err == "plica: computing and storing the basis of [reduction]\n"
 
 
 def test_bodies_without_supports_are_refused(colliding: plica.Scene) -> None:

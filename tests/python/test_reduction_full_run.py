@@ -125,7 +125,10 @@ def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Ru
         ({"reduction.full_run": None}, r"components = 10; must be left out without full_run"),
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
-        ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),
+        (
+            {"supports.components": {"wall": "xy"}, "supports.fixed": []},
+            "full_run = .* has other fixed nodes",
+        ),
         ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no such directory"),
     ],
 )
@@ -141,12 +144,12 @@ def test_vectors_are_not_taken_from_a_reduced_run_or_one_without_fields(
 ) -> None:
     short = phonating.replace({"time.duration": "0.2 ms"})
     bare = plica.run(short.replace({"output.every": None}), tmp_path / "bare", progress=False)
-    with pytest.raises(SceneError, match="has stored no displacements"):
+    with pytest.raises(SceneError, match="has no stored displacements"):
         build_simulation(taken_from(bare, 2))
     other = plica.run(
         short.replace({"reduction": {"modes": 10, "contact_vectors": 5, "contact_reach": REACH}}),
         tmp_path / "reduced",
         progress=False,
     )
-    with pytest.raises(SceneError, match="is reduced itself"):
+    with pytest.raises(SceneError, match="is itself reduced"):
         build_simulation(taken_from(other, 2))

@@ -108,7 +108,7 @@ def test_a_symmetric_full_run_serves_a_scene_of_its_symmetry_alone(
     waves = build_simulation(scene).advance(40)
     full = run["minimum_area"]
     assert np.abs(waves["minimum_area"] - full).max() < 0.01 * full.max()
-    with pytest.raises(SceneError, match=r'full_run = .* has symmetry = "quarter"; must have none, as the'):
+    with pytest.raises(SceneError, match=r'full_run = .* has symmetry = "quarter"; must have none, like the'):
         build_simulation(reduced(run, None))
     with pytest.raises(SceneError, match=r'has symmetry = "quarter"; must have none or "half"'):
         build_simulation(reduced(run, "half"))

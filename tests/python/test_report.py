@@ -167,7 +167,7 @@ def test_a_complete_run_has_no_banner() -> None:
 
 
 def test_an_interrupted_run_says_how_far_it_came() -> None:
-    assert "not complete: it came to 700 of 1200 steps, to 35 ms" in banner(read(cut(base.run(), 700)))
+    assert "not complete: it has 700 of 1200 steps, to 35 ms" in banner(read(cut(base.run(), 700)))
 
 
 def test_a_failed_run_says_why() -> None:
@@ -192,7 +192,7 @@ def doubtful(run: AnalyticRun, unconverged: int, inverted: int) -> AnalyticRun:
 
 UNCONVERGED = "In 7 of 1200 steps, first at 59.7 ms, the coupling of airflow and tissue did not converge"
 FOLDED = (
-    "Tissue strained by up to 5 %, and linear tissue, which is for small strains, is off by 5.5 % at 60 ms"
+    "The strain of the tissue reached 5 %, and the error of the linear tissue model reached 5.5 % at 60 ms"
 )
 
 

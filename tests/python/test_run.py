@@ -206,8 +206,8 @@ def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
     before = {path.name: path.read_bytes() for path in directory.iterdir()}
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(directory), "--resume", "--quiet"]) == 2
     assert capsys.readouterr().err == (
-        f"plica: {directory}: cannot be continued: there is no {name} in it. "
-        "An older version of plica wrote it. Run the scene anew into another directory.\n"
+        f"plica: {directory}: cannot be continued: it has no {name}. "
+        "It is from an earlier version of plica. Run the scene again in another directory.\n"
     )
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
 

@@ -151,4 +151,4 @@ def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
     *_, last = capsys.readouterr().err.splitlines()
     assert (tmp_path / "run").exists() == there
     caution = r"airflow\.subglottal_pressure = \S+ Pa\. .* 200 Pa to 4 kPa\."
-    assert re.search(rf"Step \d+ .* But first look at the scene: {caution}$", last)
+    assert re.search(rf"Step \d+ .* First check the scene: {caution}$", last)

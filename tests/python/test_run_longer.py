@@ -102,7 +102,10 @@ def test_a_run_that_failed_or_lost_its_checkpoints_goes_on_to_the_same_results(
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"time.duration": "3 ms"}, r"time\.duration = 0\.003, the run has 0\.004; a run is continued with"),
+        (
+            {"time.duration": "3 ms"},
+            r"time\.duration = 0\.003, the run has 0\.004; must be the scene that started the run",
+        ),
         ({"time.duration": "8 ms", "tissue.body.nu": 0.31}, r"tissue\.body\.nu = 0\.31, the run has 0\.3;"),
         ({"time.duration": "8 ms", "time.step": "50 us"}, r"time\.step = 5e-05, the run has 0\.0001;"),
         (

@@ -99,7 +99,7 @@ def test_what_contact_made_before_a_part_is_not_said_of_it() -> None:
 @pytest.mark.parametrize(
     ("start", "end", "message"),
     [
-        ("0.3 s", None, r"start = 0\.3 s; must be in \[0, 0\.004\] s, which was computed\."),
+        ("0.3 s", None, r"start = 0\.3 s; must be in \[0, 0\.004\] s, the computed time\."),
         (None, 0.1, r"end = 0\.1 s; must be in \[0, 0\.004\] s"),
         (-1, None, r"start = -1 s; must be in "),
         ("2 mm", None, r'start = "2 mm"; must be a number in s or a text with a unit of that kind'),

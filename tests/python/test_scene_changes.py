@@ -72,11 +72,11 @@ def test_a_changed_scene_is_that_of_the_edited_file(
         ({"time.step.length": 1}, "time.step.length is not known: time.step has no parts."),
         ({"airflow": None, "airflow.coupling": "lagged"}, "airflow.coupling is given twice."),
         ({"airflow.coupling": "lagged", "airflow": None}, "airflow is given twice."),
-        ({"airflow..coupling": "lagged"}, 'the key "airflow..coupling" is not one'),
-        ({".airflow": None}, 'the key ".airflow" is not one'),
+        ({"airflow..coupling": "lagged"}, 'the key "airflow..coupling" is invalid'),
+        ({".airflow": None}, 'the key ".airflow" is invalid'),
         ({'supports.components.""': "x"}, 'the key "supports.components.'),
-        ({"": 1}, 'the key "" is not one'),
-        ({7: 1}, "the key 7 is not one"),
+        ({"": 1}, 'the key "" is invalid'),
+        ({7: 1}, "the key 7 is invalid"),
     ],
 )
 def test_a_change_that_is_none_is_refused(
