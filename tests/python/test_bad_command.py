@@ -72,11 +72,11 @@ def test_a_broken_result_file_is_refused(
         (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
-        (["rnu"], 'Did you mean "run"? plica --help says more.'),
-        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. plica run --help says"),
+        (["rnu"], 'Did you mean "run"? See plica --help.'),
+        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. See plica run --help"),
         (["video", "x.avi", "-o", "x", "--nonsense"], "usage: plica video "),
-        (["bench", "run", "--nonsense"], "--nonsense. plica bench run --help says more."),
-        (["--nonsense", "info"], "unrecognized arguments: --nonsense. plica --help says more."),
+        (["bench", "run", "--nonsense"], "--nonsense. See plica bench run --help."),
+        (["--nonsense", "info"], "unrecognized arguments: --nonsense. See plica --help."),
         ([], "required: COMMAND"),
     ],
 )
@@ -125,8 +125,8 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
     ("arguments", "message"),
     [
         (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? plica --help'),
-        (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. plica video --help"),
-        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers with commas"),
+        (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. See plica video --help"),
+        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers separated by commas"),
     ],
 )
 def test_what_no_option_can_mean_says_what_it_must_be(

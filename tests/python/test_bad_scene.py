@@ -67,10 +67,10 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "wrong dimension": (*pressure('"8 kHz"'), "must be a number in Pa or a text with a unit of that"),
     "unknown unit": (
         *pressure('"1 kpa"'),
-        '"kpa" is not known. Upper and lower case differ. Did you mean "kPa"?',
+        '"kpa" is not known. Units are case-sensitive. Did you mean "kPa"?',
     ),
-    "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix of a million. Did you mean "ms"?'),
-    "capitals of another unit": ('"1 ms"', '"1 MS"', '"MS" is of another kind. Did you mean "ms"?'),
+    "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix mega. Did you mean "ms"?'),
+    "capitals of another unit": ('"1 ms"', '"1 MS"', '"MS" has another dimension. Did you mean "ms"?'),
     "no unit": (*pressure('"800"'), "the text has no unit."),
     "not a number": (*pressure("true"), "airflow.subglottal_pressure = true; must be a number in Pa"),
     "not finite": (*pressure("nan"), "airflow.subglottal_pressure = NaN; must be finite."),

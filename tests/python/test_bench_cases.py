@@ -116,7 +116,7 @@ def test_the_command_measures_a_case_goes_on_and_writes_one_page(
     )
     assert main(["bench", "compare", str(tmp_path), str(tmp_path)]) == 0
     assert (
-        "none of 4 rows are slower or less exact; of 4 the time cannot be judged." in capsys.readouterr().out
+        "none of 4 rows are slower or less exact; the time of 4 cannot be compared." in capsys.readouterr().out
     )
     assert main(["bench", "page", str(tmp_path)]) == 0
 

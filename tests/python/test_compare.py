@@ -207,7 +207,7 @@ def test_what_cannot_be_compared_is_refused_in_one_sentence(
     (tmp_path / "file").write_text("")
     first = str(two[0])
     for arguments, message in (
-        ([first, str(tmp_path / "none")], "none is no directory; must be the directory of an analysis"),
+        ([first, str(tmp_path / "none")], "none is not a directory; must be the directory of an analysis"),
         ([str(tmp_path / "empty"), first], "empty has no results.h5"),
         ([first, str(tmp_path / "broken")], "not a result file of plica: it is no HDF5 file"),
         ([first, str(tmp_path / "begun")], "is not finished. Start it again: it goes on"),

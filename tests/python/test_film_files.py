@@ -123,7 +123,7 @@ def _uneven() -> FilmedFolds:
         (lambda: small(start="1.9 ms"), "1 frame of 2000 /s from 0.0019 s to 0.002 s; must be two or more"),
         (lambda: small(start="1 s"), r"start = 1 s; must be in \[0, 0.002\] s"),
         (lambda: small(end="5 ms"), r"end = 0.005 s; must be in \[0, 0.002\] s"),
-        (lambda: small(exposure="1 mm"), 'exposure = "1 mm"; must be .* "mm" is of another kind'),
+        (lambda: small(exposure="1 mm"), 'exposure = "1 mm"; must be .* "mm" has another dimension'),
         (lambda: small(grain=0.25), r"grain = 0.25 m; must be a number in \[1e-06, 0.1\]. Is the unit right"),
         (lambda: small(samples=0), r"samples = 0; must be a whole number in \[1, 256\]"),
         (lambda: small(seed=1.5), "seed = 1.5; must be a whole number"),
@@ -141,7 +141,7 @@ def _uneven() -> FilmedFolds:
         (lambda: plica.Camera(width=8), r"width = 8 px; must be a whole number in \[16, 4096\]"),
         (lambda: plica.Camera(tilt=90), "tilt = 90 degrees; must be a number in"),
         (lambda: plica.Camera(centre=(0, 0)), "must be three lengths, x, y and z"),  # type: ignore[arg-type]
-        (lambda: plica.Camera(centre=(0, "3 kPa", 0)), 'centre = "3 kPa"; must be .* of another kind'),
+        (lambda: plica.Camera(centre=(0, "3 kPa", 0)), 'centre = "3 kPa"; must be .* has another dimension'),
         (
             lambda: plica.film(moved(voiced(), TIMES), plica.Camera(centre=("5 cm", 0, 0))),
             "Camera: no tissue is seen in 256 x 256 px of 0.06 mm; must be. Look at centre",
@@ -205,12 +205,12 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     )
     result = capsys.readouterr()
     assert result.err.splitlines()[-1].startswith(
-        "plica: Caution: plica video will measure no voice in this film: "
+        "plica: Caution: plica video will find no cycles in this film: "
     )
     message = result.out.splitlines()
     assert (
         message[0]
-        == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
+        == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 per second"
     )
     assert message[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
     with h5py.File(tmp_path / "clip.truth.h5") as file:
@@ -249,7 +249,7 @@ def test_a_film_of_too_few_cycles_or_a_part_of_the_glottis_is_cautioned(
     if periods == 2:
         assert "complete cycles of the glottal area; at least 3 are needed" in message
         assert "Five periods" in message
-        assert "the picture's border cuts the glottis in " in message
+        assert "the border of the image cuts the glottis in " in message
     else:
         assert message == ""
 

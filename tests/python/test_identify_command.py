@@ -403,7 +403,7 @@ def test_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["identify", "--help"])
     message = capsys.readouterr().out
-    for part in ("examples:", "[identify]", "--resume", "hardly learned", "Delete its contact"):
+    for part in ("examples:", "[identify]", "--resume", "hardly informed", "Delete its contact"):
         assert part in message
     table = re.search(r"\n  \[identify\]\n(.*?)\n\n", message, re.DOTALL)
     assert table is not None

@@ -229,7 +229,7 @@ def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
             {"parameters": ({"targets": "body.E", "median": "-1 kPa"},)},
             "must be > 0: its logarithm is estimated",
         ),
-        ({"parameters": ({"targets": "body.E", "median": "1 mm"},)}, '"mm" is of another kind'),
+        ({"parameters": ({"targets": "body.E", "median": "1 mm"},)}, '"mm" has another dimension'),
         ({"parameters": ({"targets": "body.E", "log_sd": -0.5},)}, "log_sd = -0.5; must be > 0"),
         ({"parameters": ({"targets": ()},)}, "targets"),
         ({"trust_facter": 3}, 'Did you mean "trust_factor"?'),

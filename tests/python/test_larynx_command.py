@@ -75,7 +75,7 @@ def test_wrong_calls_are_refused_in_one_sentence(
         ([frame, "--mask", mask], "plica: --mm-per-px = None, --r-in = None; must be exactly one of the two"),
         ([frame, "--mask", mask, "--mm-per-px", "0"], "plica: --mm-per-px = 0.0 mm"),
         ([frame, "--frame", "3", "--mm-per-px", "0.06"], "is for analyses"),
-        ([str(tmp_path), "--mm-per-px", "0.06"], "must have --frame N"),
+        ([str(tmp_path), "--mm-per-px", "0.06"], "must come with --frame N"),
         ([nothing, "--mm-per-px", "0.06"], f"plica: {nothing} cannot be read: No such file"),
         ([frame, "--mm-per-px", "0.06", "--heights", "3,2,1,0,-1,-2"], "plica: --heights[1] = 0.002 m; must"),
     ):
@@ -95,7 +95,7 @@ def test_an_analysis_gives_mask_and_scale(tmp_path: Path, capsys: pytest.Capture
     out = tmp_path / "mesh.toml"
     assert main(["larynx", str(tmp_path / "done"), "--frame", "0", "-o", str(out)]) == 0
     message = capsys.readouterr().out
-    assert "0.05 mm a pixel" in message
+    assert "0.05 mm per pixel" in message
     anterior, posterior = (float(y) for y in re.findall(r"(?:A|P0) \([\d.]+, ([\d.]+)\)", message))
     assert posterior < 0.3 * 128 < 0.7 * 128 < anterior
     assert main(["larynx", str(tmp_path / "done"), "--frame", "99", "-o", str(out), "--overwrite"]) == 2

@@ -77,7 +77,7 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
         ({"box": {}}, "must have one of x, y, z"),
         ({"box": {"x": [1, 0]}}, "must have the smallest first"),
         ({"facing": {"along": [0, 0, 0]}}, "must not be zero"),
-        ({"facing": {"along": [0, 0, 1], "within": "30 mm"}}, '"mm" is of another kind'),
+        ({"facing": {"along": [0, 0, 1], "within": "30 mm"}}, '"mm" has another dimension'),
         ({"normal": [0, 0, 1]}, "normal"),
         (
             {"plane": {"point": [0, 0, "2 m"], "normal": [0, 0, 1]}},
@@ -189,5 +189,5 @@ def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: di
 def test_a_unit_alone_is_one_of_it(box: Path) -> None:
     one, alone = (plica.MeshFile(file=box, unit=unit, layers={"body": 1}) for unit in ("1 mm", "mm"))
     assert one.unit == alone.unit == 1e-3
-    with pytest.raises(plica.InvalidInput, match='"furlongs per day" is of another kind'):
+    with pytest.raises(plica.InvalidInput, match='"furlongs per day" has another dimension'):
         plica.MeshFile(file=box, unit="furlongs per day", layers={"body": 1})

@@ -112,7 +112,7 @@ def test_each_doubt_has_its_reason() -> None:
         "in 10 % of the frames the glottis fills all of where": {"confined": np.arange(200.0) % 10 < 1},
         "a cycle has only 7 frames": {"total": coarse},
         "the upper end of the folds lies at the picture's border": {"midline": Midline((30, 1), (30, 50))},
-        "the picture's border cuts the glottis in 10 % of the frames": {"border": np.arange(200) % 10 == 0},
+        "the border of the image cuts the glottis in 10 % of the frames": {"border": np.arange(200) % 10 == 0},
         "the voice has 1.2 Hz at 30 frames/s; voices have 30 to 2000 Hz": {"fps": 30.0},
         "the glottis is 60 mm long at 1.5 mm a pixel; folds have 2 to 40 mm": {"mm_per_px": 1.5},
     }

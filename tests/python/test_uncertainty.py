@@ -139,7 +139,7 @@ def test_ctrl_c_says_how_to_go_on(
 
     monkeypatch.setattr(estimate, "run_from", stopped)
     assert main(["uncertainty", str(ringing), "--quiet"]) == 130
-    assert "stopped after 3 of 440 steps. The same command goes on from there." in capsys.readouterr().err
+    assert "stopped after 3 of 440 steps. Repeat the same command to continue." in capsys.readouterr().err
 
 
 def test_a_level_without_a_solution_is_left_out_and_said(
