@@ -209,10 +209,10 @@ def test_what_cannot_be_compared_is_refused_in_one_sentence(
     for arguments, message in (
         ([first, str(tmp_path / "none")], "none is not a directory; must be the directory of an analysis"),
         ([str(tmp_path / "empty"), first], "empty has no results.h5"),
-        ([first, str(tmp_path / "broken")], "not a result file of plica: it is no HDF5 file"),
+        ([first, str(tmp_path / "broken")], "is not an HDF5 file; must be a result file of plica"),
         ([first, str(tmp_path / "begun")], "is not finished. Start it again: it goes on"),
-        ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be two of one kind"),
-        ([str(tmp_path / "run"), first], "a run; must be two of one kind"),
+        ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be of the same kind"),
+        ([str(tmp_path / "run"), first], "a run; must be of the same kind"),
         ([first, first, "--pdf"], "--pdf is given without -o"),
         ([first, first], "are one directory; must be two"),
     ):

@@ -282,7 +282,7 @@ def test_no_steady_voice_drifts_by_more_than_is_promised_without_a_word() -> Non
                 seen = np.array([np.ptp(signal[part]) for part in cycles.samples(instants)])
                 drift = abs(fit(seen, of_amplitude).rate) * (cycles.count - 1)
                 beyond = drift > 1.02 * min(0.05, 0.01 * (cycles.count - 1))  # a peak lies between samples
-                assert not beyond or "a cycle, which their scatter about that line may explain" in cycles.note
+                assert not beyond or "which is within their scatter" in cycles.note
                 notes["note" if beyond else "small"] += 1
     assert notes["changing"] > 80
     assert notes["note"] > 5

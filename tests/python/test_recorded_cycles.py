@@ -172,7 +172,7 @@ def test_a_ratio_that_the_frame_rate_limits_says_so(rate: float, noise: float, l
     ratio = noise_measures(time, area, recorded_cycles(time, area))[0]
     assert ratio.name == "harmonics_to_noise"
     assert (
-        any("samples a cycle show no more than about 27 dB" in message for message in ratio.cautions)
+        any("samples per cycle limit the ratio to about 27 dB" in message for message in ratio.cautions)
         == limited
     )
 
