@@ -59,9 +59,7 @@ def test_a_broken_result_file_is_refused(
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
     message = refused(["measures", str(tmp_path / "run")], capsys)
-    assert (
-        "results.h5: not a result file of plica: it is no HDF5 file. Nothing in it can be gone on" in message
-    )
+    assert "results.h5: is not an HDF5 file; must be a result file of plica. Move it away" in message
 
 
 @pytest.mark.parametrize(
@@ -124,8 +122,11 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? plica --help'),
-        (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. See plica video --help"),
+        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? See plica --help'),
+        (
+            ["video", "x.avi", "-o", "x", "--fps", "abc"],
+            "--fps: abc; must be a number. See plica video --help",
+        ),
         (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers separated by commas"),
     ],
 )

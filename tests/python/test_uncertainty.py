@@ -73,7 +73,7 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert float(rows["probe_amplitude"]["numerical"]) == item.numerical
     assert rows["probe_amplitude"]["mesh_verdict"] == "not estimated"
     assert rows["probe_amplitude"]["mesh"] == ""
-    assert "the error of the mesh is not estimated: it was not asked for" in message.out
+    assert "the error of the mesh is not estimated: it was not requested" in message.out
     assert "2 levels from the start of the scene: about" in message.err
     assert "440 steps of 100 us" in message.err
     assert message.err.count(" steps of ") == 2  # the plan, once
@@ -85,7 +85,7 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert "numerical uncertainty" in page
     assert found.source in page
     assert "(step alone)" in page
-    assert "The error of the mesh is not estimated: it was not asked for." in page
+    assert "The error of the mesh is not estimated: it was not requested." in page
     before = page
     assert main(["report", str(ringing)]) == 0
     assert (ringing / "report.html").read_text() == before
@@ -148,7 +148,7 @@ def test_a_level_without_a_solution_is_left_out_and_said(
     monkeypatch.setattr(_engine, "Simulation", StopsAfter(17))
     found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
     assert found.levels == []
-    assert found.source == "No level could be computed: nothing is known of the numerical error."
+    assert found.source == "No level could be computed: the numerical error is unknown."
     assert "step-2 failed and is left out" in found.remarks[-2]
     assert found.measures["fundamental_frequency"].numerical is None
 
@@ -192,7 +192,9 @@ def test_a_run_that_did_not_finish_is_refused(ringing: Path) -> None:
 def test_a_run_of_another_version_is_refused(ringing: Path) -> None:
     with h5py.File(ringing / "results.h5", "r+") as file:
         file.attrs["plica_version"] = "0.0.1"
-    with pytest.raises(plica.InvalidInput, match=r"computed by plica 0\.0\.1; must be .* Run the scene anew"):
+    with pytest.raises(
+        plica.InvalidInput, match=r"computed by plica 0\.0\.1; must be .* Run the scene again"
+    ):
         plica.estimate_uncertainty(ringing)
 
 

@@ -43,7 +43,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     assert frequency.step is not None
     assert set(frequency.step.values) == {"run", "step-2", "step-4"}
     assert found.waveforms == {}
-    assert "from the settled voice at 150" in found.source
+    assert "from the steady vibration at 150" in found.source
     assert "kinetic_energy" not in found.measures  # of the end of the run alone
     # a voice at the edge of contact: at smaller steps its folds do not touch
     assert found.measures["contact_impulse"].numerical is None
@@ -83,7 +83,7 @@ def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp
     assert before < 0.2 <= after
     level = plica.Run.load(longer / "uncertainty" / "orbit-step-2")
     assert level.waveforms["kinetic_energy"][0] != energy  # it began anew
-    assert f"from the settled voice at {1e3 * after:.4g} ms" in found.source
+    assert f"from the steady vibration at {1e3 * after:.4g} ms" in found.source
     assert mine.is_dir()
 
 
