@@ -107,20 +107,23 @@ def _uneven() -> FilmedFolds:
     [
         (
             lambda: plica.film(_without(moved(voiced(), TIMES))),
-            "no fields were stored; must be. Set output.every",
+            "stored fields = 0; must be >= 2. Set output.every",
         ),
-        (lambda: plica.film(moved(voiced(), [0.0])), "stored fields = 1; must be two or more"),
+        (lambda: plica.film(moved(voiced(), [0.0])), "stored fields = 1; must be >= 2"),
         (lambda: plica.film(_uneven()), "0.001 to 0.002 s apart; must be even"),
         (lambda: plica.film(_broken()).frame(1), "the stored field at 0.0005 s is not finite"),
-        (lambda: small(fps=4000), "fps = 4000 /s; must be <= 2000 /s, as often as the run stored its fields"),
-        (lambda: small(fps=900), "5 stored fields do not tell the motion between them; must be 7 or more"),
+        (
+            lambda: small(fps=4000),
+            "fps = 4000 /s; must be <= 2000 /s, the rate at which the run stored its fields",
+        ),
+        (lambda: small(fps=900), "stored fields = 5; must be >= 7 to interpolate"),
         (
             lambda: plica.film(moved(voiced(), np.arange(20) * 1.3e-3), SMALL, fps=500),
-            "is uncertain by .* px; must be at most 0.25 px. Store more",
+            "is uncertain by .* px; must be at most 0.25 px. Store fields more often",
         ),
         (lambda: small(fps=1000, exposure="2 ms"), "exposure = 0.002 s; must be at most 1 / fps = 0.001 s"),
         (lambda: small(exposure="0.6 ms"), "exposure = 0.0006 s; must be at most 1 / fps = 0.0005 s"),
-        (lambda: small(start="1.9 ms"), "1 frame of 2000 /s from 0.0019 s to 0.002 s; must be two or more"),
+        (lambda: small(start="1.9 ms"), "frames = 1, at 2000 /s from 0.0019 s to 0.002 s; must be >= 2"),
         (lambda: small(start="1 s"), r"start = 1 s; must be in \[0, 0.002\] s"),
         (lambda: small(end="5 ms"), r"end = 0.005 s; must be in \[0, 0.002\] s"),
         (lambda: small(exposure="1 mm"), 'exposure = "1 mm"; must be .* "mm" has another dimension'),
@@ -131,11 +134,11 @@ def _uneven() -> FilmedFolds:
         (lambda: small(light=("a", 0, 1)), "must be three numbers"),
         (lambda: small(ambient=1.2), r"ambient = 1.2; must be a number in \[0, 1\]"),
         (lambda: small(read_noise=float("nan")), "read_noise = nan grey levels; must be a number in"),
-        (lambda: small().frame(5), r"frame 5; must be in \[0, 5\)"),
-        (lambda: small().flow(4), r"frame 4; must be in \[0, 4\)"),
+        (lambda: small().frame(5), r"frame = 5; must be in \[0, 5\)"),
+        (lambda: small().flow(4), r"frame = 4; must be in \[0, 4\)"),
         (
             lambda: plica.film(moved(voiced(), TIMES), SMALL, plica.Film(), seed=2),
-            "seed beside options; must be one or the other",
+            "options and seed are both given; must be one or the other",
         ),
         (lambda: plica.Camera(mm_per_px=0), r"mm_per_px = 0 mm; must be a number in \[0.0001, 10\]"),
         (lambda: plica.Camera(width=8), r"width = 8 px; must be a whole number in \[16, 4096\]"),
@@ -144,10 +147,10 @@ def _uneven() -> FilmedFolds:
         (lambda: plica.Camera(centre=(0, "3 kPa", 0)), 'centre = "3 kPa"; must be .* has another dimension'),
         (
             lambda: plica.film(moved(voiced(), TIMES), plica.Camera(centre=("5 cm", 0, 0))),
-            "Camera: no tissue is seen in 256 x 256 px of 0.06 mm; must be. Look at centre",
+            "Camera: no tissue is visible in 256 x 256 px of 0.06 mm; must be. Check centre",
         ),
         (lambda: small().write("clip.mp4"), "clip.mp4; must end in one of .avi, .npy, .h5, .hdf5"),
-        (lambda: small().write("nowhere/clip.avi"), "nowhere is no directory"),
+        (lambda: small().write("nowhere/clip.avi"), "nowhere is not a directory"),
     ],
 )
 def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, message: str) -> None:
@@ -222,7 +225,7 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     kept = clip.read_bytes()
     result = refused(again, capsys)
     assert result.startswith(
-        f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not be."
+        f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not exist."
     )
     assert "--overwrite" in result
     assert clip.read_bytes() == kept
@@ -291,7 +294,7 @@ def test_the_command_refuses_in_one_line(
     clip = str(tmp_path / "clip.avi")
     assert "there is no run in it" in refused(["film", str(tmp_path), "-o", clip], capsys)
     assert "must be <= 10000 /s" in refused(["film", str(stored), "-o", clip, "--fps", "20000"], capsys)
-    assert "no tissue is seen" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
+    assert "no tissue is visible" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
     assert "must end in one of" in refused(["film", str(stored), "-o", f"{clip}.gif"], capsys)
     for option, value, message in (
         ("--from", "1", "plica: --from = 1 s; must be in"),
