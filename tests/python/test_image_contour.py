@@ -133,11 +133,11 @@ def test_a_frame_that_does_not_go_with_its_mask_is_refused() -> None:
     frame = np.where(_slit(), 20.0, 150.0)
     with pytest.raises(InvalidInput, match=r"Mask: shape = \(160, 95\); must be \(160, 96\) px"):
         larynx_fit.glottal_contour(frame, _slit()[:, 1:])
-    with pytest.raises(InvalidInput, match="brighter than what is around"):
+    with pytest.raises(InvalidInput, match="brighter than its surroundings"):
         larynx_fit.glottal_contour(170 - frame, _slit())
     with pytest.raises(InvalidInput, match="neither frame nor mask"):
         larynx_fit.glottal_contour(None)
-    with pytest.raises(InvalidInput, match="no dark region within an edge"):
+    with pytest.raises(InvalidInput, match="no dark region with an edge"):
         larynx_fit.glottal_contour(np.full(SHAPE, 150.0))
     with pytest.raises(InvalidInput, match="1 pixels are not finite"):
         larynx_fit.glottal_contour(
