@@ -192,7 +192,7 @@ def test_a_run_that_fails_is_a_row_with_its_message(capsys: pytest.CaptureFixtur
         (["impact", "--elements", "100", "-o", "/nowhere/x.csv"], "/nowhere/x.csv: cannot be saved"),
     ],
 )
-def test_a_wrong_name_is_told_with_those_there_are(
+def test_a_wrong_name_is_reported_with_those_there_are(
     options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", *options]) in (1, 2)

@@ -12,7 +12,7 @@ from plica.bench.families import FAMILIES, chosen_cases
 from plica.bench.families.block import discrete_mode, plica_assembly
 from plica.bench.families.newmark import trapezoidal
 from plica.bench.record import Record
-from plica.bench.run import blank, broken_claims, measure
+from plica.bench.run import blank, failed_claims, measure
 from plica.cli import main
 from plica.errors import InvalidInput
 
@@ -33,7 +33,7 @@ def records() -> dict[str, Record]:
 @pytest.mark.parametrize("name", CASES)
 def test_a_case_runs_small_and_shows_what_it_claims(name: str, records: dict[str, Record]) -> None:
     record = records[name] = small(CASES[name])
-    assert broken_claims(CASES[name], record) == []
+    assert failed_claims(CASES[name], record) == []
     assert record.finished
     assert len(record.rows) >= len(CASES[name].levels["small"])
     first = next(iter(record.errors))
@@ -50,7 +50,7 @@ def test_a_case_runs_small_and_shows_what_it_claims(name: str, records: dict[str
 def test_a_case_whose_results_are_wrong_fails(name: str, records: dict[str, Record]) -> None:
     record = records.get(name) or small(CASES[name])
     wrong = [row.model_copy(update={"errors": dict.fromkeys(row.errors, 0.9)}) for row in record.rows]
-    message = broken_claims(CASES[name], record.model_copy(update={"rows": wrong}))
+    message = failed_claims(CASES[name], record.model_copy(update={"rows": wrong}))
     assert message
     assert all(sentence.startswith("not so: ") for sentence in message)
 
@@ -88,7 +88,7 @@ def test_the_trapezoidal_rule_that_is_written_out_keeps_energy_and_swings_as_it_
     np.testing.assert_allclose(u, np.cos(angle) * mode, atol=1e-9 * np.abs(mode).max())
 
 
-def test_the_command_measures_a_case_goes_on_and_writes_one_page(
+def test_the_command_measures_a_case_continues_and_writes_one_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     command = ["bench", "run", "frequency", "--size", "small", "-o", str(tmp_path)]
@@ -116,7 +116,8 @@ def test_the_command_measures_a_case_goes_on_and_writes_one_page(
     )
     assert main(["bench", "compare", str(tmp_path), str(tmp_path)]) == 0
     assert (
-        "none of 4 rows are slower or less exact; the time of 4 cannot be compared." in capsys.readouterr().out
+        "none of 4 rows are slower or less exact; the time of 4 cannot be compared."
+        in capsys.readouterr().out
     )
     assert main(["bench", "page", str(tmp_path)]) == 0
 
@@ -130,7 +131,9 @@ def test_the_command_measures_a_case_goes_on_and_writes_one_page(
         (["compare", "/nowhere/a.json", "/nowhere/b.json"], "/nowhere/a.json: cannot be read"),
     ],
 )
-def test_bad_input_is_told(arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_input_is_reported(
+    arguments: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["bench", *arguments]) in (1, 2)
     assert sentence in capsys.readouterr().err
 

@@ -124,7 +124,7 @@ def _methods(case: Any) -> str:
 
 def _run(options: argparse.Namespace) -> int:
     from plica.bench.families import chosen_cases
-    from plica.bench.run import broken_claims
+    from plica.bench.run import failed_claims
 
     small = options.size == "small"
     options.rounds = options.rounds or (1 if small else 5)
@@ -138,7 +138,7 @@ def _run(options: argparse.Namespace) -> int:
         record = _measured(case, options)
         if not options.quiet:
             _show(record)
-        broken += [f"{case.name}: {claim}" for claim in broken_claims(case, record)]
+        broken += [f"{case.name}: {claim}" for claim in failed_claims(case, record)]
     if options.directory is not None:
         from plica.bench.page import write_page
 
@@ -156,7 +156,7 @@ def _measured(case: Any, options: argparse.Namespace) -> Record:
 
     from plica.bench.families import family_of
     from plica.bench.record import read, write
-    from plica.bench.run import blank, continued, measure
+    from plica.bench.run import blank, continue_record, measure
     from plica.storage.files import storage_errors
 
     record = blank(case, family_of(case.name).name, options.size, options.rounds)
@@ -166,7 +166,7 @@ def _measured(case: Any, options: argparse.Namespace) -> Record:
             options.directory.mkdir(parents=True, exist_ok=True)
         path = options.directory / f"{case.name}.json"
         if path.exists() and not options.anew:
-            record = continued(read(path), record, str(path))
+            record = continue_record(read(path), record, str(path))
     with tqdm(
         unit=" rows", desc=case.name, file=sys.stderr, disable=options.quiet, delay=2, leave=False
     ) as bar:
@@ -175,12 +175,12 @@ def _measured(case: Any, options: argparse.Namespace) -> Record:
             record,
             options.threads,
             keep=lambda made: None if path is None else write(made, path),
-            said=lambda row: bar.update(),
+            on_row=lambda row: bar.update(),
         )
 
 
 def _show(record: Record) -> None:
-    from plica.bench.words import as_markdown
+    from plica.bench.text import as_markdown
 
     print(f"\n## {record.case}\n\n{as_markdown(record)}", flush=True)
 

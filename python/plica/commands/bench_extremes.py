@@ -52,9 +52,9 @@ def add_commands(benches: Any) -> None:
 
 def _extremes(options: argparse.Namespace) -> int:
     from plica.bench.combinations import chosen
-    from plica.bench.extremes.apart import verdicts
     from plica.bench.extremes.catalogue import COLUMNS, SUBJECTS
     from plica.bench.extremes.probe import FORBIDDEN
+    from plica.bench.extremes.worker import verdicts
     from plica.bench.table import show
     from plica.errors import InvalidInput
 

@@ -60,10 +60,10 @@ def _verify(options: argparse.Namespace) -> int:
 
     import plica
     from plica.report.installation import this_installation
-    from plica.verify.subjects import cases, chosen, verify
+    from plica.verify.subjects import cases, selected, verify
     from plica.verify.text import case_lines, conclusion
 
-    subjects = chosen(options.subject)
+    subjects = selected(options.subject)
     if options.list:
         return _list(subjects, as_json=options.json)
     plica.set_threads(options.threads)

@@ -119,8 +119,8 @@ Printed values, with a caution if most pixels have a forward-backward error abov
 
 presets: robust (default), gradient (for sharp images: assumes constant gradient instead of constant
 brightness; less error in smooth motion, more at its edges), video (as gradient, less sensitive to noise: for
-recordings of the larynx, the default of plica video), reference (Sun, Roth and Black, fully converged), thesis
-(as reference, with lambda 0.5), fast (a preview).
+recordings of the larynx, the default of plica video), reference (Sun, Roth and Black, fully converged),
+thesis (as reference, with lambda 0.5), fast (a preview).
 """
 
 
