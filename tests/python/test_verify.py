@@ -19,7 +19,7 @@ from plica import _engine
 from plica.cli import main
 from plica.report.installation import this_installation
 from plica.verify import text
-from plica.verify.case import Case, Check, Row, judged, worst
+from plica.verify.case import Case, Check, Row, run_case, worst
 from plica.verify.files import write
 from plica.verify.subjects import SUBJECTS, cases
 from verify_faults import FAULTS
@@ -32,7 +32,7 @@ FIELDS = {"name", "subject", "quantity", "unit", "value", "reference", "error", 
 @cache
 def rows() -> dict[str, list[Row]]:
     """Of every case, computed once."""
-    return {case.name: judged(subject, case) for subject, case in _ALL}
+    return {case.name: run_case(subject, case) for subject, case in _ALL}
 
 
 def check(**changes: Any) -> Check:
@@ -41,7 +41,7 @@ def check(**changes: Any) -> Check:
 
 
 def one(*checks: Check) -> list[Row]:
-    return judged("tissue", Case("case", "It holds.", "a formula", lambda: checks))
+    return run_case("tissue", Case("case", "It holds.", "a formula", lambda: checks))
 
 
 def test_there_is_enough_of_each_subject_and_no_name_twice() -> None:
@@ -83,7 +83,7 @@ def test_every_row_fails_where_its_value_is_off_by_more_than_its_tolerance(subje
         of: Any = row.error_of
         for wrong in (row.reference + off, row.reference - off, math.nan, math.inf):
             made = check(value=wrong, reference=row.reference, tolerance=row.tolerance, of=of)
-            (again,) = judged(subject, replace(case, checks=lambda made=made: [made]))
+            (again,) = run_case(subject, replace(case, checks=lambda made=made: [made]))
             assert again.as_json()["pass"] is False
 
 
@@ -119,7 +119,7 @@ def test_a_case_that_stops_is_a_row_that_fails_with_its_reason() -> None:
         yield check()
         raise RuntimeError("no such\nmesh")
 
-    first, last = judged("tissue", Case("case", "It holds.", "a formula", stops))
+    first, last = run_case("tissue", Case("case", "It holds.", "a formula", stops))
     assert first.passed
     assert not last.passed
     assert last.failure == "RuntimeError: no such mesh"
@@ -135,7 +135,7 @@ def test_the_worst_of_many_is_the_one_furthest_off_its_own_size() -> None:
     assert worst([1.0, 2.2, 300.0], [1.0, 2.0, 310.0]) == (2.2, 2.0)
     value, _ = worst([1.0, math.nan, 9.0], [1.0, 2.0, 1.0])
     assert math.isnan(value)
-    with pytest.raises(ValueError, match="2 values beside 1 references"):
+    with pytest.raises(ValueError, match="2 values, 1 references"):
         worst([1.0, 2.0], [1.0])
 
 
@@ -143,7 +143,7 @@ def test_the_worst_of_many_is_the_one_furthest_off_its_own_size() -> None:
 @pytest.mark.parametrize(("subject", "case"), _ALL, ids=[case.name for _, case in _ALL])
 def test_every_case_sees_a_fault(subject: str, case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     FAULTS[case.name](monkeypatch)
-    found = judged(subject, case)
+    found = run_case(subject, case)
     assert not any(row.failure for row in found), found[-1].failure  # it computes, and something else
     assert [row.name for row in found if not row.as_json()["pass"]]
 
@@ -173,7 +173,7 @@ def test_the_command_prints_strict_json(capsys: pytest.CaptureFixture[str]) -> N
         assert row["pass"] is True
 
 
-def test_a_row_that_fails_is_told_by_the_exit_code(
+def test_a_row_that_fails_is_recognised_by_the_exit_code(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     FAULTS["poiseuille"](monkeypatch)
@@ -223,7 +223,7 @@ def test_a_subject_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -
 
 def test_files_say_what_was_made_with_what(tmp_path: Path) -> None:
     case = Case("case", "It <holds>.", "a formula", lambda: [check(), check(name="b", value=math.nan)])
-    made = [(case, judged("tissue", case))]
+    made = [(case, run_case("tissue", case))]
     page = write(made, this_installation(), 1.0, tmp_path / "proof").read_text(encoding="utf-8")
     assert "It &lt;holds&gt;." in page
     assert "http" not in page
