@@ -66,15 +66,15 @@ def row(name: str, options: Synthetic) -> list[str]:
         settings = Settings(fps=FPS, correct_drift=False)
         path = Path(folder) / "film.npy", Path(folder) / "found"
         found = analyse(*path, settings, until="glottis", progress=False)
-        told, doubts, total = found.measures, found.doubts, found.area.total
+        values, doubts, total = found.measures, found.doubts, found.area.total
         blur = float(found["sides/blur"])
     truth = np.array([glottis.area(t) for t in range(options.frames)])
-    intervals = {key: (told[key].interval, value) for key, value in exactly(glottis, truth).items()}
+    intervals = {key: (values[key].interval, value) for key, value in exactly(glottis, truth).items()}
     held = sum(ends is not None and ends[0] <= value <= ends[1] for ends, value in intervals.values())
-    said = any("edges of the glottis are blurred" in doubt for doubt in doubts)
+    warned = any("edges of the glottis are blurred" in doubt for doubt in doubts)
     area = 100 * (total.mean() / truth.sum(axis=1).mean() - 1)
     cells = [name, f"{options.blur:g}", f"{blur:.2f}", f"{area:+.1f}", f"{held} of {len(intervals)}"]
-    return [*cells, "yes" if said else "no"]
+    return [*cells, "yes" if warned else "no"]
 
 
 def rows() -> Iterator[list[str]]:

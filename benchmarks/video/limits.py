@@ -77,7 +77,7 @@ class Errors:
     overlap: float  # least, of the masks at half of the largest area or more
     flow: float  # px
     blur: float  # px, found at the glottis' edges
-    said: bool  # that it is much
+    warned: bool  # of blur
 
 
 def errors(options: Synthetic, folder: Path) -> Errors:
@@ -85,20 +85,20 @@ def errors(options: Synthetic, folder: Path) -> Errors:
     np.save(folder / "glottis.npy", glottis.stack())
     settings = Settings(fps=FPS, correct_drift=False)
     analysis = analyse(folder / "glottis.npy", folder / "found", settings, until="glottis", progress=False)
-    found, told = [analysis.mask(t) for t in range(FRAMES)], analysis.measures
+    found, values = [analysis.mask(t) for t in range(FRAMES)], analysis.measures
     truth = np.array([glottis.area(t) for t in range(FRAMES)])
     exact, off = exactly(glottis, truth), []
     for name, value in exact.items():
-        off.append(float(told[name].value) - value)
-    held = sum(told[name].interval[0] <= value <= told[name].interval[1] for name, value in exact.items())
+        off.append(float(values[name].value) - value)
+    held = sum(values[name].interval[0] <= value <= values[name].interval[1] for name, value in exact.items())
     off[0] *= 100 / exact["glottal_area_mean"]
     total = truth.sum(axis=1)
     wide = np.flatnonzero(total > 0.5 * total.max())
     overlap = min((found[t] & glottis.mask(t)).sum() / (found[t] | glottis.mask(t)).sum() for t in wide)
     recording = Recording.open(folder / "glottis.npy")
-    said = any("edges of the glottis are blurred" in doubt for doubt in analysis.doubts)
+    warned = any("edges of the glottis are blurred" in doubt for doubt in analysis.doubts)
     missed = flow_error(glottis, recording, found)
-    return Errors(np.array(off), int(held), float(overlap), missed, float(analysis["sides/blur"]), said)
+    return Errors(np.array(off), int(held), float(overlap), missed, float(analysis["sides/blur"]), warned)
 
 
 def exactly(glottis: SyntheticGlottis, area: np.ndarray) -> dict[str, float]:
@@ -148,7 +148,7 @@ def glottis_rows(seeds: int) -> Iterator[list[str]]:
         cells += [f"{min(one.overlap for one in found):.2f}", f"{max(one.flow for one in found):.3f}"]
         cells += [
             f"{np.mean([one.blur for one in found]):.2f}",
-            f"{sum(one.said for one in found)} of {seeds}",
+            f"{sum(one.warned for one in found)} of {seeds}",
         ]
         yield cells
 
@@ -183,8 +183,8 @@ def modes_table() -> None:
     rms = np.sqrt(VARIANCES.sum() / flows[0].size)
     columns = ["sigma (px)", "noise's part of all variance", "shares found", "predicted"]
     columns += ["angles to the planted ones (rad)", "predicted"]
-    said = f"{len(flows)} flows of {flows[0].size} numbers, root mean square {rms:.2f} px."
-    record("video_modes", columns, modes_rows(flows, patterns), said)
+    note = f"{len(flows)} flows of {flows[0].size} numbers, root mean square {rms:.2f} px."
+    record("video_modes", columns, modes_rows(flows, patterns), note)
 
 
 def modes_rows(flows: np.ndarray, patterns: np.ndarray) -> Iterator[list[str]]:
