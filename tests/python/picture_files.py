@@ -56,7 +56,7 @@ NAN[3, 4] = np.nan
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """What is said: one line, exit code 2."""
+    """The error message: one line, exit code 2."""
     assert main(arguments) == 2
     message = capsys.readouterr()
     assert message.out == ""

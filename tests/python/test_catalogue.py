@@ -243,7 +243,7 @@ def test_a_record_that_is_too_short_is_called_so_once() -> None:
         assert re.findall(r"^ +! (.*)$", message, re.MULTILINE) == ["over the last third of the record"]
 
 
-def test_a_reason_that_was_said_as_a_caution_is_not_said_again_in_the_short_table() -> None:
+def test_a_reason_given_as_a_caution_is_not_reported_again_in_the_short_table() -> None:
     few = "too few cycles"
     found = Measures(
         [Measure("fundamental_frequency", 110.0, cautions=(few,)), Measure("open_quotient", None, note=few)]
@@ -262,7 +262,7 @@ def test_a_measure_that_has_a_value_keeps_its_note_whatever_others_lack() -> Non
     assert shown["amplitude_right"].startswith(same)
 
 
-def test_why_measures_have_no_value_is_said_at_the_first_and_named_by_the_others() -> None:
+def test_why_measures_have_no_value_is_reported_at_the_first_and_named_by_the_others() -> None:
     short, closed = "too short: 12 samples", "the folds never close"
     found = Measures(
         [

@@ -251,7 +251,7 @@ def strained(left_out: float, folded: int) -> list[Caution]:
     return list(cautions(replace(whole, waveforms=waveforms)))
 
 
-def test_large_strain_is_said_in_one_sentence_once_a_tenth_of_it_is_wrong() -> None:
+def test_large_strain_is_reported_in_one_sentence_once_a_tenth_of_it_is_wrong() -> None:
     assert strained(0.02 * (1 - 1e-9), 0) == []  # |grad u| = 0.2: |E - eps| is a tenth of it
     (caution,) = strained(0.02 * (1 + 1e-9), 0)
     assert re.fullmatch(

@@ -52,7 +52,7 @@ def test_quiet_is_quiet(scene_file: Path, tmp_path: Path, capsys: pytest.Capture
 
 
 @pytest.mark.slow
-def test_measures_and_report_can_be_made_anew(
+def test_measures_and_report_can_be_recomputed(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plica.run(plica.Scene.load(scene_file), tmp_path / "run", progress=False)
@@ -107,7 +107,7 @@ def test_mesh_writes_what_meshio_reads(
     assert "without surfaces, node sets and names of layers" in capsys.readouterr().out
 
 
-def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["--version"])
     assert stop.value.code == 0
@@ -189,7 +189,7 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
 
 
 def doubts(waveforms: dict[str, np.ndarray], scene_text: str = "") -> str:
-    """What is said of a run with these waveforms and no others."""
+    """Cautions of a run with these waveforms only."""
     steps = len(next(iter(waveforms.values())))
     mesh = AnalyticMesh(np.zeros((1, 3)), {})
     run = AnalyticRun(np.arange(1.0, steps + 1), waveforms, mesh, scene_text=scene_text)
@@ -208,7 +208,7 @@ def unsettled(first: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("method", ["multipliers", "penalty", "nitsche", "volume_penalty"])
-def test_passes_left_unsettled_are_said_above_a_hundredth_of_the_steps_with_contact(method: str) -> None:
+def test_passes_left_unsettled_are_reported_above_a_hundredth_of_the_steps_with_contact(method: str) -> None:
     text = f"[contact.{method}]\n"
     assert doubts(unsettled(0), text) == doubts(unsettled(2), text) == ""
     message = doubts(unsettled(3), text)
@@ -217,7 +217,7 @@ def test_passes_left_unsettled_are_said_above_a_hundredth_of_the_steps_with_cont
     assert "augment" not in message
 
 
-def test_augmentations_that_ran_out_are_said_of_a_single_step() -> None:
+def test_augmentations_that_ran_out_are_reported_for_a_single_step() -> None:
     text = "[contact.augmented]\n"
     assert doubts(unsettled(0), text) == ""
     assert "In 1 of 200 steps with contact" in doubts(unsettled(1), text)
@@ -230,7 +230,7 @@ def test_contact_that_was_left_by_pairs_without_force_counts_as_contact() -> Non
     assert "In 1 of 1 steps with contact" in doubts(run | {"contact_converged": np.where(step == 5, 0, 1)})
 
 
-def test_surfaces_that_slide_in_a_matched_airway_are_said() -> None:
+def test_surfaces_that_slide_in_a_matched_airway_are_reported() -> None:
     assert doubts({"contact_slide": np.array([0.0, 0.2])}) == ""
     assert "slid along each other by 0.4 mean edges" in doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
 
@@ -245,7 +245,7 @@ def test_advice_to_triangulate_says_which_build_can(
     assert ("PLICA_GPL=ON" in message) == bool(absent)
 
 
-def test_a_scheme_that_makes_energy_is_said() -> None:
+def test_a_scheme_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(5), np.zeros(5)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
     assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.2, 0.3, 0.4])}) == ""
@@ -265,7 +265,7 @@ def test_a_scheme_that_gives_back_to_contact_what_it_takes_makes_no_energy() -> 
     assert "The time scheme created energy, 25 %" in doubts(run | {"contact_work": zeros})
 
 
-def test_contact_that_makes_energy_is_said() -> None:
+def test_contact_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(8), np.zeros(8)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 3, 3, 0, 0, 2, 0, 0])
@@ -282,7 +282,7 @@ def test_contact_that_makes_energy_is_said() -> None:
     assert "25 %" in doubts(run | rubbed)
 
 
-def test_contact_of_a_single_step_that_makes_energy_is_said() -> None:
+def test_contact_of_a_single_step_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(5), np.zeros(5)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 1, 0, 0, 0])  # half of the force's work is done when it is over

@@ -56,7 +56,7 @@ def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 def with_settings(source: Path, where: Path, **settings: object) -> Path:
-    """A copy of an analysis of which something else is said."""
+    """A copy of an analysis with other settings."""
     shutil.copytree(source, where)
     analyse(source / "movie.npy", where, Settings(**_KNOWN | settings), until="glottis", progress=False)
     return where
@@ -109,7 +109,7 @@ def test_the_command_leaves_a_page_and_tables(
 
 
 @pytest.mark.slow
-def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_said(
+def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     two: tuple[Path, Path], tmp_path: Path
 ) -> None:
     (tmp_path / "bare").mkdir()

@@ -132,7 +132,7 @@ def test_irregular_and_gliding_at_once_is_gliding() -> None:
             assert found["changing"] >= 38
 
 
-def test_what_cannot_be_told_from_scatter_is_not_called_growth() -> None:
+def test_what_cannot_be_distinguished_from_scatter_is_not_called_growth() -> None:
     # 10 % over six cycles of 3 % shimmer: the standard error of the drift is 4 %. Honest, and a limit.
     assert verdicts(6, lambda k: 1.02**k, constant)["changing"] < 30
 

@@ -1,4 +1,4 @@
-"""How an estimate comes to its end, and what is said where the density there is no Gaussian's."""
+"""How an estimate comes to its end, and what is reported if the density there is not Gaussian."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_gaussian_density_falls_as_one() -> None:
     assert not any("Gaussian" in text for text in found.warnings())
 
 
-def test_a_density_that_is_no_gaussian_is_told() -> None:
+def test_a_density_that_is_no_gaussian_is_reported() -> None:
     """Slopes so gentle that they have fallen by less than half of 1.92 at 1.96 of the claimed sd."""
     likelihood = Slope(one_number(10.0))
     likelihood.steepness = 20.0

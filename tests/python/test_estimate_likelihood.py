@@ -248,7 +248,7 @@ def test_the_profiled_noise_is_the_best(collides: Any) -> None:
         assert MarginalLikelihood(model, there).value(best.point) < best.value
 
 
-def test_a_level_at_a_bound_of_its_search_is_told() -> None:
+def test_a_level_at_a_bound_of_its_search_is_reported() -> None:
     """Of inputs that no residual points at, and of inputs that take all of it."""
     gram, count = np.diag([1.0, 2.0, 4.0]), 30
     none = profiled(gram, np.zeros(3), 5.0, count, (3, 0, 0), None)

@@ -127,7 +127,7 @@ def test_a_third_start_is_made_where_two_were_begun() -> None:
     assert {at.start for at in seen if at.share < 1} == {3}
 
 
-def test_what_stands_on_a_learned_error_is_no_start_and_goes_on_where_it_was() -> None:
+def test_what_stands_on_a_learned_error_is_no_start_and_continues_where_it_was() -> None:
     likelihood, seen = MarginalLikelihood(one_number(0.5)), list[Iteration]()
     found = estimate_from_flow(likelihood, None, Scoring(), seen.append)[0]
     assert {at.start for at in seen} == {0, 1}
@@ -140,7 +140,7 @@ def test_what_stands_on_a_learned_error_is_no_start_and_goes_on_where_it_was() -
     assert again.mean == pytest.approx(found.mean, abs=0.2 * found.sd[0])
 
 
-def test_climbs_on_the_first_frames_are_told_as_they_go() -> None:
+def test_climbs_on_the_first_frames_are_reported_as_they_go() -> None:
     seen: list[Iteration] = []
     found = estimate(outlying(), options=Scoring(starts=3), progress=seen.append)
     assert found.starts == 3
@@ -213,7 +213,7 @@ def test_one_start_stays_where_it_ends() -> None:
     assert any("which another start may avoid" in text for text in found.warnings())
 
 
-def test_nothing_is_begun_again_where_the_residuals_pass() -> None:
+def test_nothing_is_restarted_where_the_residuals_pass() -> None:
     found = estimate(MarginalLikelihood(one_number(0.5)), options=Scoring(starts=5))
     assert found.residuals.passed
     assert found.starts == 1

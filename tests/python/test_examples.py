@@ -144,7 +144,7 @@ def test_the_synthetic_recording_is_found_as_it_was_made(
 
 
 @pytest.mark.slow
-def test_a_recording_too_short_to_measure_is_said_to_be(
+def test_a_recording_too_short_to_measure_has_a_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     example = runpy.run_path(str(EXAMPLES / "recording.py"))

@@ -116,7 +116,7 @@ def test_light_that_changes_by_a_slope_does_not_move_a_constant_gradient(pair: t
 
 
 @pytest.mark.parametrize("preset", [name for name in PRESETS if PRESETS[name].light == "smooth"])
-def test_light_that_changes_is_told_and_moves_nothing(preset: str) -> None:
+def test_light_that_changes_is_reported_and_moves_nothing(preset: str) -> None:
     first, second = texture(150, 190), texture(150, 190, MOTION)
     x = np.linspace(-1, 1, 190)
     gain = 1.06 + 0.03 * x

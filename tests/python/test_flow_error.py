@@ -206,7 +206,7 @@ def test_independent_errors_are_left_as_they_are() -> None:
     assert (wider < 2).all()
 
 
-def test_a_failed_test_is_told_and_widens() -> None:
+def test_a_failed_test_is_reported_and_widens() -> None:
     model, flow, _ = flow_with_gains(np.random.default_rng(9), 30, 0.15)
     found, _, at = estimate_from_flow(MarginalLikelihood(model.seeing(flow)), learn=False)
     assert not residual_test(MarginalLikelihood(model.seeing(flow)), at).passed

@@ -64,7 +64,7 @@ def test_every_table_and_key_can_be_asked_for(capsys: pytest.CaptureFixture[str]
             assert name in capsys.readouterr().out
 
 
-def test_a_key_is_said_with_unit_default_and_place(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_key_is_reported_with_unit_default_and_place(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", "subglottal_pressure"]) == 0
     assert re.fullmatch(
         r"\[airflow\]\n  subglottal_pressure  \(Pa, 800\) \S.*\n", capsys.readouterr().out, re.DOTALL
@@ -107,7 +107,7 @@ def test_a_key_can_be_asked_for_at_its_place(place: str, capsys: pytest.CaptureF
     assert len(re.findall(r"^\[", message, re.MULTILINE)) == 1
 
 
-def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_lacking_is_reported_with_where_help_is(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, whom in (
         ([], "plica"),
         (["film"], "plica film"),
@@ -116,7 +116,7 @@ def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixtur
         with pytest.raises(SystemExit) as end:
             main(arguments)
         assert end.value.code == 2
-        assert capsys.readouterr().err.endswith(f". {whom} --help says more.\n")
+        assert capsys.readouterr().err.endswith(f". See {whom} --help.\n")
 
 
 @pytest.mark.parametrize(

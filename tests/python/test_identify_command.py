@@ -143,7 +143,7 @@ def test_the_report_has_warnings_first_and_all_pictures(commanded: Path) -> None
 
 
 @pytest.mark.slow
-def test_what_was_stopped_goes_on_to_the_same_end(
+def test_what_was_stopped_continues_to_the_same_end(
     filmed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, settings = _scene(GUESS, 250e-6), Settings(**CHOSEN | {"coarser": "none"})
@@ -294,7 +294,7 @@ def test_closed_frames_are_those_with_next_to_no_glottis(tmp_path: Path) -> None
     assert np.isnan(found.observation.flow[: found.lead]).all()
 
 
-def test_frames_that_are_closed_before_the_first_opening_are_told_from_what_is_before_them(
+def test_frames_that_are_closed_before_the_first_opening_are_distinguished_from_what_is_before_them(
     tmp_path: Path,
 ) -> None:
     """The frames of unknown pressures before the recording are open; all until the first opening is closed,
@@ -354,7 +354,7 @@ def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_step_that_is_long_for_the_motion_is_said(filmed: Path, tmp_path: Path) -> None:
+def test_a_step_that_is_long_for_the_motion_is_reported(filmed: Path, tmp_path: Path) -> None:
     """Halving the step shows three quarters of an error that falls with its square; to a factor of two."""
     settings = Settings(**CHOSEN | {"coarser": "none"})
     found = {

@@ -176,7 +176,7 @@ def test_a_scene_that_is_not_linear_from_rest_is_refused(
     assert message in refused(scene=block_scene(**changes))
 
 
-def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
+def test_the_reason_why_contact_is_refused_is_reported(refused: Made) -> None:
     contact = plica.Contact(first="x_min", second="x_max", multipliers={})
     message = refused(scene=block_scene(contact=contact))
     assert "not linear in the pressures" in message
@@ -317,7 +317,7 @@ def _one(**changes: Any) -> Settings:
     return Settings(**SETTINGS | {"max_iterations": 1} | changes)
 
 
-def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
+def test_what_was_begun_continues_with_the_same_alone(begun: Path) -> None:
     source, out = begun / "flow.h5", begun / "out"
     kept = (out / "iterates.json").read_bytes()
 
@@ -361,7 +361,7 @@ def test_fewer_starts_than_it_was_begun_with_are_refused(begun: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ctrl_c_says_what_is_kept_and_the_command_that_goes_on(
+def test_ctrl_c_says_what_is_kept_and_the_command_that_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     flow_file(tmp_path / "flow.h5")
@@ -404,7 +404,7 @@ def test_points_of_all_starts_are_stored_with_their_number(tmp_path: Path) -> No
     assert set(load(tmp_path / "out").starts) == {-1}
 
 
-def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
+def test_what_is_kept_is_reported_for_both_meshes(tmp_path: Path) -> None:
     kept = Iterates(tmp_path / "iterates.json", EstimateInputs({}, {}, None, ""))
     with pytest.raises(KeyboardInterrupt, match=r"^$"), kept.listed_on_interrupt():
         raise KeyboardInterrupt
@@ -419,7 +419,7 @@ def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
 
-def test_what_is_told_of_an_estimate_while_it_runs(
+def test_what_is_reported_for_an_estimate_while_it_runs(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = iter([0.0, 12.0, 24.0, 36.0, 48.0, 60.0])
@@ -439,7 +439,7 @@ def test_what_is_told_of_an_estimate_while_it_runs(
     ]
 
 
-def test_nothing_goes_on_where_nothing_was_begun(tmp_path: Path) -> None:
+def test_nothing_continues_where_nothing_was_begun(tmp_path: Path) -> None:
     source = flow_file(tmp_path / "flow.h5")
     with pytest.raises(plica.InvalidInput, match="there is no identification to continue"):
         identify(source, block_scene(), tmp_path / "out", _one(), resume=True, progress=False)
@@ -454,7 +454,7 @@ def test_results_are_not_written_over_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "a letter"
 
 
-def test_what_contradicts_the_recording_is_said(tmp_path: Path) -> None:
+def test_what_contradicts_the_recording_is_reported(tmp_path: Path) -> None:
     flow_file(tmp_path / "flow.h5", glottal_area=np.zeros(PAIRS + 1))
     motion = open_motion(tmp_path / "flow.h5")
     warnings = recording_warnings(motion, Settings(fps=2000.0))
@@ -466,7 +466,9 @@ def test_what_contradicts_the_recording_is_said(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("preset", "smooth"), [("video", True), ("gradient", True), ("robust", False)])
-def test_flow_that_was_smoothed_is_told_with_what_to_do(tmp_path: Path, preset: str, smooth: bool) -> None:
+def test_flow_that_was_smoothed_is_reported_with_what_to_do(
+    tmp_path: Path, preset: str, smooth: bool
+) -> None:
     motion = replace(open_motion(flow_file(tmp_path / "flow.h5")), preset=preset)
     warnings = recording_warnings(motion, Settings())
     assert any(f'preset "{preset}"' in text and "--preset robust" in text for text in warnings) == smooth
@@ -494,7 +496,7 @@ def test_parameters_are_refused_before_a_flow_is_read(refused: Made, tmp_path: P
     assert 'Did you mean "body"?' in refused(missing, settings={"parameters": ("bodi.E",)})
 
 
-def test_that_there_is_one_mesh_only_is_said_at_the_start(
+def test_that_there_is_one_mesh_only_is_reported_at_the_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = block_scene().replace({"mesh.divisions": (1, 1, 1)})

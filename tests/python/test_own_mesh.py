@@ -176,7 +176,7 @@ def test_a_mesh_file_of_several_labels_is_not_taken_for_one_layer(box: Path) -> 
         {"surfaces": {"airway": 3}, "sides": "x"},
     ],
 )
-def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: dict[str, Any]) -> None:
+def test_a_broken_mesh_is_reported_before_labels_that_it_lacks(box: Path, fields: dict[str, Any]) -> None:
     with pytest.raises(plica.SceneError, match=r"mesh\.(layers|surfaces)\."):
         plica.build_mesh(plica.MeshFile(file=box, **fields))
     made = meshio.read(box)

@@ -1,4 +1,4 @@
-"""What is dark in every frame: shadows, creases and gaps; what is said of a whole recording."""
+"""What is dark in every frame: shadows, creases and gaps; warnings about a whole recording."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_a_gap_that_never_closes_is_glottis_and_is_spoken_of(tmp_path: Path) -> 
     assert light_of(found)[0] == "fair"
 
 
-def test_of_what_is_always_dark_a_gap_is_told_by_motion_on_both_sides() -> None:
+def test_of_what_is_always_dark_a_gap_is_recognised_by_motion_on_both_sides() -> None:
     frames = []
     for t in range(40):
         frame = np.full((40, 60), 140.0, dtype=np.float32)
@@ -112,7 +112,7 @@ def test_each_doubt_has_its_reason() -> None:
         "in 10 % of the frames the glottis fills all of where": {"confined": np.arange(200.0) % 10 < 1},
         "a cycle has only 7 frames": {"total": coarse},
         "the upper end of the folds lies at the picture's border": {"midline": Midline((30, 1), (30, 50))},
-        "the border of the image cuts the glottis in 10 % of the frames": {"border": np.arange(200) % 10 == 0},
+        "the picture's border cuts the glottis in 10 % of the frames": {"border": np.arange(200) % 10 == 0},
         "the voice has 1.2 Hz at 30 frames/s; voices have 30 to 2000 Hz": {"fps": 30.0},
         "the glottis is 60 mm long at 1.5 mm a pixel; folds have 2 to 40 mm": {"mm_per_px": 1.5},
     }

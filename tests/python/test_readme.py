@@ -60,7 +60,7 @@ def test_python_of_the_readme_stores_a_run_in_place_of_its_last_two_lines(tmp_pa
 
 
 @pytest.mark.slow
-def test_python_of_the_readme_varies_a_scene_and_goes_on(
+def test_python_of_the_readme_varies_a_scene_and_continues(
     phonating: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(tmp_path)

@@ -113,7 +113,7 @@ def test_a_diplophonic_and_an_aperiodic_voice_are_named_as_such() -> None:
         assert recorded_cycles(*voice(periods, amplitudes, samples=25, seed=seed)).verdict == "regular"
 
 
-def test_a_glide_is_told_and_its_cycles_all_counted() -> None:
+def test_a_glide_is_reported_and_its_cycles_all_counted() -> None:
     periods = 5e-3 / (1 + 0.01) ** np.arange(50)
     cycles = recorded_cycles(*voice(periods, np.ones(50), samples=25))
     assert cycles.count >= 48

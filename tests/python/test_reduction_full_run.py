@@ -96,14 +96,14 @@ def test_the_digest_of_a_motion_is_of_every_frame_and_of_the_scene(full_run: pli
     assert motion_digest(full_run.directory.parent / "nowhere") == ""
 
 
-def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:
+def test_a_basis_is_recomputed_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:
     scene = taken_from(full_run, 10)
     mesh = build_mesh(scene.mesh)
     kept = kept_basis(tmp_path, scene, mesh)
     assert np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
     longer = full_run.scene.replace({"time.duration": "2.5 ms"})
     plica.run(longer, full_run.directory, resume=True, progress=False)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh, begun=True), kept)
+    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
     assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
 
 

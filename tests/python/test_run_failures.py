@@ -120,7 +120,7 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
     assert int(now) == int(failure.value.waveforms["inverted_tissue"][-1])
 
 
-def test_cautions_are_said_only_of_a_scene_that_runs(
+def test_cautions_are_given_only_for_a_scene_that_runs(
     phonating: plica.Scene,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,

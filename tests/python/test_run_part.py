@@ -88,7 +88,7 @@ def test_works_and_losses_of_a_part_begin_with_it(bar: plica.Scene, tmp_path: Pa
     np.testing.assert_array_equal(halves[1].fields["displacement"], run.displacement[5:])
 
 
-def test_what_contact_made_before_a_part_is_not_said_of_it() -> None:
+def test_what_contact_made_before_a_part_is_not_attributed_to_it() -> None:
     run = Phonation(steps=2400).run()
     made = np.where(run.time < 0.05, 40e-6 * run.time / 0.05, 40e-6)
     run = replace(run, waveforms={**run.waveforms, "contact_work": made})

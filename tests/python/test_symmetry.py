@@ -225,7 +225,7 @@ def test_loads_and_weight_move_the_part_as_they_move_the_whole(phonating: plica.
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
+def test_a_restored_part_continues_bit_for_bit_with_any_number_of_threads(
     phonating: plica.Scene, threads: int
 ) -> None:
     scene = phonating.replace({"symmetry": "quarter"})
@@ -243,7 +243,7 @@ def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
         np.testing.assert_array_equal(values, waves[name][25:], err_msg=name)
 
 
-def test_a_symmetric_run_that_goes_on_is_that_of_one_piece(phonating: plica.Scene, tmp_path: Path) -> None:
+def test_a_symmetric_run_that_continues_is_that_of_one_piece(phonating: plica.Scene, tmp_path: Path) -> None:
     scene = phonating.replace({"symmetry": "quarter"})
     plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "two", progress=False)
     two = plica.run(scene, tmp_path / "two", resume=True, progress=False)

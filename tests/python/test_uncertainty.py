@@ -1,4 +1,4 @@
-"""The uncertainty of a run: what is computed, kept, said and refused."""
+"""The uncertainty of a run: what is computed, stored, reported and refused."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert (ringing / "report.html").read_text() == before
 
 
-def test_a_run_that_goes_on_has_no_uncertainty_of_the_shorter_one(ringing: Path) -> None:
+def test_a_run_that_continues_has_no_uncertainty_of_the_shorter_one(ringing: Path) -> None:
     plica.estimate_uncertainty(ringing, mesh="none", progress=False)
     scene = plica.Run.load(ringing).scene.replace({"time.duration": "50 ms"})
     plica.run(scene, ringing, resume=True, progress=False)
@@ -102,7 +102,7 @@ def test_a_run_that_goes_on_has_no_uncertainty_of_the_shorter_one(ringing: Path)
     assert found.levels[0]["steps"] == 500
 
 
-def test_a_call_that_was_stopped_goes_on_and_computes_nothing_twice(
+def test_a_call_that_was_stopped_continues_and_computes_nothing_twice(
     ringing: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = estimate.run_from

@@ -68,7 +68,7 @@ def _stored_basis(directory: Path) -> Any:
         return file["basis"][()]
 
 
-def test_that_the_error_of_a_basis_is_not_seen_is_said(
+def test_that_the_error_of_a_basis_is_not_seen_is_reported(
     bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     message = "the error of the reduced basis is not included"

@@ -55,7 +55,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     )
 
 
-def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
+def test_a_voice_continues_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
     first = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     for slot in voice.glob("checkpoint-*.h5"):
         slot.unlink()  # the state is kept with the levels
@@ -65,7 +65,7 @@ def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> 
     assert again.measures == first.measures
 
 
-def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
+def test_a_voice_that_continues_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
     longer = tmp_path / "run"
     shutil.copytree(voice, longer)
     plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
@@ -88,7 +88,7 @@ def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp
 
 
 @pytest.mark.parametrize("settles_after", [1, 2, 3, 9])
-def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
+def test_a_level_that_has_not_settled_continues_twice_and_no_more(
     settles_after: int, bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lengths: list[int] = []

@@ -207,8 +207,8 @@ class Clip:
         normal = raster.of(normals(metric @ self.camera.axes, triangles), triangles)
         picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
         picture[raster.pixels] = self._shading.grey(view.of(self._sight.points), normal)
-        beside = ~view.opening.pixels(self.camera.shape).ravel()
-        picture[beside] = self._surroundings[beside]
+        outside = ~view.opening.pixels(self.camera.shape).ravel()
+        picture[outside] = self._surroundings[outside]
         return picture.reshape(self.camera.shape)
 
     @cached_property

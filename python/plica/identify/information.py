@@ -57,7 +57,7 @@ def gradient_and_information(
     inverse = solved.inverse[np.ix_(others, others)]
     excess = np.diag(solved.prior_variance[others]) - inverse  # Q - S^-1
     AX = [solved.before @ x[before][:, others] for x in X]
-    X_own = [x[np.ix_(others, others)] - solved.beside.T @ x[before][:, others] for x in X]
+    X_own = [x[np.ix_(others, others)] - solved.coupling.T @ x[before][:, others] for x in X]
     SX = [inverse @ x for x in X_own]
     traces = np.array([np.trace(sx) for sx in SX] + [0.0] * (len(means) - tissue))
     spurious, of_T = np.zeros_like(information), np.zeros_like(information)

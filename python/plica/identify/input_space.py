@@ -103,16 +103,16 @@ class InputSpace:
         extended = np.zeros((i + k, i + k))
         extended[:i, :i] = chosen
         if gains[1]:
-            extended[:i, i:] = self._beside_gains(first)
+            extended[:i, i:] = self._gain_rows(first)
         if gains[0]:
             extended[i:, :i] = (
-                extended[:i, i:].T if gains[1] and second is first else self._beside_gains(second).T
+                extended[:i, i:].T if gains[1] and second is first else self._gain_rows(second).T
             )
         if all(gains):
             extended[i:, i:] = self._gain_gram
         return extended
 
-    def _beside_gains(self, lags: Array) -> Array:
+    def _gain_rows(self, lags: Array) -> Array:
         """lags' W gains, (pressures, k)."""
         width = self._weighted_gains.shape[1]
         parts = [self._weighted_gains[:, a : a + _GAIN_BLOCK].toarray() for a in range(0, width, _GAIN_BLOCK)]
@@ -168,7 +168,7 @@ class Solved:
     residual : (N, m) px/frame, with these inputs
     value : the log-likelihood
     before : A = (T_b' W T_b + Q_b^-1)^-1 of the b inputs before the recording, (b, b)
-    beside : A T_b' W T of the others, (b, i - b)
+    coupling : A T_b' W T of the others, (b, i - b)
     """
 
     def __init__(
@@ -185,11 +185,11 @@ class Solved:
         factor = np.asarray(np.linalg.cholesky(early), dtype=float)
         inverse = np.linalg.inv(factor)
         self.before: Array = inverse.T @ inverse
-        self.beside: Array = self.before @ gram[before][:, others]
+        self.coupling: Array = self.before @ gram[before][:, others]
         if noise is None:
             noise = profiled(
-                gram[np.ix_(others, others)] - gram[others, before] @ self.beside,
-                projected[others] - projected[before] @ self.beside,
+                gram[np.ix_(others, others)] - gram[others, before] @ self.coupling,
+                projected[others] - projected[before] @ self.coupling,
                 square - float(projected[before] @ self.before @ projected[before]),
                 n,
                 space.classes,

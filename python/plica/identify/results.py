@@ -156,10 +156,10 @@ def load(directory: str | Path) -> Identification:
     where = Path(directory)
     path = where / "posterior.h5"
     if not path.exists():
-        begun = (where / "iterates.json").exists()
+        resumed = (where / "iterates.json").exists()
         raise InvalidInput(
             f"{where}: the identification has not finished. Continue it with --resume."
-            if begun
+            if resumed
             else f"{where}: has no posterior.h5; must be the directory of an identification."
         )
     check_result_file(path)

@@ -83,9 +83,9 @@ def of_slope(values: Floats) -> Replicates | None:
     n = values.size
     if n < 4:
         return None
-    drawn = np.random.default_rng([_SEED, n, 1]).integers(0, n, (_DRAWS, n))
-    drawn = drawn[np.ptp(drawn, axis=1) > 0]
-    number, value = drawn - drawn.mean(axis=1, keepdims=True), values[drawn]
+    indices = np.random.default_rng([_SEED, n, 1]).integers(0, n, (_DRAWS, n))
+    indices = indices[np.ptp(indices, axis=1) > 0]
+    number, value = indices - indices.mean(axis=1, keepdims=True), values[indices]
     return Replicates((number * value).sum(axis=1) / (number**2).sum(axis=1) / value.mean(axis=1), n)
 
 
@@ -102,9 +102,9 @@ def of_ratio(top: Floats, bottom: Floats) -> Replicates | None:
     length = round(n ** (1 / 3)) if n >= _MANY else 1
     random = np.random.default_rng([_SEED, n])
     begins = random.integers(0, n, (_DRAWS, -(-n // length)))
-    drawn = ((begins[..., None] + np.arange(length)) % n).reshape(_DRAWS, -1)[:, :n]
-    bottoms = bottom[drawn].sum(axis=1)
-    return Replicates(top[drawn].sum(axis=1)[bottoms != 0] / bottoms[bottoms != 0], n / length)
+    indices = ((begins[..., None] + np.arange(length)) % n).reshape(_DRAWS, -1)[:, :n]
+    bottoms = bottom[indices].sum(axis=1)
+    return Replicates(top[indices].sum(axis=1)[bottoms != 0] / bottoms[bottoms != 0], n / length)
 
 
 def _ends(found: Floats, wide: float, freedom: float) -> tuple[float, float]:

@@ -207,5 +207,5 @@ def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
         return absent(name, cycles.note)
     spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
     all_cautions = tuple(filter(None, [cycles.note, *cautions]))
-    drawn = of_ratio(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
-    return Measure(name, cycles.frequency, spread, cycles.count, cautions=all_cautions, replicates=drawn)
+    resampled = of_ratio(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
+    return Measure(name, cycles.frequency, spread, cycles.count, cautions=all_cautions, replicates=resampled)

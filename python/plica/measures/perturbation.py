@@ -93,7 +93,7 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
     cautions = (cycles.note,) if cycles.note else ()
     part, step = cycles.extent(time), time_step(time)
     ratio = harmonics_to_noise(signal[part], step)
-    drawn = _noise_replicates(time, signal, cycles)
+    resampled = _noise_replicates(time, signal, cycles)
     peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
     limited = _limited_by_sampling(ratio, time[part], cycles.frequency, step)
     return [
@@ -101,7 +101,7 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
         if np.isfinite(value)
         else absent(name, why)
         for name, value, replicates, further, why in (
-            (names[0], ratio, drawn, limited, "the record is periodic to round-off, or has no period"),
+            (names[0], ratio, resampled, limited, "the record is periodic to round-off, or has no period"),
             (names[1], peak, None, (), "the record is too short for a cepstrum"),
         )
     ]
@@ -132,8 +132,8 @@ def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicate
         for k in cycles.samples(time)
     ]
     top, bottom = np.array([pair for pair in found if np.isfinite(pair).all()]).reshape(-1, 2).T
-    drawn = of_ratio(top, bottom)
-    if drawn is None:
+    resampled = of_ratio(top, bottom)
+    if resampled is None:
         return None
     shift = height - float(top.sum() / bottom.sum())  # effect of interpolating between samples
 
@@ -141,7 +141,7 @@ def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicate
         r = np.clip(values + shift, 1e-9, 1 - 1e-9)
         return np.asarray(10 * np.log10(r / (1 - r)))
 
-    return drawn.mapped(decibels)
+    return resampled.mapped(decibels)
 
 
 def harmonics_to_noise(signal: Floats, step: float) -> float:

@@ -48,7 +48,7 @@ class Own:
         mesh = build_mesh(scene.mesh, scene.source)
         if scene.reduction is None:
             return Own(step, mesh, None, 0.0)
-        basis = kept_basis(run.directory, scene, mesh, begun=True)
+        basis = kept_basis(run.directory, scene, mesh, resumed=True)
         return Own(step, mesh, basis, basis_seconds(run.directory))
 
 

@@ -77,7 +77,7 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
         return None
     scene: Scene = run.scene
     mesh = build_mesh(scene.mesh, scene.source)
-    basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, begun=True)
+    basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, resumed=True)
     simulation = build_simulation(scene, mesh, basis=basis)
     if held.state.keys() != simulation.state().keys():
         return None

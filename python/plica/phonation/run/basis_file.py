@@ -24,15 +24,15 @@ BASIS = "basis.h5"
 
 
 def kept_basis(
-    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, begun: bool = False, shown: bool = False
+    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, resumed: bool = False, shown: bool = False
 ) -> NDArray[np.float64]:
     """The vectors (3 n, any) of a scene from its run's directory; computed and stored if there are none.
 
-    begun: the run has states, which are coordinates in its basis; raises InvalidInput if that basis is
+    resumed: the run has states, which are coordinates in its basis; raises InvalidInput if that basis is
     missing. shown: print on standard error that a basis is computed, which takes time.
     """
     digest = _digest(scene, mesh)
-    if begun:
+    if resumed:
         return _required(directory / BASIS, digest)
     motion = _motion(scene)
     found = _read(directory / BASIS, digest, motion)

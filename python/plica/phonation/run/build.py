@@ -97,9 +97,9 @@ def build_simulation(
 
 
 def basis_of(
-    scene: Scene, mesh: _engine.TetMesh, begun: Callable[[], None] | None = None
+    scene: Scene, mesh: _engine.TetMesh, on_start: Callable[[], None] | None = None
 ) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene with a reduction; `begun` is called before they are computed.
+    """The vectors (3 n, any) of a scene with a reduction; `on_start` is called before they are computed.
 
     Raises SceneError if it asks for more vectors than the mesh has.
     """
@@ -121,7 +121,7 @@ def basis_of(
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
             planes=symmetry_planes(scene.symmetry),
-            begun=begun,
+            on_start=on_start,
         )
     except InvalidInput as error:
         raise _located(scene, error) from None

@@ -36,7 +36,7 @@ def reduction_basis(
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
     planes: int = 0,
-    begun: Callable[[], None] | None = None,
+    on_start: Callable[[], None] | None = None,
 ) -> Floats:
     """A basis (3 n, vectors) of displacements, zero where they are fixed.
 
@@ -68,7 +68,7 @@ def reduction_basis(
     planes : int
         Number of symmetry planes of the vectors: 0 none, 1 x = 0, 2 y = 0, too. The scene must be symmetric;
         of the motion the symmetric part is used.
-    begun : callable, optional
+    on_start : callable, optional
         Called once the requested numbers are known to be available.
 
     Raises
@@ -118,8 +118,8 @@ def reduction_basis(
         fields = mirrored_mean(motion, points, planes).reshape(len(motion), -1)[:, free].T
         count = min(COMPONENTS, len(motion)) if components is None else components
         columns.append(_principal_components(K, fields, count))
-    if begun is not None:
-        begun()
+    if on_start is not None:
+        on_start()
     columns.append(_lowest_modes(K, M, solve, modes))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)

@@ -152,12 +152,12 @@ def run_from(
 
 
 def _basis(
-    scene: Scene, directory: Path, mesh: _engine.TetMesh, begun: bool, *, shown: bool
+    scene: Scene, directory: Path, mesh: _engine.TetMesh, resumed: bool, *, shown: bool
 ) -> NDArray[np.float64] | None:
     """The basis of a scene with a reduction, else None."""
     if scene.reduction is None:
         return None
-    return kept_basis(directory, scene, mesh, begun=begun, shown=shown)
+    return kept_basis(directory, scene, mesh, resumed=resumed, shown=shown)
 
 
 @contextmanager

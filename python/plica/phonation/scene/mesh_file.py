@@ -169,9 +169,9 @@ class _Reader:
         if self.mesh.sides == "x":
             x = points[:, 0]
             across = x[self._airway(points, cells)]
-            beside = x[cells[:, :4]].mean(axis=1) - 0.5 * (across.min() + across.max())
+            offset = x[cells[:, :4]].mean(axis=1) - 0.5 * (across.min() + across.max())
             same = 1e-9 * np.ptp(across)  # round-off has no side, wherever the mesh is
-            side[beside < -same], side[beside > same] = 1, 2
+            side[offset < -same], side[offset > same] = 1, 2
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
