@@ -114,7 +114,7 @@ def _apart() -> Mask:
         (lambda: np.zeros(SHAPE, dtype=bool), "glottis = 0 px"),
         (lambda: _slit(rows=(0, 80)), "on the picture's border"),
         (lambda: _slit(columns=(0, 10)), "on the picture's border"),
-        (_apart, "2 separate openings"),
+        (_apart, "separate openings = 2"),
         (lambda: _slit(rows=(30, 40), columns=(40, 43)), "area = 30 px"),
         (lambda: _slit(rows=(30, 45), columns=(40, 44)), "length = "),
         (lambda: _slit(columns=(40, 42)), "mean width = 2.0 px"),

@@ -14,7 +14,7 @@ from plica.phonation.scene.problems import describe
 
 __all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "run_probe"]
 
-Word = Literal["right", "message", "refused", "WRONG", "NaN", "CRASH", "HANG"]
+Word = Literal["right", "said", "refused", "WRONG", "NaN", "CRASH", "HANG"]
 
 FORBIDDEN: tuple[Word, ...] = ("WRONG", "NaN", "CRASH", "HANG")
 LONGEST = 900
@@ -79,7 +79,7 @@ def run_probe(find: Callable[[], Found]) -> Verdict:
     if found.error <= found.allowed:
         return Verdict("right", found.note, *numbers)
     if found.cautions:
-        return Verdict("message", "; ".join(filter(None, (", ".join(found.cautions), found.note))), *numbers)
+        return Verdict("said", "; ".join(filter(None, (", ".join(found.cautions), found.note))), *numbers)
     return Verdict("WRONG", found.note, *numbers)
 
 
