@@ -214,7 +214,7 @@ def test_what_cannot_be_compared_is_refused_in_one_sentence(
         ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be of the same kind"),
         ([str(tmp_path / "run"), first], "a run; must be of the same kind"),
         ([first, first, "--pdf"], "--pdf is given without -o"),
-        ([first, first], "are one directory; must be two"),
+        ([first, first], "are the same directory; must be different"),
     ):
         assert main(["compare", *arguments]) == 2, arguments
         error = capsys.readouterr().err

@@ -72,7 +72,7 @@ def test_a_directory_must_be_an_analysis(refused: Made, tmp_path: Path) -> None:
 
 def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
     (tmp_path / "flow.hdf5").write_bytes(b"no HDF5 at all")
-    assert "no HDF5 file" in refused(tmp_path / "flow.hdf5")
+    assert "is not an HDF5 file" in refused(tmp_path / "flow.hdf5")
     (tmp_path / "flow.npz").write_bytes(b"no NPZ at all")
     assert "cannot be read as NPZ" in refused(tmp_path / "flow.npz")
 
@@ -142,7 +142,7 @@ def test_a_file_that_does_not_fit_is_refused(refused: Made, changes: dict[str, A
         ({"surface": "x_mxa"}, 'Did you mean "x_max"?'),
         (
             {"surface": "z_max"},
-            "the surface of the pressures is at one height, z = 0.01 m; must have an extent in z",
+            "the surface of the pressures is at one height, z = 0.003 m; must have an extent in z",
         ),
         ({"heights": (0.1, 0.2)}, "heights[0] = 0.1 m; must be where a pressure acts on the surface"),
     ],
@@ -485,7 +485,7 @@ def test_the_command_says_what_is_wrong_and_returns_two(
     assert main([*arguments, "-o", str(tmp_path / "out"), "--log-sd", "-1"]) == 2
     assert "plica: --log-sd = -1" in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--parameters", "body.E,"]) == 2
-    assert '--parameters = "body.E,"; must be names with single commas' in capsys.readouterr().err
+    assert '--parameters = "body.E,"; must be names separated by single commas' in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--from", "5", "--to", "6"]) == 2
     assert "plica: --to = 6; must be >= first + 2 = 7" in capsys.readouterr().err
 
