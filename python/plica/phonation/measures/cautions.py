@@ -29,7 +29,7 @@ pressures_off = (
 slides = 0.25  # edges: more is said (a node beside the rim has been missed at 0.3)
 makes = 0.05  # of the largest energy or work of the loads, made by contact or scheme: more is said
 largest_error_of_strain = (
-    0.1  # as well as moduli of tissue are known at best; docs/theory.md, "Large strains"
+    0.1  # as well as moduli of tissue are known at best; docs/theory/tissue.md, "Large strains"
 )
 largest_flow = 3e-3  # m^3/s: shouting, 10 kPa through 20 mm^2 of glottis, is 2.6e-3
 largest_motion = (

@@ -85,8 +85,8 @@ class Scene(Part):
     x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused: a larynx can be
     symmetric, a block and blocks never are, as all boxes are cut along the same diagonals. Waveforms and
     fields are of all nodes; with contact by penalty or mortar faces, whose slave side makes a whole run lean,
-    they differ from it by some percent, as a caution says (docs/theory.md, "Symmetric scenes"). Left out: all
-    tissue moves on its own."""
+    they differ from it by some percent, as a caution says (docs/theory/symmetry.md). Left out: all tissue
+    moves on its own."""
     solver: Solver = Solver()
     """Of the linear systems."""
     output: Output = Output()
