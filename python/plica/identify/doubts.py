@@ -10,7 +10,7 @@ from plica.identify.sources import PixelMotion
 __all__ = ["doubts"]
 
 _SMOOTH = ("video", "gradient")
-"""Presets of the flow whose error is small and not independent (docs/identification_measured.md, "From a
+"""Presets of the flow whose error is small and not independent (docs/identification_films.md, "From a
 film")."""
 
 
