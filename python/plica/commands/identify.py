@@ -19,7 +19,7 @@ tell. RECORDING is one of
   a directory     an analysis by plica video: flow with its trust, masks, glottal area
   clip.truth.h5   the true flow of a film (plica film), which says where the camera stood
   flow.h5, .npz   flow (frames - 1, height, width, 2) px, right and down; if there: visible, sd,
-                  glottal_area, projection, fps, mm_per_px (docs/identification.md)
+                  glottal_area, projection, fps, mm_per_px (docs/identification_settings.md)
 
 SCENE has the mesh, the tissue's values as first guess, the supports and the time step, of which a whole
 number must make the interval of two frames. Delete its contact, loads, gravity, initial and symmetry:
