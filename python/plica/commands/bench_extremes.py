@@ -21,7 +21,7 @@ and wide-open folds, a million steps, broken files of every kind, random scenes.
   said      accuracy is lost, and a caution of the run names it
   refused   one clear sentence, InvalidInput or SolveFailed
 
-or, forbidden: WRONG (and no word of it), NaN, CRASH, HANG. docs/extremes.md has the table.
+or, forbidden: WRONG (and no word of it), NaN, CRASH, HANG. docs/extremes_tables.md has the table.
 
 examples:
   plica bench extremes --size small         seconds: does it work here
