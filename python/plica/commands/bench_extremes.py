@@ -22,7 +22,7 @@ verdict:
   said      accuracy is lost, with a caution
   refused   with a clear message, InvalidInput or SolveFailed
 
-or, as a failure: WRONG (without a caution), NaN, CRASH, HANG. docs/extremes.md has the table.
+or, as a failure: WRONG (without a caution), NaN, CRASH, HANG. docs/extremes_tables.md has the table.
 
 examples:
   plica bench extremes --size small         a quick check in seconds

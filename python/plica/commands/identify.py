@@ -19,7 +19,7 @@ recording does not determine. RECORDING is one of
   a directory     an analysis by plica video: flow with its trust map, masks, glottal area
   clip.truth.h5   the true flow of a film (plica film), which contains the pose of the camera
   flow.h5, .npz   flow (frames - 1, height, width, 2) px, right and down; optional: visible, sd,
-                  glottal_area, projection, fps, mm_per_px (docs/identification.md)
+                  glottal_area, projection, fps, mm_per_px (docs/identification_settings.md)
 
 SCENE has the mesh, initial values of the tissue parameters, the supports and the time step; the frame
 interval must be a multiple of the step. Delete its contact, loads, gravity, initial and symmetry: in closed

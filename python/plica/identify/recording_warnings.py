@@ -10,7 +10,7 @@ from plica.identify.sources import PixelMotion
 __all__ = ["recording_warnings"]
 
 _SMOOTH = ("video", "gradient")
-"""Optical flow presets that smooth: their error is small but correlated (docs/identification_measured.md,
+"""Optical flow presets that smooth: their error is small but correlated (docs/identification_films.md,
 "From a film")."""
 
 

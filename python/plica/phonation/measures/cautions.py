@@ -28,7 +28,7 @@ largest_pressure_error = (
 )
 largest_slide = 0.25  # mean edges; at 0.3 a node beside the rim has been missed
 largest_energy_gain = 0.05  # by contact or scheme, of the largest energy or work of the loads
-largest_strain_error = 0.1  # about how well tissue moduli are known (docs/theory.md, "Large strains")
+largest_strain_error = 0.1  # about how well tissue moduli are known (docs/theory/tissue.md, "Large strains")
 largest_flow = 3e-3  # m^3/s; shouting, 10 kPa through 20 mm^2 of glottis, is 2.6e-3
 largest_motion = 0.25  # of the folds' length; a tenth in phonation, and linear tissue needs small strain
 one_sided_errors = {"mortar": (4, 60), "volume_penalty": (0.5, 5), "penalty": (1, 8)}

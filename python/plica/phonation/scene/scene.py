@@ -87,7 +87,7 @@ class Scene(Part):
     refused: a larynx can be symmetric, a block and blocks never are, as all boxes are divided along the same
     diagonals. Waveforms and fields are of all nodes; with contact by penalty or mortar faces, whose slave
     side makes a run without symmetry lean, they differ from that run by some percent, with a caution
-    (docs/theory.md, "Symmetric scenes"). Default: no symmetry."""
+    (docs/theory/symmetry.md). Default: no symmetry."""
     solver: Solver = Solver()
     """Solver of the linear systems."""
     output: Output = Output()
