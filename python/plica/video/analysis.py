@@ -230,7 +230,8 @@ class Analysis:
         outline, of_inner = part("lost_"), part("inner_lost_")
         lost = None
         if outline is not None and of_inner is not None:
-            lost = LostToBlur(outline, of_inner, self["sides/blur_band"], self["sides/lost_most"])
+            further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
+            lost = LostToBlur(outline, of_inner, *further)
         found = part("", inner=part("inner_"), lost=lost)
         assert found is not None
         return found

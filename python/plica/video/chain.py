@@ -215,7 +215,7 @@ class Chain:
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
-        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
+        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, self._shape)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
@@ -246,6 +246,7 @@ class Chain:
             blur=np.array(profiles.blur),
             blur_band=lost_of.band,
             lost_most=lost_of.most,
+            lost_shade=np.array(lost_of.shade),
             kymogram=lines.astype(np.float32),
         )
 

@@ -18,6 +18,8 @@ __all__ = ["GlottalArea", "LostToBlur", "areas", "middle"]
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
+_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.12, with it from 0.37 on
+
 
 @dataclass(frozen=True)
 class GlottalArea:
@@ -97,22 +99,31 @@ class LostToBlur:
         How far apart blur alone puts the areas between which the true one lies.
     most : (frames) px^2
         What may be open besides where the folds seem closed: slits that are hidden all the time.
+    shade : float
+        Share of what darkens the midline that darkens the tissue beside it as much, as no slit does; not a
+        number where the folds never close.
     """
 
     outline: GlottalArea
     inner: GlottalArea
     band: Floats
     most: Floats
+    shade: float
+
+    @property
+    def by_blur_alone(self) -> bool:
+        """Whether slits are what darkens the midline, and no shade between folds that close."""
+        return self.shade < _SHADED
 
     @property
     def mirrored(self) -> LostToBlur:
         """Left and right changed."""
-        return LostToBlur(self.outline.mirrored, self.inner.mirrored, self.band, self.most)
+        return LostToBlur(self.outline.mirrored, self.inner.mirrored, self.band, self.most, self.shade)
 
     def between(self, known: Mask) -> LostToBlur:
         """With all frames but these between their neighbours."""
         parts = self.outline.between(known), self.inner.between(known)
-        return LostToBlur(*parts, _between(self.band, known), _between(self.most, known))
+        return LostToBlur(*parts, _between(self.band, known), _between(self.most, known), self.shade)
 
 
 def _between(values: Floats, known: Mask) -> Floats:

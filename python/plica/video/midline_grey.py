@@ -10,14 +10,13 @@ import numpy.typing as npt
 from plica.video.midline import Midline, pixels
 from plica.video.parting import dark_level
 
-__all__ = ["GreyLines", "MidlineGrey", "reach"]
+__all__ = ["GreyLines", "MidlineGrey"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-reach = 5.0
-"""px from the midline: half a band, which holds a slit of 2 s that is blurred by s up to 1.4 px."""
-_RIM = 1.5  # px about that reach, where the tissue is that moves in or out
+_CORE = 3.0  # px from the midline, which hold a slit of 2 s that is blurred by s up to 1.1 px
+_RIM = 3.0  # px beyond
 _BEYOND = 3  # px beyond both ends of the midline, where the outline has lost pointed ends
 _WIDE = 20.0  # px from the midline, over which the pixels of a line are counted
 
@@ -30,14 +29,12 @@ class GreyLines:
     ----------
     width : (2, frames, lines) px
         Of the glottis on either side of the midline.
-    grey : (2, frames, lines) grey levels times px
-        Summed over the `reach` next to the midline.
-    rim : (2, frames, lines) grey levels
-        Mean at that reach.
+    core : (2, frames, lines) grey levels times px
+        Summed over the three pixels next to the midline.
     extent : (2, lines) px
-        Of what `grey` is summed over.
-    light : (frames) grey levels
-        Mean of the tissue by which the light is compared.
+        Of what that is summed over.
+    rim : (2, frames, lines) grey levels
+        Mean over the three pixels beyond.
     dark : float
         Grey level of the widest glottis; not a number without one.
     middle : (lines) bool
@@ -45,10 +42,9 @@ class GreyLines:
     """
 
     width: Floats
-    grey: Floats
-    rim: Floats
+    core: Floats
     extent: Floats
-    light: Floats
+    rim: Floats
     dark: float
     middle: Mask
 
@@ -59,29 +55,27 @@ class MidlineGrey:
     Parameters
     ----------
     midline : Midline
-    tissue : (h, w) bool
-        Tissue by which the light of the frames is compared.
+    shape : (int, int)
+        Of the frames.
     """
 
-    def __init__(self, midline: Midline, tissue: Mask) -> None:
-        along, off = np.moveaxis(midline.place(pixels(tissue.shape)), -1, 0)
+    def __init__(self, midline: Midline, shape: tuple[int, int]) -> None:
+        along, off = np.moveaxis(midline.place(pixels(shape)), -1, 0)
         number = np.floor(along).astype(int) + _BEYOND
         self._count = int(np.floor(midline.length)) + 1 + 2 * _BEYOND
         self._number = np.where((number >= 0) & (number < self._count), number, self._count)
-        self._tissue = tissue
         right = np.clip(0.5 + off, 0.0, 1.0)  # of a pixel's area
         self._sides = (1 - right, right)
         wide = np.abs(off) < _WIDE
         # Of a line that leans, not every one has as many pixels: a px across it is so many.
         self._density = np.maximum(self._sums(wide, np.ones(int(wide.sum()))) / (2 * _WIDE), 1e-9)
-        share = np.clip(reach + 0.5 - np.abs(off), 0.0, 1.0)
-        band, rim = share > 0, np.abs(np.abs(off) - reach) <= _RIM
-        self._bands = [(band, (side * share)[band]) for side in self._sides]
+        share = np.clip(_CORE + 0.5 - np.abs(off), 0.0, 1.0)
+        core, rim = share > 0, (np.abs(off) > _CORE) & (np.abs(off) <= _CORE + _RIM)
+        self._cores = [(core, (side * share)[core]) for side in self._sides]
         self._rims = [rim & (off < 0), rim & (off > 0)]
         place = (np.arange(self._count) - _BEYOND + 0.5) / midline.length
         self._middle = np.abs(place - 0.5) < 0.05
         self._frames: list[npt.NDArray[np.float32]] = []
-        self._light: list[float] = []
         self._widest, self._dark = 0, float("nan")
 
     def _sums(self, where: Mask, weights: npt.NDArray[np.floating]) -> Floats:
@@ -92,18 +86,17 @@ class MidlineGrey:
     def add(self, frame: npt.NDArray[np.floating], glottis: Mask) -> None:
         """Those of a frame (h, w) and its glottis."""
         width = [self._sums(glottis, side[glottis]) / self._density for side in self._sides]
-        grey = [self._sums(band, weight * frame[band]) / self._density for band, weight in self._bands]
+        core = [self._sums(near, weight * frame[near]) / self._density for near, weight in self._cores]
         rim = [
             self._sums(own, frame[own]) / np.maximum(self._sums(own, np.ones(int(own.sum()))), 1.0)
             for own in self._rims
         ]
-        self._frames.append(np.array([width, grey, rim], dtype=np.float32))
-        self._light.append(float(frame[self._tissue].mean()) if self._tissue.any() else float("nan"))
+        self._frames.append(np.array([width, core, rim], dtype=np.float32))
         if (size := int(glottis.sum())) > self._widest:
             self._widest, self._dark = size, dark_level(frame, glottis)
 
     def lines(self) -> GreyLines:
         """Those of all frames that were added."""
-        width, grey, rim = np.moveaxis(np.array(self._frames, dtype=float), 0, 2)
-        extent = np.array([self._sums(*band) for band in self._bands]) / self._density
-        return GreyLines(width, grey, rim, extent, np.array(self._light), self._dark, self._middle)
+        width, core, rim = np.moveaxis(np.array(self._frames, dtype=float), 0, 2)
+        extent = np.array([self._sums(*near) for near in self._cores]) / self._density
+        return GreyLines(width, core, extent, rim, self._dark, self._middle)

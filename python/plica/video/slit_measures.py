@@ -24,21 +24,26 @@ __all__ = ["open_besides", "with_hidden_slits", "with_open_slits"]
 Floats = npt.NDArray[np.float64]
 
 _SEED = 20213
-_NONE_TO_HALF_MORE = (-1.0, 0.5)  # of what was added; chosen on films, judged on others (edge_blur.py)
+_ADDED = (-1.0, 0.5)  # of what was added, about the measure with it; chosen on films, judged on others
+_NOT_ADDED = (-0.5, 1.5)  # of the same, about the measure by the outline
 _NOTED = 0.01  # of the value: what slits add is in the note
 _UNDER = float(np.arccos(1 - 2 * closure) / np.pi)  # of a cycle, that a sine is below that share of its height
 _ANGLES = ("left_right_phase",)
 
 
-def with_hidden_slits(counted: Sequence[Measure], outlined: Sequence[Measure]) -> list[Measure]:
+def with_hidden_slits(
+    counted: Sequence[Measure], outlined: Sequence[Measure], *, shaded: bool = False
+) -> list[Measure]:
     """The measures with hidden slits counted, each with an interval that has what they add, and a note.
+
+    Where the line between the folds is `shaded`, the measures by the outline, with the same intervals.
 
     Parameters
     ----------
     counted, outlined : as many Measures each
         With hidden slits, and by the outline alone.
     """
-    return [_counted(item, bare) for item, bare in zip(counted, outlined, strict=True)]
+    return [_counted(item, bare, shaded) for item, bare in zip(counted, outlined, strict=True)]
 
 
 def open_besides(total: Floats, most: Floats, cycles: Cycles, time: Floats) -> str:
@@ -88,16 +93,18 @@ def with_open_slits(found: Sequence[Measure], opened: Sequence[Measure], said: s
     return widened
 
 
-def _counted(item: Measure, bare: Measure) -> Measure:
+def _counted(item: Measure, bare: Measure, shaded: bool) -> Measure:
     if item.value is None or bare.value is None or item.value == bare.value:
-        return item
+        return bare if shaded else item
     added = item.value - bare.value
     if item.name in _ANGLES:
         added = float(np.angle(np.exp(1j * added)))
+    if shaded:
+        return _drawn(bare, added, _NOT_ADDED)
     if abs(added) > _NOTED * abs(item.value):
         said = f"with slits that blur hides from the outline, by their darkness; without them {bare.value:.3g}"
         item = replace(item, note="; ".join(filter(None, (item.note, said))))
-    return _drawn(item, added, _NONE_TO_HALF_MORE)
+    return _drawn(item, added, _ADDED)
 
 
 def _drawn(item: Measure, size: float, ends: tuple[float, float]) -> Measure:

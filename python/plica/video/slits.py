@@ -13,6 +13,8 @@ noise does not choose, are brightest.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -59,12 +61,13 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
     blur = blur if np.isfinite(blur) else _UNKNOWN
     if not np.isfinite(lines.dark):
         none = np.zeros(outlined.size)
-        return LostToBlur(*2 * [GlottalArea(*4 * [none])], none, none)
+        return LostToBlur(*2 * [GlottalArea(*4 * [none])], none, none, float("nan"))
     known, seen = outlined[:, None], lines.width.sum(axis=0)
     near = ndimage.binary_dilation((seen > 0).any(axis=0), iterations=_TOUCHING)
     narrow = (seen < _NARROW * blur) & near & known
     most = hidden_width(blur)
-    hidden = np.where(narrow, np.clip(_darkness(lines, outlined) - lines.width, -most, most), 0.0)
+    dark, shade = _darkness(lines, outlined, near)
+    hidden = np.where(narrow, np.clip(dark - lines.width, -most, most), 0.0)
     area = seen.sum(axis=1)
     hidden[:, (area == 0) & (hidden.sum(axis=(0, 2)) < closure * area.max())] = 0.0
     sides = np.maximum(lines.width + hidden, 0.0)
@@ -77,6 +80,7 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
         inner=_of_lines(inner, lines.middle),
         band=np.where(outlined, high - low, 0.0),
         most=besides.sum(axis=1),
+        shade=shade,
     )
 
 
@@ -91,40 +95,55 @@ def _of_lines(width: Floats, middle: Mask) -> GlottalArea:
     return GlottalArea(*width.sum(axis=2), *width[:, :, middle].mean(axis=2))
 
 
-def _darkness(lines: GreyLines, outlined: Mask) -> Floats:
-    """(2, frames, lines) px of slit on each side, by how much darker the band is than with closed folds; not
-    a number where those are not known."""
+def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, float]:
+    """(2, frames, lines) px of slit on each side, by how much darker the core is than with closed folds, over
+    the rim: as the outline has it where closed folds are not known. And the share of all darkness that the
+    rim has too, in lines without an outline."""
     from scipy import ndimage
 
-    bright = lines.light - lines.dark
-    light = np.where(bright > 0, bright / max(float(np.nanmedian(bright)), 1e-9), 1.0)[:, None]
-    grey = (lines.grey - lines.dark * lines.extent[:, None]) / light
-    contrast = ndimage.gaussian_filter1d((lines.rim - lines.dark) / light, _RIM_ALONG, axis=2)
+    rim = ndimage.gaussian_filter1d(lines.rim, _RIM_ALONG, axis=2)
+    core, rims = lines.core, lines.extent[:, None] * rim
     seen = lines.width.sum(axis=0)
-    closed = _closed(grey, (seen == 0) & outlined[:, None], seen.sum(axis=1))
-    darker = ndimage.gaussian_filter1d(np.nan_to_num(closed - grey), _ALONG, axis=2)
-    return np.where(np.isfinite(closed), darker / np.maximum(contrast, _FAINT), lines.width)
+    without = (seen == 0) & outlined[:, None]
+    over_rim, both = core - rims, np.stack([core, rims])
+    windows = _windows(seen.sum(axis=1))
+    darker = _closed(over_rim, over_rim, without, windows) - over_rim
+    fall = _closed(both, core + rims, without, windows) - both  # against folds that are bright all over
+    counted = without & near & np.isfinite(darker).all(axis=0)
+    dark, beside = (float(part.sum(where=counted)) for part in fall)
+    slit = ndimage.gaussian_filter1d(np.nan_to_num(darker), _ALONG, axis=2)
+    slit /= np.maximum(rim - lines.dark, _FAINT)
+    found = np.where(np.isfinite(darker), slit, lines.width)
+    return found, beside / dark if dark > 0 else float("nan")
 
 
-def _closed(grey: Floats, without: Mask, area: Floats) -> Floats:
-    """(2, frames, lines) what the lines have with closed folds, in the cycles about each frame; not a number
-    where too few frames are `without` a slit."""
+def _windows(area: Floats) -> list[tuple[slice, slice]]:
+    """Frames a period long, and those of the cycles about them."""
+    frequency = autocorrelation_frequency(area, 1.0) if area.size >= _FEWEST else float("nan")
+    period = max(round(1 / frequency), 1) if np.isfinite(frequency) else area.size
+    about = _CYCLES * period
+    return [
+        (slice(k, k + period), slice(max(k - about, 0), k + period + about))
+        for k in range(0, area.size, period)
+    ]
+
+
+def _closed(values: Floats, bright: Floats, without: Mask, windows: Sequence[tuple[slice, slice]]) -> Floats:
+    """(..., 2, frames, lines) values with closed folds, those of the frames `without` a slit in whose
+    neighbours the line is brightest; not a number where these are too few."""
     from scipy import ndimage
 
     apart = np.arange(-3 * _NEIGHBOURS, 3 * _NEIGHBOURS + 1)
     weight = np.exp(-(apart**2) / (2 * _NEIGHBOURS**2)) * (np.abs(apart) > _APART)
-    beside = ndimage.convolve1d(grey, weight / weight.sum(), axis=2, mode="nearest")
-    frames = area.size
-    frequency = autocorrelation_frequency(area, 1.0) if frames >= _FEWEST else float("nan")
-    period = max(round(1 / frequency), 1) if np.isfinite(frequency) else frames
-    found = np.full(grey.shape, np.nan)
-    for begin in range(0, frames, period):
-        part = slice(max(begin - _CYCLES * period, 0), begin + (1 + _CYCLES) * period)
-        count = without[part].sum(axis=0)
+    beside = ndimage.convolve1d(bright, weight / weight.sum(), axis=2, mode="nearest")
+    found = np.full(values.shape, np.nan)
+    for part, about in windows:
+        count = without[about].sum(axis=0)
         chosen = np.maximum(count // _CLOSED, 1)
-        order = np.argsort(np.where(without[part], -beside[:, part], np.inf), axis=1)
-        ranked = np.take_along_axis(grey[:, part], order, axis=1)
-        taken = np.arange(ranked.shape[1])[:, None] < chosen
-        mean = np.sum(ranked, axis=1, where=taken) / chosen
-        found[:, begin : begin + period] = np.where(count >= _FEWEST, mean, np.nan)[:, None]
+        order = np.argsort(np.where(without[about], -beside[:, about], np.inf), axis=1)
+        taken = np.arange(order.shape[1])[:, None] < chosen
+        shown = values[..., about, :]
+        ranked = np.take_along_axis(shown, np.broadcast_to(order, shown.shape), axis=-2)
+        mean = np.sum(ranked, axis=-2, where=taken) / chosen
+        found[..., part, :] = np.where(count >= _FEWEST, mean, np.nan)[..., None, :]
     return found

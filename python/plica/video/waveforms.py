@@ -125,7 +125,8 @@ def measures(
         lost = "" if left_out else _lost(known, time, cycles)
         said = filter(None, (cycles.note, apart, lost))
         cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
-    sharp = area.unblurred
+    clear = area.lost is not None and area.lost.by_blur_alone
+    sharp = area.unblurred if clear else area
 
     def of_sides(counted: GlottalArea, outlined: GlottalArea) -> list[Measure]:
         found = (_of_sides(part, time, cycles, size, length, sides) for part in (counted, outlined))
@@ -135,7 +136,7 @@ def measures(
         ]
 
     halfway = of_sides(sharp, area)
-    wide = band is not None and is_wide(area.total, band, None if area.lost is None else area.lost.band)
+    wide = band is not None and is_wide(area.total, band, area.lost.band if area.lost is not None and clear else None)
     if sharp.inner is None or area.inner is None:
         of_folds = halfway
     else:
@@ -156,7 +157,7 @@ def measures(
             found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
         return found
 
-    by_area = with_hidden_slits(of_area(size**2 * sharp.total), of_area(total))
+    by_area = with_hidden_slits(of_area(size**2 * area.unblurred.total), of_area(total), shaded=not clear)
     if area.lost is not None and (said := open_besides(sharp.total, area.lost.most, cycles, time)):
         by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), said)
     if band is not None and (wide or is_shaded(of_folds)):
