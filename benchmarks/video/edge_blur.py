@@ -3,9 +3,9 @@
     python -m benchmarks.video.edge_blur
 
 Synthetic glottises that differ in size, voice, texture, and left from right, taken through `plica video
---no-drift` up to the glottis; each blur with little noise and with 10 grey levels. The first, with the one of
-limits.py, chose the limit of the doubt and the intervals; the others judge them. Blur found has the width of a
-pixel in it (0.3 px, as variances). Mean area, open quotient: found less true, the larger error of both films.
+--no-drift` up to the glottis; each blur with little noise and with 10 grey levels. The first, with the one
+of limits.py, chose the limit of the doubt and the intervals; the others judge them. Blur found has the width
+of a pixel in it (0.3 px, as variances). Mean area, open quotient: found less true, the larger error of both.
 Held: of the intervals of mean area, amplitudes, frequency, phase and open quotient, how many hold the truth;
 half of their widths as in limits.py. Said: the doubt that the edges are blurred.
 """
@@ -30,7 +30,9 @@ SMALL = {"height": 128, "width": 128, "highlights": 2, "frames": 90, "frequency"
 CHOSE = {
     "chose: small": Synthetic(**SMALL, amplitude=(5, 5), opening=(2, 2)),
     "chose: smaller": Synthetic(**SMALL | {"height": 96, "width": 96}, amplitude=(4, 4), opening=(2, 2)),
-    "chose: one side": Synthetic(**SMALL, amplitude=(3, 9), opening=(1, 4), phase=(0, 0.8), noise=3.0, seed=5),
+    "chose: one side": Synthetic(
+        **SMALL, amplitude=(3, 9), opening=(1, 4), phase=(0, 0.8), noise=3.0, seed=5
+    ),
     "chose: touching": Synthetic(**SMALL, amplitude=(6, 6), opening=(5.8, 5.8), noise=3.0, seed=6),
     "chose: narrow gap": Synthetic(**SMALL, amplitude=(5, 5), opening=(5.5, 5.5), noise=3.0, seed=7),
     "chose: one after the other": Synthetic(
@@ -98,15 +100,15 @@ JUDGE = {
         seed=64,
     ),
 }
-BLURS = {"chose": (0.0, 0.8, 1.1, 1.5, 2.5), "judges": (0.0, 0.3, 0.6, 0.9, 1.1, 1.3, 1.8)}  # px
+BLURS = {"chose": (0.0, 0.8, 1.1, 1.5), "judges": (0.0, 0.5, 0.8, 1.1, 1.4, 1.8)}  # px
 NOISY = 10.0  # grey levels
 FAIR = 1.1  # px, up to which blur is not doubted
 
 
 @dataclass
 class Found:
-    """In one film: the errors of limits.COLUMNS, how many intervals hold the truth, half of their widths, these
-    over the errors, and the blur found; whether it is doubted."""
+    """In one film: the errors of limits.COLUMNS, how many intervals hold the truth, half of their widths,
+    these over the errors, and the blur found; whether it is doubted."""
 
     error: np.ndarray
     held: int

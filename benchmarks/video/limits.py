@@ -7,10 +7,10 @@ Glottis: the synthetic glottis, 256 x 256, 90 frames, 21.1 frames a cycle, the r
 leading by 0.6 rad, colliding; stored in 8 bits and taken through the steps of `plica video --no-drift`.
 Errors of what its page says are found minus true, the largest of --seeds recordings that differ in noise
 and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures,
-of all recordings, hold the truth; beside it, of the open quotient, half of the interval's width, and the median
-over these measures of half of the width over the error. Overlap: intersection over union of found and true mask, the least of the
-frames at half of the largest area or more. Flow: mean distance from the true flow on tissue, preset video,
-every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.edge_blur); said:
+of all recordings, hold the truth; beside it, of the open quotient, half of the interval's width, and the
+median over these measures of half of the width over the error. Overlap: intersection over union of found and
+true mask, the least of the frames at half of the largest area or more. Flow: mean distance from the true
+flow on tissue, preset video, every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.edge_blur); said:
 in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are
@@ -110,7 +110,7 @@ def against(told: Measures, exact: dict[str, float]) -> tuple[np.ndarray, int, n
     values = np.array(list(exact.values()))
     held = int(np.sum((ends[0] <= values) & (values <= ends[1])))
     half = (ends[1] - ends[0]) / 2
-    unit = np.where(np.array(list(exact)) == "glottal_area_mean", 100 / values, 1.0)
+    unit = np.array([100 / value if name == "glottal_area_mean" else 1.0 for name, value in exact.items()])
     return error * unit, held, half * unit, half / np.maximum(np.abs(error), 1e-12)
 
 
@@ -123,7 +123,7 @@ def exactly(glottis: SyntheticGlottis, area: np.ndarray) -> dict[str, float]:
     """The true measures of COLUMNS."""
     options = glottis.options
     rows = np.linspace(0.45, 0.55, 21) * (0.85 - 0.15) * options.height + 0.15 * options.height
-    edges = [np.array([glottis.edge(side, rows, t).mean() for t in range(FRAMES)]) for side in (0, 1)]
+    edges = [np.array([glottis.edge(side, rows, t).mean() for t in range(options.frames)]) for side in (0, 1)]
     true, _ = measures(GlottalArea(area[:, 0], area[:, 1], *edges), FPS)
     exact = {name: float(true[name].value) for name in COLUMNS}
     exact["fundamental_frequency"] = options.frequency * FPS

@@ -1,8 +1,8 @@
 """What an error of the midline makes of the phase between the folds.
 
-Where the midline is off by e, one edge seems farther from it by e and the other nearer, as long as the glottis
-is open there: folds that do not part together exchange some of their motion, and the phase between them comes
-out nearer to 0 or farther from it. Folds that move alike lose nothing.
+Where the midline is off by e, one edge seems farther from it by e and the other nearer, as long as the
+glottis is open there: folds that do not part together exchange some of their motion, and the phase between
+them comes out nearer to 0 or farther from it. Folds that move alike lose nothing.
 """
 
 from __future__ import annotations

@@ -27,7 +27,9 @@ _SEED = 20213
 _ADDED = (-1.0, 0.5)  # of what was added, about the measure with it; chosen on films, judged on others
 _NOT_ADDED = (-0.5, 1.5)  # of the same, about the measure by the outline
 _NOTED = 0.01  # of the value: what slits add is in the note
-_UNDER = float(np.arccos(1 - 2 * closure) / np.pi)  # of a cycle, that a sine is below that share of its height
+_UNDER = float(
+    np.arccos(1 - 2 * closure) / np.pi
+)  # of a cycle, that a sine is below that share of its height
 _ANGLES = ("left_right_phase",)
 
 
@@ -47,8 +49,9 @@ def with_hidden_slits(
 
 
 def open_besides(total: Floats, most: Floats, cycles: Cycles, time: Floats) -> str:
-    """That folds which seem closed may leave a slit which is hidden all the time; empty where they stay closed
-    for long, as only contact does.
+    """That folds which seem closed may leave a slit which is hidden all the time.
+
+    Empty where they stay closed for long, as only contact does.
 
     Parameters
     ----------
@@ -66,8 +69,8 @@ def open_besides(total: Floats, most: Floats, cycles: Cycles, time: Floats) -> s
     if closed >= 2 * _UNDER:
         return ""
     return (
-        f"the folds seem closed in {100 * closed:.2g} % of the time only: a slit that blur hides all the time "
-        "is not told from closure, and the interval has it"
+        f"the folds seem closed in {100 * closed:.2g} % of the time only: a slit that blur hides all the "
+        "time is not told from closure, and the interval has it"
     )
 
 
@@ -102,7 +105,9 @@ def _counted(item: Measure, bare: Measure, shaded: bool) -> Measure:
     if shaded:
         return _drawn(bare, added, _NOT_ADDED)
     if abs(added) > _NOTED * abs(item.value):
-        said = f"with slits that blur hides from the outline, by their darkness; without them {bare.value:.3g}"
+        said = (
+            f"with slits that blur hides from the outline, by their darkness; without them {bare.value:.3g}"
+        )
         item = replace(item, note="; ".join(filter(None, (item.note, said))))
     return _drawn(item, added, _ADDED)
 

@@ -109,8 +109,9 @@ def measures(
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
     speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
-    which outlines it lies, which is said, and is in the intervals, where there is shade. Slits that blur hides are counted where they
-    are known (`area.lost`). `cycles` are all complete ones, by the outline, unless given.
+    which outlines it lies, which is said, and is in the intervals, where there is shade. Slits that blur
+    hides are counted where they are known (`area.lost`). `cycles` are all complete ones, by the outline,
+    unless given.
     """
     known = np.isfinite(area.total)
     area = area.filled()
@@ -136,7 +137,9 @@ def measures(
         ]
 
     halfway = of_sides(sharp, area)
-    wide = band is not None and is_wide(area.total, band, area.lost.band if area.lost is not None and clear else None)
+    wide = band is not None and is_wide(
+        area.total, band, area.lost.band if area.lost is not None and clear else None
+    )
     if sharp.inner is None or area.inner is None:
         of_folds = halfway
     else:
