@@ -10,8 +10,8 @@ and texture; limits in the head, and bold what is beyond. Held: how many of the 
 of all recordings, hold the truth; beside it, of the open quotient, half of the interval's width, and the
 median over these measures of half of the width over the error. Overlap: intersection over union of found and
 true mask, the least of the frames at half of the largest area or more. Flow: mean distance from the true
-flow on tissue, preset video, every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.edge_blur); said:
-in how many recordings its doubt is.
+flow on tissue, preset video, every second pair of the first cycle. Blur found: at the edges of the glottis
+(plica.video.edge_blur); said: in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are
 l_1, l_2, l_3 exactly, and white noise of sigma px on each component of each flow. With N flows of n numbers

@@ -46,6 +46,8 @@ def test_the_outline_of_a_slit_is_that_of_a_picture_that_is_blurred(share: float
 _SIZE, _PERIOD, _FRAMES, _DARK = 72, 14.3, 80, 12.0
 _LINE = Midline(((_SIZE - 1) / 2, 10.0), ((_SIZE - 1) / 2, 61.0))
 
+_TISSUE = np.broadcast_to(np.abs(np.arange(_SIZE) - _SIZE / 2) > 8, (_SIZE, _SIZE))
+
 
 def _opening() -> np.ndarray:
     """(frames, rows) px: slits of up to 6 px that close for a third of the cycle."""
@@ -59,10 +61,12 @@ def _frames(blur: float, noise: float, *, light: float = 0.0, groove: float = 0.
     random = np.random.default_rng(3)
     tissue = 140 + 15 * 7 * ndimage.gaussian_filter(random.standard_normal((_SIZE, _SIZE)), 2.0)
     off = np.arange(_SIZE) - (_SIZE - 1) / 2
+    centre = 0.3 * np.sin(np.arange(_SIZE))[:, None]
     found = []
     for t, width in enumerate(_opening()):
         half = width[:, None] / 2
-        dark = np.clip(half + 0.5 - np.abs(off), 0.0, 1.0)  # of each pixel's own width
+        ends = np.minimum(centre + half, off + 0.5), np.maximum(centre - half, off - 0.5)
+        dark = np.clip(ends[0] - ends[1], 0.0, 1.0)  # share of each pixel
         moved = np.stack(
             [np.interp(off - np.sign(off) * h, off, row) for h, row in zip(half[:, 0], tissue, strict=True)]
         )
@@ -75,7 +79,7 @@ def _frames(blur: float, noise: float, *, light: float = 0.0, groove: float = 0.
 
 def _lost(frames: list[np.ndarray], blur: float) -> tuple[np.ndarray, LostToBlur]:
     """(frames) px^2 by the outline halfway, and what that loses."""
-    lines, area = MidlineGrey(_LINE, (_SIZE, _SIZE)), []
+    lines, area = MidlineGrey(_LINE, _TISSUE), []
     for frame in frames:
         glottis = ndimage.binary_opening(frame < (140 + _DARK) / 2, np.ones((2, 1)))
         glottis[:, np.abs(np.arange(_SIZE) - _SIZE / 2) > 6] = False
@@ -122,7 +126,7 @@ def test_shade_in_a_groove_between_closing_folds_is_told_from_slits() -> None:
 
 def test_frames_without_an_outline_halfway_lose_nothing() -> None:
     frames = _frames(1.0, 0.0)
-    lines = MidlineGrey(_LINE, (_SIZE, _SIZE))
+    lines = MidlineGrey(_LINE, _TISSUE)
     for frame in frames:
         lines.add(frame, frame < 76)
     drawn = np.arange(len(frames)) % 2 == 0
@@ -133,7 +137,7 @@ def test_frames_without_an_outline_halfway_lose_nothing() -> None:
 
 
 def test_a_recording_without_a_glottis_loses_nothing() -> None:
-    lines = MidlineGrey(_LINE, (_SIZE, _SIZE))
+    lines = MidlineGrey(_LINE, _TISSUE)
     for frame in _frames(0.8, 0.0)[:9]:
         lines.add(frame, np.zeros((_SIZE, _SIZE), dtype=bool))
     lost = lost_to_blur(lines.lines(), 1.0, np.ones(9, dtype=bool))
@@ -156,7 +160,7 @@ def _recorded(directory: Path, options: Synthetic) -> tuple[Analysis, np.ndarray
 _FILM = Synthetic(
     height=96,
     width=88,
-    frames=70,
+    frames=90,
     frequency=0.0531,
     amplitude=(5, 4),
     opening=(1.5, 2),
@@ -177,9 +181,9 @@ def test_intervals_hold_the_truth_of_blurred_films(tmp_path: Path, blur: float, 
         assert low <= exact[name].value <= high, name
     told, true = found.measures["open_quotient"], exact["open_quotient"].value
     assert abs(told.value - true) < 0.02
-    assert outlined["open_quotient"].value < true - 0.025
+    assert outlined["open_quotient"].value < true - (0.025 if blur > 0.5 else 0.01)
     assert f"without them {outlined['open_quotient'].value:.3g}" in told.note
-    assert told.interval[1] - told.interval[0] < 0.12
+    assert told.interval[1] - told.interval[0] < 0.14
     assert not any("light from one side" in said for said in found.measures["amplitude_ratio"].cautions)
     assert not any("not sharp" in said for said in found.measures["glottal_area_mean"].cautions)
     assert found.waveforms["area_hidden"].sum() == pytest.approx(found.area.lost.outline.total.sum())
@@ -249,7 +253,7 @@ def test_the_midline_turns_the_phase_of_folds_that_do_not_part_together_alone() 
     widths = []
     for late in (0.0, 0.9):
         turn = 2 * np.pi * time / 20
-        edges = np.maximum(0.0, 1 + 4 * np.sin(turn)), np.maximum(0.0, 1 + 2 * np.sin(turn - late))
+        edges = np.maximum(0.0, 2 + 5 * np.sin(turn)), np.maximum(0.0, 1 + 1.2 * np.sin(turn - late))
         area = GlottalArea(*2 * edges)
         found = with_midline_error(_alike("left_right_phase", late), area, cycles, time)
         low, high = found.interval

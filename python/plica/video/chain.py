@@ -215,7 +215,7 @@ class Chain:
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
-        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, self._shape)
+        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)

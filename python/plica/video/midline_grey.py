@@ -35,6 +35,8 @@ class GreyLines:
         Of what that is summed over.
     rim : (2, frames, lines) grey levels
         Mean over the three pixels beyond.
+    light : (frames) grey levels
+        Mean of the tissue by which the light is compared; not a number without any.
     dark : float
         Grey level of the widest glottis; not a number without one.
     middle : (lines) bool
@@ -45,6 +47,7 @@ class GreyLines:
     core: Floats
     extent: Floats
     rim: Floats
+    light: Floats
     dark: float
     middle: Mask
 
@@ -55,12 +58,12 @@ class MidlineGrey:
     Parameters
     ----------
     midline : Midline
-    shape : (int, int)
-        Of the frames.
+    tissue : (h, w) bool
+        By which the light of the frames is compared.
     """
 
-    def __init__(self, midline: Midline, shape: tuple[int, int]) -> None:
-        along, off = np.moveaxis(midline.place(pixels(shape)), -1, 0)
+    def __init__(self, midline: Midline, tissue: Mask) -> None:
+        along, off = np.moveaxis(midline.place(pixels(tissue.shape)), -1, 0)
         number = np.floor(along).astype(int) + _BEYOND
         self._count = int(np.floor(midline.length)) + 1 + 2 * _BEYOND
         self._number = np.where((number >= 0) & (number < self._count), number, self._count)
@@ -76,6 +79,7 @@ class MidlineGrey:
         place = (np.arange(self._count) - _BEYOND + 0.5) / midline.length
         self._middle = np.abs(place - 0.5) < 0.05
         self._frames: list[npt.NDArray[np.float32]] = []
+        self._tissue, self._light = tissue, list[float]()
         self._widest, self._dark = 0, float("nan")
 
     def _sums(self, where: Mask, weights: npt.NDArray[np.floating]) -> Floats:
@@ -92,6 +96,7 @@ class MidlineGrey:
             for own in self._rims
         ]
         self._frames.append(np.array([width, core, rim], dtype=np.float32))
+        self._light.append(float(frame[self._tissue].mean()) if self._tissue.any() else float("nan"))
         if (size := int(glottis.sum())) > self._widest:
             self._widest, self._dark = size, dark_level(frame, glottis)
 
@@ -99,4 +104,4 @@ class MidlineGrey:
         """Those of all frames that were added."""
         width, core, rim = np.moveaxis(np.array(self._frames, dtype=float), 0, 2)
         extent = np.array([self._sums(*near) for near in self._cores]) / self._density
-        return GreyLines(width, core, extent, rim, self._dark, self._middle)
+        return GreyLines(width, core, extent, rim, np.array(self._light), self._dark, self._middle)

@@ -101,8 +101,11 @@ def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, flo
     rim has too, in lines without an outline."""
     from scipy import ndimage
 
-    rim = ndimage.gaussian_filter1d(lines.rim, _RIM_ALONG, axis=2)
-    core, rims = lines.core, lines.extent[:, None] * rim
+    bright = lines.light - lines.dark
+    light = np.where(bright > 0, bright / max(float(np.nanmedian(bright)), 1e-9), 1.0)[:, None]
+    rim = ndimage.gaussian_filter1d((lines.rim - lines.dark) / light, _RIM_ALONG, axis=2)
+    extent = lines.extent[:, None]
+    core, rims = (lines.core - extent * lines.dark) / light, extent * rim
     seen = lines.width.sum(axis=0)
     without = (seen == 0) & outlined[:, None]
     over_rim, both = core - rims, np.stack([core, rims])
@@ -112,7 +115,7 @@ def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, flo
     counted = without & near & np.isfinite(darker).all(axis=0)
     dark, beside = (float(part.sum(where=counted)) for part in fall)
     slit = ndimage.gaussian_filter1d(np.nan_to_num(darker), _ALONG, axis=2)
-    slit /= np.maximum(rim - lines.dark, _FAINT)
+    slit /= np.maximum(rim, _FAINT)
     found = np.where(np.isfinite(darker), slit, lines.width)
     return found, beside / dark if dark > 0 else float("nan")
 
