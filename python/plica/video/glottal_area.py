@@ -54,8 +54,14 @@ class GlottalArea:
     @property
     def mirrored(self) -> GlottalArea:
         """Left and right changed."""
-        inner, lost = (None if part is None else part.mirrored for part in (self.inner, self.lost))
-        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner=inner, lost=lost)
+        return GlottalArea(
+            self.right,
+            self.left,
+            self.right_edge,
+            self.left_edge,
+            inner=None if self.inner is None else self.inner.mirrored,
+            lost=None if self.lost is None else self.lost.mirrored,
+        )
 
     @property
     def total(self) -> Floats:
@@ -67,13 +73,15 @@ class GlottalArea:
         """With what blur takes from it; the darkest part is no larger than all of it."""
         if self.lost is None:
             return self
-        more = self.lost.outline.parts
-        found = {name: np.maximum(part + more[name], 0.0) for name, part in self.parts.items()}
+        lost = self.lost.outline
+        found = [np.maximum(part + lost.parts[name], 0.0) for name, part in self.parts.items()]
         if self.inner is None:
-            return GlottalArea(**found)
-        more = self.lost.inner.parts
-        inner = {name: np.minimum(part + more[name], found[name]) for name, part in self.inner.parts.items()}
-        return GlottalArea(**found, inner=GlottalArea(**inner))
+            return GlottalArea(*found)
+        lost, parts = self.lost.inner, self.inner.parts
+        inner = [
+            np.minimum(parts[name] + lost.parts[name], most) for name, most in zip(parts, found, strict=True)
+        ]
+        return GlottalArea(*found, inner=GlottalArea(*inner))
 
     def filled(self) -> GlottalArea:
         """With frames whose area is not known (not a number) between their neighbours."""
@@ -82,9 +90,11 @@ class GlottalArea:
 
     def between(self, known: Mask) -> GlottalArea:
         """With all frames but these between their neighbours."""
-        inner, lost = (None if part is None else part.between(known) for part in (self.inner, self.lost))
-        parts = (_between(part, known) for part in self.parts.values())
-        return GlottalArea(*parts, inner=inner, lost=lost)
+        return GlottalArea(
+            *(_between(part, known) for part in self.parts.values()),
+            inner=None if self.inner is None else self.inner.between(known),
+            lost=None if self.lost is None else self.lost.between(known),
+        )
 
 
 @dataclass(frozen=True)

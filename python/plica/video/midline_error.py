@@ -8,6 +8,7 @@ them comes out nearer to 0 or farther from it. Folds that move alike lose nothin
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +27,7 @@ _OFF = 1 / 3  # px, to which the midline is found (docs/verification/video.md, "
 _SEED = 20214
 
 
-def with_midline_error(item: Measure, area: GlottalArea, cycles: Cycles, time: Floats) -> Measure:
+def with_midline_error(item: Measure, area: GlottalArea, cycles: Cycles, time: npt.NDArray[Any]) -> Measure:
     """The left-right phase of these edges with an interval that has midlines a third of a pixel to either
     side."""
     if item.value is None or item.replicates is None:

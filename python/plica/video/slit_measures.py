@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -48,7 +49,7 @@ def with_hidden_slits(
     return [_counted(item, bare, shaded) for item, bare in zip(counted, outlined, strict=True)]
 
 
-def open_besides(total: Floats, most: Floats, cycles: Cycles, time: Floats) -> str:
+def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[Any]) -> str:
     """That folds which seem closed may leave a slit which is hidden all the time.
 
     Empty where they stay closed for long, as only contact does.

@@ -61,7 +61,8 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
     blur = blur if np.isfinite(blur) else _UNKNOWN
     if not np.isfinite(lines.dark):
         none = np.zeros(outlined.size)
-        return LostToBlur(*2 * [GlottalArea(*4 * [none])], none, none, float("nan"))
+        nothing = GlottalArea(none, none, none, none)
+        return LostToBlur(nothing, nothing, band=none, most=none, shade=float("nan"))
     known, seen = outlined[:, None], lines.width.sum(axis=0)
     near = ndimage.binary_dilation((seen > 0).any(axis=0), iterations=_TOUCHING)
     narrow = (seen < _NARROW * blur) & near & known

@@ -161,8 +161,8 @@ def measures(
         return found
 
     by_area = with_hidden_slits(of_area(size**2 * area.unblurred.total), of_area(total), shaded=not clear)
-    if area.lost is not None and (said := open_besides(sharp.total, area.lost.most, cycles, time)):
-        by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), said)
+    if area.lost is not None and (besides := open_besides(sharp.total, area.lost.most, cycles, time)):
+        by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), besides)
     if band is not None and (wide or is_shaded(of_folds)):
         outlines = [np.where(np.isfinite(edge), edge, area.total) for edge in band]
         by_area = between_outlines(
