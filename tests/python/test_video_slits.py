@@ -195,7 +195,7 @@ def test_a_slit_that_never_closes_and_never_shows_is_in_the_interval_and_said(tm
     told = found.measures["open_quotient"]
     assert told.value < 0.95
     assert told.interval[1] == 1.0
-    assert any("is not told from closure" in said for said in told.cautions)
+    assert any("too little to tell closure from a slit" in said for said in told.cautions)
 
 
 # ---- Measures.

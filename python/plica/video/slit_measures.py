@@ -70,8 +70,8 @@ def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[
     if closed >= 2 * _UNDER:
         return ""
     return (
-        f"the folds seem closed in {100 * closed:.2g} % of the time only: a slit that blur hides all the "
-        "time is not told from closure, and the interval has it"
+        f"the folds seem closed for {100 * closed:.2g} % of the time, too little to tell closure from a slit "
+        "that blur hides all the time: the interval has both"
     )
 
 

@@ -1,14 +1,15 @@
 """Slits that blur hides from the outline, by how much they darken the line in which the folds meet.
 
 The outline halfway from the glottis' dark D to the tissue loses slits that blur makes too bright
-(:mod:`plica.video.blurred_slit`). But blur moves light about and takes none away: tissue that leaves the band
-next to the midline takes its grey levels with it, so that on a line across the midline
+(:mod:`plica.video.blurred_slit`). But blur moves light about and takes none away: tissue that leaves the
+core, the pixels next to the midline, takes its grey levels with it, so that on a line across the midline
 
-    sum (I_closed - I) = w (I_rim - D),
+    w = ((C - c R)_closed - (C - c R)) / (R - D),
 
-w being the slit's width, whatever the blur (docs/recordings.md, "Slits that blur hides"). Closed folds are
-those of the frames without a slit on this line in which the lines about it, themselves left out so that
-noise does not choose, are brightest.
+w being the slit's width, C the sum over the c px of the core, and R the mean of the rim beyond, which has the
+light and the shade that both have (docs/recordings.md, "Slits that blur hides"). Closed folds are those of
+the frames without a slit on this line in which the lines about it, not itself, are brightest: by its own
+brightness noise would choose.
 """
 
 from __future__ import annotations
@@ -103,7 +104,8 @@ def _darkness(lines: GreyLines, outlined: Mask, near: Mask) -> tuple[Floats, flo
     from scipy import ndimage
 
     bright = lines.light - lines.dark
-    light = np.where(bright > 0, bright / max(float(np.nanmedian(bright)), 1e-9), 1.0)[:, None]
+    lit = bright > 0
+    light = np.where(lit, bright / np.median(bright[lit]), 1.0)[:, None] if lit.any() else np.float64(1.0)
     rim = ndimage.gaussian_filter1d((lines.rim - lines.dark) / light, _RIM_ALONG, axis=2)
     extent = lines.extent[:, None]
     core, rims = (lines.core - extent * lines.dark) / light, extent * rim
