@@ -47,6 +47,12 @@ _VIDEO = (
     _video("area_left", "m^2", "Glottal area left of the midline, in the image."),
     _video("area_right", "m^2", "Glottal area right of the midline, in the image."),
     _video(
+        "area_hidden",
+        "m^2",
+        "Glottal area that the blur of the edges hides from the outline, by how much it darkens the midline: "
+        "to be added to the total, as measures do.",
+    ),
+    _video(
         "area_least",
         "m^2",
         "Glottal area with the outline at 0.15 of the brightness range from glottis to tissue.",
