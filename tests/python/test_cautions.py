@@ -316,7 +316,7 @@ def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, message: s
 def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, message: str) -> None:
     (caution,) = strained(0.08, folded)
     assert "reached 20 % at " in caution.seen
-    assert caution.seen.endswith(f", and {message} over.")
+    assert caution.seen.endswith(f", and {message}.")
     (caution,) = strained(0.005, folded)
     assert caution.name == "large_strain"
 
