@@ -39,7 +39,7 @@ class Record(BaseModel):
     """A sentence below the table."""
 
     def markdown(self) -> str:
-        """The table, what is said of it, and by what it was made."""
+        """The table, the sentence below it, and how it was made."""
         made = f"Made by `{self.command}`, engine {self.environment.commit}, {self.environment.date[:10]}."
         return "\n".join([*_head(self.columns), *map(_line, self.rows), "", f"{self.said} {made}".lstrip()])
 

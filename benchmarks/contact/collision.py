@@ -29,7 +29,7 @@ from plica.phonation.measures.contact import collisions, moving_average
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.uncertainty import start
-from plica.uncertainty.transfer import taken_over
+from plica.uncertainty.transfer import transferred
 
 MESHES = ("coarse", "demo", "fine")
 LENGTH = 3.2e-3  # s from the widest opening: past the end of the collision
@@ -129,7 +129,7 @@ def main() -> None:
         for name in MESHES:
             other = scene.replace({"mesh": {"larynx": name, "order": 2}})
             built = build_mesh(other.mesh)
-            u, v = taken_over(mesh, [displacement, velocity], np.asarray(built.points))
+            u, v = transferred(mesh, [displacement, velocity], np.asarray(built.points))
             rows.append(run(other, built, u, v, 1e-6 * step))
             names.append(f"{name}, {len(np.asarray(built.cells))} cells")
             print(f"# {name}, step {step:g} us: {rows[-1]}", flush=True)

@@ -34,7 +34,7 @@ import numpy as np
 import plica
 from benchmarks.record import record
 from plica import _engine as engine
-from plica.phonation.measures.cautions import slides
+from plica.phonation.measures.cautions import largest_slide
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_source import build_mesh
@@ -185,8 +185,8 @@ def judge(scene: Scene, contact: str) -> tuple[str, str]:
     most = 0.05 if "mortar" in contact else 1.1e-5
     soft = contact in ("Nitsche", "penalty", "mortar penalty")
     if deepest > (0.25 if soft else most):
-        said = slid > slides
-        return ("flagged", f"slid by {slid:.2f} edges; {note}") if said else ("WRONG", note)
+        flagged = slid > largest_slide
+        return ("flagged", f"slid by {slid:.2f} edges; {note}") if flagged else ("WRONG", note)
     if not closed and scene.exact is not never_closed:
         return "no contact", note
     if made > 0.02:

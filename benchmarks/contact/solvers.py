@@ -167,8 +167,8 @@ def main() -> None:
     options = parser.parse_args()
     plica.set_threads(options.threads)
     rows = chain.from_iterable(compare(mesh, options) for mesh in options.meshes)
-    said = f"Thrown at {abs(CLOSING):g} m/s; {options.steps} colliding steps, {options.blocks} rounds."
-    record("contact_paths", COLUMNS, rows, f"{said} Threads: {options.threads}.")
+    note = f"Thrown at {abs(CLOSING):g} m/s; {options.steps} colliding steps, {options.blocks} rounds."
+    record("contact_paths", COLUMNS, rows, f"{note} Threads: {options.threads}.")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ The edge is a second witness: across the midline, flow in the mean over the tiss
 the middle tenth of the midline, for all pairs and both sides that are open in both frames. Tissue farther
 away moves less, so that the slope of the true flow is below 1.
 
-"masked": the data term was told what `plica video` tells it (plica.video.seen); "tissue alone": the tissue
+"masked": the data term used the mask of `plica video` (plica.video.seen); "tissue alone": the tissue
 above, so not the folds' edges. "no motion" stands for u = b = 0: its round trip is perfect. Neither residual
 nor round trip sees a fault that both directions share; the residual is least for flow that follows the noise,
 the round trip for flow that is smooth. How far they tell methods apart is their rank correlation with the
@@ -62,7 +62,7 @@ class Pair:
     first: np.ndarray  # (h, w) grey
     second: np.ndarray
     tissue: np.ndarray  # (h, w) bool
-    told: dict[str, np.ndarray]  # (h, w) bool of each way
+    masks: dict[str, np.ndarray]  # (h, w) bool of each way
     moving: np.ndarray  # (h, w) bool, the tenth of the tissue that varies most
     beside: list[np.ndarray]  # of the edges left and right: (h, w) bool, tissue that is near
     way: list[float]  # px, of these edges across the midline, to the right; not a number where one is closed
@@ -140,8 +140,8 @@ def paired(frames: list[np.ndarray], glottis: list[np.ndarray], every: int) -> l
             for sign, edge in ((-1, area.left_edge), (1, area.right_edge))
         ]
         beside = [near & ~side, near & side]
-        told = informing(Seen(first, glottis[k]), Seen(second, glottis[k + 1]))
-        masks = {"masked": told, "tissue alone": tissue}
+        used = informing(Seen(first, glottis[k]), Seen(second, glottis[k + 1]))
+        masks = {"masked": used, "tissue alone": tissue}
         one, two = np.clip(first, 0, 255), np.clip(second, 0, 255)
         pairs.append(Pair(one, two, tissue, masks, moving, beside, way, midline.across))
     return pairs
@@ -156,15 +156,15 @@ def run(name: str, python: str, pairs: list[Pair], folder: Path, threads: int) -
         for key, one, two in ((f"there{k}", pair.first, pair.second), (f"back{k}", pair.second, pair.first)):
             arrays |= {f"{key}_first": one, f"{key}_second": two}
             if told_by:
-                arrays[f"{key}_mask"] = pair.told[told_by]
+                arrays[f"{key}_mask"] = pair.masks[told_by]
     np.savez(frames, **arrays)
     command = [python, WORKER, name.removesuffix(f" {told_by}"), frames, result, str(threads)]
     subprocess.run(command, check=True, env=os.environ | {"OMP_NUM_THREADS": str(threads)})
-    told = dict(np.load(result))
-    spent = [told[f"{way}{k}_processor"] for way in ("there", "back") for k in range(len(pairs))]
+    result_arrays = dict(np.load(result))
+    spent = [result_arrays[f"{way}{k}_processor"] for way in ("there", "back") for k in range(len(pairs))]
     return Found(
-        [told[f"there{k}"] for k in range(len(pairs))],
-        [told[f"back{k}"] for k in range(len(pairs))],
+        [result_arrays[f"there{k}"] for k in range(len(pairs))],
+        [result_arrays[f"back{k}"] for k in range(len(pairs))],
         float(np.median(spent)),
     )
 
@@ -193,16 +193,16 @@ def table(pairs: list[Pair], found: dict[str, Found]) -> None:
         values.append(judged(pairs, used, method))
         cells = [f"{values[-1][0]:.2f}", *(f"{value:.3f}" for value in values[-1][1:])]
         rows.append([name, *cells, *edges(pairs, method), f"{method.processor:.3f}"])
-    said = f"{len(pairs)} pairs of {width} x {height} px, {part:.1%} of the pixels."
+    note = f"{len(pairs)} pairs of {width} x {height} px, {part:.1%} of the pixels."
     if known:
         truth = Found([np.nan_to_num(pair.truth) for pair in pairs], [], 0.0)
         slope, alike = edges(pairs, truth)
-        said += f" The edges of the true flow: slope {slope}, correlation {alike}. Rank correlations with the"
+        note += f" The edges of the true flow: slope {slope}, correlation {alike}. Rank correlations with the"
         ranked = np.array(values)
         both = [stats.spearmanr(ranked[:, k], ranked[:, -1]).statistic for k in range(3)]
-        told = (f"{name} {value:+.2f}" for name, value in zip(columns[1:4], both, strict=True))
-        said += f" true error: {', '.join(told)}."
-    record("flow_synthetic" if known else "flow_clip", columns, rows, said)
+        correlations = (f"{name} {value:+.2f}" for name, value in zip(columns[1:4], both, strict=True))
+        note += f" true error: {', '.join(correlations)}."
+    record("flow_synthetic" if known else "flow_clip", columns, rows, note)
 
 
 def counted(pairs: list[Pair], found: dict[str, Found]) -> list[np.ndarray]:

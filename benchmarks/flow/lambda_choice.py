@@ -42,8 +42,8 @@ def main() -> None:
     plica.set_threads(1)
     heads = ("recording", "noise found", "best lambda (its error)", "the preset's")
     own = PRESETS[preset].smoothness
-    said = f"Preset `{preset}`, lambda {own:g}; beside each lambda its error over the least."
-    record("flow_lambda", [*heads, *CRITERIA], rows(preset), said)
+    note = f"Preset `{preset}`, lambda {own:g}; beside each lambda its error over the least."
+    record("flow_lambda", [*heads, *CRITERIA], rows(preset), note)
 
 
 def rows(preset: str) -> Iterator[list[str]]:
@@ -75,10 +75,10 @@ def rows(preset: str) -> Iterator[list[str]]:
 
         errors = np.array([error(value) for value in ladder])
         least = float(errors.min())
-        said = lambda_report(pairs, preset, ladder)
+        report = lambda_report(pairs, preset, ladder)
         cells = [
             "none" if value is None else f"{value:.3g}, {error(value) / least:.2f}"
-            for value in (said.chosen[criterion] for criterion in CRITERIA)
+            for value in (report.chosen[criterion] for criterion in CRITERIA)
         ]
         kept = error(PRESETS[preset].smoothness) / least
         yield [name, f"{noise:.1f}", f"{ladder[errors.argmin()]:.3g} ({least:.3f} px)", f"{kept:.2f}", *cells]

@@ -185,13 +185,13 @@ def main() -> None:
     plica.set_threads(1)
     pairs = [rendered(seed) for seed in SETS[options.set]]
     moved = np.nanmean([np.nanmean(np.hypot(*np.moveaxis(p.truth, -1, 0))) for p in pairs])
-    said = f"{len(pairs)} pairs, set `{options.set}`; motion {moved:.2f} px in the mean."
+    note = f"{len(pairs)} pairs, set `{options.set}`; motion {moved:.2f} px in the mean."
     methods = SWEEP if options.sweep else {f"plica {name}": {"preset": name} for name in PRESETS}
     record(
         f"layers_{options.set}{'_sweep' * options.sweep}",
         ["method", "mean (px)", "median of the pairs", "worst pair", "processor (s)"],
         rows(methods, pairs, options.peers),
-        said,
+        note,
     )
 
 

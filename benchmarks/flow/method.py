@@ -3,7 +3,7 @@
     method.py NAME FRAMES RESULT THREADS
 
 FRAMES is an npz with NAME_first and NAME_second, grey floats in [0, 255], and with NAME_mask where plica is
-to be told which pixels count (peers take no mask). RESULT becomes an npz with the
+to know which pixels count (peers take no mask). RESULT becomes an npz with the
 flow, the wall time and the processor time of each pair, and the memory that the process took beyond its
 imports and these arrays (MB). It imports what NAME needs only: peers run in an environment of theirs,
 without plica.

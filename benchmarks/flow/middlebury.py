@@ -79,8 +79,8 @@ def main() -> None:
         print("\nThese pairs chose constants of plica's presets: they do not compare plica with peers.")
     if options.rounds:
         taken = ([name, *(f"{value:.3g}" for value in np.median(times[name], axis=0))] for name in errors)
-        said = f"{TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
-        record("flow_time", ["method", "wall (s)", "processor (s)", "memory (MB)"], taken, said)
+        note = f"{TIMED}, medians of {options.rounds} rounds in turn, threads: {options.threads}."
+        record("flow_time", ["method", "wall (s)", "processor (s)", "memory (MB)"], taken, note)
     if options.picture:
         counted = unseen or CHOSE
         drawn = [

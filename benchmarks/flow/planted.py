@@ -28,7 +28,7 @@ NOISE = (0.0, 2.0, 5.0)  # standard deviation, grey levels of 255
 FRAMES = 4
 LARGEST, REACH = 1.6, 25.0  # px
 
-Pair = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # two frames; what is told, what is counted
+Pair = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # two frames; mask used, mask evaluated
 
 
 def motion(points: np.ndarray, midline: Midline) -> np.ndarray:

@@ -2,9 +2,9 @@
 
     python -m benchmarks.flow.texture
 
-160 x 160 px, five pairs each of two recordings a row (seeds 91 and 92), constant light, told what `plica
-video` tells the flow. Mean distance (px) from the true flow of all tissue. "Brightness": the preset `robust`
-with a smoothness of 0.5.
+160 x 160 px, five pairs each of two recordings a row (seeds 91 and 92), constant light, with the mask of
+`plica video`. Mean distance (px) from the true flow of all tissue. "Brightness": the preset
+`robust` with a smoothness of 0.5.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ TIMES = (2, 6, 10, 14, 18)
 
 def error(glottis: SyntheticGlottis, t: int, way: dict[str, object]) -> float:
     one, two = (Seen(glottis.frame(k), glottis.mask(k)) for k in (t, t + 1))
-    told = {"mask": informing(one, two), "intensity": (0.0, 255.0), "light": "none"}
+    options = {"mask": informing(one, two), "intensity": (0.0, 255.0), "light": "none"}
     truth, known = glottis.flow(t, t + 1)
-    off = flow(one.frame, two.frame, **told, **way).flow - truth
+    off = flow(one.frame, two.frame, **options, **way).flow - truth
     return float(np.hypot(*np.moveaxis(off, -1, 0))[one.tissue & known].mean())
 
 

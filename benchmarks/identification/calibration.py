@@ -77,12 +77,12 @@ def calibration(arguments: argparse.Namespace) -> None:
     kept = [one for one in found if not one.warned]
     far = [one for one in found if np.abs(one.score).max() > 4]
     columns = ["", *NUMBERS, "all"]
-    said = (
+    note = (
         f"{arguments.draws} draws, {arguments.frames} frames, {arguments.drive:g} Pa; "
         f"{drawn.bench.unknowns:,} unknowns, prior sd {PRIOR_SD:g}."
     )
     record(
-        "identify-calibration", columns, ranks(kept), f"The draws without a warning, {len(kept)} of {said}"
+        "identify-calibration", columns, ranks(kept), f"The draws without a warning, {len(kept)} of {note}"
     )
     counts = {
         "draws": len(found) + failed,
@@ -97,7 +97,7 @@ def calibration(arguments: argparse.Namespace) -> None:
         "iterations, median": f"{np.median([one.iterations for one in found]):.0f}",
         "s of a processor, median": f"{np.median([one.busy for one in found]):.1f}",
     }
-    record("identify-calibration-draws", list(counts), [list(counts.values())], said)
+    record("identify-calibration-draws", list(counts), [list(counts.values())], note)
 
 
 @dataclass(frozen=True)

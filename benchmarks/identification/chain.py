@@ -265,17 +265,17 @@ def measure(arguments: argparse.Namespace, directory: Path) -> None:
     name = "chain" + "-colliding" * arguments.colliding + "-whole" * arguments.whole
     films: list[list[str]] = []
     preset, order = arguments.mesh
-    said = (
+    note = (
         "Errors in %, in brackets the sd; **out**: the 95 % interval does not hold the truth. "
         f"Larynx {preset} of order {order}, {arguments.frames} frames."
     )
     columns = ["link", "draw", *NAMED, "gain", *COLUMNS]
-    record(name, columns, rows(arguments, directory, films), said)
+    record(name, columns, rows(arguments, directory, films), note)
     record(f"{name}-films", [*FILMED, *[f"{p}: {what}" for p in arguments.presets for what in FOUND]], films)
 
 
 def rows(arguments: argparse.Namespace, directory: Path, films: list[list[str]]) -> Iterator[list[str]]:
-    """Of all draws, a row a link; what is said of their films goes to `films`."""
+    """Of all draws, a row a link; cells about their films are added to `films`."""
     estimators: dict[bytes, Estimator] = {}
     for seed in arguments.seeds:
         waves = drive(arguments.frames, arguments.drive, arguments.mean)
@@ -301,16 +301,16 @@ def draw(
     directory: Path,
     seed: int,
     rng: np.random.Generator,
-    told: list[str],
+    film_cells: list[str],
 ) -> Iterator[list[str]]:
-    """All links of one; what is said of its film goes to `told`."""
+    """All links of one; cells about its film are added to `film_cells`."""
     points = estimator.points
     u = np.einsum("rk,trkc->trc", points.weights, moved.fields["displacement"][:, points.nodes])
     true = np.diff(u, axis=0) @ CAMERA.projection[:2, :3].T
     clip = filmed(moved, directory, seed)
     flows = (np.nan_to_num(clip.flow(k)[0]) for k in range(arguments.frames))
     film_flow = along_paths(flows, image_points())[0]
-    told += [f"{rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f}", f"{rms(film_flow - true):.4f}"]
+    film_cells += [f"{rms(np.hypot(*np.moveaxis(true, -1, 0))):.2f}", f"{rms(film_flow - true):.4f}"]
     links: list[tuple[str, np.ndarray, float, bool]] = []
     for preset in arguments.presets:
         flow, trust, unseen = found_by(preset, directory, arguments.frames)
@@ -318,7 +318,12 @@ def draw(
         there = np.where(unseen[..., None], 0.0, true)
         kept = ~unseen.all(axis=0)
         share = np.median(np.nansum(flow * there, axis=(0, 2))[kept] / np.sum(there**2, axis=(0, 2))[kept])
-        told += [f"{error:.4f}", f"{share:.3f}", f"{100 * unseen.mean():.1f}", f"{error / rms(trust):.1f}"]
+        film_cells += [
+            f"{error:.4f}",
+            f"{share:.3f}",
+            f"{100 * unseen.mean():.1f}",
+            f"{error / rms(trust):.1f}",
+        ]
         if not links:
             white = rng.normal(0, error, true.shape)  # the same in both links
             links += [

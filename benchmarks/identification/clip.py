@@ -63,8 +63,8 @@ def main() -> None:
         f"{given.larynx} as it is, camera held": (plica.Larynx(larynx=given.larynx, order=2), 0.0),
     }
     columns = ["larynx", *COLUMNS, "residual test (time, space, tails, level)", "starts that ended here"]
-    said = f"{found.count} frames; {given.fps:g}/s and {given.mm_per_px:g} mm a pixel are assumed."
-    record("identify-clip", columns, rows(scene, cases, given.keep), said)
+    note = f"{found.count} frames; {given.fps:g}/s and {given.mm_per_px:g} mm a pixel are assumed."
+    record("identify-clip", columns, rows(scene, cases, given.keep), note)
 
 
 def rows(

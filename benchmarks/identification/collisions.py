@@ -3,7 +3,7 @@
     python -m benchmarks.identification.estimates collisions --draws 20 --frames 60
 
 In some frames a force of some 800 Pa, of which nothing is known, pushes on the upper half of the block's
-medial face. Whole estimates are told of these frames, or not. Unknown pressures act on both halves of the
+medial face. Whole estimates know of these frames, or not. Unknown pressures act on both halves of the
 face, so that they can take the blame, or on the lower one alone.
 """
 
@@ -37,10 +37,10 @@ PLACES = {"on all of the face": (1.0, 1.0), "on the lower half": (1.0, 0.0)}
 
 
 def collisions(arguments: argparse.Namespace) -> None:
-    """Errors and coverage where closed frames are told, and where they are not."""
+    """Errors and coverage with closed frames known, and without."""
     columns = ["unknown pressures", "closed frames", "", *NUMBERS, "95 % covers", "their level (Pa)"]
-    said = f"{arguments.draws} draws, {arguments.frames} frames, of which {_closed(arguments).sum()} closed."
-    record("identify-collisions", columns, _rows(arguments), said)
+    note = f"{arguments.draws} draws, {arguments.frames} frames, of which {_closed(arguments).sum()} closed."
+    record("identify-collisions", columns, _rows(arguments), note)
 
 
 def _closed(arguments: argparse.Namespace) -> np.ndarray:
@@ -54,13 +54,13 @@ def _rows(arguments: argparse.Namespace) -> Iterator[list[str]]:
         blank = np.ones((frames, len(bench.points.nodes), 2))
         seen = _model(bench, blank, np.zeros(len(truth)), noise, closed, arguments.drive)
         responses = seen.responses(truth[:-1], derivatives=False)
-        for told in (True, False):
+        for closed_known in (True, False):
             found, pressures = [], []
             for draw in range(arguments.draws):
                 rng = np.random.default_rng(6000 + draw)
                 flow = _recording(responses, rng, np.array(noise), closed)
                 offset = rng.normal(0, OFFSET_SD, len(truth))
-                model = _model(bench, flow, offset, noise, closed if told else None, arguments.drive)
+                model = _model(bench, flow, offset, noise, closed if closed_known else None, arguments.drive)
                 posterior = estimate(MarginalLikelihood(model))
                 found.append((posterior.mean - truth, posterior.covariance))
                 pressures.append(posterior.noise.pressure)
@@ -68,7 +68,7 @@ def _rows(arguments: argparse.Namespace) -> Iterator[list[str]]:
             last = [f"{made['coverage']:.0f} %", f"{np.median(pressures):.0f}"]
             for what in ("bias %", "rms %", "sd %"):
                 cells = [f"{value:.1f}" for value in made[what]]
-                yield [place, "told" if told else "not told", what, *cells, *last]
+                yield [place, "told" if closed_known else "not told", what, *cells, *last]
 
 
 def _model(

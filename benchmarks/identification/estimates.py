@@ -60,12 +60,12 @@ def same(arguments: argparse.Namespace) -> None:
         rng = np.random.default_rng(1000 + draw)
         flow = study.bench.recording(study.responses, rng)
         found.append(study.one_step(flow, offsets(names, study.bench, rng)))
-    said = (
+    note = (
         f"{arguments.draws} draws, {arguments.frames} frames, {arguments.drive:g} Pa; "
         f"{study.bench.unknowns:,} unknowns."
     )
     columns = ["viscosity", *names, "gain"]
-    record("identify-same", ["", *columns, "all"], statistics_rows(found), said)
+    record("identify-same", ["", *columns, "all"], statistics_rows(found), note)
     if arguments.whole:
         rows = whole(study, names, found[: arguments.whole], arguments.drive)
         record("identify-same-whole", ["draw", "evaluations", *columns], rows)
@@ -103,8 +103,8 @@ def refined(arguments: argparse.Namespace) -> None:
             for row in both_meshes(bench, truth, studies, share, arguments.draws):
                 yield [known, *row]
 
-    said = f"{arguments.draws} draws, {arguments.frames} frames; the truth has {bench.unknowns:,} unknowns."
-    record("identify-refined", ["known pressure", "unknowns", "", *NUMBERS, "all"], rows(), said)
+    note = f"{arguments.draws} draws, {arguments.frames} frames; the truth has {bench.unknowns:,} unknowns."
+    record("identify-refined", ["known pressure", "unknowns", "", *NUMBERS, "all"], rows(), note)
     if arguments.whole:
         draws = range(arguments.whole)
         made = (row for d in draws for row in iterated(bench, truth, studies, 0.25, arguments.drive, d))
@@ -159,9 +159,9 @@ def both_meshes(
 
 def wrong(arguments: argparse.Namespace) -> None:
     """What is wrong in the model and not known to be: the bias in sd, and whether the residuals tell."""
-    said = f"{arguments.draws} draws, {arguments.frames} frames, {arguments.drive:g} Pa; bias in sd."
+    note = f"{arguments.draws} draws, {arguments.frames} frames, {arguments.drive:g} Pa; bias in sd."
     columns = ["wrong in the model", *NUMBERS, "residual test fails"]
-    record("identify-wrong", columns, wrong_rows(arguments), said)
+    record("identify-wrong", columns, wrong_rows(arguments), note)
 
 
 def wrong_rows(arguments: argparse.Namespace) -> Iterator[list[str]]:

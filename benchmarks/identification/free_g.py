@@ -179,13 +179,13 @@ def main() -> None:
     parser.add_argument("--iterations", type=int, default=100)
     parser.add_argument("--shares", type=float, nargs="+", default=[0.003, 0.03, 0.3])
     given = parser.parse_args()
-    said = f"Errors in %; {given.frames} frames, {given.iterations} iterations."
+    note = f"Errors in %; {given.frames} frames, {given.iterations} iterations."
     starts = ((share, start) for share in given.shares for start in (START, TRUTH))
     rows = (free(share, given.frames, given.iterations, start) for share, start in starts)
-    record("em-free", ["random force", "start", "read from G", "log p above that of the truth"], rows, said)
+    record("em-free", ["random force", "start", "read from G", "log p above that of the truth"], rows, note)
     columns = ["random force", "maximum of the likelihood", "sd", "EM stands at", "rate"]
     rows = (structured(share, given.frames, given.iterations) for share in given.shares)
-    record("em-structured", [*columns, "iterations to 0.1 sd"], rows, said)
+    record("em-structured", [*columns, "iterations to 0.1 sd"], rows, note)
 
 
 if __name__ == "__main__":

@@ -43,8 +43,8 @@ def information(arguments: argparse.Namespace) -> None:
         (f"{FLOW_SD / 10:g} px and {PRESSURE_SD / 10:g} Pa", plain, FLOW_SD / 10, PRESSURE_SD / 10),
     )
     rows = ([name, *_sd(study, flow, pressure)] for name, study, flow, pressure in cases)
-    said = f"{plain.bench.unknowns:,} unknowns, {drive:g} Pa."
-    record("identify-information", ["posterior sd %", "viscosity", *NAMES, "gain"], rows, said)
+    note = f"{plain.bench.unknowns:,} unknowns, {drive:g} Pa."
+    record("identify-information", ["posterior sd %", "viscosity", *NAMES, "gain"], rows, note)
 
 
 def _sd(study: Study, flow: float, pressure: float) -> list[str]:

@@ -76,9 +76,9 @@ def larynx(arguments: argparse.Namespace) -> None:
     presets = [LarynxBench(name, None, arguments.frames, arguments.drive) for name in arguments.before]
     columns = ["larynx", "free unknowns", "evaluations", "s so far", "s of processors", "peak memory (MB)"]
     names = [*arguments.before, arguments.preset]
-    said = f"{arguments.frames} frames, seven parameters and the gain, {arguments.threads} threads."
+    note = f"{arguments.frames} frames, seven parameters and the gain, {arguments.threads} threads."
     made = estimates(dict(zip(names, [*presets, fine], strict=True)), arguments.frames)
-    record("identify-larynx", columns, made, said)
+    record("identify-larynx", columns, made, note)
 
 
 def estimates(benches: dict[str, LarynxBench], frames: int) -> Iterator[list[str]]:

@@ -58,8 +58,8 @@ def main() -> None:
     if options.only != "figures":
         of_this_engine(options.runs)
         for number, case in enumerate(table, start=1):
-            told = cases.make(case, options.runs, options.duration)
-            print(f"[{number}/{len(table)}] {case.name}: {told}", flush=True)
+            outcome = cases.make(case, options.runs, options.duration)
+            print(f"[{number}/{len(table)}] {case.name}: {outcome}", flush=True)
     if options.only != "runs":
         from benchmarks.thesis import page  # draws, so only where it is wanted
 

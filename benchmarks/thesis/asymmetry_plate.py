@@ -11,7 +11,7 @@ from benchmarks.thesis.cases import MISMATCHES
 from benchmarks.thesis.judging import Value, rises
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
-from benchmarks.thesis.wording import number, told
+from benchmarks.thesis.wording import number, verdict_text
 from plica.report.drawing import blue, grey, red
 
 
@@ -102,7 +102,9 @@ def asymmetry(shelf: Shelf) -> Plate | None:
         )
         return ", ".join(texts)
 
-    grows = {side: told(rises([folds[p][side].compression for p in records])) for side in ("left", "right")}
+    grows = {
+        side: verdict_text(rises([folds[p][side].compression for p in records])) for side in ("left", "right")
+    }
     apart = max(float(record.measures["contact_force_balance"].value or 0) for record in records.values())
     along = max(anteroposterior(record) for record in records.values())
     text = (

@@ -9,7 +9,7 @@ from benchmarks.thesis.cases import PRESSURES
 from benchmarks.thesis.judging import Value, rises
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
-from benchmarks.thesis.wording import number, told
+from benchmarks.thesis.wording import number, verdict_text
 from plica.report.drawing import blue, green, grey, purple, red
 
 PUBLISHED_STRESS = (0.54, 1.17, 1.21)  # kPa, Table IV
@@ -82,10 +82,10 @@ def one_node(shelf: Shelf) -> Plate | None:
         f"The node passes its opposite by {overlap['penalty 1e7']:.0f} µm with the penalty and by "
         f"{overlap['multipliers']:.0f} µm with multipliers at the weighted position of Eq. (25) "
         f"({overlap.get('n + 1', np.nan):.2g} µm at n + 1). That the nodal force of multipliers is the "
-        f"rougher one is {told(rises([rough['penalty 1e7'], rough['multipliers']]))}: total variation "
-        f"{number(rough['multipliers'], 2)} against {number(rough['penalty 1e7'], 2)} times that of one "
-        "rise and fall. The velocity is the difference of positions, the force its size; the node is the "
-        "nearest of the mesh."
+        f"rougher one is {verdict_text(rises([rough['penalty 1e7'], rough['multipliers']]))}: total "
+        f"variation {number(rough['multipliers'], 2)} against {number(rough['penalty 1e7'], 2)} times that "
+        "of one rise and fall. The velocity is the difference of positions, the force its size; the node "
+        "is the nearest of the mesh."
     )
     return Plate(
         "fig09",
@@ -120,9 +120,9 @@ def impact_stress(shelf: Shelf) -> Plate | None:
         f"The stress of multipliers peaks {number(rise['multipliers'], 2)} of the collision after its "
         f"start, that of the penalty {number(rise['penalty 1e7'], 2)}; the peaks are "
         f"{number(peaks['multipliers'], 2)} and {number(peaks['penalty 1e7'], 2)} kPa. The earlier peak is "
-        f"{told(rises([rise['multipliers'], rise['penalty 1e7']]))}, its height above the penalty's "
-        f"{told(rises([peaks['penalty 1e7'], peaks['multipliers']]))}. A peak of one step is no property "
-        "of the folds: it grows as the step falls (docs/phonation.md)."
+        f"{verdict_text(rises([rise['multipliers'], rise['penalty 1e7']]))}, its height above the penalty's "
+        f"{verdict_text(rises([peaks['penalty 1e7'], peaks['multipliers']]))}. A peak of one step is no "
+        "property of the folds: it grows as the step falls (docs/phonation.md)."
     )
     return Plate(
         "fig10",
@@ -223,7 +223,9 @@ def schemes(shelf: Shelf) -> Plate | None:
         pair = [records[f"{kind}, {scheme}"] for scheme in ("HHT", "trapezoidal")]
         rougher = rises([r and r.roughness for r in pair])
         larger = rises([r and r.value("amplitude_right") for r in pair])
-        verdicts.append(f"{kind}: rougher by the trapezoidal rule {told(rougher)}, larger {told(larger)}")
+        verdicts.append(
+            f"{kind}: rougher by the trapezoidal rule {verdict_text(rougher)}, larger {verdict_text(larger)}"
+        )
     steady = all(r is not None and r.run.status == "finished" for r in records.values())
     verdicts.append("all four stable at 50 µs as published" if steady else "not all stable at 50 µs")
     rough = [f"{name} {number(r.roughness, 2)}" for name, r in records.items() if r is not None]

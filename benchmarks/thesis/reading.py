@@ -217,7 +217,7 @@ class Shelf:
         return self.meshes[0]
 
     def get(self, base: str, contact: str = "weighted", pressure: float = 0.8, **rest: Any) -> Record | None:
-        """The run, on the first mesh unless told; None where it is missing or ended before its frames."""
+        """The run, on the first mesh by default; None where it is missing or ended before its frames."""
         rest.setdefault("mesh", self.mesh)
         case = Case(base, contact, pressure, **rest)
         if case not in self._held:

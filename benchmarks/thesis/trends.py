@@ -75,8 +75,8 @@ def of_penalty(shelf: Shelf, base: str, pressure: float) -> Iterator[Trend]:
     ]
     for claim, published, reader, rule, digits, unit, exact in claims:
         values = read(records, reader)
-        told = values if exact else values[1:]
-        yield Trend(f"{claim} ({where})", published, listed(names, values, digits, unit), rule(told))
+        compared = values if exact else values[1:]
+        yield Trend(f"{claim} ({where})", published, listed(names, values, digits, unit), rule(compared))
 
 
 def of_overlap(shelf: Shelf, base: str, pressure: float) -> Iterator[Trend]:

@@ -27,7 +27,7 @@ def rounded(value: float) -> str:
     return f"{float(f'{value:.2g}'):,.0f}"
 
 
-def told(verdict: Verdict) -> str:
+def verdict_text(verdict: Verdict) -> str:
     """What a verdict says of a published trend."""
     words = {"pass": "as published", "fail": "unlike published", "undecided": "undecided here"}
     return words.get(verdict, "no value")

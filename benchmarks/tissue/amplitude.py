@@ -6,7 +6,7 @@ One run for each subglottal pressure; one that is there is continued or taken as
 velocity at t = 0 is that of the scene times the ratio of the pressures, or as given by --opening. Strains are
 those of the whole run and of its last part (--last), when what the start gave has faded. "Grows": the swing
 of the glottal area over the last part, over that of the part before it. "Left out": strain_neglected, fair up
-to 2 % (docs/theory.md, "Large strains").
+to 2 % (docs/theory/tissue.md, "Large strains").
 """
 
 from __future__ import annotations

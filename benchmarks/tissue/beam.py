@@ -76,9 +76,9 @@ def cantilever() -> None:
     limits = ", ".join(f"{f:.7f}" for f in exact)
     beam = ", ".join(f"{100 * (f / t - 1):+.3f}" for f, t in zip(exact, theory, strict=True))
     orders = ", ".join(f"{r:.2f}" for r in rates)
-    said = f"Extrapolated: {limits} Hz, with orders {orders}; to beam theory {beam} %."
+    note = f"Extrapolated: {limits} Hz, with orders {orders}; to beam theory {beam} %."
     columns = ["elements", "cells", "unknowns", "f1 error", "f2 error", "f3 error", "order in f1"]
-    record("cantilever", columns, rows, said)
+    record("cantilever", columns, rows, note)
 
 
 def shear_mode() -> Iterator[list[str]]:

@@ -253,8 +253,8 @@ def main() -> None:
             made += rows_of(kind, name, case, folder, options.budget)
     rows = [row for row in made if "-" not in row.verdicts.split()]
     columns = ["scene", "rows", "hold", "stated over true: 10 %", "median", "90 %"]
-    said = f"{len(made) - len(rows)} rows more are of the step alone, and are left out."
-    record("uncertainty", columns, summaries(rows), said)
+    note = f"{len(made) - len(rows)} rows more are of the step alone, and are left out."
+    record("uncertainty", columns, summaries(rows), note)
     columns = ["scene", "run", "measure", "stated", "true error", "truth", "stated over true", "step / mesh"]
     record("uncertainty_missed", columns, missed(rows))
 

@@ -74,13 +74,13 @@ def irregular(folder: Path) -> Iterator[list[str]]:
         np.save(folder / "voice.npy", glottis.stack())
         settings, where = Settings(correct_drift=False), folder / f"voice {name}"
         found = analyse(folder / "voice.npy", where, settings, until="glottis", progress=False)
-        told, cycles = found.measures, found.cycles_in_frames
+        values, cycles = found.measures, found.cycles_in_frames
         settled = find_cycles(np.arange(float(found.count)), found.area.total).count
-        cells = [name, cycles.verdict, f"{cycles.count}, {told['cycles_used'].value:g}", f"{settled}"]
+        cells = [name, cycles.verdict, f"{cycles.count}, {values['cycles_used'].value:g}", f"{settled}"]
         regular = cycles.verdict == "regular"  # else the cycles found need not be those planted
-        true = [f"{local(values):.2f}" for values in planted(glottis, cycles)] if regular else ["", ""]
+        true = [f"{local(series):.2f}" for series in planted(glottis, cycles)] if regular else ["", ""]
         for measure, exact in zip(("jitter", "shimmer"), true, strict=True):
-            item = told[measure]
+            item = values[measure]
             low, high = item.interval or (np.nan, np.nan)
             value = np.nan if item.value is None else item.value
             cells += [f"{100 * value:.2f}, {100 * low:.2f} to {100 * high:.2f}", exact]

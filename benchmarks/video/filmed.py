@@ -44,12 +44,12 @@ def compared(clip: Clip, found: Analysis, run: plica.Run) -> Iterator[tuple[str,
     """Quantity, truth, what is found in one film."""
     glottis = [clip.glottis(k) for k in range(clip.count)]
     true, _ = measures(areas(glottis, found.midline), clip.fps)
-    told, size = found.measures, CAMERA.mm_per_px
+    values, size = found.measures, CAMERA.mm_per_px
     pitch = run.measures["fundamental_frequency"]["value"]
-    yield "fundamental frequency (Hz)", f"{pitch:.1f}", f"{told['fundamental_frequency'].value:.1f}"
+    yield "fundamental frequency (Hz)", f"{pitch:.1f}", f"{values['fundamental_frequency'].value:.1f}"
     area = size**2 * np.mean([mask.sum() for mask in glottis])
     yield "mean glottal area (mm²)", f"{area:.2f}", f"{size**2 * found.area.total.mean():.2f}"
-    quotients = (f"{table['open_quotient'].value:.3f}" for table in (true, told))
+    quotients = (f"{table['open_quotient'].value:.3f}" for table in (true, values))
     yield "open quotient", *quotients
     masks = [(found.mask(k), one) for k, one in enumerate(glottis)]
     alike = [2 * (a & b).sum() / (a.sum() + b.sum()) for a, b in masks if (a | b).any()]

@@ -157,12 +157,12 @@ def main() -> None:
         find = lambda image: network.probability(image) >= network.threshold  # noqa: E731
     for half, frames in halves(options.folder).items():
         if options.half in (None, half):
-            rows, said = report(half, frames, find, options.pictures)
-            record(f"glottis_{half.split()[0]}", [half, "alone", "region", "eight clicks"], rows, said)
+            rows, note = report(half, frames, find, options.pictures)
+            record(f"glottis_{half.split()[0]}", [half, "alone", "region", "eight clicks"], rows, note)
 
 
 def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) -> tuple[list[list[str]], str]:
-    """The table of one half, and what is said below it; frames below 0.5 are printed."""
+    """The table of one half, and the sentence below it; frames below 0.5 are printed."""
     rows = []
     for frame in frames:
         found = find(frame.image)
@@ -193,8 +193,8 @@ def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) ->
     table.append(["below 0.5", *(str(sum(row[k] < 0.5 for row in rows)) for k in range(3))])
     closed = [find(painted_over(frame)).any() for frame in frames if frame.openings]
     names = ", ".join(sorted((frame.name for frame in frames), key=int))
-    said = f"Painted over, so closed: nothing is found in {closed.count(False)} of {len(closed)}."
-    return table, f"{said} Frames {names}."
+    note = f"Painted over, so closed: nothing is found in {closed.count(False)} of {len(closed)}."
+    return table, f"{note} Frames {names}."
 
 
 def write_picture(path: Path, image: np.ndarray, truth: np.ndarray, found: np.ndarray) -> None:

@@ -70,8 +70,8 @@ def row(clip: Clip, name: str) -> list[str]:
         cells += [f"{turn * of_truth[what]:.3g}", f"{turn * halfway[what]:.3g}"]
         text = f"{turn * item.value:.3g} ({turn * low:.3g} to {turn * high:.3g})"
         cells.append(_outside(low <= of_truth[what] <= high, text))
-    warned = any("light from one side" in said for said in measured["amplitude_ratio"].cautions)
-    wide = any("outline is not sharp" in said for said in measured["glottal_area_mean"].cautions)
+    warned = any("light from one side" in caution for caution in measured["amplitude_ratio"].cautions)
+    wide = any("outline is not sharp" in caution for caution in measured["glottal_area_mean"].cautions)
     cells += ["yes" if warned else "no", "yes" if wide else "no"]
     of_truth = {
         item.name: item.value

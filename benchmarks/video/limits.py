@@ -7,10 +7,11 @@ Glottis: the synthetic glottis, 256 x 256, 90 frames, 21.1 frames a cycle, the r
 leading by 0.6 rad, colliding; stored in 8 bits and taken through the steps of `plica video --no-drift`.
 Errors of what its page says are found minus true, the largest of --seeds recordings that differ in noise
 and texture; limits in the head, and bold what is beyond. Held: how many of the intervals of these measures,
-of all recordings, hold the truth. Overlap: intersection over union of found and true mask, the least of the
-frames at half of the largest area or more. Flow: mean distance from the true flow on tissue, preset video,
-every second pair of the first cycle. Blur found: at the edges of the glottis (plica.video.edge_blur); said:
-in how many recordings its doubt is.
+of all recordings, hold the truth; beside it, of the open quotient, half of the interval's width, and the
+median over these measures of half of the width over the error. Overlap: intersection over union of found and
+true mask, the least of the frames at half of the largest area or more. Flow: mean distance from the true
+flow on tissue, preset video, every second pair of the first cycle. Blur found: at the edges of the glottis
+(plica.video.edge_blur); said: in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are
 l_1, l_2, l_3 exactly, and white noise of sigma px on each component of each flow. With N flows of n numbers
@@ -40,6 +41,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.record import record
+from plica.measures.measure import Measures
 from plica.video.analysis import analyse
 from plica.video.flow import flow
 from plica.video.glottal_area import GlottalArea
@@ -64,6 +66,7 @@ COLUMNS = {  # measure: head, limit, digits
     "left_right_phase": ("phase (rad)", 0.1, 3),
     "open_quotient": ("open quotient", 0.02, 3),
 }
+WIDTHS = ("open quotient's half width", "half width over error")
 SIGMAS = (0.0, 0.05, 0.2, 0.8, 3.2)  # px
 VARIANCES = np.array([0.75, 0.2, 0.05]) * 1000.0  # px^2, summed over the frame
 
@@ -74,10 +77,12 @@ class Errors:
 
     measured: np.ndarray  # of COLUMNS
     held: int  # of their intervals
+    halves: np.ndarray  # of COLUMNS: half of the interval's width, in the measure's unit
+    ratios: np.ndarray  # the same over the error
     overlap: float  # least, of the masks at half of the largest area or more
     flow: float  # px
     blur: float  # px, found at the glottis' edges
-    said: bool  # that it is much
+    warned: bool  # of blur
 
 
 def errors(options: Synthetic, folder: Path) -> Errors:
@@ -85,27 +90,40 @@ def errors(options: Synthetic, folder: Path) -> Errors:
     np.save(folder / "glottis.npy", glottis.stack())
     settings = Settings(fps=FPS, correct_drift=False)
     analysis = analyse(folder / "glottis.npy", folder / "found", settings, until="glottis", progress=False)
-    found, told = [analysis.mask(t) for t in range(FRAMES)], analysis.measures
+    found, values = [analysis.mask(t) for t in range(FRAMES)], analysis.measures
     truth = np.array([glottis.area(t) for t in range(FRAMES)])
-    exact, off = exactly(glottis, truth), []
-    for name, value in exact.items():
-        off.append(float(told[name].value) - value)
-    held = sum(told[name].interval[0] <= value <= told[name].interval[1] for name, value in exact.items())
-    off[0] *= 100 / exact["glottal_area_mean"]
+    held = against(values, exactly(glottis, truth))
     total = truth.sum(axis=1)
     wide = np.flatnonzero(total > 0.5 * total.max())
     overlap = min((found[t] & glottis.mask(t)).sum() / (found[t] | glottis.mask(t)).sum() for t in wide)
     recording = Recording.open(folder / "glottis.npy")
-    said = any("edges of the glottis are blurred" in doubt for doubt in analysis.doubts)
+    warned = any("edges of the glottis are blurred" in doubt for doubt in analysis.doubts)
     missed = flow_error(glottis, recording, found)
-    return Errors(np.array(off), int(held), float(overlap), missed, float(analysis["sides/blur"]), said)
+    return Errors(*held, float(overlap), missed, float(analysis["sides/blur"]), warned)
+
+
+def against(values: Measures, exact: dict[str, float]) -> tuple[np.ndarray, int, np.ndarray, np.ndarray]:
+    """Measures against the truth, of COLUMNS: errors (of the area in %), how many intervals hold it, half of
+    their widths, these over the errors."""
+    error = np.array([float(values[name].value) - value for name, value in exact.items()])
+    ends = np.array([values[name].interval for name in exact]).T
+    truth = np.array(list(exact.values()))
+    held = int(np.sum((ends[0] <= truth) & (truth <= ends[1])))
+    half = (ends[1] - ends[0]) / 2
+    unit = np.array([100 / value if name == "glottal_area_mean" else 1.0 for name, value in exact.items()])
+    return error * unit, held, half * unit, half / np.maximum(np.abs(error), 1e-12)
+
+
+def widths(halves: list[np.ndarray], ratios: list[np.ndarray]) -> list[str]:
+    """The cells of WIDTHS: mean of the first, median of the second."""
+    return [f"{np.mean([one[-1] for one in halves]):.3f}", f"{np.median(ratios):.2g}"]
 
 
 def exactly(glottis: SyntheticGlottis, area: np.ndarray) -> dict[str, float]:
     """The true measures of COLUMNS."""
     options = glottis.options
     rows = np.linspace(0.45, 0.55, 21) * (0.85 - 0.15) * options.height + 0.15 * options.height
-    edges = [np.array([glottis.edge(side, rows, t).mean() for t in range(FRAMES)]) for side in (0, 1)]
+    edges = [np.array([glottis.edge(side, rows, t).mean() for t in range(options.frames)]) for side in (0, 1)]
     true, _ = measures(GlottalArea(area[:, 0], area[:, 1], *edges), FPS)
     exact = {name: float(true[name].value) for name in COLUMNS}
     exact["fundamental_frequency"] = options.frequency * FPS
@@ -126,7 +144,7 @@ def flow_error(glottis: SyntheticGlottis, recording: Recording, found: list[np.n
 
 def glottis_table(seeds: int) -> None:
     heads = [f"{head}, limit {limit:g}" for head, limit, _ in COLUMNS.values()]
-    columns = ["noise (grey)", "blur (px)", *heads, "intervals held", "masks' overlap", "flow (px)"]
+    columns = ["noise (grey)", "blur (px)", *heads, "intervals held", *WIDTHS, "masks' overlap", "flow (px)"]
     columns += ["blur found (px)", "said"]
     record("video_limits", columns, glottis_rows(seeds))
 
@@ -145,10 +163,11 @@ def glottis_rows(seeds: int) -> Iterator[list[str]]:
             cell = f"{value:+.{digits}f}"
             cells.append(f"**{cell}**" if abs(value) > limit else cell)
         cells.append(f"{sum(one.held for one in found)} of {seeds * len(COLUMNS)}")
+        cells += widths([one.halves for one in found], [one.ratios for one in found])
         cells += [f"{min(one.overlap for one in found):.2f}", f"{max(one.flow for one in found):.3f}"]
         cells += [
             f"{np.mean([one.blur for one in found]):.2f}",
-            f"{sum(one.said for one in found)} of {seeds}",
+            f"{sum(one.warned for one in found)} of {seeds}",
         ]
         yield cells
 
@@ -183,8 +202,8 @@ def modes_table() -> None:
     rms = np.sqrt(VARIANCES.sum() / flows[0].size)
     columns = ["sigma (px)", "noise's part of all variance", "shares found", "predicted"]
     columns += ["angles to the planted ones (rad)", "predicted"]
-    said = f"{len(flows)} flows of {flows[0].size} numbers, root mean square {rms:.2f} px."
-    record("video_modes", columns, modes_rows(flows, patterns), said)
+    note = f"{len(flows)} flows of {flows[0].size} numbers, root mean square {rms:.2f} px."
+    record("video_modes", columns, modes_rows(flows, patterns), note)
 
 
 def modes_rows(flows: np.ndarray, patterns: np.ndarray) -> Iterator[list[str]]:

@@ -12,7 +12,7 @@ Then the same once more in another directory, killed (SIGKILL: no handler runs, 
 middle of each step and started again each time; at the end every dataset is compared with the undisturbed
 run's, bit by bit. At last a recording of 96 x 96 px is killed over and over: at random times, and, where
 strace is installed, just before a random one of the system's writes to its results, where a file is in most
-danger. Wherever a killed analysis cannot be gone on with, that is said, and it is begun anew.
+danger. Wherever a killed analysis cannot be continued, there is a message, and it is started again.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Child:
     processor: float = 0.0  # s
     memory: float = 0.0  # MB
     status: int = 0  # 0: came to its end; > 0: refused; < 0: killed
-    said: str = ""  # last of its words where it refused
+    last_line: str = ""  # last line of its message if it refused
     begun: dict[str, float] = field(default_factory=dict)  # s, when a step was first seen at work
     seen: tuple[str, int, int] = ("start", 0, 1)  # the last bar: step, frames done, frames
 
@@ -105,7 +105,7 @@ def run(
     process.returncode = child.status = os.waitstatus_to_exitcode(status)
     process.stderr.close()
     if child.status > 0:
-        child.said = text.decode(errors="replace").strip().splitlines()[-1]
+        child.last_line = text.decode(errors="replace").strip().splitlines()[-1]
     child.wall, child.processor = time.perf_counter() - start, used.ru_utime + used.ru_stime
     child.memory = used.ru_maxrss / 1024
     return child
@@ -183,7 +183,7 @@ def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path
     truth = np.mean([sum(glottis.area(t % CYCLE)) for t in range(frames)])
     area = 100 * (found.area.total.mean() / truth - 1)
     pitch = found.measures["fundamental_frequency"].value
-    told = "too few cycles" if pitch is None else f"{pitch:.1f}"
+    pitch_text = "too few cycles" if pitch is None else f"{pitch:.1f}"
     sizes = [(directory / name).stat().st_size / 1e6 for name in FILES]
     columns = ["frames", "preset", "wall (s)", "processor (s)", "peak memory (MB)", "recording (MB)"]
     columns += ["results.h5, flow.h5 (MB)", "mean area", "f0 (Hz)", "true"]
@@ -192,7 +192,7 @@ def report(child: Child, directory: Path, glottis: SyntheticGlottis, movie: Path
     begun = {"opening": 0.0, **child.begun}
     spent = np.diff([*begun.values(), child.wall])
     steps = ", ".join(f"{name} {seconds:.1f}" for name, seconds in zip(begun, spent, strict=True))
-    row += [told, f"{2 / CYCLE * FPS:.1f}"]
+    row += [pitch_text, f"{2 / CYCLE * FPS:.1f}"]
     record(f"video_long_{frames}", columns, [row], f"Wall time by step (s): {steps}.")
 
 
@@ -220,7 +220,7 @@ def kill_in_every_step(
         child = run(movie, directory, preset, threads, stop)
         spent += child.processor
         if child.status > 0:
-            rows.append(["started again", "refused, begun anew", child.said])
+            rows.append(["started again", "refused, begun anew", child.last_line])
             shutil.rmtree(directory)
             child = run(movie, directory, preset, threads, stop)
             spent += child.processor
@@ -228,12 +228,12 @@ def kill_in_every_step(
         rows.append([f"{name}{ended}", "{} {}/{}".format(*child.seen), state(directory)])
     spent += run(movie, directory, preset, threads).processor
     count, wrong = differing(whole, directory)
-    said = (
+    note = (
         f"Datasets that differ from the undisturbed run's: {len(wrong)} of {count}{': ' if wrong else ''}"
         f"{', '.join(wrong)}. Processor time of all runs together: {spent:.0f} s, undisturbed "
         f"{undisturbed.processor:.0f} s."
     )
-    record("video_killed", ["killed in", "bar", "what is there then"], rows, said)
+    record("video_killed", ["killed in", "bar", "what is there then"], rows, note)
 
 
 def kill_over_and_over(folder: Path, kills: int, threads: int) -> None:
@@ -249,9 +249,9 @@ def kill_over_and_over(folder: Path, kills: int, threads: int) -> None:
     else:
         print("strace is not installed: not killed at writes.")
     columns = ["killed", "refused after", "ran to the end", "of them with other bits"]
-    said = f"{SMALL_FRAMES} frames of 96 x 96 px, killed {kills} times each way."
+    note = f"{SMALL_FRAMES} frames of 96 x 96 px, killed {kills} times each way."
     rows = ([how, *tally(whole, directory, kill, again, kills)] for how, kill in ways.items())
-    record("video_killed_often", columns, rows, said)
+    record("video_killed_often", columns, rows, note)
 
 
 def tally(
@@ -290,7 +290,7 @@ def main() -> None:
             glottis = write(movie, LARGE, options.frames)
             undisturbed = run(movie, whole, options.preset, options.threads)
             if undisturbed.status:
-                raise SystemExit(undisturbed.said)
+                raise SystemExit(undisturbed.last_line)
             report(undisturbed, whole, glottis, movie, options.preset)
             if not options.no_kill:
                 again = folder / "killed"

@@ -122,19 +122,19 @@ class Study:
         return [self.voice(name, start) for name in names]
 
 
-def said(voices: Sequence[Voice], start: float = START) -> str:
+def table_note(voices: Sequence[Voice], start: float = START) -> str:
     remarks = [f"{voice.name}: {voice.remarks}." for voice in voices if voice.remarks]
     end = max(float(voice.run.time[-1]) for voice in voices)
     return " ".join([f"From {1e3 * start:g} to {1e3 * end:.0f} ms.", *remarks])
 
 
 def keep_changes(name: str, voices: Sequence[Voice], level: Callable[[Voice], float]) -> None:
-    record(name, change_columns(voices), changes(voices, level), said(voices))
+    record(name, change_columns(voices), changes(voices, level), table_note(voices))
 
 
 def keep_side_by_side(name: str, voices: Sequence[Voice], start: float = START) -> None:
     columns = ["", *(voice.name for voice in voices), "published"]
-    record(name, columns, side_by_side(voices), said(voices, start))
+    record(name, columns, side_by_side(voices), table_note(voices, start))
 
 
 def step(voice: Voice) -> float:
@@ -159,7 +159,7 @@ def voice_part(study: Study) -> None:
     massless, fine, finest = study.voices("massless", "massless_fine", "massless_finest")
     pairs = [demo, massless, meshes[2], fine, meshes[3], finest]
     rows = [*measured(pairs), ["f1, f2, f3 of free vibration (Hz)", *map(modes, pairs)]]
-    record("phonation_massless", ["", *(voice.name for voice in pairs)], rows, said(pairs))
+    record("phonation_massless", ["", *(voice.name for voice in pairs)], rows, table_note(pairs))
     steps = study.voices("massless_half_step", "massless_quarter_step")
     keep_changes("phonation_massless_step", [massless, *steps], step)
 

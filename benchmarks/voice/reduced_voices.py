@@ -81,7 +81,7 @@ class Study:
         reduction: dict[str, Any] = {"full_run": str(basis.directory), "components": components}
         scene = full.scene.replace({"reduction": reduction})
         run = self.made(f"{voice}_{components}", scene)
-        vectors = kept_basis(run.directory, scene, build_mesh(scene.mesh, scene.source), begun=True)
+        vectors = kept_basis(run.directory, scene, build_mesh(scene.mesh, scene.source), resumed=True)
         seconds, parts = cost(run, vectors, self.options.length)
         least, _ = cost(run, vectors, self.options.length, ["flow", "minimum_area"])
         if voice == self.options.voices[0]:

@@ -104,9 +104,9 @@ def main() -> None:
         for shown in WAVES.values()
         for what in ("differences (%)", "orders", f"changed at {finest} (%)")
     ]
-    said = f"Steps of {', '.join(f'{1e6 * step:g}' for step in STEPS)} us, {1e3 * LENGTH:g} ms."
+    note = f"Steps of {', '.join(f'{1e6 * step:g}' for step in STEPS)} us, {1e3 * LENGTH:g} ms."
     for directory in options.runs:
-        record(f"step_order_{directory.name}", ["", *columns], rows(directory, options.only), said)
+        record(f"step_order_{directory.name}", ["", *columns], rows(directory, options.only), note)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.film import Film, film  # the function, over the room of its name
+from plica.film import Film, film  # the function hides the package of the same name
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run
@@ -135,7 +135,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name == "flow":  # who simulates needs nothing of the video
+    if name == "flow":  # simulations do not need the video package
         from plica.video.flow import flow
 
         return flow

@@ -1,4 +1,4 @@
-"""The command ``plica``."""
+"""The ``plica`` command."""
 
 from __future__ import annotations
 
@@ -30,19 +30,18 @@ Simulates vibrating vocal folds from a scene file, measures them in high-speed v
 tissue from it.
 
 A first session:
-  plica examples scenes                                 scenes to start from, copied to scenes/
-  plica run scenes/first.toml -o runs/first             compute; ends with a report
-  xdg-open runs/first/report.html                       look at it
-  paraview runs/first/fields.xdmf                       look at it in 3D
-  plica uncertainty runs/first                          how far its numbers are from those of finer levels
-  plica film runs/first -o clip.avi                     film it, with the true motion of every pixel
-  plica video larynx.avi --fps 4000 -o analysis         measure a high-speed recording
-  plica compare before after -o change                  two such analyses beside each other
+  plica examples scenes                                 copy example scenes to scenes/
+  plica run scenes/first.toml -o runs/first             run a scene; ends with a report
+  xdg-open runs/first/report.html                       open the report
+  paraview runs/first/fields.xdmf                       view the fields in 3D
+  plica uncertainty runs/first                          estimate the numerical uncertainty
+  plica film runs/first -o clip.avi                     render it as video, with the true motion of every
+  pixel plica video larynx.avi --fps 4000 -o analysis         analyse a high-speed recording
+  plica compare before after -o change                  compare two such analyses
   plica identify analysis --scene my.toml -o tissue     estimate the tissue from it
 
-A scene is a text file (TOML). It names a mesh and its tissue, and then only what it needs: without an
-[airflow] table there is no airflow, without [contact] no contact. Quantities are SI numbers or texts with
-a unit:
+A scene is a text file (TOML) with a mesh, its tissue, and optional parts: without an [airflow] table there
+is no airflow, without [contact] no contact. Quantities are SI numbers or texts with a unit:
 
   [mesh]
   larynx = "coarse"
@@ -57,49 +56,50 @@ a unit:
   step = "50 us"
   duration = "0.1 s"
 
-Every key with its unit and default: plica keys
-What this installation is proved to compute, row by row: plica verify
+All keys with units and defaults: plica keys
+Verification of this installation: plica verify
 
-Exit codes: 0 done, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
+Exit codes: 0 success, 1 the computation or the storage failed, 2 bad input, 130 stopped by Ctrl-C.
 """
 
 _RUN_HELP = """\
-Computes SCENE and stores the results in DIR as they come:
+Runs SCENE and stores the results in DIR as they are computed:
 
   scene.toml     the scene with every default filled in
-  results.h5     waveforms of every step and fields of some (HDF5; can be read at any moment): plica.Run.load
-                 in Python, h5read("results.h5", "/waveforms/flow") in MATLAB, which turns the axes round
+  results.h5     waveforms of every step and fields of some (HDF5; can be read at any time): plica.Run.load
+                 in Python, h5read("results.h5", "/waveforms/flow") in MATLAB, which reverses the axes
   fields.xdmf    the fields for ParaView
-  waveforms.csv  a row a step, in SI; what there is of every section is in results.h5 alone
+  waveforms.csv  one row per step, in SI; waveforms of every section are only in results.h5
   measures.json  {name: {value, unit, spread, cycles, definition}} in SI
-  cautions.json  [{name, seen, advice}]: what is to be doubted, and what to do about it
-  report.html    pictures and numbers
+  cautions.json  [{name, seen, advice}]: possible problems, with advice
+  report.html    figures and tables
 
 examples:
   plica run scene.toml -o runs/one
   plica run scene.toml -o runs/one --resume     continue after Ctrl-C, a kill or a power failure;
-                                                the results are those of a run without a stop
+                                                the results are those of an uninterrupted run
   plica run scene.toml -o runs/one --uncertainty
-                                                then say how far its numbers are from those of finer steps
-                                                and meshes (plica uncertainty --help); five times as long
+                                                also estimate the numerical uncertainty (plica uncertainty
+                                                --help); takes five times as long
 
-A run that has come to its end before its voice settled is continued in the same way: give SCENE a longer
-duration (and change nothing else), then --resume. The results are those of a run that had it from the start.
+A run that finished before the vibration was steady is continued in the same way: give SCENE a longer
+duration (and change nothing else), then --resume. The results are those of a run with that duration from the
+start.
 """
 
 _MEASURES_HELP = """\
-Measures what is in DIR, a run or an analysis of a recording, prints the measures and writes DIR/measures.json
-and DIR/waveforms.csv. With --from and --to, a part of a run is measured and printed; nothing is written.
+Measures the run or the analysis of a recording in DIR, prints the measures and writes DIR/measures.json and
+DIR/waveforms.csv. With --from and --to, a part of a run is measured and printed; nothing is written.
 
 examples:
   plica measures runs/one
-  plica measures runs/one --from 0.1s --to 0.3s     that part of the run alone
-  plica measures runs/one --from 100ms              from there to its end
+  plica measures runs/one --from 0.1s --to 0.3s     only that part of the run
+  plica measures runs/one --from 100ms              from there to the end
 """
 
 _REPORT_HELP = """\
-Draws the page of DIR, a run or an analysis of a recording, anew from what is stored there, and prints its
-name: DIR/report.html, with --pdf DIR/report.pdf. Of a run that was killed it shows the part it came to.
+Writes the report of the run or the analysis of a recording in DIR again from the stored results, and prints
+its path: DIR/report.html, with --pdf DIR/report.pdf. For a run that was killed it shows the computed part.
 
 examples:
   plica report runs/one
@@ -113,8 +113,8 @@ examples:
   plica mesh scene.toml
   plica mesh scene.toml -o mesh.vtu             any format that meshio writes, by the suffix
 
--o writes nodes and tetrahedra, each of these with the number of its layer (from 0, in the order printed) and
-of its side (1 left, 2 right); no surfaces, no node sets, no names of layers.
+-o writes nodes and tetrahedra, with the number of the layer (from 0, in the order printed) and of the side
+(1 left, 2 right) of each tetrahedron; no surfaces, node sets or names of layers.
 """
 
 
@@ -126,31 +126,31 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return command(options)
     except InvalidInput as error:
-        return _say(str(error), _BAD_INPUT)
+        return _print_error(str(error), _BAD_INPUT)
     except (SolveFailed, StorageFailed) as error:
-        return _say(str(error), _FAILED)
+        return _print_error(str(error), _FAILED)
     except MemoryError:
-        return _say("there is not enough memory. Take a coarser mesh.", _FAILED)
+        return _print_error("there is not enough memory. Use a coarser mesh.", _FAILED)
     except KeyboardInterrupt as stop:
-        return _say(f"{str(stop) or 'stopped'}.{_way_on(options, typed)}", _INTERRUPTED)
+        return _print_error(f"{str(stop) or 'stopped'}.{_how_to_continue(options, typed)}", _INTERRUPTED)
     except BrokenPipeError:
         sys.stderr.close()
         return _FAILED
 
 
-def _way_on(options: argparse.Namespace, typed: Sequence[str]) -> str:
-    """How to continue what has begun; nothing where there is nothing."""
-    if getattr(options, "goes_on", False):
-        return " The same command goes on from there."
-    begun = getattr(options, "begun_file", None)
-    if begun is None or not (options.directory / begun).exists():
+def _how_to_continue(options: argparse.Namespace, typed: Sequence[str]) -> str:
+    """How to continue an interrupted command; empty if there is nothing to continue."""
+    if getattr(options, "resumable", False):
+        return " Repeat the same command to continue."
+    resumable_file = getattr(options, "resumable_file", None)
+    if resumable_file is None or not (options.directory / resumable_file).exists():
         return ""
     command, *rest = typed
     again = shlex.join(["plica", command, *["--resume"] * (not options.resume), *rest])
     return f" Continue with --resume: {again}"
 
 
-def _say(text: str, code: int) -> int:
+def _print_error(text: str, code: int) -> int:
     for line in text.splitlines():
         print(f"plica: {line}", file=sys.stderr)
     return code
@@ -159,24 +159,22 @@ def _say(text: str, code: int) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = Parser("plica", description=_MAIN_HELP, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--version", action="version", version=f"plica {__version__}", help="print it and end"
+        "--version", action="version", version=f"plica {__version__}", help="print the version and exit"
     )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     part = partial(add_command, commands)
-    run = part("run", _run, "compute a scene", _RUN_HELP)
+    run = part("run", _run, "run a scene", _RUN_HELP)
     run.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     run.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, required=True, help="results"
     )
+    run.add_argument("--resume", action="store_true", help="continue the run in DIR, or extend its duration")
     run.add_argument(
-        "--resume", action="store_true", help="continue the run in DIR, also to a longer duration"
-    )
-    run.add_argument(
-        "--uncertainty", action="store_true", help="then estimate the numerical error (plica uncertainty)"
+        "--uncertainty", action="store_true", help="also estimate the numerical error (plica uncertainty)"
     )
     add_threads(run)
-    run.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
-    run.set_defaults(begun_file="scene.toml")
+    run.add_argument("--quiet", action="store_true", help="no progress, no table; only errors and cautions")
+    run.set_defaults(resumable_file="scene.toml")
     mesh = part("mesh", _mesh, "show or write the mesh of a scene", _MESH_HELP)
     mesh.add_argument("scene", metavar="SCENE", type=Path, help="scene file (TOML)")
     mesh.add_argument("-o", "--output", metavar="FILE", type=Path, help="write the mesh, e.g. mesh.vtu")
@@ -187,11 +185,11 @@ def _parser() -> argparse.ArgumentParser:
     larynx.add_commands(commands)
     identify.add_commands(commands)
     uncertainty.add_commands(commands)
-    part("info", _info, "show versions, what this build contains, and its licence")
+    part("info", _info, "show versions, contents and licence of this build")
     compare.add_commands(commands)
-    report = part("report", _report, "write DIR/report.html anew", _REPORT_HELP)
+    report = part("report", _report, "write DIR/report.html again", _REPORT_HELP)
     add_pdf(report)
-    measures = part("measures", _measures, "measure what is in DIR, all of it or a part", _MEASURES_HELP)
+    measures = part("measures", _measures, "measure the run or analysis in DIR", _MEASURES_HELP)
     for sub in (report, measures):
         sub.add_argument(
             "directory", metavar="DIR", type=Path, help="directory of a run, or of an analysis of a recording"
@@ -214,22 +212,24 @@ def _run(options: argparse.Namespace) -> int:
         if (options.directory / "results.h5").exists():
             run = plica.Run.load(options.directory)
             _concluded(run, shown=not options.quiet)
-            _say_cautions([one for one in run.cautions if one not in run.scene_cautions])  # the error does
+            _print_cautions(
+                [one for one in run.cautions if one not in run.scene_cautions]
+            )  # those are in the error
         raise
     measures, report = _concluded(run, shown=not options.quiet)
     if not options.quiet:
         print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
-    _say_cautions(run.cautions)
+    _print_cautions(run.cautions)
     return uncertainty.estimated(options.directory, quiet=options.quiet) if options.uncertainty else 0
 
 
-def _say_cautions(cautions: Sequence[object]) -> int:
-    return _say("\n".join(f"Caution: {caution}" for caution in cautions), 0)
+def _print_cautions(cautions: Sequence[object]) -> int:
+    return _print_error("\n".join(f"Caution: {caution}" for caution in cautions), 0)
 
 
 def _concluded(run: Run, *, shown: bool) -> tuple[Measures, Path]:
-    """Measures, cautions, table and report of what a run has computed, or of the part before it failed."""
+    """Write measures, cautions, table and report of the computed steps of a run."""
     from plica.phonation.report import write_report
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
@@ -240,7 +240,7 @@ def _concluded(run: Run, *, shown: bool) -> tuple[Measures, Path]:
 
 
 def _measured(run: Run) -> Measures:
-    """The measures of a run, written to its directory with its cautions and its table."""
+    """The measures of a run, after writing them with its cautions and waveforms to its directory."""
     from plica.measures.caution import write_cautions
     from plica.measures.file import write_measures
     from plica.phonation.measures.measure import measure
@@ -263,7 +263,7 @@ def _mesh(options: argparse.Namespace) -> int:
     scene = plica.Scene.load(options.scene)
     mesh = plica.build_mesh(scene.mesh, scene.source)
     print(mesh_summary(mesh))
-    _say_cautions(scene_cautions(scene, mesh))
+    _print_cautions(scene_cautions(scene, mesh))
     if options.output is not None:
         write_mesh(mesh, options.output)
         print(f"written: {options.output} (without surfaces, node sets and names of layers)")
@@ -333,7 +333,7 @@ def _measures(options: argparse.Namespace) -> int:
     asked = options.start is not None or options.end is not None
     if video.is_analysis(options.directory):
         if asked:
-            raise InvalidInput(f"{options.directory}: --from and --to are for runs; it is of a recording.")
+            raise InvalidInput(f"{options.directory}: --from and --to are for runs; this is a recording.")
         return video.remeasure(options.directory)
     run = plica.Run.load(options.directory)
     with as_options(("Run.between",), {"start": "--from", "end": "--to"}):
@@ -341,12 +341,14 @@ def _measures(options: argparse.Namespace) -> int:
     measures = measure(chosen) if asked else _measured(run)
     print(measures_table(measures))
     if run.steps < run.steps_asked:
-        _say(f"{options.directory}: {run.status}; {run.steps} of {run.steps_asked} steps were measured.", 0)
-    return _say_cautions(cautions(chosen))
+        _print_error(
+            f"{options.directory}: {run.status}; measured {run.steps} of {run.steps_asked} steps.", 0
+        )
+    return _print_cautions(cautions(chosen))
 
 
 def _time(text: str | None) -> float | str | None:
-    """A time as it is typed: a number, in s, or a number with its unit."""
+    """A time from the command line: a number in s, or a number with a unit."""
     try:
         return text if text is None else float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The exceptions of Plica. Each text reads ``Where: name = value unit; must be relation. Hint.``"""
+"""The exceptions of Plica. Messages have the form ``Where: name = value unit; must be relation. Hint.``"""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ __all__ = [
 
 
 class SceneError(InvalidInput):
-    """A scene, or the mesh file that it names, cannot be used.
+    """A scene, or its mesh file, is invalid.
 
     Attributes
     ----------
     problems : tuple of str
-        One line a problem; the exception's text is these lines.
+        One line per error; the message consists of these lines.
     """
 
     def __init__(self, problems: str | Iterable[str]) -> None:
@@ -38,12 +38,12 @@ class SceneError(InvalidInput):
 
 
 class StepFailed(SolveFailed):
-    """A step of a simulation has no solution; the simulation stands at the end of the step before.
+    """A step of a simulation has no solution; the simulation is at the end of the previous step.
 
     Attributes
     ----------
     waveforms : mapping of ndarray
-        Those of the steps that the call completed, as ``Simulation.advance`` returns them; with no rows where
+        Waveforms of the completed steps of the call, as ``Simulation.advance`` returns them; without rows if
         its first step failed.
     """
 
@@ -56,7 +56,7 @@ class StepFailed(SolveFailed):
 
 
 class StorageFailed(OSError):  # noqa: N818 (a pair with SolveFailed)
-    """Results cannot be written or read: the text names the file, the system's reason and what to do."""
+    """Results cannot be written or read: the message has the file, the system's reason and what to do."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -74,16 +74,16 @@ def one_of(known: Iterable[object]) -> str:
 
 
 class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the others)
-    """A mapping has nothing of that name: the text names the nearest and lists what there is.
+    """A mapping has no such key: the message has the nearest and all known names.
 
     Parameters
     ----------
     where : str
-        What was asked.
+        Name of the mapping in the message.
     name : str
     known : iterable of str
     meant : iterable of str
-        Those of them that people call so.
+        Known names for which `name` is a common name.
     """
 
     def __init__(self, where: str, name: object, known: Iterable[str], meant: Iterable[str] = ()) -> None:
@@ -92,16 +92,16 @@ class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the oth
         super().__init__(f'{where}: "{name}"; must be {one_of(names)}.{near[0]}')
 
     def __str__(self) -> str:
-        return str(self.args[0])  # not quoted as by KeyError
+        return str(self.args[0])  # without the quotes of KeyError
 
 
 class Named(dict[str, Item]):
-    """By names; one that is not there is answered as `UnknownName` does.
+    """A dict whose missing keys raise `UnknownName`.
 
     Parameters
     ----------
     where : str
-        What is asked.
+        Name of the mapping in the message.
     items : iterable of pairs
     """
 

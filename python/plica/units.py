@@ -1,4 +1,4 @@
-"""Physical quantities as people write them: ``"0.8 kPa"``, ``"1e4 dyn/cm^2"``, or a number in SI."""
+"""Physical quantities with units: ``"0.8 kPa"``, ``"1e4 dyn/cm^2"``, or a number in SI."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ __all__ = [
 
 @cache
 def registry() -> pint.UnitRegistry[Decimal]:
-    """The units library, loaded when first needed; in decimals, so that "50 us" is the number 5e-5."""
+    """The units library, loaded on first use; decimal, so that "50 us" is exactly 5e-5."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -53,8 +53,8 @@ def read_quantity(value: object, unit: str) -> float:
     Parameters
     ----------
     value : float, int or str
-        A number is taken in SI; a text carries its unit: ``"0.8 kPa"``. A text without a unit is refused
-        where a unit is due, since it does not say which.
+        A number is in SI; a text has a unit: ``"0.8 kPa"``. A text without a unit is refused if a unit is
+        expected.
     unit : str
         The SI unit expected, e.g. ``"Pa"``; ``""`` for a pure number.
 
@@ -73,7 +73,7 @@ def read_quantity(value: object, unit: str) -> float:
         raise ValueError(f"must be {expected}.")
     try:
         number = float(value) if not isinstance(value, str) else _from_text(value, unit, expected)
-    except ArithmeticError:  # beyond what a float, or a decimal, holds
+    except ArithmeticError:  # beyond the range of a float or a decimal
         number = math.inf
     if not math.isfinite(number):
         raise ValueError("must be finite.")
@@ -86,7 +86,7 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\
 def _from_text(text: str, unit: str, expected: str) -> float:
     parts = _QUANTITY.fullmatch(text)
     if parts is None:
-        raise ValueError(f"must be {expected}; it does not begin with a number.")
+        raise ValueError(f"must be {expected}; it does not start with a number.")
     number, name = Decimal(parts[1]), parts[2]
     if not name:
         if unit:
@@ -96,21 +96,21 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     import pint
 
     units = registry()
-    meant = _meant(name, unit)
-    hint = f' Did you mean "{meant}"?' if meant else ""
+    usual = _usual_unit(name, unit)
+    hint = f' Did you mean "{usual}"?' if usual else ""
     try:
         found = units.parse_units(name)
     except pint.UndefinedUnitError:
         raise ValueError(
-            f'must be {expected}; "{name}" is not known. Upper and lower case differ.{hint}'
+            f'must be {expected}; "{name}" is not known. Units are case-sensitive.{hint}'
         ) from None
     except Exception:  # pint's parser raises many kinds (tokenize, assertion, attribute errors)
         raise ValueError(f'must be {expected}; "{name}" cannot be read as a unit.{hint}') from None
     target = units.parse_units(unit or "dimensionless")
     if not found.is_compatible_with(target):
-        raise ValueError(f'must be {expected}; "{name}" is of another kind.{hint}')
-    if meant and units.Quantity(Decimal(1), found) > _NOT_MEANT * units.Quantity(Decimal(1), meant):
-        raise ValueError(f'must be {expected}; "{name}" has the prefix of a million.{hint}')
+        raise ValueError(f'must be {expected}; "{name}" has another dimension.{hint}')
+    if usual and units.Quantity(Decimal(1), found) > _IMPLAUSIBLE * units.Quantity(Decimal(1), usual):
+        raise ValueError(f'must be {expected}; "{name}" has the prefix mega.{hint}')
     return float(units.Quantity(number, found).to(target).magnitude)
 
 
@@ -123,14 +123,14 @@ _USUAL = {
     "m/s": ("m/s", "cm/s", "mm/s"),
     "kg/m^3": ("kg/m^3", "g/cm^3"),
 }
-"""Units that people of the field write, by the SI unit of their kind."""
-_NOT_MEANT = 10**6
-"""A unit so many times as large as a usual one that differs from it in upper and lower case alone is never
-meant: "Ms" is a million seconds."""
+"""Common units, by SI unit."""
+_IMPLAUSIBLE = 10**6
+"""A unit this many times as large as a common one that differs only in case is refused: "Ms" is a million
+seconds."""
 
 
-def _meant(name: str, unit: str) -> str:
-    """The usual unit that differs from a name in upper and lower case alone, or nothing."""
+def _usual_unit(name: str, unit: str) -> str:
+    """The common unit that differs from a name only in case, or an empty string."""
     return next((one for one in _USUAL.get(unit, ()) if one != name and one.lower() == name.lower()), "")
 
 
@@ -144,12 +144,12 @@ def number(where: str, name: str, value: Any, least: float, most: float, unit: s
 
 
 def _typed(value: object) -> str:
-    """A text in the quotes that all messages have, anything else as Python shows it."""
+    """A string in double quotes, anything else as its repr."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
 
 
 def clock(seconds: float) -> str:
-    """A time as people say it."""
+    """A duration as text, in s, min or h."""
     if seconds < 90:
         return f"{seconds:.2g} s"
     return f"{seconds / 60:.2g} min" if seconds < 5400 else f"{seconds / 3600:.2g} h"

@@ -94,7 +94,7 @@ def mraw(path: Path, frames: np.ndarray, *, stored: int = 8, used: int = 8, **ch
         values.astype("u1" if stored == 8 else "<u2").tobytes()
     )  # fmt: skip
     path.with_suffix(".mraw").write_bytes(raw)
-    said = {
+    message = {
         **CIH,
         "Total Frame": len(frames),
         "Image Width": frames.shape[2],
@@ -103,33 +103,33 @@ def mraw(path: Path, frames: np.ndarray, *, stored: int = 8, used: int = 8, **ch
         "EffectiveBit Depth": used,
         **{name.replace("_", " "): value for name, value in changed.items()},
     }
-    said = {name: str(value) for name, value in said.items() if value is not None}
+    message = {name: str(value) for name, value in message.items() if value is not None}
     if path.suffix == ".cih":
-        lines = [f"{name} : {value}" for name, value in said.items()]
+        lines = [f"{name} : {value}" for name, value in message.items()]
         path.write_text("\r\n".join(["#Camera Information Header", *lines, "END", ""]), newline="")
     else:
-        path.write_bytes(b"\x00\x12binary\xff" + _cihx(said).encode() + b"\xfe\x00more")
+        path.write_bytes(b"\x00\x12binary\xff" + _cihx(message).encode() + b"\xfe\x00more")
     return path
 
 
-def _cihx(said: dict[str, str]) -> str:
+def _cihx(message: dict[str, str]) -> str:
     def tag(name: str, *inside: str) -> str:
         return f"<{name}>{''.join(inside)}</{name}>"
 
     return tag(
         "cih",
-        tag("fileInfo", tag("date", said["Date"]), tag("time", said["Time"])),
-        tag("recordInfo", tag("recordRate", said["Record Rate(fps)"])),
-        tag("frameInfo", tag("totalFrame", said["Total Frame"]), tag("skipFrame", said["Save Step"])),
-        tag("imageFileInfo", tag("fileFormat", said["File Format"])),
+        tag("fileInfo", tag("date", message["Date"]), tag("time", message["Time"])),
+        tag("recordInfo", tag("recordRate", message["Record Rate(fps)"])),
+        tag("frameInfo", tag("totalFrame", message["Total Frame"]), tag("skipFrame", message["Save Step"])),
+        tag("imageFileInfo", tag("fileFormat", message["File Format"])),
         tag(
             "imageDataInfo",
-            tag("resolution", tag("width", said["Image Width"]), tag("height", said["Image Height"])),
-            tag("colorInfo", tag("type", said["Color Type"]), tag("bit", said["Color Bit"])),
+            tag("resolution", tag("width", message["Image Width"]), tag("height", message["Image Height"])),
+            tag("colorInfo", tag("type", message["Color Type"]), tag("bit", message["Color Bit"])),
             tag(
                 "effectiveBit",
-                tag("depth", said["EffectiveBit Depth"]),
-                tag("side", said["EffectiveBit Side"]),
+                tag("depth", message["EffectiveBit Depth"]),
+                tag("side", message["EffectiveBit Side"]),
             ),
         ),
     )

@@ -12,17 +12,17 @@ from plica.cli import main
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], code: int = 2) -> str:
     """The command's complaint; its exit code is `code` and it has no traceback."""
     assert main(arguments) == code
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "Traceback" not in said.err
-    assert all(line.startswith("plica: ") for line in said.err.splitlines())
-    return said.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert "Traceback" not in message.err
+    assert all(line.startswith("plica: ") for line in message.err.splitlines())
+    return message.err
 
 
 def refused_scene(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
     """The complaint about a scene that is not run; it names the file, and nothing is left."""
     (folder / "s.toml").write_text(text)
-    said = refused(["run", str(folder / "s.toml"), "-o", str(folder / "run")], capsys)
-    assert said.startswith("plica: s.toml: ")
+    message = refused(["run", str(folder / "s.toml"), "-o", str(folder / "run")], capsys)
+    assert message.startswith("plica: s.toml: ")
     assert not (folder / "run").exists()
-    return said
+    return message

@@ -56,13 +56,13 @@ NAN[3, 4] = np.nan
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
-    """What is said: one line, exit code 2."""
+    """The error message: one line, exit code 2."""
     assert main(arguments) == 2
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.startswith("plica: ")
-    assert said.err.count("\n") == 1
-    return said.err
+    message = capsys.readouterr()
+    assert message.out == ""
+    assert message.err.startswith("plica: ")
+    assert message.err.count("\n") == 1
+    return message.err
 
 
 def two_pages(path: Path) -> Path:

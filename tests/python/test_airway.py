@@ -63,7 +63,7 @@ def scene(tmp_path: Path) -> plica.Scene:
     return plica.Scene.load(tmp_path / "scene.toml")
 
 
-def test_meshes_that_do_not_match_are_told_of_the_triangulated_airway(scene: plica.Scene) -> None:
+def test_meshes_that_do_not_match_are_reported_for_the_triangulated_airway(scene: plica.Scene) -> None:
     text = scene.text().replace('airway = "triangulated"', 'airway = "matched"')
     with pytest.raises(plica.SceneError, match=r'must have one partner .* airway = "triangulated"\.$'):
         plica.build_simulation(plica.Scene.from_text(text))
@@ -90,7 +90,7 @@ def test_a_mesh_file_whose_surfaces_do_not_match_collides(scene: plica.Scene, tm
 
 
 @pytest.mark.skipif(not _MESHING, reason="this build has no CGAL triangulations: PLICA_GPL=ON")
-def test_a_simulation_goes_on_from_a_state_as_it_did(scene: plica.Scene) -> None:
+def test_a_simulation_continues_from_a_state_as_it_did(scene: plica.Scene) -> None:
     whole, resumed = plica.build_simulation(scene), plica.build_simulation(scene)
     whole.advance(15)
     resumed.restore(whole.state())

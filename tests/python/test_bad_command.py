@@ -23,7 +23,7 @@ def test_what_the_command_line_cannot_mean_is_refused(
     assert "must be a directory; it is a file" in refused(["run", str(scene), "-o", str(scene)], capsys)
     assert "there is no such directory" in refused(["report", run], capsys)
     (tmp_path / "results.h5").touch()
-    assert f"Take the directory it is in, {tmp_path}" in refused(
+    assert f"Use the directory that contains it, {tmp_path}" in refused(
         ["film", str(tmp_path / "results.h5"), "-o", "c.avi"], capsys
     )
     (tmp_path / "results.h5").unlink()
@@ -39,7 +39,7 @@ def test_a_mesh_format_that_does_not_exist_is_refused(
 ) -> None:
     bar.save(tmp_path / "s.toml")
     assert main(["mesh", str(tmp_path / "s.toml"), "-o", str(tmp_path / "mesh.foo")]) == 2
-    assert "mesh.foo: must end as a mesh that meshio writes, e.g. .vtu" in capsys.readouterr().err
+    assert "mesh.foo: must have the suffix of a mesh format, e.g. .vtu" in capsys.readouterr().err
 
 
 def test_an_occupied_directory_is_refused_with_a_way_out(
@@ -47,8 +47,10 @@ def test_an_occupied_directory_is_refused_with_a_way_out(
 ) -> None:
     bar.save(tmp_path / "s.toml")
     plica.run(bar, tmp_path / "run", progress=False)
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
-    assert "holds a run already. Continue it with --resume (resume=True), or take another directory." in said
+    message = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run")], capsys)
+    assert (
+        "already holds a run. Continue it with --resume (resume=True), or use another directory." in message
+    )
 
 
 def test_a_broken_result_file_is_refused(
@@ -56,8 +58,8 @@ def test_a_broken_result_file_is_refused(
 ) -> None:
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
-    said = refused(["measures", str(tmp_path / "run")], capsys)
-    assert "results.h5: not a result file of plica: it is no HDF5 file. Nothing in it can be gone on" in said
+    message = refused(["measures", str(tmp_path / "run")], capsys)
+    assert "results.h5: is not an HDF5 file; must be a result file of plica. Move it away" in message
 
 
 @pytest.mark.parametrize(
@@ -68,11 +70,11 @@ def test_a_broken_result_file_is_refused(
         (["run", "s.toml", "-o", "x", "--threads", "0"], "0; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "two"], "two; must be a whole number from 1 to 1024."),
         (["run", "s.toml", "-o", "x", "--threads", "99999999999"], "must be a whole number from 1 to 1024."),
-        (["rnu"], 'Did you mean "run"? plica --help says more.'),
-        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. plica run --help says"),
+        (["rnu"], 'Did you mean "run"? See plica --help.'),
+        (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. See plica run --help"),
         (["video", "x.avi", "-o", "x", "--nonsense"], "usage: plica video "),
-        (["bench", "run", "--nonsense"], "--nonsense. plica bench run --help says more."),
-        (["--nonsense", "info"], "unrecognized arguments: --nonsense. plica --help says more."),
+        (["bench", "run", "--nonsense"], "--nonsense. See plica bench run --help."),
+        (["--nonsense", "info"], "unrecognized arguments: --nonsense. See plica --help."),
         ([], "required: COMMAND"),
     ],
 )
@@ -90,8 +92,10 @@ def test_a_solve_that_fails_is_exit_code_one(
 ) -> None:
     starved = {"solver.method": plica.ConjugateGradients(max_iterations=1)}
     bar.replace(starved).save(tmp_path / "s.toml")
-    said = refused(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"], capsys, code=1)
-    assert "Traceback" not in said
+    message = refused(
+        ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"], capsys, code=1
+    )
+    assert "Traceback" not in message
 
 
 @pytest.mark.parametrize(
@@ -116,16 +120,19 @@ def test_the_mark_at_the_head_of_a_file_is_no_key(tmp_path: Path, bar: plica.Sce
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
-        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? plica --help'),
-        (["video", "x.avi", "-o", "x", "--fps", "abc"], "--fps: abc; must be a number. plica video --help"),
-        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers with commas"),
+        (["rum"], 'rum; must be one of run, .* Did you mean "run"\\? See plica --help'),
+        (
+            ["video", "x.avi", "-o", "x", "--fps", "abc"],
+            "--fps: abc; must be a number. See plica video --help",
+        ),
+        (["film", "x", "-o", "x", "--size", "10.5,3"], "10.5,3; must be 2 whole numbers separated by commas"),
     ],
 )
 def test_what_no_option_can_mean_says_what_it_must_be(
-    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit):
         main(arguments)
-    assert re.search(said, capsys.readouterr().err)
+    assert re.search(message, capsys.readouterr().err)

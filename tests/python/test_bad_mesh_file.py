@@ -132,5 +132,5 @@ def test_what_is_not_a_mesh_is_refused(
 ) -> None:
     (tmp_path / name).write_text(content)
     (tmp_path / "s.toml").write_text(BLOCK.replace("m.vtu", name))
-    said = refused(["mesh", str(tmp_path / "s.toml")], capsys)
-    assert f"s.toml: mesh.file: {name} cannot be read as a mesh" in said
+    message = refused(["mesh", str(tmp_path / "s.toml")], capsys)
+    assert f"s.toml: mesh.file: {name} cannot be read as a mesh" in message

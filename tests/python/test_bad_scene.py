@@ -67,10 +67,10 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "wrong dimension": (*pressure('"8 kHz"'), "must be a number in Pa or a text with a unit of that"),
     "unknown unit": (
         *pressure('"1 kpa"'),
-        '"kpa" is not known. Upper and lower case differ. Did you mean "kPa"?',
+        '"kpa" is not known. Units are case-sensitive. Did you mean "kPa"?',
     ),
-    "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix of a million. Did you mean "ms"?'),
-    "capitals of another unit": ('"1 ms"', '"1 MS"', '"MS" is of another kind. Did you mean "ms"?'),
+    "a million": ('"1 ms"', '"1 Ms"', '"Ms" has the prefix mega. Did you mean "ms"?'),
+    "capitals of another unit": ('"1 ms"', '"1 MS"', '"MS" has another dimension. Did you mean "ms"?'),
     "no unit": (*pressure('"800"'), "the text has no unit."),
     "not a number": (*pressure("true"), "airflow.subglottal_pressure = true; must be a number in Pa"),
     "not finite": (*pressure("nan"), "airflow.subglottal_pressure = NaN; must be finite."),
@@ -129,7 +129,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
     ),
     "an equilibrium and a displacement": (
         *added('[initial]\nequilibrium = true\nopening_displacement = "1 mm"'),
-        "initial.opening_displacement: must be left out: initial.equilibrium finds it.",
+        "initial.opening_displacement: must be left out: initial.equilibrium computes it.",
     ),
     "an equilibrium of a body without support": (
         *added("[supports]\nfixed = []\n[initial]\nequilibrium = true"),
@@ -276,6 +276,6 @@ def test_the_scene_that_is_made_bad_is_good(tmp_path: Path) -> None:
 def test_a_bad_scene_is_one_sentence(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good, bad, sentence = SCENES[kind]
     assert good in LARYNX
-    said = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
-    assert sentence in said
-    assert len(said.splitlines()) == 1
+    message = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
+    assert sentence in message
+    assert len(message.splitlines()) == 1

@@ -131,9 +131,9 @@ def test_what_chatters_or_gains_energy_is_not_recommended() -> None:
         row("mixed", force=0.01),
         row("mixed", force=0.01, duty=0.5),
     ]
-    said = recommendation(made)
-    assert said.startswith("Recommended: best, s, mass kept (its errors sum to 0.100; 4 of 8 combinations")
-    assert said.endswith("As good: close, s, mass kept (0.105).")
+    message = recommendation(made)
+    assert message.startswith("Recommended: best, s, mass kept (its errors sum to 0.100; 4 of 8 combinations")
+    assert message.endswith("As good: close, s, mass kept (0.105).")
     assert recommendation(made[4:5]) == "None of 1 combinations is sound."
 
 
@@ -153,12 +153,12 @@ def test_the_command_prints_the_table_and_writes_the_figures(
         "HHT(-0.3)",
     ]
     assert main([*command, "-o", str(path), "--contacts", "multipliers", "penalty"]) == 0
-    said = capsys.readouterr()
-    lines = said.out.splitlines()
+    message = capsys.readouterr()
+    lines = message.out.splitlines()
     assert lines[0].startswith("| problem | elements | contact | scheme | mass | displacement |")
     assert sum(line.startswith("| R3 | 12 |") for line in lines) == 8
-    assert "Recommended: multipliers, trapezoidal, mass redistributed" in said.out
-    assert "8/8" in said.err
+    assert "Recommended: multipliers, trapezoidal, mass redistributed" in message.out
+    assert "8/8" in message.err
     with path.open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 8
@@ -172,10 +172,12 @@ def test_a_run_that_fails_is_a_row_with_its_message(capsys: pytest.CaptureFixtur
     command = ["bench", "impact", "--problems", "R1", "--elements", "100", "--contacts", "multipliers"]
     options = ["--schemes", "trapezoidal", "--masses", "kept", "--quiet"]
     assert main([*command, *options, "--tolerance", "1e-17"]) == 0  # below what round-off leaves
-    said = capsys.readouterr()
-    assert "| R1 | 100 | multipliers | trapezoidal | kept | Simulation: the initial acceleration" in said.out
-    assert "None of 1 combinations is sound." in said.out
-    assert said.err == ""
+    message = capsys.readouterr()
+    assert (
+        "| R1 | 100 | multipliers | trapezoidal | kept | Simulation: the initial acceleration" in message.out
+    )
+    assert "None of 1 combinations is sound." in message.out
+    assert message.err == ""
 
 
 @pytest.mark.parametrize(
@@ -190,7 +192,7 @@ def test_a_run_that_fails_is_a_row_with_its_message(capsys: pytest.CaptureFixtur
         (["impact", "--elements", "100", "-o", "/nowhere/x.csv"], "/nowhere/x.csv: cannot be saved"),
     ],
 )
-def test_a_wrong_name_is_told_with_those_there_are(
+def test_a_wrong_name_is_reported_with_those_there_are(
     options: list[str], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["bench", *options]) in (1, 2)

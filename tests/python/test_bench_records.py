@@ -1,4 +1,4 @@
-"""`plica bench`: records are kept, read and compared, and what is wrong with them is said."""
+"""`plica bench`: records are kept, read and compared, and problems are reported."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import pytest
 
 from plica.bench.case import Case, Claim, Method
 from plica.bench.compare import compare
-from plica.bench.front import front
 from plica.bench.pairs import pairs
+from plica.bench.pareto import front
 from plica.bench.record import Level, Record, Row, read, write
-from plica.bench.run import blank, broken_claims, continued, measure
-from plica.bench.seat import Apart, Stopped
-from plica.bench.words import as_markdown, seconds
+from plica.bench.run import blank, continue_record, failed_claims, measure
+from plica.bench.runners import ProcessRunner, RunnerFailed
+from plica.bench.text import as_markdown, seconds
 from plica.errors import InvalidInput
 
 CALLS: list[object] = []
@@ -100,7 +100,7 @@ def test_what_is_no_record_is_refused_by_name(change: object, sentence: str, tmp
     assert sentence in str(caught.value)
 
 
-def test_a_case_goes_on_where_it_was_stopped() -> None:
+def test_a_case_continues_where_it_was_stopped() -> None:
     case, kept = toy(), []
 
     def stop(record: Record) -> None:
@@ -113,7 +113,7 @@ def test_a_case_goes_on_where_it_was_stopped() -> None:
     assert [dict(row.level) for row in kept[-1].rows] == [{"n": 1}, {"n": 2}]
     assert not kept[-1].finished
     CALLS.clear()
-    done = measure(case, continued(kept[-1], blank(case, "toys", "small", 2), "toy.json"), [1])
+    done = measure(case, continue_record(kept[-1], blank(case, "toys", "small", 2), "toy.json"), [1])
     assert CALLS == [4, 4, 4]  # the first call, then two rounds
     assert [row.level["n"] for row in done.rows] == [1, 2, 4]
     assert done.finished
@@ -121,12 +121,12 @@ def test_a_case_goes_on_where_it_was_stopped() -> None:
 
 
 @pytest.mark.parametrize("name", ["commit", "processor", "compiler"])
-def test_what_another_engine_or_machine_began_is_not_gone_on_with(name: str) -> None:
+def test_what_another_engine_or_machine_began_is_not_continued(name: str) -> None:
     case = toy()
     fresh = blank(case, "toys", "small", 2)
     other = fresh.environment.model_copy(update={name: "another"})
-    with pytest.raises(InvalidInput, match=f'toy.json: begun with {name} = "another"; must be .* --anew'):
-        continued(fresh.model_copy(update={"environment": other}), fresh, "toy.json")
+    with pytest.raises(InvalidInput, match=f'toy.json: {name} = "another"; must be .* --anew'):
+        continue_record(fresh.model_copy(update={"environment": other}), fresh, "toy.json")
 
 
 def test_methods_of_a_level_take_turns_from_both_ends() -> None:
@@ -146,11 +146,11 @@ def test_a_method_that_stops_is_a_row_with_its_message_and_breaks_the_case() -> 
         f"ValueError: n = {n}" for n in (1, 2, 4)
     ]
     assert all(row.median is not None for row in found.rows if row.method == "counts")
-    assert broken_claims(case, found)[0] == "stops (n 1; 1 thread) stopped: ValueError: n = 1"
+    assert failed_claims(case, found)[0] == "stops (n 1; 1 thread) stopped: ValueError: n = 1"
     assert "| stops | 1 | 1 | ValueError: n = 1 |" in as_markdown(found)
 
 
-def test_a_method_that_stops_later_is_told_too() -> None:
+def test_a_method_that_stops_later_is_reported_too() -> None:
     calls = iter([1.0, 1.0])
     case = toy(methods=(Method("tires", lambda level: lambda: next(calls)),), levels={"small": ({"n": 1},)})
     found = made(case, rounds=3)
@@ -158,7 +158,7 @@ def test_a_method_that_stops_later_is_told_too() -> None:
     assert found.rows[0].median is None
 
 
-def test_a_claim_that_does_not_hold_is_said_and_one_about_absent_rows_or_small_times_is_not() -> None:
+def test_a_claim_that_does_not_hold_is_reported_and_one_about_absent_rows_or_small_times_is_not() -> None:
     claims = (
         Claim("errors vanish", lambda rows: all(row.errors["off"] == 0 for row in rows)),
         Claim("errors are finite", lambda rows: True),
@@ -166,7 +166,7 @@ def test_a_claim_that_does_not_hold_is_said_and_one_about_absent_rows_or_small_t
         Claim("it takes no time", lambda rows: False, timed=True),
     )
     case = toy(claims=claims)
-    assert broken_claims(case, made(case)) == ["not so: errors vanish."]
+    assert failed_claims(case, made(case)) == ["not so: errors vanish."]
 
 
 def test_a_peer_that_is_not_installed_is_left_out_and_named() -> None:
@@ -213,7 +213,9 @@ QUICK, SLOW = [1.0, 1.1, 1.05, 1.2, 1.15], [2.0, 2.1, 2.05, 2.2, 2.15]
         (QUICK[:3], SLOW[:3], "too few"),
     ],
 )
-def test_a_change_of_time_is_told_from_noise(before: list[float], after: list[float], verdict: str) -> None:
+def test_a_change_of_time_is_distinguished_from_noise(
+    before: list[float], after: list[float], verdict: str
+) -> None:
     found = compare(record(row("m", before)), record(row("m", after)))
     assert [change.verdict for change in found.changes] == [verdict]
     assert len(found.worse) == (verdict == "slower")
@@ -236,10 +238,10 @@ def test_an_error_that_grew_or_a_method_that_stopped_is_worse() -> None:
         row("exact", QUICK, 1e-13),
         row("same", QUICK, 0.1005),
     )
-    said = [str(change) for change in compare(before, after).worse]
-    assert len(said) == 2
-    assert "off 0.1 -> 0.12: less exact" in said[0]
-    assert "stopped: ValueError: no" in said[1]
+    message = [str(change) for change in compare(before, after).worse]
+    assert len(message) == 2
+    assert "off 0.1 -> 0.12: less exact" in message[0]
+    assert "stopped: ValueError: no" in message[1]
 
 
 def test_other_cases_and_sizes_are_not_compared_and_other_machines_not_timed() -> None:
@@ -282,15 +284,15 @@ def test_a_method_in_a_process_of_its_own_finds_the_same_and_its_end_is_noticed(
     from plica.bench.families import find_case
 
     case, level = find_case("assembly"), {"elements": "linear", "cells": 4}
-    seat = Apart("assembly", "plica", level, 1, None)
+    runner = ProcessRunner("assembly", "plica", level, 1, None)
     try:
-        first = seat.first()
+        first = runner.first()
         assert first.errors == case.judge(level, case.method("plica").prepare(level)(), None)
         assert first.memory is not None
         assert first.memory >= 0
-        assert seat.reading().seconds > 0
-        seat._process.kill()
-        with pytest.raises(Stopped, match="its process ended with code -9"):
-            seat.reading()
+        assert runner.reading().seconds > 0
+        runner._process.kill()
+        with pytest.raises(RunnerFailed, match="its process ended with code -9"):
+            runner.reading()
     finally:
-        seat.close()
+        runner.close()

@@ -43,11 +43,11 @@ def test_derivatives_by_tilt_and_lean_are_central_differences() -> None:
 
 def test_a_projection_that_is_no_camera_s_is_refused() -> None:
     rows = LOOKING.projection
-    for wrong, told in (
+    for wrong, expected in (
         (rows * [[1], [2], [1]], "must be orthographic"),
         (rows * [[1], [-1], [1]], "looks along z = .*; must look down. Rows count downwards"),
         (0 * rows, "must be orthographic"),
         (rows * np.nan, "must be orthographic"),
     ):
-        with pytest.raises(plica.InvalidInput, match=f"Camera: projection {told}"):
+        with pytest.raises(plica.InvalidInput, match=f"Camera: projection {expected}"):
             plica.Camera.of_projection(wrong, (48, 40))

@@ -136,16 +136,16 @@ def test_a_recording_without_a_scale_is_in_pixels_and_frames() -> None:
     assert found["fundamental_frequency"].unit == "1/frame"
     beats = 1 + 0.5 * (np.arange(120) // 15 % 2)
     alternating, _ = measures(GlottalArea(*(beats * edge for _ in range(4))))
-    said = " ".join(alternating["fundamental_frequency"].cautions)
-    assert "(0.06667 1/frame)" in said
-    assert "Hz" not in said
+    message = " ".join(alternating["fundamental_frequency"].cautions)
+    assert "(0.06667 1/frame)" in message
+    assert "Hz" not in message
     assert found["amplitude_left"].quantity.people(found["amplitude_left"].scale) == (1.0, "px")
     assert quantity("deepest_gap").people(Scale("px")) == (1.0, "px")
     assert shown_unit("m") == (1e3, "mm")
 
 
 @pytest.mark.parametrize(
-    ("asked", "said"),
+    ("asked", "message"),
     [
         ("f0", 'Did you mean "fundamental_frequency"?'),
         ("OQ", 'Did you mean "open_quotient"?'),
@@ -153,9 +153,9 @@ def test_a_recording_without_a_scale_is_in_pixels_and_frames() -> None:
         ("nothing like it", "must be one of fundamental_frequency, "),
     ],
 )
-def test_a_measure_that_is_not_there_is_answered_with_the_nearest(asked: str, said: str) -> None:
+def test_a_measure_that_is_not_there_is_answered_with_the_nearest(asked: str, message: str) -> None:
     found = measure(VOICES["closing"])
-    with pytest.raises(InvalidInput, match=re.escape(said)):
+    with pytest.raises(InvalidInput, match=re.escape(message)):
         found[asked]
     with pytest.raises(KeyError, match=rf'^Measures: "{asked}"; must be one of '):
         found[asked]
@@ -216,15 +216,15 @@ def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:
 
 @pytest.mark.parametrize("short", [True, False])
 def test_a_voice_that_does_not_settle_is_not_printed_as_one_that_does(short: bool) -> None:
-    said = measures_table(measure(VOICES["gliding"]), short=short)
+    message = measures_table(measure(VOICES["gliding"]), short=short)
     steady = measures_table(measure(VOICES["closing"]), short=short)
-    assert re.search(r"fundamental_frequency .*!\n    ! not settled", said)
+    assert re.search(r"fundamental_frequency .*!\n    ! not settled", message)
     assert "!" not in steady
 
 
 def test_a_voice_that_is_silent_says_so_once_in_the_short_table() -> None:
-    said = measures_table(measure(VOICES["silent"]), short=True)
-    assert len(re.findall(r"^\w+ +- +no oscillation", said, re.MULTILINE)) == 1
+    message = measures_table(measure(VOICES["silent"]), short=True)
+    assert len(re.findall(r"^\w+ +- +no oscillation", message, re.MULTILINE)) == 1
 
 
 def test_a_record_that_is_too_short_is_called_so_once() -> None:
@@ -238,12 +238,12 @@ def test_a_record_that_is_too_short_is_called_so_once() -> None:
         ]
     )
     for brief in (True, False):
-        said = measures_table(found, short=brief)
-        assert said.count("too short") == 1
-        assert re.findall(r"^ +! (.*)$", said, re.MULTILINE) == ["over the last third of the record"]
+        message = measures_table(found, short=brief)
+        assert message.count("too short") == 1
+        assert re.findall(r"^ +! (.*)$", message, re.MULTILINE) == ["over the last third of the record"]
 
 
-def test_a_reason_that_was_said_as_a_caution_is_not_said_again_in_the_short_table() -> None:
+def test_a_reason_given_as_a_caution_is_not_reported_again_in_the_short_table() -> None:
     few = "too few cycles"
     found = Measures(
         [Measure("fundamental_frequency", 110.0, cautions=(few,)), Measure("open_quotient", None, note=few)]
@@ -262,7 +262,7 @@ def test_a_measure_that_has_a_value_keeps_its_note_whatever_others_lack() -> Non
     assert shown["amplitude_right"].startswith(same)
 
 
-def test_why_measures_have_no_value_is_said_at_the_first_and_named_by_the_others() -> None:
+def test_why_measures_have_no_value_is_reported_at_the_first_and_named_by_the_others() -> None:
     short, closed = "too short: 12 samples", "the folds never close"
     found = Measures(
         [
@@ -274,15 +274,15 @@ def test_why_measures_have_no_value_is_said_at_the_first_and_named_by_the_others
             Measure("speed_quotient", None, note=short),
         ]
     )
-    said = dict(re.findall(r"^(\w+) +- +(.*)$", measures_table(found), re.MULTILINE))
-    assert said == {
+    message = dict(re.findall(r"^(\w+) +- +(.*)$", measures_table(found), re.MULTILINE))
+    assert message == {
         "fundamental_frequency": short,
         "period": "see fundamental_frequency",
         "open_quotient": closed,
         "speed_quotient": "see fundamental_frequency",
     }
     shown = {row.name: row.note for _, rows in tables(found) for row in rows}
-    assert {name: shown[name] for name in said} == {
+    assert {name: shown[name] for name in message} == {
         "fundamental_frequency": short,
         "period": "see Fundamental frequency",
         "open_quotient": closed,
@@ -293,8 +293,8 @@ def test_why_measures_have_no_value_is_said_at_the_first_and_named_by_the_others
 
 
 def test_the_terminal_shows_the_units_of_the_field() -> None:
-    said = measures_table(measure(VOICES["closing"]))
-    units = dict(re.findall(r"^(\w+) +\S+ +([a-zA-Z][\w/^]*(?: s)?)(?: |$)", said, re.MULTILINE))
+    message = measures_table(measure(VOICES["closing"]))
+    units = dict(re.findall(r"^(\w+) +\S+ +([a-zA-Z][\w/^]*(?: s)?)(?: |$)", message, re.MULTILINE))
     assert units["contact_impulse"] == "uN s"
     assert units["peak_flow"] == "ml/s"
     assert units["contact_force_left_peak"] == "mN"

@@ -143,7 +143,7 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
     [
         (
             "airflow.subglottal_pressure = 0.8",
-            "airflow.subglottal_pressure = 0.8 Pa. A speaking voice has 200 Pa to 4 kPa. Is it 0.8 kPa?",
+            "airflow.subglottal_pressure = 0.8 Pa. Speech has 200 Pa to 4 kPa. Is it 0.8 kPa?",
         ),
         ("airflow.subglottal_pressure = 8", "Is it 8 cmH2O?"),
         ("airflow.subglottal_pressure = 8000", "Is it 8000 dyn/cm^2?"),
@@ -157,10 +157,10 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
         ("tissue.body.viscosity = 10", "Is it 10 poise?"),
         (
             "time.step = 50\ntime.duration = 50",
-            "time.step = 50 s. A step of a voice has 100 ns to 200 us. Is it 50 us?",
+            "time.step = 50 s. A time step of phonation has 100 ns to 200 us. Is it 50 us?",
         ),
         ("time.duration = 300", "Is it 300 ms?"),
-        ("time.duration = 0.005", "A run of a voice has 10 ms to 60 s. Is the unit right?"),
+        ("time.duration = 0.005", "A run of phonation has 10 ms to 60 s. Is the unit right?"),
         ("initial.opening_velocity = -1000", "initial.opening_velocity = -1000 m/s. Folds have"),
         ("gravity = [0, 0, -981]", "Is it 981 cm/s^2?"),
         (
@@ -170,7 +170,7 @@ def test_a_mesh_in_another_unit_is_asked_for_it(
         ("mesh.options.layer_thickness = 2", "A layer of a fold has 10 um to 7 mm. Is it 2 mm?"),
         (
             'mesh.options.layer_thickness = "3 mm"',
-            "ligament are cut off at 0.3 of its depth, 2.4 mm or less.",
+            "ligament are limited to 0.3 of its depth, 2.4 mm or less.",
         ),
     ],
 )
@@ -231,9 +231,9 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
 ) -> None:
     Given(LARYNX, "airflow.subglottal_pressure = 0.8").build().save(tmp_path / "scene.toml")
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "run")]) == 0
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     sentence = "Caution: airflow.subglottal_pressure = 0.8 Pa."
-    assert 0 <= said.index(sentence) < said.index("100%") < said.rindex(sentence)
+    assert 0 <= message.index(sentence) < message.index("100%") < message.rindex(sentence)
     stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
     assert [caution["name"] for caution in stored] == ["subglottal_pressure"]
     assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
@@ -251,11 +251,11 @@ def strained(left_out: float, folded: int) -> list[Caution]:
     return list(cautions(replace(whole, waveforms=waveforms)))
 
 
-def test_large_strain_is_said_in_one_sentence_once_a_tenth_of_it_is_wrong() -> None:
+def test_large_strain_is_reported_in_one_sentence_once_a_tenth_of_it_is_wrong() -> None:
     assert strained(0.02 * (1 - 1e-9), 0) == []  # |grad u| = 0.2: |E - eps| is a tenth of it
     (caution,) = strained(0.02 * (1 + 1e-9), 0)
     assert re.fullmatch(
-        r"Tissue strained by up to 13 %, and linear tissue, which is for small strains, is off by 10 % at "
+        r"The strain of the tissue reached 13 %, and the error of the linear tissue model reached 10 % at "
         r"35\.\d ms in the body at \(.*\) mm\.",
         caution.seen,
     )
@@ -265,7 +265,7 @@ MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.o
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         (f'{MASSLESS}"coarse"', True),
         (f'{MASSLESS}"demo"', True),
@@ -281,44 +281,42 @@ MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.o
     ],
 )
 def test_collisions_of_massless_surfaces_are_doubted_on_what_is_coarser_than_fine(
-    changes: str, said: bool
+    changes: str, message: bool
 ) -> None:
     whole = Phonation().run()
     assert np.any(whole.waveforms["contact_rows"])
     run = replace(whole, scene_text=Given(LARYNX, changes).build().text())
-    assert (weak_collisions(run) is not None) == said
+    assert (weak_collisions(run) is not None) == message
     apart = {**whole.waveforms, "contact_rows": np.zeros_like(whole.waveforms["contact_rows"])}
     assert weak_collisions(replace(run, waveforms=apart)) is None
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ('symmetry = "half"\ncontact.friction = 0.3', ""),
         (
             'symmetry = "half"\ncontact.faces = "mortar"\ncontact.friction = 0.3',
-            "(mortar): .* 4 % off, .* 60 %;",
+            "(mortar): .* was 4 %, .* 60 %;",
         ),
         ("contact.friction = 0.3", ""),
         ('symmetry = "quarter"', ""),
         ('symmetry = "quarter"\nwithout contact', ""),
     ],
 )
-def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, said: str) -> None:
+def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, message: str) -> None:
     run = replace(Phonation().run(), scene_text=Given(LARYNX, changes).build().text())
     found = one_sided_contact(run)
-    assert (found is None) == (not said)
+    assert (found is None) == (not message)
     if found is not None:
-        assert re.search(re.escape(said).replace(r"\.\*", ".*"), found.seen)
+        assert re.search(re.escape(message).replace(r"\.\*", ".*"), found.seen)
 
 
-@pytest.mark.parametrize(
-    ("folded", "said"), [(1, "1 of its cells was folded"), (44, "44 of its cells were folded")]
-)
-def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, said: str) -> None:
+@pytest.mark.parametrize(("folded", "message"), [(1, "1 cell was inverted"), (44, "44 cells were inverted")])
+def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, message: str) -> None:
     (caution,) = strained(0.08, folded)
-    assert "off by 20 % at " in caution.seen
-    assert caution.seen.endswith(f", and {said} over.")
+    assert "reached 20 % at " in caution.seen
+    assert caution.seen.endswith(f", and {message}.")
     (caution,) = strained(0.005, folded)
     assert caution.name == "large_strain"
 

@@ -282,14 +282,14 @@ def test_a_volume_penalty_is_taken_up_to_the_bound_of_what_is_closed_and_no_furt
     assert energy.max() < 1.2 * below.state()["initial"]  # R3's gain near a penalty's largest step
     with pytest.raises(
         SolveFailed, match=r"its stiffness at node \d+ asks for steps of at most (\S+) s"
-    ) as told:
+    ) as raised:
         meeting(1.03 * limit).advance(1)
-    named = float(str(told.value).split("at most ")[1].split(" s")[0])
+    named = float(str(raised.value).split("at most ")[1].split(" s")[0])
     assert 0.98 * h < named < h
 
 
 @pytest.mark.parametrize(
-    ("parts", "contact", "said"),
+    ("parts", "contact", "message"),
     [
         ({"lumped_mass": False}, {}, "with a consistent mass; must be a lumped one"),
         ({}, {"enforcement": engine.Multipliers()}, "with contact that is solved for; must be a penalty"),
@@ -303,14 +303,14 @@ def test_a_volume_penalty_is_taken_up_to_the_bound_of_what_is_closed_and_no_furt
         ),
     ],
 )
-def test_what_takes_a_solve_is_refused(parts: dict[str, Any], contact: dict[str, Any], said: str) -> None:
+def test_what_takes_a_solve_is_refused(parts: dict[str, Any], contact: dict[str, Any], message: str) -> None:
     problem = PROBLEMS["R3"](12)
     body, given = problem.build(problem.bar)
     given.pop("measured")
     airway = given.pop("airway")
     if contact:
         given["contact"] = engine.Contact(airway=airway, **contact)
-    with pytest.raises(InvalidInput, match=f"^Simulation: central differences {said}"):
+    with pytest.raises(InvalidInput, match=f"^Simulation: central differences {message}"):
         body.simulation(**{"scheme": CENTRAL, "step": 1e-6, "lumped_mass": True, **given, **parts})
 
 

@@ -31,9 +31,9 @@ def test_run_ends_with_measures_and_a_report(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["run", str(scene_file), "-o", str(tmp_path / "run")]) == 0
-    said = capsys.readouterr()
-    assert "report.html" in said.out
-    assert "100%" in said.err
+    message = capsys.readouterr()
+    assert "report.html" in message.out
+    assert "100%" in message.err
     names = {path.name for path in (tmp_path / "run").iterdir()}
     made = {"scene.toml", "results.h5", "fields.xdmf", "waveforms.csv", "measures.json", "report.html"}
     assert made <= names
@@ -47,12 +47,12 @@ def test_run_ends_with_measures_and_a_report(
 @pytest.mark.slow
 def test_quiet_is_quiet(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(scene_file), "-o", str(tmp_path / "run"), "--quiet", "--threads", "1"]) == 0
-    said = capsys.readouterr()
-    assert said.out == said.err == ""
+    message = capsys.readouterr()
+    assert message.out == message.err == ""
 
 
 @pytest.mark.slow
-def test_measures_and_report_can_be_made_anew(
+def test_measures_and_report_can_be_recomputed(
     scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plica.run(plica.Scene.load(scene_file), tmp_path / "run", progress=False)
@@ -84,10 +84,12 @@ def test_a_run_takes_the_processors_there_are(
 
 def test_mesh_prints_what_there_is(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["mesh", str(scene_file)]) == 0
-    said = capsys.readouterr().out
-    assert "24 linear tetrahedra, 20 nodes, 60 displacement components before supports, 10 x 2 x 2 mm" in said
-    assert "40.00 mm^3" in said
-    assert "x_min" in said
+    message = capsys.readouterr().out
+    assert (
+        "24 linear tetrahedra, 20 nodes, 60 displacement components before supports, 10 x 2 x 2 mm" in message
+    )
+    assert "40.00 mm^3" in message
+    assert "x_min" in message
 
 
 @pytest.mark.parametrize("suffix", ["vtu", "msh", "vtk"])
@@ -105,7 +107,7 @@ def test_mesh_writes_what_meshio_reads(
     assert "without surfaces, node sets and names of layers" in capsys.readouterr().out
 
 
-def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["--version"])
     assert stop.value.code == 0
@@ -114,11 +116,11 @@ def test_the_version_is_said(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info"]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     gpl = plica.build_info()["gpl"]
-    assert ("GPL-3.0-or-later" if gpl else "BSD-3-Clause") in said
-    assert plica.__version__ in said
-    assert "numpy" in said
+    assert ("GPL-3.0-or-later" if gpl else "BSD-3-Clause") in message
+    assert plica.__version__ in message
+    assert "numpy" in message
 
 
 @pytest.mark.parametrize(
@@ -141,9 +143,9 @@ def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) ->
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
     assert stop.value.code == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     if command in ([], ["run"], ["mesh"]) or command[0] == "bench":
-        examples = said.partition("A first session:" if not command else "examples:")[2]
+        examples = message.partition("A first session:" if not command else "examples:")[2]
         assert "plica " + " ".join(command) in examples
 
 
@@ -156,17 +158,17 @@ def test_a_finished_run_counts_its_steps_in_doubt(
     assert main(["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"]) == 0
     count = int((plica.Run.load(tmp_path / "run")["coupling_converged"] == 0).sum())
     assert count > 0
-    said = capsys.readouterr().err
-    assert re.search(rf"^plica: Caution: In {count} of 40 steps, .* did not converge", said, re.MULTILINE)
+    message = capsys.readouterr().err
+    assert re.search(rf"^plica: Caution: In {count} of 40 steps, .* did not converge", message, re.MULTILINE)
     stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "unconverged_coupling" in {caution["name"] for caution in stored}
     for caution in stored:
         sentence = f"Caution: {caution['seen']} {caution['advice']}"
-        assert f"plica: {sentence}\n" in said
+        assert f"plica: {sentence}\n" in message
         assert sentence in html.unescape(page)
     assert main(["measures", str(tmp_path / "run")]) == 0
-    assert capsys.readouterr().err == said
+    assert capsys.readouterr().err == message
     assert main(["measures", str(tmp_path / "run"), "--to", "1 ms"]) == 0
     first = int((plica.Run.load(tmp_path / "run")["coupling_converged"][:20] == 0).sum())
     assert f"In {first} of 20 steps, first at" in capsys.readouterr().err
@@ -182,14 +184,12 @@ def test_a_run_says_where_augmentations_ran_out(phonating: plica.Scene, tmp_path
     tolerance = run["contact_gap_error"][~short].max()
     assert (run["contact_gap_error"][short] > tolerance).all()
     touching = short | (run["contact_rows"] > 0)
-    sentence = (
-        f"In {short.sum()} of {touching.sum()} steps with contact it did not settle within its tolerance"
-    )
+    sentence = f"In {short.sum()} of {touching.sum()} steps with contact it did not converge to its tolerance"
     assert any(sentence in str(caution) for caution in run.cautions)
 
 
 def doubts(waveforms: dict[str, np.ndarray], scene_text: str = "") -> str:
-    """What is said of a run with these waveforms and no others."""
+    """Cautions of a run with these waveforms only."""
     steps = len(next(iter(waveforms.values())))
     mesh = AnalyticMesh(np.zeros((1, 3)), {})
     run = AnalyticRun(np.arange(1.0, steps + 1), waveforms, mesh, scene_text=scene_text)
@@ -208,16 +208,16 @@ def unsettled(first: int) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("method", ["multipliers", "penalty", "nitsche", "volume_penalty"])
-def test_passes_left_unsettled_are_said_above_a_hundredth_of_the_steps_with_contact(method: str) -> None:
+def test_passes_left_unsettled_are_reported_above_a_hundredth_of_the_steps_with_contact(method: str) -> None:
     text = f"[contact.{method}]\n"
     assert doubts(unsettled(0), text) == doubts(unsettled(2), text) == ""
-    said = doubts(unsettled(3), text)
-    assert "In 3 of 200 steps with contact" in said
-    assert "up to 4e-05 mm" in said
-    assert "augment" not in said
+    message = doubts(unsettled(3), text)
+    assert "In 3 of 200 steps with contact" in message
+    assert "up to 4e-05 mm" in message
+    assert "augment" not in message
 
 
-def test_augmentations_that_ran_out_are_said_of_a_single_step() -> None:
+def test_augmentations_that_ran_out_are_reported_for_a_single_step() -> None:
     text = "[contact.augmented]\n"
     assert doubts(unsettled(0), text) == ""
     assert "In 1 of 200 steps with contact" in doubts(unsettled(1), text)
@@ -230,7 +230,7 @@ def test_contact_that_was_left_by_pairs_without_force_counts_as_contact() -> Non
     assert "In 1 of 1 steps with contact" in doubts(run | {"contact_converged": np.where(step == 5, 0, 1)})
 
 
-def test_surfaces_that_slide_in_a_matched_airway_are_said() -> None:
+def test_surfaces_that_slide_in_a_matched_airway_are_reported() -> None:
     assert doubts({"contact_slide": np.array([0.0, 0.2])}) == ""
     assert "slid along each other by 0.4 mean edges" in doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
 
@@ -240,18 +240,18 @@ def test_advice_to_triangulate_says_which_build_can(
     monkeypatch: pytest.MonkeyPatch, absent: tuple[str, ...]
 ) -> None:
     monkeypatch.setattr(plica._engine, "build_info", lambda: {"absent": absent})
-    said = doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
-    assert 'contact.airway = "triangulated"' in said
-    assert ("PLICA_GPL=ON" in said) == bool(absent)
+    message = doubts({"contact_slide": np.array([0.1, 0.4, 0.0])})
+    assert 'contact.airway = "triangulated"' in message
+    assert ("PLICA_GPL=ON" in message) == bool(absent)
 
 
-def test_a_scheme_that_makes_energy_is_said() -> None:
+def test_a_scheme_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(5), np.zeros(5)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
     assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.2, 0.3, 0.4])}) == ""
     assert doubts(run | {"numerical_loss": np.array([0.0, 0.1, 0.05, 0.1, 0.1])}) == ""
-    said = doubts(run | {"numerical_loss": np.array([0.0, -0.2, -0.5, -0.5, -0.4])})
-    assert "The time scheme made energy, 25 % of the largest energy" in said
+    message = doubts(run | {"numerical_loss": np.array([0.0, -0.2, -0.5, -0.5, -0.4])})
+    assert "The time scheme created energy, 25 % of the largest energy" in message
     # What it took before does not hide what it makes.
     assert "25 %" in doubts(run | {"numerical_loss": np.array([0.0, 0.8, 0.3, 0.3, 0.4])})
     assert doubts(run | {"numerical_loss": np.array([0.0, -0.5, -0.5, 0, 0]), "load_work": 20 * ones}) == ""
@@ -262,15 +262,15 @@ def test_a_scheme_that_gives_back_to_contact_what_it_takes_makes_no_energy() -> 
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros}
     run |= {"contact_rows": np.array([0, 1, 1, 0]), "numerical_loss": np.array([0.0, -0.2, -0.5, -0.5])}
     assert doubts(run | {"contact_work": np.array([0.0, -0.2, -0.5, -0.5])}) == ""
-    assert "The time scheme made energy, 25 %" in doubts(run | {"contact_work": zeros})
+    assert "The time scheme created energy, 25 %" in doubts(run | {"contact_work": zeros})
 
 
-def test_contact_that_makes_energy_is_said() -> None:
+def test_contact_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(8), np.zeros(8)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 3, 3, 0, 0, 2, 0, 0])
     made = {"contact_work": np.array([0.0, 0.3, 0.4, 0.4, 0.4, 0.5, 0.5, 0.5])}
-    assert "Contact made energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
+    assert "Contact created energy, 25 % of the largest energy or work of the loads" in doubts(run | made)
     assert doubts(run | made | {"load_work": 20 * ones}) == ""
     assert doubts(run | {"contact_work": np.array([0.0, -0.5, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05])}) == ""
     # What the scheme takes in the same steps counts against it, what it takes elsewhere does not.
@@ -282,11 +282,13 @@ def test_contact_that_makes_energy_is_said() -> None:
     assert "25 %" in doubts(run | rubbed)
 
 
-def test_contact_of_a_single_step_that_makes_energy_is_said() -> None:
+def test_contact_of_a_single_step_that_makes_energy_is_reported() -> None:
     ones, zeros = np.ones(5), np.zeros(5)
     run = {"kinetic_energy": ones, "elastic_energy": ones, "load_work": zeros, "numerical_loss": zeros}
     run["contact_rows"] = np.array([0, 1, 0, 0, 0])  # half of the force's work is done when it is over
-    assert "Contact made energy, 20 %" in doubts(run | {"contact_work": np.array([0.0, 0.0, 0.4, 0.4, 0.4])})
+    assert "Contact created energy, 20 %" in doubts(
+        run | {"contact_work": np.array([0.0, 0.0, 0.4, 0.4, 0.4])}
+    )
 
 
 def stop(*args: object, **fields: object) -> None:
@@ -334,9 +336,9 @@ def test_ctrl_c_in_a_run_says_how_to_continue_it(
     with monkeypatch.context() as patch:
         patch.setattr("plica.phonation.run.run._Runner._advance", stop)
         assert main(command) == 130
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     assert (
-        said
+        message
         == f"plica: stopped. Continue with --resume: plica {command[0]} --resume {' '.join(command[1:])}\n"
     )
     assert main([*command, "--resume"]) == 0

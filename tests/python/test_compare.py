@@ -48,13 +48,15 @@ def analysed(where: Path, options: dict, **settings: object) -> Path:
 @pytest.fixture(scope="module")
 def two(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     where = tmp_path_factory.mktemp("two")
-    said = {"patient_left": "right", "anterior": "upper"}
-    before = analysed(where / "before", _BEFORE, label="patient 12, <before>", recorded="2026-03-01", **said)
-    return before, analysed(where / "after", _AFTER, recorded="2026-05-01", **said)
+    message = {"patient_left": "right", "anterior": "upper"}
+    before = analysed(
+        where / "before", _BEFORE, label="patient 12, <before>", recorded="2026-03-01", **message
+    )
+    return before, analysed(where / "after", _AFTER, recorded="2026-05-01", **message)
 
 
-def told(source: Path, where: Path, **settings: object) -> Path:
-    """A copy of an analysis of which something else is said."""
+def with_settings(source: Path, where: Path, **settings: object) -> Path:
+    """A copy of an analysis with other settings."""
     shutil.copytree(source, where)
     analyse(source / "movie.npy", where, Settings(**_KNOWN | settings), until="glottis", progress=False)
     return where
@@ -85,8 +87,8 @@ def test_the_command_leaves_a_page_and_tables(
     two: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["compare", *map(str, two), "-o", str(tmp_path / "change")]) == 0
-    said = capsys.readouterr().out
-    assert re.search(r"^fundamental_frequency .* \[\+.* to \+.*\] \*", said, re.MULTILINE)
+    message = capsys.readouterr().out
+    assert re.search(r"^fundamental_frequency .* \[\+.* to \+.*\] \*", message, re.MULTILINE)
     page = (tmp_path / "change" / "comparison.html").read_text(encoding="utf-8")
     for text in ("patient 12, &lt;before&gt;", "2026-03-01", "Kymograms at 0.5", "Phonovibrograms", "is up"):
         assert text in page
@@ -107,7 +109,7 @@ def test_the_command_leaves_a_page_and_tables(
 
 
 @pytest.mark.slow
-def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_said(
+def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     two: tuple[Path, Path], tmp_path: Path
 ) -> None:
     (tmp_path / "bare").mkdir()
@@ -147,10 +149,10 @@ def test_a_glottis_found_by_other_means_is_minded(two: tuple[Path, Path], tmp_pa
         for name, level in (("one", 0.3), ("other", 0.25))
     )
     remarks = compare(two[0], one).remarks
-    said = [text for text in remarks if text.startswith("The glottis was found by different means")]
-    assert len(said) == 1
-    assert "(before by its edges and its darkness; after by the network one.onnx, " in said[0]
-    assert said[0].endswith("): outlines may differ by that alone.")
+    message = [text for text in remarks if text.startswith("The glottis was found by different means")]
+    assert len(message) == 1
+    assert "(before by its edges and its darkness; after by the network one.onnx, " in message[0]
+    assert message[0].endswith("): outlines may differ by that alone.")
     assert "before by the network one.onnx" in " ".join(compare(one, other).remarks)
     assert load(one).segmenter != load(other).segmenter
     for same in ((one, one), two):
@@ -176,7 +178,7 @@ def test_a_picture_turned_about_is_compared_side_by_side(two: tuple[Path, Path],
 def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path) -> None:
     found = compare(*two[::-1])
     assert any("AFTER on 2026-03-01, which is earlier" in remark for remark in found.remarks)
-    again = told(two[0], tmp_path / "again", fps=8000)
+    again = with_settings(two[0], tmp_path / "again", fps=8000)
     assert any(
         remark.startswith("Both are of the same recording") for remark in compare(two[0], again).remarks
     )
@@ -204,19 +206,19 @@ def test_what_cannot_be_compared_is_refused_in_one_sentence(
         file["waveforms"] = 1.0
     (tmp_path / "file").write_text("")
     first = str(two[0])
-    for arguments, said in (
-        ([first, str(tmp_path / "none")], "none is no directory; must be the directory of an analysis"),
+    for arguments, message in (
+        ([first, str(tmp_path / "none")], "none is not a directory; must be the directory of an analysis"),
         ([str(tmp_path / "empty"), first], "empty has no results.h5"),
-        ([first, str(tmp_path / "broken")], "not a result file of plica: it is no HDF5 file"),
+        ([first, str(tmp_path / "broken")], "is not an HDF5 file; must be a result file of plica"),
         ([first, str(tmp_path / "begun")], "is not finished. Start it again: it goes on"),
-        ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be two of one kind"),
-        ([str(tmp_path / "run"), first], "a run; must be two of one kind"),
+        ([first, str(tmp_path / "run")], "and " + str(tmp_path / "run") + " a run; must be of the same kind"),
+        ([str(tmp_path / "run"), first], "a run; must be of the same kind"),
         ([first, first, "--pdf"], "--pdf is given without -o"),
-        ([first, first], "are one directory; must be two"),
+        ([first, first], "are the same directory; must be different"),
     ):
         assert main(["compare", *arguments]) == 2, arguments
         error = capsys.readouterr().err
-        assert said in error
+        assert message in error
         assert error.count("\n") == 1
     assert main(["compare", first, str(two[1]), "-o", str(tmp_path / "file"), "--quiet"]) == 1
     assert "file: cannot be written" in capsys.readouterr().err
@@ -239,7 +241,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     ids = re.findall(r' id="([^"]*)"', text)
     assert len(ids) == len(set(ids))
     unfinished = type(one)(**{**vars(one), "time": one.time[:700]})
-    with pytest.raises(InvalidInput, match=r"came to 700 of 1200 steps; must be finished"):
+    with pytest.raises(InvalidInput, match=r"has 700 of 1200 steps; must be finished"):
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
 
 

@@ -68,7 +68,7 @@ def test_a_lower_order_than_a_half_is_taken_for_a_half() -> None:
 
 
 @pytest.mark.parametrize("values", [(1.0, 1.1, 1.0), (1.0, 1.1, 1.3), (1.0, 1.1, 1.2), (1.0, 2.0, 2.0)])
-def test_differences_that_do_not_fall_are_said_to_be_no_convergence(values: tuple[float, ...]) -> None:
+def test_differences_that_do_not_fall_are_called_no_convergence(values: tuple[float, ...]) -> None:
     made = [Level(size, value) for size, value in zip((1.0, 0.5, 0.25), values, strict=True)]
     found = converge(made[0], made[1:], 1.0, 2.0)
     assert found.verdict == "no convergence"
@@ -117,7 +117,7 @@ def test_no_difference_beside_scatter_leaves_the_scatter() -> None:
     assert found.uncertainty == pytest.approx(1.25 * np.hypot(0.1, 0.1) / (1 - 1 / 4))
 
 
-def test_a_waveform_is_as_far_from_its_limit_as_is_said() -> None:
+def test_a_waveform_is_as_far_from_its_limit_as_is_reported() -> None:
     time = np.linspace(0, 1, 50)
     made = [Level(size, np.sin(7 * time) + 0.1 * size**2 * np.cos(5 * time)) for size in (1.0, 0.5, 0.25)]
     found = converge(made[0], made[1:], 1.0, 2.0)

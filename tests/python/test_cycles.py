@@ -132,7 +132,7 @@ def test_irregular_and_gliding_at_once_is_gliding() -> None:
             assert found["changing"] >= 38
 
 
-def test_what_cannot_be_told_from_scatter_is_not_called_growth() -> None:
+def test_what_cannot_be_distinguished_from_scatter_is_not_called_growth() -> None:
     # 10 % over six cycles of 3 % shimmer: the standard error of the drift is 4 %. Honest, and a limit.
     assert verdicts(6, lambda k: 1.02**k, constant)["changing"] < 30
 
@@ -268,7 +268,7 @@ def test_an_onset_unlike_the_irregular_voice_after_it_is_left_out() -> None:
 
 
 def test_no_steady_voice_drifts_by_more_than_is_promised_without_a_word() -> None:
-    told = Counter[str]()
+    notes = Counter[str]()
     for count in (5, 8, 14):
         for scatter in (0.0, 0.003, 0.01):
             for seed in range(20):
@@ -277,12 +277,12 @@ def test_no_steady_voice_drifts_by_more_than_is_promised_without_a_word() -> Non
                 instants, signal = voice(periods, amplitudes, samples=200, seed=seed)
                 cycles = find_cycles(instants, signal)
                 if cycles.verdict != "steady":
-                    told["changing"] += 1
+                    notes["changing"] += 1
                     continue
                 seen = np.array([np.ptp(signal[part]) for part in cycles.samples(instants)])
                 drift = abs(fit(seen, of_amplitude).rate) * (cycles.count - 1)
                 beyond = drift > 1.02 * min(0.05, 0.01 * (cycles.count - 1))  # a peak lies between samples
-                assert not beyond or "a cycle, which their scatter about that line may explain" in cycles.note
-                told["note" if beyond else "small"] += 1
-    assert told["changing"] > 80
-    assert told["note"] > 5
+                assert not beyond or "which is within their scatter" in cycles.note
+                notes["note" if beyond else "small"] += 1
+    assert notes["changing"] > 80
+    assert notes["note"] > 5

@@ -13,12 +13,12 @@ from layered_block import drive, layered_model, simulated
 from plica.errors import InvalidInput
 from plica.identify import MarginalLikelihood, Noise, estimate, input_space, residual_test
 from plica.identify.flow_error import FlowError
-from plica.identify.information import _not_below_zero
+from plica.identify.information import _positive_part
 from test_estimate_sweep import whole
 
 NAMES: list[Any] = ["cover.E", "ligament.mu_fibre", "cover.viscosity"]
 FRAMES, BEFORE = 14, 4
-ANY = 1e4  # Pa, of pressures before the recording, over the flow's level
+DIFFUSE_SD = 1e4  # Pa, of pressures before the recording, over the flow's level
 NOISE = Noise(30.0, 0.9)
 
 
@@ -47,12 +47,12 @@ def test_the_density_is_that_of_what_the_start_cannot_move() -> None:
     T = seen(likelihood, whole(responses.lags[0]))
     start, own = T[:, : 2 * BEFORE], T[:, 2 * BEFORE :]
     level = at.noise.flow**2
-    variance = level * (np.eye(len(error)) + ANY**2 * start @ start.T)
+    variance = level * (np.eye(len(error)) + DIFFUSE_SD**2 * start @ start.T)
     variance += at.noise.pressure**2 * own @ own.T
     density = -0.5 * (len(error) * math.log(2 * math.pi) + np.linalg.slogdet(variance)[1])
     density -= 0.5 * error @ np.linalg.solve(variance, error)
     density += 0.5 * np.log(likelihood.model.observation.weights[likelihood.inputs.weights > 0]).sum()
-    density += 0.5 * np.linalg.slogdet(np.eye(2 * BEFORE) + ANY**2 * start.T @ start)[1]
+    density += 0.5 * np.linalg.slogdet(np.eye(2 * BEFORE) + DIFFUSE_SD**2 * start.T @ start)[1]
     assert at.value == pytest.approx(density, rel=1e-9)
 
 
@@ -69,7 +69,7 @@ def test_of_stated_errors_ratios_count_and_their_size_beside_pressures_before_th
     assert value(from_rest, 1.0) == pytest.approx(value(from_rest, 0.1), rel=1e-12)
     stated = value(flow, 1.0)
     assert abs(stated - value(flow, 0.1)) > 1e-4
-    monkeypatch.setattr(input_space, "_ANY", ANY / 10)
+    monkeypatch.setattr(input_space, "_DIFFUSE_SD", DIFFUSE_SD / 10)
     assert stated == pytest.approx(value(flow, 0.1), rel=1e-12)
 
 
@@ -99,7 +99,10 @@ def test_a_recording_from_rest_has_nothing_before_it_whatever_its_error_is_like(
 def test_a_start_that_explains_all_that_is_seen_is_refused() -> None:
     flow = np.full((FRAMES, 12, 2), np.nan)
     flow[-1, 0] = 0.1
-    with pytest.raises(InvalidInput, match="2 values are seen, and 26 pressures before them make any start"):
+    with pytest.raises(
+        InvalidInput,
+        match="number of values = 2; must be > 26, the number of unknown pressures before the recording",
+    ):
         MarginalLikelihood(layered_model(NAMES, flow))
 
 
@@ -123,14 +126,14 @@ def test_its_information_counts_what_the_start_cannot_move() -> None:
     T, D = seen(likelihood, whole(lags[0])), [seen(likelihood, whole(lag)) for lag in lags[1:]]
     start, own = slice(0, 2 * BEFORE), slice(2 * BEFORE, None)
     ratio = (NOISE.pressure / NOISE.flow) ** 2
-    V = np.eye(len(T)) + ratio * T[:, own] @ T[:, own].T + ANY**2 * T[:, start] @ T[:, start].T
+    V = np.eye(len(T)) + ratio * T[:, own] @ T[:, own].T + DIFFUSE_SD**2 * T[:, start] @ T[:, start].T
     P = np.linalg.inv(V)
     error = seen(likelihood, likelihood.model.observation.rows - means[0])[:, 0]
-    pressures = ANY**2 * T[:, start].T @ P @ error
+    pressures = DIFFUSE_SD**2 * T[:, start].T @ P @ error
     J = np.stack([seen(likelihood, m)[:, 0] for m in (*means[1:], means[0])], axis=1)
     J[:, :3] += np.stack([d[:, start] @ pressures for d in D], axis=1)
     spread = np.linalg.inv(
-        np.eye(2 * BEFORE) / ANY**2
+        np.eye(2 * BEFORE) / DIFFUSE_SD**2
         + T[:, start].T @ np.linalg.solve(np.eye(len(T)) + ratio * T[:, own] @ T[:, own].T, T[:, start])
     )
     information = J.T @ P @ J / NOISE.flow**2
@@ -150,11 +153,11 @@ def test_what_is_left_of_the_information_does_not_depend_on_units() -> None:
     rng = np.random.default_rng(8)
     information, feigned = (part @ part.T for part in rng.normal(size=(2, 3, 3)))
     assert np.linalg.eigvalsh(information - feigned).min() < 0
-    found = _not_below_zero(information, feigned)
+    found = _positive_part(information, feigned)
     assert abs(np.linalg.eigvalsh(found)[0]) < 1e-12 * np.abs(found).max()
     for powers in ((-12, -12, -12), (12, 12, 12), (-12, 0, 12), (12, -12, 0)):
         unit = np.outer(10.0 ** np.array(powers), 10.0 ** np.array(powers))
-        scaled = _not_below_zero(information * unit, feigned * unit)
+        scaled = _positive_part(information * unit, feigned * unit)
         np.testing.assert_allclose(scaled / unit, found, rtol=0, atol=1e-12 * np.abs(found).max())
 
 

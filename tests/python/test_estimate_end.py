@@ -1,4 +1,4 @@
-"""How an estimate comes to its end, and what is said where the density there is no Gaussian's."""
+"""How an estimate comes to its end, and what is reported if the density there is not Gaussian."""
 
 from __future__ import annotations
 
@@ -68,14 +68,14 @@ def test_straight_slopes_are_not_crept_along() -> None:
 
 
 @pytest.mark.parametrize(
-    ("gradient", "length", "said"),
+    ("gradient", "length", "message"),
     [
-        ((1.0, -1.0), math.inf, "no step of inf sd raised"),  # g' I^-1 g = -1: none, were that taken for 0
+        ((1.0, -1.0), math.inf, "no step of inf sd increased"),  # g' I^-1 g = -1: none, were that taken for 0
         ((1e-9, 1e-9), 7e-10, "the information is not positive definite"),
     ],
 )
 def test_an_indefinite_information_is_no_convergence(
-    monkeypatch: pytest.MonkeyPatch, gradient: tuple[float, float], length: float, said: str
+    monkeypatch: pytest.MonkeyPatch, gradient: tuple[float, float], length: float, message: str
 ) -> None:
     named = [TissueParameter((f"cover.{field}",), Prior(1.0, 10.0)) for field in ("E", "viscosity")]
     base = MarginalLikelihood(layered_model(named, np.ones((10, 12, 2))))
@@ -83,7 +83,7 @@ def test_an_indefinite_information_is_no_convergence(
     at = replace(base.evaluate(base.prior_mean), information=information, gradient=np.array(gradient))
     monkeypatch.setattr(base, "evaluate", lambda _: at)
     seen: list[Iteration] = []
-    with pytest.raises(plica.SolveFailed, match=said):
+    with pytest.raises(plica.SolveFailed, match=message):
         climb(base, base.prior_mean, Scoring(), seen.append)
     assert seen
     assert [point.step for point in seen] == pytest.approx([length] * len(seen), rel=0.1)
@@ -93,10 +93,10 @@ def test_a_gaussian_density_falls_as_one() -> None:
     found = estimate(MarginalLikelihood(one_number(0.5)))
     assert found.falls == pytest.approx([1.92, 1.92], rel=0.4)  # of ten frames
     assert found.gaussian
-    assert not any("Gaussian" in told for told in found.warnings())
+    assert not any("Gaussian" in text for text in found.warnings())
 
 
-def test_a_density_that_is_no_gaussian_is_told() -> None:
+def test_a_density_that_is_no_gaussian_is_reported() -> None:
     """Slopes so gentle that they have fallen by less than half of 1.92 at 1.96 of the claimed sd."""
     likelihood = Slope(one_number(10.0))
     likelihood.steepness = 20.0
@@ -105,7 +105,7 @@ def test_a_density_that_is_no_gaussian_is_told() -> None:
     fall = 20 * (math.hypot(half, 0.02) - 0.02)
     assert found.falls == pytest.approx([fall, fall], abs=0.02)
     assert not found.gaussian
-    assert any('not Gaussian along "cover.E":' in told for told in found.warnings())
+    assert any('not Gaussian along "cover.E":' in text for text in found.warnings())
 
 
 def test_no_estimate_is_a_tissue_that_stores_no_energy() -> None:
@@ -128,17 +128,17 @@ def test_intervals_are_refused_with_the_sd_where_nothing_answers_the_residuals()
     assert found.answered
     assert not failed.answered
     assert failed.table().count("refused") == 2
-    assert "sd and intervals of independent errors are refused" in failed.warnings()[0]
+    assert "sd and intervals assume independent errors and are refused" in failed.warnings()[0]
     assert "false maximum" in failed.warnings()[0]
     widened = replace(failed, inflation=np.array([1.5]))
     assert widened.answered
-    assert "by a factor of 1.5, as the residuals' own" in widened.warnings()[0]
+    assert "by a factor of 1.5, as the correlations of the residuals require" in widened.warnings()[0]
     skewed = replace(widened, falls=np.array([0.4, 1.9]))
     assert not skewed.answered
     assert skewed.table().count("refused") == 2
     assert "the density is not Gaussian" in skewed.warnings()[0]
     same = replace(failed, inflation=np.array([1.0]))
-    assert "no wider than the information says" in same.warnings()[0]
+    assert "not widened, as the correlations" in same.warnings()[0]
 
 
 def test_a_refused_interval_is_not_drawn() -> None:

@@ -248,17 +248,17 @@ def test_the_profiled_noise_is_the_best(collides: Any) -> None:
         assert MarginalLikelihood(model, there).value(best.point) < best.value
 
 
-def test_a_level_at_a_bound_of_its_search_is_told() -> None:
+def test_a_level_at_a_bound_of_its_search_is_reported() -> None:
     """Of inputs that no residual points at, and of inputs that take all of it."""
     gram, count = np.diag([1.0, 2.0, 4.0]), 30
     none = profiled(gram, np.zeros(3), 5.0, count, (3, 0, 0), None)
     assert (none.at_least, none.at_most) == (("pressure",), ())
-    assert "lower end of its search: the recording shows none of them" in none.sentences()[0]
+    assert "lower bound of its search: the recording shows none of them" in none.sentences()[0]
     pushed = np.array([1.0, -2.0, 3.0])
     whole_of_it = float(pushed @ np.linalg.solve(gram, pushed))
     all_of_it = profiled(gram, pushed, whole_of_it * (1 + 1e-15), count, (3, 0, 0), None)
     assert (all_of_it.at_least, all_of_it.at_most) == ((), ("pressure",))
-    assert "upper end of its search" in all_of_it.sentences()[0]
+    assert "upper bound of its search" in all_of_it.sentences()[0]
     plain = profiled(gram, pushed, whole_of_it + 10.0, count, (3, 0, 0), None)
     assert plain.sentences() == []
     beside = profiled(gram, pushed * [1, 1, 0], 20.0, count, (2, 1, 0), None)

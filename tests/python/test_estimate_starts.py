@@ -27,7 +27,7 @@ from plica.identify import (
 )
 from plica.identify.flow_error import FlowError
 from plica.identify.settings import MOST_STARTS
-from plica.identify.starts import begins
+from plica.identify.starts import start_points
 from plica.identify.wording import started
 from test_estimate_end import one_number
 
@@ -91,11 +91,11 @@ def test_of_several_ends_the_most_probable_is_taken() -> None:
     found = estimate(likelihood, options=Scoring(starts=3), progress=seen.append)
     assert not found.residuals.passed
     assert (found.starts, found.ended_here) == (3, 2)
-    assert started(found) == "started 3 times, 2 ended here, 1 at less probable tissues or nowhere"
+    assert started(found) == "started 3 times, 2 ended here, 1 at less probable maxima or without convergence"
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.true, abs=0.05)
     assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
     assert {at.start for at in seen} == {1, 2, 3}
-    assert any("false maximum of the density (started 3 times" in told for told in found.warnings())
+    assert any("false maximum of the density (started 3 times" in text for text in found.warnings())
 
 
 def test_starts_that_were_begun_are_not_made_again() -> None:
@@ -118,14 +118,16 @@ def test_starts_that_were_begun_are_not_made_again() -> None:
 def test_a_third_start_is_made_where_two_were_begun() -> None:
     likelihood, seen = outlying(), list[Iteration]()
     ends = {1: likelihood.prior_mean + likelihood.false, 2: likelihood.prior_mean + likelihood.true}
-    fresh, going_on = (list(islice(begins(likelihood, ends[1], Scoring(), kept=k), 4)) for k in (None, ends))
-    assert going_on[:2] == [ends[1], ends[2]]
-    assert np.array_equal(going_on[2:], fresh[2:])
+    fresh, resumed = (
+        list(islice(start_points(likelihood, ends[1], Scoring(), kept=k), 4)) for k in (None, ends)
+    )
+    assert resumed[:2] == [ends[1], ends[2]]
+    assert np.array_equal(resumed[2:], fresh[2:])
     estimate(likelihood, ends[1], Scoring(starts=3), seen.append, ends)
     assert {at.start for at in seen if at.share < 1} == {3}
 
 
-def test_what_stands_on_a_learned_error_is_no_start_and_goes_on_where_it_was() -> None:
+def test_what_stands_on_a_learned_error_is_no_start_and_continues_where_it_was() -> None:
     likelihood, seen = MarginalLikelihood(one_number(0.5)), list[Iteration]()
     found = estimate_from_flow(likelihood, None, Scoring(), seen.append)[0]
     assert {at.start for at in seen} == {0, 1}
@@ -138,7 +140,7 @@ def test_what_stands_on_a_learned_error_is_no_start_and_goes_on_where_it_was() -
     assert again.mean == pytest.approx(found.mean, abs=0.2 * found.sd[0])
 
 
-def test_climbs_on_the_first_frames_are_told_as_they_go() -> None:
+def test_climbs_on_the_first_frames_are_reported_as_they_go() -> None:
     seen: list[Iteration] = []
     found = estimate(outlying(), options=Scoring(starts=3), progress=seen.append)
     assert found.starts == 3
@@ -177,7 +179,7 @@ def test_scanned_tissues_are_even_in_the_prior_and_the_most_probable_ones_of_the
     monkeypatch.setattr(module, "graduated", lambda _likelihood, start, *_: start)
     likelihood = outlying(log_sd=1.3)
     mean, sd = likelihood.prior_mean[0], likelihood.prior_sd[0]
-    scanned = np.array(list(begins(likelihood, likelihood.prior_mean, Scoring())))[2:, 0]
+    scanned = np.array(list(start_points(likelihood, likelihood.prior_mean, Scoring())))[2:, 0]
     below = [0.5 * math.erfc(-(x - mean) / sd / math.sqrt(2)) for x in scanned]  # of the prior
     # van der Corput's numbers 1 to 16: all sixteenths, and half of the first
     assert np.sort(below) == pytest.approx([1 / 32, *np.arange(1, 16) / 16], abs=1e-12)
@@ -192,7 +194,7 @@ def test_the_first_quarter_and_half_are_of_the_frames_that_show_something() -> N
     flow = np.array(model.observation.flow)
     flow[[1, 4, 8]] = np.nan
     likelihood = TwoTops(model.seeing(flow))
-    next(islice(begins(likelihood, likelihood.prior_mean, Scoring()), 1, None))
+    next(islice(start_points(likelihood, likelihood.prior_mean, Scoring()), 1, None))
     assert likelihood.asked == [3, 6]
 
 
@@ -208,10 +210,10 @@ def test_one_start_stays_where_it_ends() -> None:
     found = estimate(likelihood, options=Scoring(starts=1))
     assert (found.starts, found.ended_here) == (1, 1)
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
-    assert any("which another start may leave" in told for told in found.warnings())
+    assert any("which another start may avoid" in text for text in found.warnings())
 
 
-def test_nothing_is_begun_again_where_the_residuals_pass() -> None:
+def test_nothing_is_restarted_where_the_residuals_pass() -> None:
     found = estimate(MarginalLikelihood(one_number(0.5)), options=Scoring(starts=5))
     assert found.residuals.passed
     assert found.starts == 1
@@ -234,7 +236,7 @@ def test_starts_that_store_no_energy_are_left_out() -> None:
     named = [plica.identify.TissueParameter(("cover.nu",), plica.identify.Prior(0.6, 2.0))]
     flow = simulated(layered_model(named, np.ones((FRAMES, 12, 2))), np.random.default_rng(2), pressure=50.0)
     likelihood = MarginalLikelihood(layered_model(named, flow))
-    points = list(begins(likelihood, likelihood.prior_mean, Scoring()))
+    points = list(start_points(likelihood, likelihood.prior_mean, Scoring()))
     assert 2 < len(points) < 18
     assert all(math.isfinite(likelihood.value(x)) for x in points)
 
@@ -247,7 +249,7 @@ def test_a_first_quarter_without_motion_leaves_the_first_end() -> None:
     flow[: math.ceil(len(flow) / 4)] = 0.0
     likelihood = TwoTops(model.seeing(flow))
     likelihood.true = likelihood.false  # no second end
-    assert len(list(begins(likelihood, likelihood.prior_mean, Scoring()))) == 2
+    assert len(list(start_points(likelihood, likelihood.prior_mean, Scoring()))) == 2
     found = estimate(likelihood, options=Scoring(starts=5))
     assert not found.residuals.passed
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
@@ -259,7 +261,7 @@ def test_a_start_that_cannot_be_evaluated_leaves_the_first_end(monkeypatch: pyte
     with pytest.raises(plica.InvalidInput, match="finite numbers"):
         estimate(likelihood, np.full_like(first, np.nan))
     module = sys.modules["plica.identify.estimate"]  # its function hides it in the package
-    monkeypatch.setattr(module, "begins", lambda *_: iter([first, np.full_like(first, np.nan)]))
+    monkeypatch.setattr(module, "start_points", lambda *_: iter([first, np.full_like(first, np.nan)]))
     found = estimate(likelihood, options=Scoring(starts=2))
     assert (found.starts, found.ended_here) == (2, 1)
     assert found.mean[0] == pytest.approx(first[0] + likelihood.false, abs=0.05)

@@ -133,8 +133,8 @@ def test_the_synthetic_recording_is_found_as_it_was_made(
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["recording.py", str(tmp_path), "90"])
     runpy.run_path(str(EXAMPLES / "recording.py"), run_name="__main__")
-    said = capsys.readouterr().out
-    numbers = re.findall(r"^(\w+) +found +(\S+) \S+ +true +(\S+)$", said, flags=re.MULTILINE)
+    message = capsys.readouterr().out
+    numbers = re.findall(r"^(\w+) +found +(\S+) \S+ +true +(\S+)$", message, flags=re.MULTILINE)
     found = {name: (float(one), float(other)) for name, one, other in numbers}
     assert found["fundamental_frequency"][0] == pytest.approx(found["fundamental_frequency"][1], abs=2)
     assert found["left_right_phase"][0] == pytest.approx(found["left_right_phase"][1], abs=0.1)
@@ -144,7 +144,7 @@ def test_the_synthetic_recording_is_found_as_it_was_made(
 
 
 @pytest.mark.slow
-def test_a_recording_too_short_to_measure_is_said_to_be(
+def test_a_recording_too_short_to_measure_has_a_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     example = runpy.run_path(str(EXAMPLES / "recording.py"))
@@ -155,7 +155,7 @@ def test_a_recording_too_short_to_measure_is_said_to_be(
 
     monkeypatch.setattr(example["video"], "analyse", glottis_alone)
     example["main"](tmp_path, 12)
-    said = capsys.readouterr().out
-    assert re.search(r"^fundamental_frequency +not found: too short", said, flags=re.MULTILINE)
-    assert re.search(r"^glottal_area_mean +(found|not found)", said, flags=re.MULTILINE)
-    assert "report: " in said
+    message = capsys.readouterr().out
+    assert re.search(r"^fundamental_frequency +not found: too short", message, flags=re.MULTILINE)
+    assert re.search(r"^glottal_area_mean +(found|not found)", message, flags=re.MULTILINE)
+    assert "report: " in message

@@ -104,11 +104,11 @@ def test_a_finer_mesh_on_which_the_step_is_too_long_says_what_to_do(bar: plica.S
     plica.run(scene, tmp_path / "run", progress=False)
     found = plica.estimate_uncertainty(tmp_path / "run", progress=False)
     assert [level["kind"] for level in found.levels] == ["step", "step"]
-    said = "\n".join(found.remarks)
-    assert "time.step = 0.00014 s; must be <= " in said
-    assert "run the scene anew with such a one" in said
-    assert "no mesh that was tried can be used" in said
-    assert "--budget" not in said
+    message = "\n".join(found.remarks)
+    assert "time.step = 0.00014 s; must be <= " in message
+    assert "run the scene anew with such a one" in message
+    assert "no mesh that was tried can be used" in message
+    assert "--budget" not in message
 
 
 def test_the_scene_says_what_it_needs(bar: plica.Scene) -> None:

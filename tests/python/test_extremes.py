@@ -13,11 +13,12 @@ from scipy.sparse import csr_array
 import plica
 from plica import _engine as engine
 from plica.bench.body import Body
-from plica.bench.extremes import apart, broken, endurance, larynxes, solids, voices
-from plica.bench.extremes.apart import _Worker, verdicts
+from plica.bench.extremes import broken, endurance, larynxes, solids, voices
+from plica.bench.extremes import worker as worker_module
 from plica.bench.extremes.catalogue import PROBES, SUBJECTS
 from plica.bench.extremes.good_files import scene_file
-from plica.bench.extremes.probe import Found, Probe, Verdict, Wrong, judged
+from plica.bench.extremes.probe import Found, Probe, Verdict, Wrong, run_probe
+from plica.bench.extremes.worker import _Worker, verdicts
 from plica.cli import main
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.changed_mesh import changed_mesh
@@ -61,20 +62,20 @@ def test_no_small_probe_ends_in_a_forbidden_way(tmp_path: Path, capfd: pytest.Ca
     ],
 )
 def test_a_verdict_tells_what_is_forbidden_from_what_is_not(find: object, word: str) -> None:
-    assert judged(find).word == word  # type: ignore[arg-type]
+    assert run_probe(find).word == word  # type: ignore[arg-type]
 
 
 def test_a_ratio_that_is_no_number_is_forbidden_wherever_it_stands(monkeypatch: pytest.MonkeyPatch) -> None:
     """Folds that are shut for good: no jet to hold the flow against, while ledger and forces are in order."""
-    waves, said = larynxes.ran(larynxes.larynx({"time.duration": 2 * larynxes.STEP}))
+    waves, message = larynxes.ran(larynxes.larynx({"time.duration": 2 * larynxes.STEP}))
     shut = waves | {"minimum_area": 0 * waves["minimum_area"], "flow": 0 * waves["flow"]}
-    assert judged(voices.conserved).word == "right"
-    monkeypatch.setattr(voices, "ran", lambda scene: (shut, said))
+    assert run_probe(voices.conserved).word == "right"
+    monkeypatch.setattr(voices, "ran", lambda scene: (shut, message))
     with np.errstate(invalid="ignore"):
-        assert judged(voices.conserved).word == "NaN"
+        assert run_probe(voices.conserved).word == "NaN"
     lost = waves | {"contact_rows": np.nan * waves["contact_rows"]}
-    monkeypatch.setattr(voices, "ran", lambda scene: (lost, said))
-    assert judged(voices.conserved).note == "not finite: contact_rows"
+    monkeypatch.setattr(voices, "ran", lambda scene: (lost, message))
+    assert run_probe(voices.conserved).note == "not finite: contact_rows"
 
 
 def test_waveforms_are_apart_by_their_largest_difference_over_the_largest_value() -> None:
@@ -86,14 +87,16 @@ def test_waveforms_are_apart_by_their_largest_difference_over_the_largest_value(
 
 def test_another_unit_than_a_waveform_has_is_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(voices, "_WAVES", voices._WAVES | {"flow": (2, -1, 0)})
-    assert judged(lambda: voices.units(2.0**-13, 1.0, 1.0)).word == "WRONG"
+    assert run_probe(lambda: voices.units(2.0**-13, 1.0, 1.0)).word == "WRONG"
 
 
 def test_a_forbidden_verdict_is_printed_and_ends_with_1(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(
-        apart, "verdicts", lambda probes: [(probe, Verdict("WRONG", "off", 1, 0), 0.1) for probe in probes]
+        worker_module,
+        "verdicts",
+        lambda probes: [(probe, Verdict("WRONG", "off", 1, 0), 0.1) for probe in probes],
     )
     named = ["bench", "extremes", "--quiet", "--only", "layers of one element"]
     assert main(named) == 1
@@ -113,22 +116,22 @@ def test_a_motion_that_is_no_number_in_one_layer_is_seen() -> None:
 
 def test_random_scenes_that_are_nearly_all_refused_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(broken, "build_simulation", lambda scene: raised(plica.InvalidInput("no")))
-    verdict = judged(lambda: broken.random_scenes(4, 2))
+    verdict = run_probe(lambda: broken.random_scenes(4, 2))
     assert verdict.word == "WRONG"
     assert "4 of 4" in verdict.note
 
 
 @pytest.mark.parametrize(
-    ("read", "said"),
+    ("read", "message"),
     [
         (lambda path: None, "nothing was tried"),
         (lambda path: refused_at_length(path), "refused in 1000 char"),
     ],
 )
-def test_files_that_are_never_refused_or_at_length_are_wrong(read: object, said: str) -> None:
-    verdict = judged(lambda: broken.fuzzed(scene_file, read, 20))  # type: ignore[arg-type]
+def test_files_that_are_never_refused_or_at_length_are_wrong(read: object, message: str) -> None:
+    verdict = run_probe(lambda: broken.fuzzed(scene_file, read, 20))  # type: ignore[arg-type]
     assert verdict.word == "WRONG"
-    assert said in verdict.note
+    assert message in verdict.note
 
 
 def refused_at_length(path: Path) -> None:
@@ -167,7 +170,7 @@ def test_momentum_that_is_gained_at_equal_energy_is_found(monkeypatch: pytest.Mo
     monkeypatch.setattr(engine, "Simulation", Pushed)
     found = endurance.free_block(20, engine.Cholesky())
     assert found.error == pytest.approx(0.5)  # the block's own velocity, along x, is 0.1 m/s
-    assert judged(lambda: found).word == "WRONG"
+    assert run_probe(lambda: found).word == "WRONG"
 
 
 def test_a_body_that_flies_drifts_by_what_the_rounding_of_its_stiffness_leaves_of_its_path() -> None:
@@ -203,7 +206,7 @@ def test_a_probe_after_one_that_hangs_has_a_process_of_its_own() -> None:
     assert found[0][2] >= 0.05
 
 
-def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_probe_that_hangs_or_ends_its_process_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     worker = _Worker()
     slow = Probe("1e6 steps", "none", lambda: Found(0, 0), limit=0.05)
     assert worker.judge(slow).word == "HANG"
@@ -216,7 +219,7 @@ def test_a_probe_that_hangs_or_ends_its_process_is_told(monkeypatch: pytest.Monk
 
 
 def test_the_page_has_every_probe_and_none_that_is_not() -> None:
-    page = (ROOT / "docs" / "extremes.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "extremes_tables.md").read_text(encoding="utf-8")
     rows = [line.split(" | ") for line in page.splitlines() if line.startswith(SUBJECTS_OF_ROWS)]
     assert [row[1] for row in rows] == [probe.name for probe in PROBES]
     assert len({probe.name for probe in PROBES}) == len(PROBES)  # a worker finds them by name
@@ -239,10 +242,10 @@ def test_sections_of_a_larynx_far_away_are_where_they_are_at_the_origin() -> Non
 @pytest.mark.parametrize("coupling", ["lagged", "extrapolated"])
 def test_a_coupling_without_sweeps_says_by_how_much_its_pressures_are_off(coupling: str) -> None:
     long_step = {"airflow.coupling": coupling, "time.step": 1e-3, "time.duration": 8e-3}
-    rough, said = larynxes.ran(larynxes.larynx(long_step))
-    assert "unconverged_coupling" in said
-    fine, said = larynxes.ran(larynxes.larynx({"airflow.coupling": coupling}))
-    assert "unconverged_coupling" not in said
+    rough, message = larynxes.ran(larynxes.larynx(long_step))
+    assert "unconverged_coupling" in message
+    fine, message = larynxes.ran(larynxes.larynx({"airflow.coupling": coupling}))
+    assert "unconverged_coupling" not in message
     assert np.isfinite(rough["coupling_residual"]).all()
     assert rough["coupling_residual"].max() > 10 * np.median(fine["coupling_residual"]) > 0
 

@@ -95,7 +95,7 @@ def test_of_faces_one_behind_the_other_the_nearest_is_met() -> None:
     assert meet(everything, np.array([face, face + 6, face + 12]), pixels).face.tolist() == [1, 1]
 
 
-def test_what_no_line_of_sight_meets_is_said() -> None:
+def test_what_no_line_of_sight_meets_is_reported() -> None:
     mesh = curved_block()
     pixels = np.array([[48.0, 68.0], [-40.0, 68.0], [np.nan, 3.0]])
     assert SurfacePoints.met(mesh, "z_max", CAMERA, pixels)[1].tolist() == [True, False, False]

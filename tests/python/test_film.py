@@ -306,7 +306,7 @@ def test_motion_between_stored_fields_is_a_cubic_s() -> None:
 
 @pytest.mark.parametrize("kind", ["smooth", "kinked"])
 @pytest.mark.parametrize("each", [8, 12, 24])
-def test_the_error_between_stored_fields_is_told_to_a_factor(kind: str, each: int) -> None:
+def test_the_error_between_stored_fields_is_reported_to_a_factor(kind: str, each: int) -> None:
     def swing(t: float | np.ndarray) -> np.ndarray:
         return 1e-3 * np.maximum(-2.0 if kind == "smooth" else -0.3, np.sin(2 * np.pi * 200 * t))
 

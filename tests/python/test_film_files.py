@@ -103,27 +103,30 @@ def _uneven() -> FilmedFolds:
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (
             lambda: plica.film(_without(moved(voiced(), TIMES))),
-            "no fields were stored; must be. Set output.every",
+            "stored fields = 0; must be >= 2. Set output.every",
         ),
-        (lambda: plica.film(moved(voiced(), [0.0])), "stored fields = 1; must be two or more"),
+        (lambda: plica.film(moved(voiced(), [0.0])), "stored fields = 1; must be >= 2"),
         (lambda: plica.film(_uneven()), "0.001 to 0.002 s apart; must be even"),
         (lambda: plica.film(_broken()).frame(1), "the stored field at 0.0005 s is not finite"),
-        (lambda: small(fps=4000), "fps = 4000 /s; must be <= 2000 /s, as often as the run stored its fields"),
-        (lambda: small(fps=900), "5 stored fields do not tell the motion between them; must be 7 or more"),
+        (
+            lambda: small(fps=4000),
+            "fps = 4000 /s; must be <= 2000 /s, the rate at which the run stored its fields",
+        ),
+        (lambda: small(fps=900), "stored fields = 5; must be >= 7 to interpolate"),
         (
             lambda: plica.film(moved(voiced(), np.arange(20) * 1.3e-3), SMALL, fps=500),
-            "is uncertain by .* px; must be at most 0.25 px. Store more",
+            "is uncertain by .* px; must be at most 0.25 px. Store fields more often",
         ),
         (lambda: small(fps=1000, exposure="2 ms"), "exposure = 0.002 s; must be at most 1 / fps = 0.001 s"),
         (lambda: small(exposure="0.6 ms"), "exposure = 0.0006 s; must be at most 1 / fps = 0.0005 s"),
-        (lambda: small(start="1.9 ms"), "1 frame of 2000 /s from 0.0019 s to 0.002 s; must be two or more"),
+        (lambda: small(start="1.9 ms"), "frames = 1, at 2000 /s from 0.0019 s to 0.002 s; must be >= 2"),
         (lambda: small(start="1 s"), r"start = 1 s; must be in \[0, 0.002\] s"),
         (lambda: small(end="5 ms"), r"end = 0.005 s; must be in \[0, 0.002\] s"),
-        (lambda: small(exposure="1 mm"), 'exposure = "1 mm"; must be .* "mm" is of another kind'),
+        (lambda: small(exposure="1 mm"), 'exposure = "1 mm"; must be .* "mm" has another dimension'),
         (lambda: small(grain=0.25), r"grain = 0.25 m; must be a number in \[1e-06, 0.1\]. Is the unit right"),
         (lambda: small(samples=0), r"samples = 0; must be a whole number in \[1, 256\]"),
         (lambda: small(seed=1.5), "seed = 1.5; must be a whole number"),
@@ -131,27 +134,27 @@ def _uneven() -> FilmedFolds:
         (lambda: small(light=("a", 0, 1)), "must be three numbers"),
         (lambda: small(ambient=1.2), r"ambient = 1.2; must be a number in \[0, 1\]"),
         (lambda: small(read_noise=float("nan")), "read_noise = nan grey levels; must be a number in"),
-        (lambda: small().frame(5), r"frame 5; must be in \[0, 5\)"),
-        (lambda: small().flow(4), r"frame 4; must be in \[0, 4\)"),
+        (lambda: small().frame(5), r"frame = 5; must be in \[0, 5\)"),
+        (lambda: small().flow(4), r"frame = 4; must be in \[0, 4\)"),
         (
             lambda: plica.film(moved(voiced(), TIMES), SMALL, plica.Film(), seed=2),
-            "seed beside options; must be one or the other",
+            "options and seed are both given; must be one or the other",
         ),
         (lambda: plica.Camera(mm_per_px=0), r"mm_per_px = 0 mm; must be a number in \[0.0001, 10\]"),
         (lambda: plica.Camera(width=8), r"width = 8 px; must be a whole number in \[16, 4096\]"),
         (lambda: plica.Camera(tilt=90), "tilt = 90 degrees; must be a number in"),
         (lambda: plica.Camera(centre=(0, 0)), "must be three lengths, x, y and z"),  # type: ignore[arg-type]
-        (lambda: plica.Camera(centre=(0, "3 kPa", 0)), 'centre = "3 kPa"; must be .* of another kind'),
+        (lambda: plica.Camera(centre=(0, "3 kPa", 0)), 'centre = "3 kPa"; must be .* has another dimension'),
         (
             lambda: plica.film(moved(voiced(), TIMES), plica.Camera(centre=("5 cm", 0, 0))),
-            "Camera: no tissue is seen in 256 x 256 px of 0.06 mm; must be. Look at centre",
+            "Camera: no tissue is visible in 256 x 256 px of 0.06 mm; must be. Check centre",
         ),
         (lambda: small().write("clip.mp4"), "clip.mp4; must end in one of .avi, .npy, .h5, .hdf5"),
-        (lambda: small().write("nowhere/clip.avi"), "nowhere is no directory"),
+        (lambda: small().write("nowhere/clip.avi"), "nowhere is not a directory"),
     ],
 )
-def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, said: str) -> None:
-    with pytest.raises(plica.InvalidInput, match=said) as error:
+def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, message: str) -> None:
+    with pytest.raises(plica.InvalidInput, match=message) as error:
         make()
     assert "\n" not in str(error.value)
     assert str(error.value).startswith(("Film: ", "Camera: "))
@@ -203,15 +206,16 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         main([*arguments, "--from", "200us", "--centre", "-0.5,0,0", "--samples", "1", "--ambient", "0.8"])
         == 0
     )
-    told = capsys.readouterr()
-    assert told.err.splitlines()[-1].startswith(
-        "plica: Caution: plica video will measure no voice in this film: "
+    result = capsys.readouterr()
+    assert result.err.splitlines()[-1].startswith(
+        "plica: Caution: plica video will find no cycles in this film: "
     )
-    said = told.out.splitlines()
+    message = result.out.splitlines()
     assert (
-        said[0] == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 a second"
+        message[0]
+        == f"written: {clip}, {tmp_path / 'clip.truth.h5'}: 11 frames of 64 x 128 px, 10000 per second"
     )
-    assert said[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
+    assert message[1] == f"plica video {clip} --fps 10000 --mm-per-px 0.12 -o analysis"
     with h5py.File(tmp_path / "clip.truth.h5") as file:
         assert file["camera"].attrs["tilt"] == -5
         assert file["film"].attrs["ambient"] == 0.8
@@ -219,9 +223,11 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
         assert file["time"][0] == pytest.approx(2e-4)
     again = [*arguments, "--quiet", "--to", "0.0005"]
     kept = clip.read_bytes()
-    told = refused(again, capsys)
-    assert told.startswith(f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not be.")
-    assert "--overwrite" in told
+    result = refused(again, capsys)
+    assert result.startswith(
+        f"plica: {clip}, {tmp_path / 'clip.truth.h5'} would be overwritten; must not exist."
+    )
+    assert "--overwrite" in result
     assert clip.read_bytes() == kept
     assert main([*again, "--overwrite"]) == 0
     assert capsys.readouterr().out == ""
@@ -242,13 +248,13 @@ def test_a_film_of_too_few_cycles_or_a_part_of_the_glottis_is_cautioned(
     clip = str(tmp_path / "clip.npy")
     options = ["--size", size, "--mm-per-px", "0.2", "--samples", "1", "--quiet"]
     assert main(["film", "run", "-o", clip, *options]) == 0
-    said = capsys.readouterr().err
+    message = capsys.readouterr().err
     if periods == 2:
-        assert "complete cycles of the glottal area; at least 3 are needed" in said
-        assert "Five periods" in said
-        assert "the picture's border cuts the glottis in " in said
+        assert "complete cycles of the glottal area; at least 3 are needed" in message
+        assert "Five periods" in message
+        assert "the border of the image cuts the glottis in " in message
     else:
-        assert said == ""
+        assert message == ""
 
 
 def test_a_film_of_folds_at_rest_is_cautioned_without_advice_to_film_more(
@@ -258,9 +264,9 @@ def test_a_film_of_folds_at_rest_is_cautioned_without_advice_to_film_more(
     monkeypatch.setattr(plica.Run, "load", lambda _: run)
     size = ["--size", "48,64", "--mm-per-px", "0.2", "--samples", "1"]
     assert main(["film", "run", "-o", str(tmp_path / "clip.npy"), *size, "--quiet"]) == 0
-    said = capsys.readouterr().err
-    assert "no oscillation" in said
-    assert "Five periods" not in said
+    message = capsys.readouterr().err
+    assert "no oscillation" in message
+    assert "Five periods" not in message
 
 
 @pytest.mark.slow
@@ -288,16 +294,16 @@ def test_the_command_refuses_in_one_line(
     clip = str(tmp_path / "clip.avi")
     assert "there is no run in it" in refused(["film", str(tmp_path), "-o", clip], capsys)
     assert "must be <= 10000 /s" in refused(["film", str(stored), "-o", clip, "--fps", "20000"], capsys)
-    assert "no tissue is seen" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
+    assert "no tissue is visible" in refused(["film", str(stored), "-o", clip, "--centre", "90,0,0"], capsys)
     assert "must end in one of" in refused(["film", str(stored), "-o", f"{clip}.gif"], capsys)
-    for option, value, told in (
+    for option, value, message in (
         ("--from", "1", "plica: --from = 1 s; must be in"),
         ("--to", "-1s", "plica: --to = "),
         ("--noise", "-3", "plica: --noise = -3 grey levels; must be"),
         ("--size", "8,64", "plica: --size = 8 px; must be"),
         ("--mm-per-px", "0", "plica: --mm-per-px = 0 mm; must be"),
     ):
-        assert refused(["film", str(stored), "-o", clip, f"{option}={value}"], capsys).startswith(told)
+        assert refused(["film", str(stored), "-o", clip, f"{option}={value}"], capsys).startswith(message)
     assert list(tmp_path.iterdir()) == []
 
 

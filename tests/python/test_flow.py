@@ -116,7 +116,7 @@ def test_light_that_changes_by_a_slope_does_not_move_a_constant_gradient(pair: t
 
 
 @pytest.mark.parametrize("preset", [name for name in PRESETS if PRESETS[name].light == "smooth"])
-def test_light_that_changes_is_told_and_moves_nothing(preset: str) -> None:
+def test_light_that_changes_is_reported_and_moves_nothing(preset: str) -> None:
     first, second = texture(150, 190), texture(150, 190, MOTION)
     x = np.linspace(-1, 1, 190)
     gain = 1.06 + 0.03 * x
@@ -268,9 +268,9 @@ def test_the_command_writes_a_flow_and_says_how_good_it_is(
     names, out = [save("a.png", pair[0]), save("b.png", pair[1])], tmp_path / "ab.flo"
     write_flow(tmp_path / "true.flo", np.full((60, 80, 2), MOTION))
     assert main(["flow", *names, "-o", str(out), "--truth", str(tmp_path / "true.flo")]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for word in ("motion", "residual", "mismatch", "error", "known on 100.0 %", "ab.flo"):
-        assert word in said
+        assert word in message
     assert np.median(read_flow(out), axis=(0, 1)) == pytest.approx(MOTION, abs=0.01)
     mask = save("mask.png", np.full((60, 80), 255, np.float32))
     assert main(["flow", *names, "-o", str(out), "--preset", "fast", "--mask", mask, "--quiet"]) == 0
@@ -307,8 +307,8 @@ def test_the_command_names_the_file_that_is_wrong(
         ([good, good, "-o", good], 2, "a.png; must end in .flo"),
     ):
         assert main(["flow", "-o", out, *arguments]) == code
-        said = capsys.readouterr().err
-        assert expected in said, said
+        message = capsys.readouterr().err
+        assert expected in message, message
         assert not Path(out).exists()
 
 

@@ -206,7 +206,7 @@ def test_independent_errors_are_left_as_they_are() -> None:
     assert (wider < 2).all()
 
 
-def test_a_failed_test_is_told_and_widens() -> None:
+def test_a_failed_test_is_reported_and_widens() -> None:
     model, flow, _ = flow_with_gains(np.random.default_rng(9), 30, 0.15)
     found, _, at = estimate_from_flow(MarginalLikelihood(model.seeing(flow)), learn=False)
     assert not residual_test(MarginalLikelihood(model.seeing(flow)), at).passed
@@ -215,7 +215,7 @@ def test_a_failed_test_is_told_and_widens() -> None:
     alone = replace(found, inflation=None)
     assert found.sd == pytest.approx(found.inflation * alone.sd, rel=1e-12)
     assert "Residual test failed" in found.table()
-    assert any("wider than the information says" in told for told in found.warnings())
+    assert any("intervals are widened by a factor of" in text for text in found.warnings())
     assert alone.refused.all()
     assert "refused" in alone.table()
     lost = replace(found, follows=0.2)

@@ -28,9 +28,9 @@ def test_the_examples_that_come_with_the_package_are_those_of_the_sources(tmp_pa
 
 def test_examples_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["examples"]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for file in _EXAMPLES.glob("*.toml"):
-        assert re.search(rf"^{file.name} +\w.{{15,}}$", said, re.MULTILINE), file.name
+        assert re.search(rf"^{file.name} +\w.{{15,}}$", message, re.MULTILINE), file.name
 
 
 def test_examples_overwrite_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +64,7 @@ def test_every_table_and_key_can_be_asked_for(capsys: pytest.CaptureFixture[str]
             assert name in capsys.readouterr().out
 
 
-def test_a_key_is_said_with_unit_default_and_place(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_key_is_reported_with_unit_default_and_place(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", "subglottal_pressure"]) == 0
     assert re.fullmatch(
         r"\[airflow\]\n  subglottal_pressure  \(Pa, 800\) \S.*\n", capsys.readouterr().out, re.DOTALL
@@ -85,16 +85,16 @@ def test_the_description_of_the_package_has_no_link_into_the_sources() -> None:
 
 def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", "open_quotient"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert said.startswith(
+    message = " ".join(capsys.readouterr().out.split())
+    assert message.startswith(
         "measures open_quotient (1, of runs and recordings) Open quotient: share of the cycle"
     )
-    assert "above 5 % of the cycle's largest" in said
+    assert "above 5 % of the cycle's largest" in message
     assert main(["keys", "largest_contact_pressure"]) == 0
     assert "(Pa, of runs)" in capsys.readouterr().out
     assert main(["keys", "measures"]) == 0
-    said = capsys.readouterr().out
-    assert all(f"\n  {name} " in f"\n{said}" for name in CATALOGUE)
+    message = capsys.readouterr().out
+    assert all(f"\n  {name} " in f"\n{message}" for name in CATALOGUE)
 
 
 @pytest.mark.parametrize(
@@ -102,12 +102,12 @@ def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture
 )
 def test_a_key_can_be_asked_for_at_its_place(place: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", place]) == 0
-    said = capsys.readouterr().out
-    assert said.count(f"\n  {place.rpartition('.')[2]} ") == 1
-    assert len(re.findall(r"^\[", said, re.MULTILINE)) == 1
+    message = capsys.readouterr().out
+    assert message.count(f"\n  {place.rpartition('.')[2]} ") == 1
+    assert len(re.findall(r"^\[", message, re.MULTILINE)) == 1
 
 
-def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_lacking_is_reported_with_where_help_is(capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, whom in (
         ([], "plica"),
         (["film"], "plica film"),
@@ -116,7 +116,7 @@ def test_what_is_lacking_is_said_with_where_help_is(capsys: pytest.CaptureFixtur
         with pytest.raises(SystemExit) as end:
             main(arguments)
         assert end.value.code == 2
-        assert capsys.readouterr().err.endswith(f". {whom} --help says more.\n")
+        assert capsys.readouterr().err.endswith(f". See {whom} --help.\n")
 
 
 @pytest.mark.parametrize(
@@ -147,9 +147,9 @@ def test_every_synonym_leads_to_what_there_is(capsys: pytest.CaptureFixture[str]
 
 def test_no_name_is_the_scene_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", ""]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith("The scene")
-    assert "measures" not in told
+    printed = capsys.readouterr().out
+    assert printed.startswith("The scene")
+    assert "measures" not in printed
 
 
 def test_tension_is_the_stiffness_along_the_fibre(capsys: pytest.CaptureFixture[str]) -> None:

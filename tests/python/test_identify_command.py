@@ -143,7 +143,7 @@ def test_the_report_has_warnings_first_and_all_pictures(commanded: Path) -> None
 
 
 @pytest.mark.slow
-def test_what_was_stopped_goes_on_to_the_same_end(
+def test_what_was_stopped_continues_to_the_same_end(
     filmed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, settings = _scene(GUESS, 250e-6), Settings(**CHOSEN | {"coarser": "none"})
@@ -169,20 +169,20 @@ def test_what_the_recording_cannot_tell_is_called_so(filmed: Path, tmp_path: Pat
     """Three frames of it say next to nothing of the viscosity."""
     settings = Settings(**CHOSEN | {"coarser": "none", "last": 3})
     found = identify(filmed, _scene(GUESS, 250e-6), tmp_path / "out", settings, progress=False)
-    assert any('"viscosity" is hardly learned' in warning for warning in found.warnings)
-    assert "hardly learned: this is the prior" in (tmp_path / "out" / "report.html").read_text()
-    assert any("Only one mesh was tried" in warning for warning in found.warnings)
+    assert any('"viscosity" is hardly informed' in warning for warning in found.warnings)
+    assert "hardly informed by the data: close to the prior" in (tmp_path / "out" / "report.html").read_text()
+    assert any("Only one mesh was used" in warning for warning in found.warnings)
 
 
 @pytest.mark.slow
 def test_numbers_of_a_motion_that_is_not_followed_are_not_carried_by_the_data(commanded: Path) -> None:
     found = load(commanded)
     assert found.picture.carried
-    assert not any("not carried" in row.verdict for row in rows(found))
+    assert not any("not supported" in row.verdict for row in rows(found))
     lost = replace(found, picture=replace(found.picture, predicted=0.2 * found.picture.observed))
     assert lost.picture.explained == pytest.approx(1 - 0.8**2)
     assert not lost.picture.carried
-    assert all("not carried by the data" in row.verdict for row in rows(lost))
+    assert all("not supported by the data" in row.verdict for row in rows(lost))
 
 
 @pytest.mark.slow
@@ -201,11 +201,9 @@ def test_a_layer_of_the_same_tissue_may_be_as_thick_as_it_likes(
     found = identify(filmed, scene, tmp_path / "out", settings, progress=False)
     assert found.posterior.answered
     assert not any("thicker" in warning for warning in found.warnings)
-    monkeypatch.setattr(thickness, "TOLD", 0.0)
-    told = identify(filmed, scene, tmp_path / "told", settings, progress=False).warnings
-    assert any(
-        'The thickness of the layer "upper"' in warning and '"body.E" would' in warning for warning in told
-    )
+    monkeypatch.setattr(thickness, "REPORTED_SHIFT", 0.0)
+    warnings = identify(filmed, scene, tmp_path / "told", settings, progress=False).warnings
+    assert any('The thickness of the layer "upper"' in w and '"body.E" would' in w for w in warnings)
 
 
 # ---- Parts -------------------------------------------------------------------------------------
@@ -261,8 +259,8 @@ def test_a_place_is_where_the_projection_shows_it(tmp_path: Path, angles: tuple[
     shown = camera.project(x)
     assert np.allclose(found.camera.project(x)[:, :2], shown[:, :2], rtol=0, atol=1e-9)
     without = open_motion(flow_file(tmp_path / "bare.h5", projection=None, mm_per_px=0.1))
-    told = Settings(centre=(1e-3, 2e-3, 3e-3), tilt=tilt, lean=lean, roll=roll)
-    again = place(without, told, scene, mesh, "z_max")
+    settings_given = Settings(centre=(1e-3, 2e-3, 3e-3), tilt=tilt, lean=lean, roll=roll)
+    again = place(without, settings_given, scene, mesh, "z_max")
     assert np.allclose(again.camera.project(x)[:, :2], shown[:, :2], rtol=0, atol=1e-9)
     assert (found.tilt_sd, again.tilt_sd) == (0.0, 6.0)
 
@@ -296,7 +294,7 @@ def test_closed_frames_are_those_with_next_to_no_glottis(tmp_path: Path) -> None
     assert np.isnan(found.observation.flow[: found.lead]).all()
 
 
-def test_frames_that_are_closed_before_the_first_opening_are_told_from_what_is_before_them(
+def test_frames_that_are_closed_before_the_first_opening_are_distinguished_from_what_is_before_them(
     tmp_path: Path,
 ) -> None:
     """The frames of unknown pressures before the recording are open; all until the first opening is closed,
@@ -356,7 +354,7 @@ def test_a_coarser_scene_differs_in_its_mesh_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_step_that_is_long_for_the_motion_is_said(filmed: Path, tmp_path: Path) -> None:
+def test_a_step_that_is_long_for_the_motion_is_reported(filmed: Path, tmp_path: Path) -> None:
     """Halving the step shows three quarters of an error that falls with its square; to a factor of two."""
     settings = Settings(**CHOSEN | {"coarser": "none"})
     found = {
@@ -366,8 +364,8 @@ def test_a_step_that_is_long_for_the_motion_is_said(filmed: Path, tmp_path: Path
     stiffness = [p.posterior.median[p.posterior.names.index("body.E")] for p in found.values()]
     assert [any("time step" in w for w in p.warnings) for p in found.values()] == [False, True]
     picture = found[250e-6].picture
-    told = stiffness_error(picture.predicted, picture.frame_rate, 250e-6, -0.3)
-    assert 0.5 * 0.75 * told < stiffness[1] / stiffness[0] - 1 < 2 * 0.75 * told
+    predicted = stiffness_error(picture.predicted, picture.frame_rate, 250e-6, -0.3)
+    assert 0.5 * 0.75 * predicted < stiffness[1] / stiffness[0] - 1 < 2 * 0.75 * predicted
 
 
 def test_the_error_of_a_period_is_that_of_the_time_scheme() -> None:
@@ -404,10 +402,10 @@ def test_what_is_left_of_a_shift_falls_with_the_square() -> None:
 def test_the_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["identify", "--help"])
-    said = capsys.readouterr().out
-    for part in ("examples:", "[identify]", "--resume", "hardly learned", "Delete its contact"):
-        assert part in said
-    table = re.search(r"\n  \[identify\]\n(.*?)\n\n", said, re.DOTALL)
+    message = capsys.readouterr().out
+    for part in ("examples:", "[identify]", "--resume", "hardly informed", "Delete its contact"):
+        assert part in message
+    table = re.search(r"\n  \[identify\]\n(.*?)\n\n", message, re.DOTALL)
     assert table is not None
     import tomllib
 

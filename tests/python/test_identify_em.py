@@ -223,9 +223,9 @@ def test_what_em_cannot_do_is_refused() -> None:
         return replace(model, P0=model.P0 * len(seen)), None
 
     cases: list[tuple[Any, str]] = [
-        (lambda: em(patterned, y, estimate=("G",)), "must be beside a full Gamma_w"),
-        (lambda: em(model, y, estimate=("H",)), "must be some of one of G, Gamma_w, Gamma_v"),  # type: ignore[arg-type]
-        (lambda: em(model, y, estimate=()), "must be some of"),
+        (lambda: em(patterned, y, estimate=("G",)), "must be a full Gamma_w"),
+        (lambda: em(model, y, estimate=("H",)), "must be names of G, Gamma_w, Gamma_v"),  # type: ignore[arg-type]
+        (lambda: em(model, y, estimate=()), "must be names of"),
         (lambda: em(model, y, iterations=0), "iterations = 0; must be >= 1"),
         (lambda: em(model, y, tolerance=-1.0), "tolerance = -1; must be >= 0"),
         (
@@ -239,7 +239,7 @@ def test_what_em_cannot_do_is_refused() -> None:
         (lambda: structured_em(lambda theta: (model, None), [1.0], y, noise_rows=[3]), "not in [0, 3)"),
         (lambda: structured_em(lambda theta: (model, None), [1.0], y, noise_rows=[0.5]), "whole numbers"),
     ]
-    for call, said in cases:
+    for call, message in cases:
         with pytest.raises(plica.InvalidInput) as error:
             call()
-        assert said in str(error.value)
+        assert message in str(error.value)

@@ -215,6 +215,6 @@ def test_bad_matrices_are_refused() -> None:
             r"observation has shape \(4, 4\)",
         ),
     ]
-    for call, said in cases:
-        with pytest.raises(plica.InvalidInput, match=said):
+    for call, message in cases:
+        with pytest.raises(plica.InvalidInput, match=message):
             call()

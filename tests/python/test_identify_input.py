@@ -18,9 +18,9 @@ import plica
 from flow_files import PAIRS, SETTINGS, SHAPE, block_scene, flow_file
 from plica.cli import main
 from plica.identify import Iteration, Settings, identify, load, open_motion
-from plica.identify.doubts import doubts
-from plica.identify.iterates import Iterates, Marks
-from plica.identify.progress import Told
+from plica.identify.iterates import EstimateInputs, Iterates
+from plica.identify.progress import EstimateProgress
+from plica.identify.recording_warnings import recording_warnings
 
 Made = Callable[..., Any]
 
@@ -60,9 +60,9 @@ def test_a_recording_must_be_there(refused: Made, tmp_path: Path) -> None:
     assert "there is no such file" in refused(tmp_path / "nothing.h5")
 
 
-def test_pictures_go_through_video_first(refused: Made, tmp_path: Path) -> None:
+def test_images_must_be_analysed_by_plica_video_first(refused: Made, tmp_path: Path) -> None:
     (tmp_path / "clip.avi").write_bytes(b"RIFF")
-    assert "Pictures go through plica video first" in refused(tmp_path / "clip.avi")
+    assert "Run plica video first to analyse images" in refused(tmp_path / "clip.avi")
 
 
 def test_a_directory_must_be_an_analysis(refused: Made, tmp_path: Path) -> None:
@@ -72,13 +72,13 @@ def test_a_directory_must_be_an_analysis(refused: Made, tmp_path: Path) -> None:
 
 def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
     (tmp_path / "flow.hdf5").write_bytes(b"no HDF5 at all")
-    assert "no HDF5 file" in refused(tmp_path / "flow.hdf5")
+    assert "is not an HDF5 file" in refused(tmp_path / "flow.hdf5")
     (tmp_path / "flow.npz").write_bytes(b"no NPZ at all")
     assert "cannot be read as NPZ" in refused(tmp_path / "flow.npz")
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"flow": None}, 'has no "flow"'),
         ({"flow": np.zeros((4, 8, 8, 3))}, r"flow has shape (4, 8, 8, 3); must be (frames - 1"),
@@ -91,59 +91,71 @@ def test_a_damaged_file_is_named(refused: Made, tmp_path: Path) -> None:
         ({"projection": np.arange(12.0).reshape(3, 4)}, "projection must be orthographic"),
         ({"fps": -4000.0}, "fps = -4000.0; must be one number > 0"),
         ({"fps": "fast"}, "must be one number > 0"),
-        ({"fps": None}, "the frame rate is not known"),
-        ({"projection": None}, "the size of a pixel is not known"),
-        ({"projection": None, "mm_per_px": 0.15}, "where the picture is on the mesh is not known"),
-        ({"visible": np.zeros((PAIRS, *SHAPE), dtype=bool)}, "no point of the surface is seen in 50%"),
-        ({"flow": np.full((PAIRS, *SHAPE, 2), np.nan)}, "no point of the surface is seen in 50%"),
+        ({"fps": None}, "the frame rate is not in flow.h5; must be known"),
+        ({"projection": None}, "the size of a pixel is not in flow.h5; must be known"),
+        ({"projection": None, "mm_per_px": 0.15}, "the position of the image on the mesh is unknown"),
+        (
+            {"visible": np.zeros((PAIRS, *SHAPE), dtype=bool)},
+            "number of points visible in 50% of the frames = 0",
+        ),
+        ({"flow": np.full((PAIRS, *SHAPE, 2), np.nan)}, "number of points visible in 50% of the frames = 0"),
         ({"flow": np.zeros((PAIRS, *SHAPE, 2))}, "flow is zero everywhere; must show motion"),
-        ({"flow": np.ones((PAIRS, *SHAPE, 2), complex)}, "flow has numbers of type complex128; must be real"),
+        ({"flow": np.ones((PAIRS, *SHAPE, 2), complex)}, "flow has type complex128; must be real"),
         (
             {"sd": np.zeros((PAIRS, *SHAPE))},
-            "flow.h5: sd[0, 4, 4] = 0 px; must be > 0, or nan where it is not",
+            "flow.h5: sd[0, 4, 4] = 0 px; must be > 0, or nan where unknown",
         ),
         ({"sd": -np.ones((PAIRS, *SHAPE))}, "sd[0, 4, 4] = -1 px; must be > 0"),
-        ({"flow": np.full((PAIRS, *SHAPE, 2), 1e4)}, "whose flow is to be trusted and is in px a frame"),
-        ({"flow": np.ones((1, *SHAPE, 2)), "visible": None}, "frames 0 to 1; must lie in [0, 1]"),
+        ({"flow": np.full((PAIRS, *SHAPE, 2), 1e4)}, "a reliable flow in px per frame"),
+        (
+            {"flow": np.ones((1, *SHAPE, 2)), "visible": None},
+            "frames 0 to 1; must be three or more in [0, 1]",
+        ),
         ({"fps": 3000.0}, "frame interval / step = 2.66667; must be a whole number"),
     ],
 )
-def test_a_file_that_does_not_fit_is_refused(refused: Made, changes: dict[str, Any], said: str) -> None:
-    assert said in refused(**changes)
+def test_a_file_that_does_not_fit_is_refused(refused: Made, changes: dict[str, Any], message: str) -> None:
+    assert message in refused(**changes)
 
 
 # ---- Frames, points, camera --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("settings", "message"),
     [
-        ({"first": 4, "last": 11}, "frames 4 to 11; must lie in [0, 10]"),
-        ({"first": 9}, "frames 9 to 10; must lie in [0, 10] with three or more"),
+        ({"first": 4, "last": 11}, "frames 4 to 11; must be three or more in [0, 10]"),
+        ({"first": 9}, "frames 9 to 10; must be three or more in [0, 10]"),
         (
             {"points": ((10.0, 10.0), (41.0, 10.0))},
-            "points[1] = [41, 10] px; must be in the picture of 40 x 48",
+            "points[1] = [41, 10] px; must be in the image of 40 x 48",
         ),
         ({"points": ((1.0, 1.0),)}, 'points[0] = [1, 1] px; must show the surface "z_max"'),
-        ({"mm_per_px": 0.1}, "mm_per_px = 0.1; must be left out: flow.h5 says where its camera stood"),
-        ({"centre": (0.3, 0, 0), "roll": 0.0, "mm_per_px": 0.1}, "no point of the picture shows the surface"),
-        ({"tilt": 5.0}, "tilt = 5; must be left out: flow.h5 says where its camera stood. To set that aside"),
-        ({"spacing": 1000.0}, "spacing = 1000 px; must be <= 40 px, the shorter side of the picture"),
+        ({"mm_per_px": 0.1}, "mm_per_px = 0.1; must be left out: flow.h5 contains the pose of its camera"),
+        (
+            {"centre": (0.3, 0, 0), "roll": 0.0, "mm_per_px": 0.1},
+            'number of points that show the surface "z_max" = 0; must be >= 1',
+        ),
+        ({"tilt": 5.0}, "tilt = 5; must be left out: flow.h5 contains the pose of its camera. To override"),
+        ({"spacing": 1000.0}, "spacing = 1000 px; must be <= 40 px, the shorter side of the image"),
         ({"seen": "z_mux"}, 'seen = "z_mux"; must be one of x_max'),
         ({"surface": "x_mxa"}, 'Did you mean "x_max"?'),
-        ({"surface": "z_max"}, "the pressed surface lies at one height"),
-        ({"heights": (0.1, 0.2)}, "a pressure there meets nothing of the surface"),
+        (
+            {"surface": "z_max"},
+            "the surface of the pressures is at one height, z = 0.003 m; must have an extent in z",
+        ),
+        ({"heights": (0.1, 0.2)}, "heights[0] = 0.1 m; must be where a pressure acts on the surface"),
     ],
 )
-def test_a_view_that_does_not_fit_is_refused(refused: Made, settings: dict[str, Any], said: str) -> None:
-    assert said in refused(settings=settings)
+def test_a_view_that_does_not_fit_is_refused(refused: Made, settings: dict[str, Any], message: str) -> None:
+    assert message in refused(settings=settings)
 
 
 # ---- The scene ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         (
             {"contact": plica.Contact(first="x_min", second="x_max", multipliers={})},
@@ -159,20 +171,20 @@ def test_a_view_that_does_not_fit_is_refused(refused: Made, settings: dict[str, 
     ],
 )
 def test_a_scene_that_is_not_linear_from_rest_is_refused(
-    refused: Made, changes: dict[str, Any], said: str
+    refused: Made, changes: dict[str, Any], message: str
 ) -> None:
-    assert said in refused(scene=block_scene(**changes))
+    assert message in refused(scene=block_scene(**changes))
 
 
-def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
+def test_the_reason_why_contact_is_refused_is_reported(refused: Made) -> None:
     contact = plica.Contact(first="x_min", second="x_max", multipliers={})
-    said = refused(scene=block_scene(contact=contact))
-    assert "not linear in the pressures" in said
-    assert "forces on the medial surface take the place of the contact" in said
+    message = refused(scene=block_scene(contact=contact))
+    assert "not linear in the pressures" in message
+    assert "forces on the medial surface replace the contact" in message
 
 
 @pytest.mark.parametrize(
-    ("parameters", "said"),
+    ("parameters", "message"),
     [
         (("bdy.E",), 'layer = "bdy"; must be one of body. Did you mean "body"?'),
         (("body.e_fibre",), 'Did you mean "body.E_fibre"?'),
@@ -180,13 +192,13 @@ def test_the_reason_why_contact_is_refused_is_said(refused: Made) -> None:
         (("body.E", {"targets": "body.E", "name": "again"}), '"body.E" is set by "body.E" and by "again"'),
         (({"targets": ("body.E",), "name": "a"}, {"targets": "body.viscosity", "name": "a"}), "given twice"),
         (("body",), 'target = "body"; must be a layer and a field'),
-        (("body.density",), "no motion tells the density"),
+        (("body.density",), "changes no motion, so it cannot be estimated"),
     ],
 )
 def test_a_parameter_that_the_scene_does_not_have_is_refused(
-    refused: Made, parameters: tuple[Any, ...], said: str
+    refused: Made, parameters: tuple[Any, ...], message: str
 ) -> None:
-    assert said in refused(settings={"parameters": parameters})
+    assert message in refused(settings={"parameters": parameters})
 
 
 def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
@@ -202,14 +214,14 @@ def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
         supports=plica.Supports(fixed=("near.z_min", "far.z_min")),
     )
     chosen = {"parameters": ("near.E", "far.E"), "surface": "near.x_max", "seen": "near.z_max"}
-    assert 'nothing in the data depends on "far.E"' in refused(scene=scene, settings=chosen)
+    assert 'the data do not depend on "far.E"' in refused(scene=scene, settings=chosen)
 
 
 # ---- Settings ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"),
+    ("wrong", "message"),
     [
         ({"log_sd": 0}, "log_sd = 0; must be > 0"),
         ({"log_sd": 1000}, "log_sd = 1000; must be <= 10"),
@@ -217,7 +229,7 @@ def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
             {"parameters": ({"targets": "body.E", "median": "-1 kPa"},)},
             "must be > 0: its logarithm is estimated",
         ),
-        ({"parameters": ({"targets": "body.E", "median": "1 mm"},)}, '"mm" is of another kind'),
+        ({"parameters": ({"targets": "body.E", "median": "1 mm"},)}, '"mm" has another dimension'),
         ({"parameters": ({"targets": "body.E", "log_sd": -0.5},)}, "log_sd = -0.5; must be > 0"),
         ({"parameters": ({"targets": ()},)}, "targets"),
         ({"trust_facter": 3}, 'Did you mean "trust_factor"?'),
@@ -233,14 +245,14 @@ def test_a_parameter_that_nothing_depends_on_is_named(refused: Made) -> None:
         ({"gain_sd": -0.1}, "gain_sd = -0.1; must be >= 0"),
     ],
 )
-def test_a_setting_out_of_range_is_refused(wrong: dict[str, Any], said: str) -> None:
+def test_a_setting_out_of_range_is_refused(wrong: dict[str, Any], message: str) -> None:
     with pytest.raises(plica.InvalidInput) as found:
         Settings(**wrong)
-    assert said in str(found.value)
+    assert message in str(found.value)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("[identify", "not TOML"),
         ("log_sd = 1", "must have the table [identify], and nothing else"),
@@ -248,20 +260,20 @@ def test_a_setting_out_of_range_is_refused(wrong: dict[str, Any], said: str) -> 
         ("[identify]\npressure = 1", "identify.pressure"),
     ],
 )
-def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, said: str) -> None:
+def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "set.toml").write_text(text)
     with pytest.raises(plica.InvalidInput) as found:
         Settings.load(tmp_path / "set.toml")
-    assert said in str(found.value)
+    assert message in str(found.value)
     assert "set.toml" in str(found.value)
 
 
 @pytest.mark.parametrize(
-    ("table", "said"),
+    ("table", "message"),
     [
         (None, "cannot be read"),
-        ("t,a,b,c\n0,1,1\n1,2,2\n", "has 3 lines, the last of 3 columns; must have 4"),
-        ("t,a,b,c\n0,1,1,x\n1,2,2,2\n", "must have numbers in all cells"),
+        ("t,a,b,c\n0,1,1\n1,2,2\n", "has 3 lines, the last with 3 columns; must have 4"),
+        ("t,a,b,c\n0,1,1,x\n1,2,2,2\n", "all cells below the heading must be numbers"),
         ("t,a,b,c\n1,1,1,1\n0,2,2,2\n", "times must increase"),
         ("t,a,b,c\n0,1,1,1\n1e-4,2,2,2\n", "must cover the recording, 0 to 0.0025 s"),
         (
@@ -272,12 +284,12 @@ def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str,
     ],
 )
 def test_a_drive_that_does_not_fit_is_refused(
-    refused: Made, tmp_path: Path, table: str | None, said: str
+    refused: Made, tmp_path: Path, table: str | None, message: str
 ) -> None:
     path = tmp_path / "drive.csv"
     if table is not None:
         path.write_text(table)
-    assert said in refused(settings={"drive": path})
+    assert message in refused(settings={"drive": path})
 
 
 def test_a_coarser_scene_may_differ_in_its_mesh_alone(refused: Made, tmp_path: Path) -> None:
@@ -305,7 +317,7 @@ def _one(**changes: Any) -> Settings:
     return Settings(**SETTINGS | {"max_iterations": 1} | changes)
 
 
-def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
+def test_what_was_begun_continues_with_the_same_alone(begun: Path) -> None:
     source, out = begun / "flow.h5", begun / "out"
     kept = (out / "iterates.json").read_bytes()
 
@@ -314,20 +326,18 @@ def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
             identify(recording, scene, out, settings, resume=resume, progress=False)
         return str(found.value)
 
-    assert "holds an identification already. Continue it with --resume" in text(
+    assert "already holds an identification. Continue it with --resume" in text(
         source, block_scene(), _one(), resume=False
     )
     softer = block_scene().replace({"tissue.body.nu": 0.3})
-    assert "was begun with scene: tissue.body.nu = 0.4, now it is 0.3; must be" in text(
-        source, softer, _one()
-    )
+    assert "was started with scene: tissue.body.nu = 0.4, now 0.3; must be" in text(source, softer, _one())
     other = flow_file(begun / "other.h5", flow=0.5 * np.ones((PAIRS, *SHAPE, 2)))
-    assert "was begun with another recording" in text(other, block_scene(), _one())
-    assert "was begun with log_sd = 0.7, now it is 0.5" in text(source, block_scene(), _one(log_sd=0.5))
+    assert "was started with another recording" in text(other, block_scene(), _one())
+    assert "was started with log_sd = 0.7, now 0.5" in text(source, block_scene(), _one(log_sd=0.5))
     parameters = ({"targets": "body.E", "log_sd": 0.4},)
     both = text(source, block_scene(), _one(max_iterations=2, parameters=parameters))
-    assert "parameters[0].log_sd = none, now it is 0.4; max_iterations = 1, now it is 2; must be" in both
-    with pytest.raises(plica.InvalidInput, match="has not ended"):
+    assert "parameters[0].log_sd = none, now 0.4; max_iterations = 1, now 2; must be" in both
+    with pytest.raises(plica.InvalidInput, match="has not finished"):
         load(out)
     assert (out / "iterates.json").read_bytes() == kept
     (out / "iterates.json").write_text(json.dumps({"marks": {}}))
@@ -336,7 +346,7 @@ def test_what_was_begun_goes_on_with_the_same_alone(begun: Path) -> None:
 
 def test_the_last_point_of_each_start_is_kept(begun: Path) -> None:
     first = json.loads((begun / "out" / "iterates.json").read_text())["points"]["scene"][0]
-    kept = Iterates(begun / "iterates.json", Marks({}, {}, None, ""), {"scene": [first]})
+    kept = Iterates(begun / "iterates.json", EstimateInputs({}, {}, None, ""), {"scene": [first]})
     assert first["start"] == 1
     for number, (start, x) in enumerate([(1, first["point"][0]), (1, 2.0), (2, 3.0), (2, 4.0), (1, 2.0)]):
         kept.add("scene", Iteration(number, -1.0, np.array([x]), 0.1, start=start))
@@ -346,12 +356,12 @@ def test_the_last_point_of_each_start_is_kept(begun: Path) -> None:
 
 
 def test_fewer_starts_than_it_was_begun_with_are_refused(begun: Path) -> None:
-    with pytest.raises(plica.InvalidInput, match=r"was begun with starts = 3, now it is 2; must be the same"):
+    with pytest.raises(plica.InvalidInput, match=r"was started with starts = 3, now 2; must be the same"):
         identify(begun / "flow.h5", block_scene(), begun / "out", _one(starts=2), resume=True, progress=False)
 
 
 @pytest.mark.slow
-def test_ctrl_c_says_what_is_kept_and_the_command_that_goes_on(
+def test_ctrl_c_says_what_is_kept_and_the_command_that_continues(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     flow_file(tmp_path / "flow.h5")
@@ -394,41 +404,42 @@ def test_points_of_all_starts_are_stored_with_their_number(tmp_path: Path) -> No
     assert set(load(tmp_path / "out").starts) == {-1}
 
 
-def test_what_is_kept_is_told_of_both_meshes(tmp_path: Path) -> None:
-    kept = Iterates(tmp_path / "iterates.json", Marks({}, {}, None, ""))
-    with pytest.raises(KeyboardInterrupt, match=r"^$"), kept.naming_what_is_kept():
+def test_what_is_kept_is_reported_for_both_meshes(tmp_path: Path) -> None:
+    kept = Iterates(tmp_path / "iterates.json", EstimateInputs({}, {}, None, ""))
+    with pytest.raises(KeyboardInterrupt, match=r"^$"), kept.listed_on_interrupt():
         raise KeyboardInterrupt
     for mesh, start in (("coarser", 1), ("coarser", 2), ("coarser", 0), ("scene", 1)):
         kept.add(mesh, Iteration(0, -1.0, np.array([float(start)]), 0.1, start=start))
     kept.end("coarser", np.array([1.0]))
-    said = (
-        r"2 points of 2 starts on the coarser mesh, which has ended; 1 point of 1 start on the scene's mesh$"
+    message = (
+        "2 points of 2 starts on the coarser mesh, which has finished; "
+        "1 point of 1 start on the scene's mesh$"
     )
-    with pytest.raises(KeyboardInterrupt, match=said), kept.naming_what_is_kept():
+    with pytest.raises(KeyboardInterrupt, match=message), kept.listed_on_interrupt():
         raise KeyboardInterrupt
 
 
-def test_what_is_told_of_an_estimate_while_it_runs(
+def test_what_is_reported_for_an_estimate_while_it_runs(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     now = iter([0.0, 12.0, 24.0, 36.0, 48.0, 60.0])
     monkeypatch.setattr("plica.identify.progress.time", SimpleNamespace(monotonic=lambda: next(now)))
-    told = Told("735 unknowns")
+    progress = EstimateProgress("735 unknowns")
     for number, (value, start) in enumerate([(5.0, 1), (9.0, 1), (7.0, 2), (20.0, 0), (18.5, 0)]):
-        told(Iteration(number, value, np.zeros(1), 0.1, start=start))
+        progress(Iteration(number, value, np.zeros(1), 0.1, start=start))
     assert capsys.readouterr().err.splitlines() == [
         "plica: 735 unknowns: first sweep",
         "plica: 735 unknowns: iteration 0, log density 5, step 0.1 sd, 12 s",
-        "plica: 735 unknowns: an iteration takes some 12 s, a start mostly 60 s to 4 min",
+        "plica: 735 unknowns: about 12 s per iteration, usually 60 s to 4 min per start",
         "plica: 735 unknowns: iteration 1, log density 9, step 0.1 sd, 24 s",
         "plica: 735 unknowns: start 2, iteration 2, log density 7, step 0.1 sd, 36 s",
-        "plica: 735 unknowns: on the learned error, iteration 3, log density 20, step 0.1 sd, 48 s",
-        "plica: 735 unknowns: on the learned error, iteration 4, log density 18.5 (1.5 lower than before: "
-        "the flow's error was learned anew), step 0.1 sd, 60 s",
+        "plica: 735 unknowns: with the learned error, iteration 3, log density 20, step 0.1 sd, 48 s",
+        "plica: 735 unknowns: with the learned error, iteration 4, log density 18.5 (1.5 lower than before: "
+        "the flow's error was learned again), step 0.1 sd, 60 s",
     ]
 
 
-def test_nothing_goes_on_where_nothing_was_begun(tmp_path: Path) -> None:
+def test_nothing_continues_where_nothing_was_begun(tmp_path: Path) -> None:
     source = flow_file(tmp_path / "flow.h5")
     with pytest.raises(plica.InvalidInput, match="there is no identification to continue"):
         identify(source, block_scene(), tmp_path / "out", _one(), resume=True, progress=False)
@@ -443,22 +454,24 @@ def test_results_are_not_written_over_a_file(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "a letter"
 
 
-def test_what_contradicts_the_recording_is_said(tmp_path: Path) -> None:
+def test_what_contradicts_the_recording_is_reported(tmp_path: Path) -> None:
     flow_file(tmp_path / "flow.h5", glottal_area=np.zeros(PAIRS + 1))
     motion = open_motion(tmp_path / "flow.h5")
-    told = doubts(motion, Settings(fps=2000.0))
-    assert told[0] == "flow.h5 says fps = 4000 Hz; the settings say 2000 Hz, which is taken."
-    assert "no frame with a known glottal area above 0: no frame is taken as closed" in told[1]
-    assert doubts(motion, Settings(fps=4000.0, closed_below=0.0)) == ()
+    warnings = recording_warnings(motion, Settings(fps=2000.0))
+    assert warnings[0] == "flow.h5 has fps = 4000 Hz; the settings have 2000 Hz, which is used."
+    assert "no frame with a known glottal area > 0, so no frame is treated as closed" in warnings[1]
+    assert recording_warnings(motion, Settings(fps=4000.0, closed_below=0.0)) == ()
     flow_file(tmp_path / "nan.h5", glottal_area=np.full(PAIRS + 1, np.nan))
-    assert len(doubts(open_motion(tmp_path / "nan.h5"), Settings())) == 1
+    assert len(recording_warnings(open_motion(tmp_path / "nan.h5"), Settings())) == 1
 
 
 @pytest.mark.parametrize(("preset", "smooth"), [("video", True), ("gradient", True), ("robust", False)])
-def test_flow_that_was_smoothed_is_told_with_what_to_do(tmp_path: Path, preset: str, smooth: bool) -> None:
+def test_flow_that_was_smoothed_is_reported_with_what_to_do(
+    tmp_path: Path, preset: str, smooth: bool
+) -> None:
     motion = replace(open_motion(flow_file(tmp_path / "flow.h5")), preset=preset)
-    told = doubts(motion, Settings())
-    assert any(f'preset "{preset}"' in text and "--preset robust" in text for text in told) == smooth
+    warnings = recording_warnings(motion, Settings())
+    assert any(f'preset "{preset}"' in text and "--preset robust" in text for text in warnings) == smooth
 
 
 def test_the_command_says_what_is_wrong_and_returns_two(
@@ -472,7 +485,7 @@ def test_the_command_says_what_is_wrong_and_returns_two(
     assert main([*arguments, "-o", str(tmp_path / "out"), "--log-sd", "-1"]) == 2
     assert "plica: --log-sd = -1" in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--parameters", "body.E,"]) == 2
-    assert '--parameters = "body.E,"; must be names with single commas' in capsys.readouterr().err
+    assert '--parameters = "body.E,"; must be names separated by single commas' in capsys.readouterr().err
     assert main([*arguments, "-o", str(tmp_path / "out"), "--from", "5", "--to", "6"]) == 2
     assert "plica: --to = 6; must be >= first + 2 = 7" in capsys.readouterr().err
 
@@ -483,10 +496,10 @@ def test_parameters_are_refused_before_a_flow_is_read(refused: Made, tmp_path: P
     assert 'Did you mean "body"?' in refused(missing, settings={"parameters": ("bodi.E",)})
 
 
-def test_that_there_is_one_mesh_only_is_said_at_the_start(
+def test_that_there_is_one_mesh_only_is_reported_at_the_start(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     scene = block_scene().replace({"mesh.divisions": (1, 1, 1)})
     with pytest.raises(plica.InvalidInput, match="there is no such file"):
         identify(tmp_path / "nothing.h5", scene, tmp_path / "out", Settings(**SETTINGS | {"coarser": "auto"}))
-    assert "Caution: it is estimated on one mesh only. A coarser mesh cannot" in capsys.readouterr().err
+    assert "Caution: estimating on one mesh only. A coarser mesh cannot" in capsys.readouterr().err

@@ -193,7 +193,7 @@ BAD_MODELS: list[tuple[dict[str, Any], str]] = [
         {"process_noise": PatternNoise(np.ones((2, 1)), np.eye(1))},
         "process_noise.patterns has 2 rows; must have 3",
     ),
-    ({"Gamma_v": np.array([1.0, 0.0])}, "Gamma_v[1] = 0; must be > 0. A state that is known exactly"),
+    ({"Gamma_v": np.array([1.0, 0.0])}, "Gamma_v[1] = 0; must be > 0. Eliminate a state"),
     ({"Gamma_v": np.ones((2, 2))}, "Gamma_v is singular; must be positive definite"),
     ({"Gamma_v": np.ones(3)}, "Gamma_v has shape (3,); must be (2)"),
     ({"m0": np.ones(2)}, "m0 has shape (2,); must be (3)"),
@@ -201,15 +201,15 @@ BAD_MODELS: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("change", "said"), BAD_MODELS)
-def test_a_model_that_is_none_is_refused(change: dict[str, Any], said: str) -> None:
+@pytest.mark.parametrize(("change", "message"), BAD_MODELS)
+def test_a_model_that_is_none_is_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(plica.InvalidInput) as error:
         replace(MODEL, **change)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("y", "f", "said"),
+    ("y", "f", "message"),
     [
         (np.zeros((5, 3)), None, "y has shape (5, 3); must be (frames, 2)"),
         (np.zeros((0, 2)), None, "y has shape (0, 2); must be (frames, 2)"),
@@ -219,10 +219,10 @@ def test_a_model_that_is_none_is_refused(change: dict[str, Any], said: str) -> N
         (np.zeros((5, 2)), np.full((5, 3), np.nan), "f has shape (5, 3); must be (5, 3), finite"),
     ],
 )
-def test_data_that_do_not_fit_are_refused(y: np.ndarray, f: np.ndarray | None, said: str) -> None:
+def test_data_that_do_not_fit_are_refused(y: np.ndarray, f: np.ndarray | None, message: str) -> None:
     with pytest.raises(plica.InvalidInput) as error:
         kalman_filter(MODEL, y, f)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 def test_a_tolerance_or_a_scale_that_is_none_is_refused() -> None:

@@ -63,8 +63,8 @@ def test_what_cannot_be_multiplied_is_refused() -> None:
         (lambda: _engine.solve_upper(P, A.copy()[:, ::2]), "x is not contiguous along its rows"),
         (lambda: _engine.solve_upper(P.copy().T, A.copy()), "r is not contiguous along its rows"),
     ]
-    for call, said in cases:
-        with pytest.raises(plica.InvalidInput, match=said):
+    for call, message in cases:
+        with pytest.raises(plica.InvalidInput, match=message):
             call()
     with pytest.raises(TypeError):  # nothing is converted that is written in place
         _engine.gram_update(np.eye(70, dtype=np.float32), A, 1.0)

@@ -37,11 +37,11 @@ def test_sampling_and_the_gaussian_agree(
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["identify_sampling.py", "80", "10"])
     runpy.run_path(EXAMPLE, run_name="__main__")
-    said = capsys.readouterr().out
-    apart = re.search(r"maximum is (\S+) sd", said)
+    message = capsys.readouterr().out
+    apart = re.search(r"maximum is (\S+) sd", message)
     assert apart is not None
     assert float(apart[1]) < 0.1  # estimate's own tolerance is 0.05 sd
-    rows = re.findall(r"^(body\.E|body\.viscosity|gain)\s+(.+)$", said, flags=re.MULTILINE)
+    rows = re.findall(r"^(body\.E|body\.viscosity|gain)\s+(.+)$", message, flags=re.MULTILINE)
     assert len(rows) == 3
     for name, row in rows:
         truth, *others = map(float, row.replace(" - ", " ").split())

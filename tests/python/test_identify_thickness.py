@@ -11,7 +11,7 @@ import plica
 from layered_block import SIZE, layered_mesh, layered_model, simulated
 from plica import _engine
 from plica.identify import MarginalLikelihood, MotionModel, TissueParameter, estimate
-from plica.identify.thickness import layers_below, thicker, thickness_doubts, thickness_shift
+from plica.identify.thickness import layers_below, thicker, thickness_shift, thickness_warnings
 from plica.phonation.scene.changed_mesh import changed_mesh
 
 VISCOSITY = TissueParameter(("cover.viscosity", "ligament.viscosity", "body.viscosity"), name="viscosity")
@@ -80,16 +80,16 @@ def test_the_shift_is_that_of_a_second_estimate() -> None:
     likelihood = MarginalLikelihood(model_on(mesh))
     found = estimate(likelihood)
     thick = thicker(mesh, "z_max", "cover")
-    told = thickness_shift(found, likelihood, model_on(thick)) / found.sd
+    predicted = thickness_shift(found, likelihood, model_on(thick)) / found.sd
     again = estimate(MarginalLikelihood(model_on(thick)))
     moved = (again.mean - found.mean) / found.sd
     assert np.abs(moved).max() > 2
     # Two steps of a problem that is not linear: to a quarter of the largest shift.
-    assert np.allclose(told, moved, rtol=0, atol=0.25 * np.abs(moved).max())
+    assert np.allclose(predicted, moved, rtol=0, atol=0.25 * np.abs(moved).max())
     assert np.abs(thickness_shift(found, likelihood, model_on(mesh)) / found.sd).max() < 0.1
-    said = thickness_doubts(found, likelihood, mesh, "z_max", model_on)
+    message = thickness_warnings(found, likelihood, mesh, "z_max", model_on)
     worst = found.names[int(np.argmax(np.abs(moved)))]
-    assert any(f'"{worst}" would come out' in text and 'layer "cover"' in text for text in said)
+    assert any(f'"{worst}" would be' in text and 'layer "cover"' in text for text in message)
 
 
 def test_tissue_of_one_layer_has_no_doubt_of_thickness() -> None:

@@ -109,12 +109,12 @@ def _apart() -> Mask:
 
 
 @pytest.mark.parametrize(
-    ("mask", "told"),
+    ("mask", "expected"),
     [
         (lambda: np.zeros(SHAPE, dtype=bool), "glottis = 0 px"),
         (lambda: _slit(rows=(0, 80)), "on the picture's border"),
         (lambda: _slit(columns=(0, 10)), "on the picture's border"),
-        (_apart, "2 separate openings"),
+        (_apart, "separate openings = 2"),
         (lambda: _slit(rows=(30, 40), columns=(40, 43)), "area = 30 px"),
         (lambda: _slit(rows=(30, 45), columns=(40, 44)), "length = "),
         (lambda: _slit(columns=(40, 42)), "mean width = 2.0 px"),
@@ -123,21 +123,21 @@ def _apart() -> Mask:
         (lambda: np.zeros((3, *SHAPE), dtype=bool), "shape = (3, 160, 96)"),
     ],
 )
-def test_a_mask_without_a_usable_glottis_is_refused(mask: Callable[[], Mask], told: str) -> None:
+def test_a_mask_without_a_usable_glottis_is_refused(mask: Callable[[], Mask], expected: str) -> None:
     with pytest.raises(InvalidInput) as error:
         larynx_fit.glottal_contour(None, mask())
-    assert told in str(error.value)
+    assert expected in str(error.value)
 
 
 def test_a_frame_that_does_not_go_with_its_mask_is_refused() -> None:
     frame = np.where(_slit(), 20.0, 150.0)
     with pytest.raises(InvalidInput, match=r"Mask: shape = \(160, 95\); must be \(160, 96\) px"):
         larynx_fit.glottal_contour(frame, _slit()[:, 1:])
-    with pytest.raises(InvalidInput, match="brighter than what is around"):
+    with pytest.raises(InvalidInput, match="brighter than its surroundings"):
         larynx_fit.glottal_contour(170 - frame, _slit())
     with pytest.raises(InvalidInput, match="neither frame nor mask"):
         larynx_fit.glottal_contour(None)
-    with pytest.raises(InvalidInput, match="no dark region within an edge"):
+    with pytest.raises(InvalidInput, match="no dark region with an edge"):
         larynx_fit.glottal_contour(np.full(SHAPE, 150.0))
     with pytest.raises(InvalidInput, match="1 pixels are not finite"):
         larynx_fit.glottal_contour(

@@ -36,28 +36,28 @@ def commit(root: Path) -> str:
     return git(root, "log", "-1", "--format=%h", "--abbrev=7")
 
 
-def told() -> str:
+def version() -> str:
     return installation.this_installation().commit
 
 
 def test_the_commit_is_the_last_that_changed_the_sources(sources: Path) -> None:
-    first = told()
+    first = version()
     (sources / "README.md").write_text("second\n", encoding="utf-8")
-    assert told() == first
+    assert version() == first
     assert commit(sources) != first
-    assert told() == first
+    assert version() == first
     (sources / "pyproject.toml").write_text("second\n", encoding="utf-8")
-    assert told() == first + "+"
-    assert commit(sources) == told() != first
+    assert version() == first + "+"
+    assert commit(sources) == version() != first
 
 
 def test_a_new_file_among_the_sources_is_a_change(sources: Path) -> None:
     (sources / "notes.txt").write_text("beside the sources\n", encoding="utf-8")
-    assert not told().endswith("+")
+    assert not version().endswith("+")
     (sources / "python" / "plica" / "new.py").write_text("new\n", encoding="utf-8")
-    assert told().endswith("+")
+    assert version().endswith("+")
 
 
 def test_an_installed_package_has_no_commit(sources: Path) -> None:
     (sources / "pyproject.toml").unlink()
-    assert told() == ""
+    assert version() == ""

@@ -47,9 +47,9 @@ def test_the_table_it_writes_begins_a_scene(
     out = tmp_path / "scene.toml"
     asked = ["--mask", mask, "--r-in", "6.3 mm", "--l-occ", "0.2 mm", "--order", "1", "-o", str(out)]
     assert main(["larynx", frame, *asked]) == 0
-    said = capsys.readouterr().out
-    assert "contour error: mean 0." in said
-    assert "r_in 6.300 mm, r_out 7.300 mm, l_occ 0.200 mm" in said
+    message = capsys.readouterr().out
+    assert "contour error: mean 0." in message
+    assert "r_in 6.300 mm, r_out 7.300 mm, l_occ 0.200 mm" in message
     assert out.with_suffix(".svg").read_text().startswith("<svg")
     written = out.read_text()
     assert main(["larynx", frame, *asked]) == 2  # it may have become a scene since
@@ -71,16 +71,16 @@ def test_wrong_calls_are_refused_in_one_sentence(
 ) -> None:
     frame, mask = picture
     out, nothing = tmp_path / "mesh.toml", str(tmp_path / "none.png")
-    for asked, told in (
+    for asked, expected in (
         ([frame, "--mask", mask], "plica: --mm-per-px = None, --r-in = None; must be exactly one of the two"),
         ([frame, "--mask", mask, "--mm-per-px", "0"], "plica: --mm-per-px = 0.0 mm"),
         ([frame, "--frame", "3", "--mm-per-px", "0.06"], "is for analyses"),
-        ([str(tmp_path), "--mm-per-px", "0.06"], "must have --frame N"),
+        ([str(tmp_path), "--mm-per-px", "0.06"], "must come with --frame N"),
         ([nothing, "--mm-per-px", "0.06"], f"plica: {nothing} cannot be read: No such file"),
         ([frame, "--mm-per-px", "0.06", "--heights", "3,2,1,0,-1,-2"], "plica: --heights[1] = 0.002 m; must"),
     ):
         assert main(["larynx", *asked, "-o", str(out)]) == 2
-        assert told in capsys.readouterr().err
+        assert expected in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -94,9 +94,9 @@ def test_an_analysis_gives_mask_and_scale(tmp_path: Path, capsys: pytest.Capture
     assert main(["video", str(tmp_path / "glottis.npy"), *asked, "-o", str(tmp_path / "done")]) == 0
     out = tmp_path / "mesh.toml"
     assert main(["larynx", str(tmp_path / "done"), "--frame", "0", "-o", str(out)]) == 0
-    said = capsys.readouterr().out
-    assert "0.05 mm a pixel" in said
-    anterior, posterior = (float(y) for y in re.findall(r"(?:A|P0) \([\d.]+, ([\d.]+)\)", said))
+    message = capsys.readouterr().out
+    assert "0.05 mm per pixel" in message
+    anterior, posterior = (float(y) for y in re.findall(r"(?:A|P0) \([\d.]+, ([\d.]+)\)", message))
     assert posterior < 0.3 * 128 < 0.7 * 128 < anterior
     assert main(["larynx", str(tmp_path / "done"), "--frame", "99", "-o", str(out), "--overwrite"]) == 2
     assert "frame 99" in capsys.readouterr().err

@@ -213,7 +213,7 @@ def test_a_glottis_that_is_no_ellipse_is_warned_of() -> None:
         made.error.percentile_95 * 0.05e-3 / made.section.half_width, rel=1e-12
     )
     assert made.missed_width > 0.5
-    assert "of the half-width: this glottis is no ellipse" in made.warnings[0]
+    assert "of the half-width: this glottis is not elliptic" in made.warnings[0]
     assert _fit(pictured()).warnings == []
 
 
@@ -240,11 +240,11 @@ def test_the_overlay_names_what_it_shows() -> None:
     drawing = larynx_fit.overlay(_fit(pictured(), frame=True))
     for name in ("contour", "glottal edge of the mesh", "superior surface", "A"):
         assert f">{name}<" in drawing.svg
-    assert "px apart in the mean" in drawing.caption
+    assert "Distance between contour and glottal edge of the mesh: mean" in drawing.caption
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "expected"),
     [
         ({"mm_per_px": None}, "must be exactly one of the two"),
         ({"r_in": "7 mm"}, "must be exactly one of the two"),
@@ -268,8 +268,8 @@ def test_the_overlay_names_what_it_shows() -> None:
         ({"commissures": ((120.0, 20.0), (120.0, 300.0))}, "P0 = (120, 300) px; must lie in the picture"),
     ],
 )
-def test_settings_out_of_range_are_refused(changed: dict[str, Any], told: str) -> None:
+def test_settings_out_of_range_are_refused(changed: dict[str, Any], expected: str) -> None:
     with pytest.raises(InvalidInput) as error:
         _fit(pictured(), **changed)
-    assert told in str(error.value)
+    assert expected in str(error.value)
     assert str(error.value).startswith("Larynx fit: ")

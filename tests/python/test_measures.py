@@ -387,7 +387,7 @@ def test_a_damping_ratio_of_one_mode_has_no_caution_and_that_of_a_beat_has() -> 
     (one,) = (item for item in found if item.name == "damping_ratio")
     assert one.value is not None
     assert one.value < 0  # of three cycles, though both modes decay
-    assert one.cautions[0].startswith("of 3 of 2")
+    assert one.cautions[0].startswith("from 3 of 2")
 
 
 def test_the_file_holds_every_measure_in_si_with_unit_spread_and_cycles(tmp_path: Path) -> None:

@@ -73,5 +73,5 @@ def test_contact_shows_all_but_its_surfaces() -> None:
 def test_a_name_that_is_no_choice_is_answered_with_the_choices() -> None:
     with pytest.raises(_engine.InvalidInput) as raised:
         _engine.Multipliers(solver="magic")
-    told = 'Multipliers: solver = "magic"; must be "auto", "condensed", "saddle" or "gmres".'
-    assert str(raised.value) == told
+    expected = 'Multipliers: solver = "magic"; must be "auto", "condensed", "saddle" or "gmres".'
+    assert str(raised.value) == expected

@@ -71,13 +71,13 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("wanted", "said"),
+    ("wanted", "message"),
     [
         ({}, "must have one of plane, box, facing, side"),
         ({"box": {}}, "must have one of x, y, z"),
-        ({"box": {"x": [1, 0]}}, "must have the least first"),
+        ({"box": {"x": [1, 0]}}, "must have the smallest first"),
         ({"facing": {"along": [0, 0, 0]}}, "must not be zero"),
-        ({"facing": {"along": [0, 0, 1], "within": "30 mm"}}, '"mm" is of another kind'),
+        ({"facing": {"along": [0, 0, 1], "within": "30 mm"}}, '"mm" has another dimension'),
         ({"normal": [0, 0, 1]}, "normal"),
         (
             {"plane": {"point": [0, 0, "2 m"], "normal": [0, 0, 1]}},
@@ -86,10 +86,10 @@ def test_a_selection_has_the_mid_side_nodes_of_a_quadratic_mesh(box: Path) -> No
         ({"side": "left"}, "needs mesh.sides"),
     ],
 )
-def test_a_selection_that_selects_nothing_is_refused(box: Path, wanted: Any, said: str) -> None:
+def test_a_selection_that_selects_nothing_is_refused(box: Path, wanted: Any, message: str) -> None:
     with pytest.raises(plica.SceneError, match="chosen") as caught:
         _surface(box, wanted)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def _velocity(mesh: Any, **velocity: Any) -> np.ndarray:
@@ -148,7 +148,7 @@ def test_equal_scenes_begin_equally_whatever_the_order_of_their_regions() -> Non
 
 
 def test_a_region_that_the_mesh_does_not_have_is_refused() -> None:
-    with pytest.raises(plica.SceneError, match=r'no layer or fold of the mesh; .* Did you mean "left"'):
+    with pytest.raises(plica.SceneError, match=r'not a layer or fold of the mesh; .* Did you mean "left"'):
         _velocity(plica.Larynx(larynx="thesis_coarse"), lefft=(1, 0, 0))
     with pytest.raises(plica.SceneError, match="must be one of body"):
         _velocity(plica.Block(size=(1, 1, 1)), left=(1, 0, 0))
@@ -176,7 +176,7 @@ def test_a_mesh_file_of_several_labels_is_not_taken_for_one_layer(box: Path) -> 
         {"surfaces": {"airway": 3}, "sides": "x"},
     ],
 )
-def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: dict[str, Any]) -> None:
+def test_a_broken_mesh_is_reported_before_labels_that_it_lacks(box: Path, fields: dict[str, Any]) -> None:
     with pytest.raises(plica.SceneError, match=r"mesh\.(layers|surfaces)\."):
         plica.build_mesh(plica.MeshFile(file=box, **fields))
     made = meshio.read(box)
@@ -189,5 +189,5 @@ def test_a_broken_mesh_is_said_before_labels_that_it_lacks(box: Path, fields: di
 def test_a_unit_alone_is_one_of_it(box: Path) -> None:
     one, alone = (plica.MeshFile(file=box, unit=unit, layers={"body": 1}) for unit in ("1 mm", "mm"))
     assert one.unit == alone.unit == 1e-3
-    with pytest.raises(plica.InvalidInput, match='"furlongs per day" is of another kind'):
+    with pytest.raises(plica.InvalidInput, match='"furlongs per day" has another dimension'):
         plica.MeshFile(file=box, unit="furlongs per day", layers={"body": 1})

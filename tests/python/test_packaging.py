@@ -51,6 +51,6 @@ def test_content_that_is_not_what_the_label_says_is_refused(gpl: str, label: str
     command += [f"-DPLICA_GPL={gpl}", f"-DPLICA_WHEEL_LICENCE={label}"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode != 0
-    said = " ".join(done.stderr.split())
-    assert f"plica: PLICA_GPL = {gpl} in a package labelled {label}; must be labelled " in said
-    assert "Set PLICA_GPL to ON or OFF as an environment variable" in said
+    message = " ".join(done.stderr.split())
+    assert f"plica: PLICA_GPL = {gpl} in a package labelled {label}; must be labelled " in message
+    assert "Set PLICA_GPL to ON or OFF as an environment variable" in message

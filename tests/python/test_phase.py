@@ -52,8 +52,8 @@ def test_angles_in_all_directions_have_no_mean() -> None:
     random = np.random.default_rng(4)
     named = sum(np.isfinite(circular_mean(random.uniform(-np.pi, np.pi, 40))[0]) for _ in range(400))
     assert named <= 0.09 * 400  # Rayleigh's test at 5 %: 20 +- 4.4 of 400
-    told = sum(np.isfinite(circular_mean(random.normal(2.0, 1.0, 40))[0]) for _ in range(100))
-    assert told == 100
+    finite = sum(np.isfinite(circular_mean(random.normal(2.0, 1.0, 40))[0]) for _ in range(100))
+    assert finite == 100
 
 
 def test_few_angles_have_a_mean_if_they_agree() -> None:

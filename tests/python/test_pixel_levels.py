@@ -1,4 +1,4 @@
-"""What is dark in every frame: shadows, creases and gaps; what is said of a whole recording."""
+"""What is dark in every frame: shadows, creases and gaps; warnings about a whole recording."""
 
 from __future__ import annotations
 
@@ -67,11 +67,11 @@ def test_a_gap_that_never_closes_is_glottis_and_is_spoken_of(tmp_path: Path) -> 
     true_gap = total.min() / total.max()
     assert found.measures["glottal_gap_index"].value == pytest.approx(true_gap, abs=0.02)
     assert found.measures["open_quotient"].value == pytest.approx(1.0)
-    assert any("px" in said and "are glottis in every frame" in said for said in found.doubts)
+    assert any("px" in message and "are glottis in every frame" in message for message in found.doubts)
     assert light_of(found)[0] == "fair"
 
 
-def test_of_what_is_always_dark_a_gap_is_told_by_motion_on_both_sides() -> None:
+def test_of_what_is_always_dark_a_gap_is_recognised_by_motion_on_both_sides() -> None:
     frames = []
     for t in range(40):
         frame = np.full((40, 60), 140.0, dtype=np.float32)
@@ -118,8 +118,8 @@ def test_each_doubt_has_its_reason() -> None:
     }
     assert doubts(whole()) == doubts(whole(fps=4000.0, mm_per_px=0.3)) == []
     for reason, change in reasons.items():
-        (said,) = doubts(whole(**change))
-        assert said.startswith(reason)
+        (message,) = doubts(whole(**change))
+        assert message.startswith(reason)
 
 
 def test_an_outline_that_its_reach_cuts_off_says_so() -> None:

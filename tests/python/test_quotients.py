@@ -149,7 +149,7 @@ def test_quotients_of_few_samples_are_off_by_what_their_caution_says(samples: in
         time = (np.arange(20 * samples) + begin) / samples
         area = pulse(time, "sine")
         of_open, *others = quotient_measures(time, area, find_cycles(time, area))
-        assert all(f"only {samples} samples a cycle" in one.cautions[0] for one in (of_open, *others))
+        assert all(f"only {samples} samples per cycle" in one.cautions[0] for one in (of_open, *others))
         truth = (1.5, 0.24 * (1 - np.arcsin(0.05) / (np.pi / 2)))
         for one, true in zip(others, truth, strict=True):
             assert one.value == pytest.approx(true, rel=speed)

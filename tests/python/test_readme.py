@@ -40,9 +40,9 @@ def test_python_of_the_readme_runs_and_the_folds_are_blown_open(capsys: pytest.C
     assert printed is not None
     at_rest = math.pi * 0.25e-3 * 7e-3 * math.sqrt(2 * 800.0 / 1.23)  # m^3/s: area of S26, Bernoulli's speed
     assert float(printed[1]) > 1.1 * 1e6 * at_rest
-    said = re.search(r"Both print the same number, ([0-9.]+) ml/s", _README)
-    assert said is not None
-    assert float(printed[1]) == pytest.approx(float(said[1]), abs=0.005)  # as many digits as are said
+    message = re.search(r"Both print the same number, ([0-9.]+) ml/s", _README)
+    assert message is not None
+    assert float(printed[1]) == pytest.approx(float(message[1]), abs=0.005)  # as many digits as are said
 
 
 def test_python_of_the_readme_stores_a_run_in_place_of_its_last_two_lines(tmp_path: Path):
@@ -60,7 +60,7 @@ def test_python_of_the_readme_stores_a_run_in_place_of_its_last_two_lines(tmp_pa
 
 
 @pytest.mark.slow
-def test_python_of_the_readme_varies_a_scene_and_goes_on(
+def test_python_of_the_readme_varies_a_scene_and_continues(
     phonating: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(tmp_path)

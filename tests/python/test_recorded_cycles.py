@@ -113,7 +113,7 @@ def test_a_diplophonic_and_an_aperiodic_voice_are_named_as_such() -> None:
         assert recorded_cycles(*voice(periods, amplitudes, samples=25, seed=seed)).verdict == "regular"
 
 
-def test_a_glide_is_told_and_its_cycles_all_counted() -> None:
+def test_a_glide_is_reported_and_its_cycles_all_counted() -> None:
     periods = 5e-3 / (1 + 0.01) ** np.arange(50)
     cycles = recorded_cycles(*voice(periods, np.ones(50), samples=25))
     assert cycles.count >= 48
@@ -171,7 +171,10 @@ def test_a_ratio_that_the_frame_rate_limits_says_so(rate: float, noise: float, l
     area += noise * np.random.default_rng(1).standard_normal(time.size)
     ratio = noise_measures(time, area, recorded_cycles(time, area))[0]
     assert ratio.name == "harmonics_to_noise"
-    assert any("samples a cycle show no more than about 27 dB" in said for said in ratio.cautions) == limited
+    assert (
+        any("samples per cycle limit the ratio to about 27 dB" in message for message in ratio.cautions)
+        == limited
+    )
 
 
 def test_the_cepstral_peak_is_that_of_sums_written_out() -> None:

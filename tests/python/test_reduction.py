@@ -77,7 +77,7 @@ def test_more_vectors_come_nearer_to_the_full_motion(phonating: plica.Scene) -> 
     assert errors[2] < 0.02
 
 
-def test_a_stopped_run_goes_on_in_its_own_basis(phonating: plica.Scene, tmp_path: Path) -> None:
+def test_a_stopped_run_continues_in_its_own_basis(phonating: plica.Scene, tmp_path: Path) -> None:
     scene = reduced(phonating, 20, 10)
     whole = plica.run(scene, tmp_path / "whole", progress=False)
     short = scene.replace({"time.duration": "1 ms"})
@@ -101,11 +101,11 @@ def test_a_run_does_not_go_on_in_another_basis(phonating: plica.Scene, tmp_path:
         plica.run(scene, tmp_path / "run", resume=True, progress=False)
 
 
-def test_a_basis_of_another_mesh_is_made_anew(phonating: plica.Scene, tmp_path: Path) -> None:
+def test_a_basis_of_another_mesh_is_recomputed(phonating: plica.Scene, tmp_path: Path) -> None:
     scene = reduced(phonating, 4, 2)
     mesh = build_mesh(scene.mesh)
     kept = kept_basis(tmp_path, scene, mesh)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh, begun=True), kept)
+    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
     x = np.asarray(mesh.points)
     other = build_mesh(scene.replace({"mesh.options.radius": 1.05 * np.hypot(x[:, 0], x[:, 1]).max()}).mesh)
     assert not np.allclose(kept_basis(tmp_path, scene, other), kept)
@@ -144,7 +144,7 @@ def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
         else:
             kept_basis(tmp_path, scene, mesh, shown=True)
             kept_basis(tmp_path, scene, mesh, shown=True)
-            assert capsys.readouterr().err == "plica: the basis of [reduction] is made and kept\n"
+            assert capsys.readouterr().err == "plica: computing and storing the basis of [reduction]\n"
 
 
 def test_bodies_without_supports_are_refused(colliding: plica.Scene) -> None:

@@ -96,14 +96,14 @@ def test_the_digest_of_a_motion_is_of_every_frame_and_of_the_scene(full_run: pli
     assert motion_digest(full_run.directory.parent / "nowhere") == ""
 
 
-def test_a_basis_is_made_anew_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:
+def test_a_basis_is_recomputed_where_its_full_run_has_changed(full_run: plica.Run, tmp_path: Path) -> None:
     scene = taken_from(full_run, 10)
     mesh = build_mesh(scene.mesh)
     kept = kept_basis(tmp_path, scene, mesh)
     assert np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
     longer = full_run.scene.replace({"time.duration": "2.5 ms"})
     plica.run(longer, full_run.directory, resume=True, progress=False)
-    assert np.array_equal(kept_basis(tmp_path, scene, mesh, begun=True), kept)
+    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
     assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
 
 
@@ -125,7 +125,10 @@ def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Ru
         ({"reduction.full_run": None}, r"components = 10; must be left out without full_run"),
         ({"reduction.components": 500}, r"components = 500; must be in \[1, "),
         ({"mesh.options.around": 12}, "full_run = .* is on another mesh"),
-        ({"supports.components": {"wall": "xy"}, "supports.fixed": []}, "full_run = .* holds other nodes"),
+        (
+            {"supports.components": {"wall": "xy"}, "supports.fixed": []},
+            "full_run = .* has other fixed nodes",
+        ),
         ({"reduction.full_run": "nowhere"}, "reduction.full_run: .*nowhere: there is no such directory"),
     ],
 )
@@ -141,12 +144,12 @@ def test_vectors_are_not_taken_from_a_reduced_run_or_one_without_fields(
 ) -> None:
     short = phonating.replace({"time.duration": "0.2 ms"})
     bare = plica.run(short.replace({"output.every": None}), tmp_path / "bare", progress=False)
-    with pytest.raises(SceneError, match="has stored no displacements"):
+    with pytest.raises(SceneError, match="has no stored displacements"):
         build_simulation(taken_from(bare, 2))
     other = plica.run(
         short.replace({"reduction": {"modes": 10, "contact_vectors": 5, "contact_reach": REACH}}),
         tmp_path / "reduced",
         progress=False,
     )
-    with pytest.raises(SceneError, match="is reduced itself"):
+    with pytest.raises(SceneError, match="is itself reduced"):
         build_simulation(taken_from(other, 2))

@@ -72,7 +72,9 @@ def test_a_symmetric_voice_is_that_of_the_whole_in_the_same_basis(full_run: plic
 
 
 @pytest.mark.parametrize("symmetry", ["half", "quarter"])
-def test_a_gap_that_contact_with_the_plane_leaves_open_is_told(full_run: plica.Run, symmetry: str) -> None:
+def test_a_gap_that_contact_with_the_plane_leaves_open_is_reported(
+    full_run: plica.Run, symmetry: str
+) -> None:
     """What keeps equal rows solvable, 1e-9 of the compliance, leaves more than a tolerance of 1e-16."""
     mesh = build_mesh(full_run.scene.mesh)
     scene = reduced(full_run, symmetry)
@@ -108,14 +110,14 @@ def test_a_symmetric_full_run_serves_a_scene_of_its_symmetry_alone(
     waves = build_simulation(scene).advance(40)
     full = run["minimum_area"]
     assert np.abs(waves["minimum_area"] - full).max() < 0.01 * full.max()
-    with pytest.raises(SceneError, match=r'full_run = .* has symmetry = "quarter"; must have none, as the'):
+    with pytest.raises(SceneError, match=r'full_run = .* has symmetry = "quarter"; must have none, like the'):
         build_simulation(reduced(run, None))
     with pytest.raises(SceneError, match=r'has symmetry = "quarter"; must have none or "half"'):
         build_simulation(reduced(run, "half"))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_it_goes_on_bit_for_bit_with_any_number_of_threads(full_run: plica.Run, threads: int) -> None:
+def test_it_continues_bit_for_bit_with_any_number_of_threads(full_run: plica.Run, threads: int) -> None:
     scene = reduced(full_run, "quarter")
     mesh = build_mesh(scene.mesh)
     basis = basis_of(scene, mesh)
@@ -134,7 +136,7 @@ def test_it_goes_on_bit_for_bit_with_any_number_of_threads(full_run: plica.Run, 
         np.testing.assert_array_equal(values, waves[name][6:], err_msg=name)
 
 
-def test_a_run_stores_all_nodes_and_goes_on(full_run: plica.Run, tmp_path: Path) -> None:
+def test_a_run_stores_all_nodes_and_continues(full_run: plica.Run, tmp_path: Path) -> None:
     scene = reduced(full_run, "quarter")
     plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "two", progress=False)
     two = plica.run(scene, tmp_path / "two", resume=True, progress=False)

@@ -70,16 +70,16 @@ def test_figures_that_take_their_time_are_counted(
     def paint(figure: Figure) -> None:
         figure.subplots().plot([0, 1])
 
-    def said(*shown: bool) -> str:
+    def message(*shown: bool) -> str:
         with figures_shown(*shown):
             for title in ("one", "two"):
                 draw(title, "", "", (1, 1), paint)
         return capsys.readouterr().err
 
-    assert said() == ""  # within two seconds
+    assert message() == ""  # within two seconds
     monkeypatch.setattr("plica.report.progress._AFTER", 0.0)
-    assert "report: 2 figures" in said()
-    assert said(False) == ""
+    assert "report: 2 figures" in message()
+    assert message(False) == ""
     draw("three", "", "", (1, 1), paint)
     assert capsys.readouterr().err == ""
 
@@ -167,7 +167,7 @@ def test_a_complete_run_has_no_banner() -> None:
 
 
 def test_an_interrupted_run_says_how_far_it_came() -> None:
-    assert "not complete: it came to 700 of 1200 steps, to 35 ms" in banner(read(cut(base.run(), 700)))
+    assert "not complete: it has 700 of 1200 steps, to 35 ms" in banner(read(cut(base.run(), 700)))
 
 
 def test_a_failed_run_says_why() -> None:
@@ -192,18 +192,18 @@ def doubtful(run: AnalyticRun, unconverged: int, inverted: int) -> AnalyticRun:
 
 UNCONVERGED = "In 7 of 1200 steps, first at 59.7 ms, the coupling of airflow and tissue did not converge"
 FOLDED = (
-    "Tissue strained by up to 5 %, and linear tissue, which is for small strains, is off by 5.5 % at 60 ms"
+    "The strain of the tissue reached 5 %, and the error of the linear tissue model reached 5.5 % at 60 ms"
 )
 
 
 @pytest.mark.parametrize(
-    ("unconverged", "inverted", "said"),
+    ("unconverged", "inverted", "message"),
     [(7, 0, [UNCONVERGED]), (0, 3, [FOLDED]), (7, 3, [FOLDED, UNCONVERGED])],
 )
-def test_cautions_count_the_steps_in_doubt(unconverged: int, inverted: int, said: list[str]) -> None:
+def test_cautions_count_the_steps_in_doubt(unconverged: int, inverted: int, message: list[str]) -> None:
     found = cautions(doubtful(base.run(), unconverged, inverted))
-    assert len(found) == len(said)
-    for caution, beginning in zip(found, said, strict=True):
+    assert len(found) == len(message)
+    for caution, beginning in zip(found, message, strict=True):
         assert str(caution).startswith(beginning)
 
 

@@ -206,8 +206,8 @@ def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
     before = {path.name: path.read_bytes() for path in directory.iterdir()}
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(directory), "--resume", "--quiet"]) == 2
     assert capsys.readouterr().err == (
-        f"plica: {directory}: cannot be continued: there is no {name} in it. "
-        "An older version of plica wrote it. Run the scene anew into another directory.\n"
+        f"plica: {directory}: cannot be continued: it has no {name}. "
+        "It is from an earlier version of plica. Run the scene again in another directory.\n"
     )
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
 
@@ -356,8 +356,8 @@ def test_a_killed_run_can_be_read_and_continues_to_identical_results(
             process = start(tmp_path / "scene.toml", directory, *(["--resume"] if directory.exists() else []))
             kill_after(process, directory, min(total - 1, steps_stored(directory) + seed.randrange(1, 20)))
         last = start(tmp_path / "scene.toml", directory, "--resume")
-        _, said = last.communicate()
-        assert last.returncode == 0, said
+        _, message = last.communicate()
+        assert last.returncode == 0, message
         assert_identical(directory, tmp_path / "whole")
     assert kills == moments  # each at its own moment, in the first half of the run
 
@@ -419,14 +419,14 @@ def test_a_file_that_cannot_be_replaced_stays_as_it_was(tmp_path: Path) -> None:
 def test_what_was_stored_before_is_spoken_of_only_where_there_is_something(tmp_path: Path) -> None:
     from plica.storage.files import storage_errors
 
-    def said() -> str:
+    def message() -> str:
         with pytest.raises(plica.StorageFailed) as failed, storage_errors(tmp_path / "measures.json"):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         return str(failed.value)
 
-    assert said().endswith("No space left on device.")
+    assert message().endswith("No space left on device.")
     (tmp_path / "results.h5").touch()
-    assert said().endswith("What was stored before is kept, and can be gone on with.")
+    assert message().endswith("What was stored before is kept, and can be gone on with.")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")

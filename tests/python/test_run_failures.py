@@ -100,16 +100,16 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
     expected = rf"First sign: at t = {step * 5e-5:g} s "
     resumed = plica.build_simulation(scene, mesh)
     resumed.restore(simulation.state())
-    said = []
+    message = []
     for one in (simulation, resumed):
         with pytest.raises(plica.SolveFailed, match=expected) as failure:
             one.advance(200)
         assert one.step_count > step  # long before
-        said.append(str(failure.value))
-    assert said[0] == said[1]
+        message.append(str(failure.value))
+    assert message[0] == message[1]
     found = re.search(
         r"(\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; (\d+) are now",
-        said[0],
+        message[0],
     )
     assert found is not None
     number, cell, *place, now = found.groups()
@@ -120,7 +120,7 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
     assert int(now) == int(failure.value.waveforms["inverted_tissue"][-1])
 
 
-def test_cautions_are_said_only_of_a_scene_that_runs(
+def test_cautions_are_given_only_for_a_scene_that_runs(
     phonating: plica.Scene,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -151,4 +151,4 @@ def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
     *_, last = capsys.readouterr().err.splitlines()
     assert (tmp_path / "run").exists() == there
     caution = r"airflow\.subglottal_pressure = \S+ Pa\. .* 200 Pa to 4 kPa\."
-    assert re.search(rf"Step \d+ .* But first look at the scene: {caution}$", last)
+    assert re.search(rf"Step \d+ .* First check the scene: {caution}$", last)

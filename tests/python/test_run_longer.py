@@ -25,7 +25,7 @@ def files(directory: Path) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("name", ["bar", "colliding", "phonating"])
-def test_a_finished_run_that_goes_on_is_the_run_that_had_the_longer_duration(
+def test_a_finished_run_that_continues_is_the_run_that_had_the_longer_duration(
     name: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     short: plica.Scene = request.getfixturevalue(name)
@@ -47,7 +47,7 @@ def test_a_finished_run_that_goes_on_is_the_run_that_had_the_longer_duration(
         assert (tmp_path / "run" / made).read_bytes() == (tmp_path / "whole" / made).read_bytes()
 
 
-def test_a_run_goes_on_from_its_last_step(
+def test_a_run_continues_from_its_last_step(
     bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     short = bar.replace({"time.duration": "1.7 ms"})
@@ -82,7 +82,7 @@ def test_fields_that_begin_after_a_short_run_are_stored_by_the_longer_one(
     assert_identical(tmp_path / "run", tmp_path / "whole")
 
 
-def test_a_run_that_failed_or_lost_its_checkpoints_goes_on_to_the_same_results(
+def test_a_run_that_failed_or_lost_its_checkpoints_continues_to_the_same_results(
     bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     long = bar.replace({"time.duration": "6 ms"})
@@ -102,7 +102,10 @@ def test_a_run_that_failed_or_lost_its_checkpoints_goes_on_to_the_same_results(
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"time.duration": "3 ms"}, r"time\.duration = 0\.003, the run has 0\.004; a run is continued with"),
+        (
+            {"time.duration": "3 ms"},
+            r"time\.duration = 0\.003, the run has 0\.004; must be the scene that started the run",
+        ),
         ({"time.duration": "8 ms", "tissue.body.nu": 0.31}, r"tissue\.body\.nu = 0\.31, the run has 0\.3;"),
         ({"time.duration": "8 ms", "time.step": "50 us"}, r"time\.step = 5e-05, the run has 0\.0001;"),
         (
@@ -124,7 +127,7 @@ def test_a_shorter_duration_or_another_change_is_refused_and_nothing_is_touched(
 
 
 @pytest.mark.slow
-def test_what_described_the_shorter_run_goes_when_it_goes_on(bar: plica.Scene, tmp_path: Path) -> None:
+def test_what_described_the_shorter_run_goes_when_it_continues(bar: plica.Scene, tmp_path: Path) -> None:
     bar.replace({"time.duration": "2 ms"}).save(tmp_path / "s.toml")
     command = ["run", str(tmp_path / "s.toml"), "-o", str(tmp_path / "run"), "--quiet"]
     assert main(command) == 0
@@ -196,7 +199,7 @@ def test_a_full_disk_leaves_the_shorter_run_as_it_was(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "factor"), [("bar", 20), ("phonating", 4)])
-def test_a_run_that_is_killed_while_it_goes_on_comes_to_identical_results(
+def test_a_run_that_is_killed_while_it_continues_comes_to_identical_results(
     name: str, factor: int, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     scene = longer(request.getfixturevalue(name), factor)
@@ -215,7 +218,7 @@ def test_a_run_that_is_killed_while_it_goes_on_comes_to_identical_results(
     assert_identical(tmp_path / "run", tmp_path / "whole")
 
 
-def test_a_checkpoint_of_a_run_that_is_gone_is_not_gone_on_with(
+def test_a_checkpoint_of_a_run_that_is_gone_is_not_continued(
     bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plica.run(bar, tmp_path / "whole", progress=False)

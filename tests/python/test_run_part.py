@@ -57,9 +57,9 @@ def test_the_step_of_a_record_does_not_depend_on_when_it_begins() -> None:
     assert time_step(time[:1]) == 1e-4
 
 
-@pytest.mark.parametrize(("given_back", "said"), [(0.3, []), (3.0, ["energy_from_scheme"])])
+@pytest.mark.parametrize(("given_back", "printed"), [(0.3, []), (3.0, ["energy_from_scheme"])])
 def test_what_the_scheme_gives_back_in_a_part_is_seen_against_the_whole_run(
-    given_back: float, said: list[str]
+    given_back: float, printed: list[str]
 ) -> None:
     time = np.arange(1.0, 101.0)
     waveforms = {
@@ -70,7 +70,7 @@ def test_what_the_scheme_gives_back_in_a_part_is_seen_against_the_whole_run(
     }
     run = AnalyticRun(time, waveforms, Phonation().run().mesh)
     for part in (run, part_of(run, 50.0, None)):
-        assert [caution.name for caution in cautions(part)] == said
+        assert [caution.name for caution in cautions(part)] == printed
 
 
 def test_works_and_losses_of_a_part_begin_with_it(bar: plica.Scene, tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_works_and_losses_of_a_part_begin_with_it(bar: plica.Scene, tmp_path: Pa
     np.testing.assert_array_equal(halves[1].fields["displacement"], run.displacement[5:])
 
 
-def test_what_contact_made_before_a_part_is_not_said_of_it() -> None:
+def test_what_contact_made_before_a_part_is_not_attributed_to_it() -> None:
     run = Phonation(steps=2400).run()
     made = np.where(run.time < 0.05, 40e-6 * run.time / 0.05, 40e-6)
     run = replace(run, waveforms={**run.waveforms, "contact_work": made})
@@ -99,7 +99,7 @@ def test_what_contact_made_before_a_part_is_not_said_of_it() -> None:
 @pytest.mark.parametrize(
     ("start", "end", "message"),
     [
-        ("0.3 s", None, r"start = 0\.3 s; must be in \[0, 0\.004\] s, which was computed\."),
+        ("0.3 s", None, r"start = 0\.3 s; must be in \[0, 0\.004\] s, the computed time\."),
         (None, 0.1, r"end = 0\.1 s; must be in \[0, 0\.004\] s"),
         (-1, None, r"start = -1 s; must be in "),
         ("2 mm", None, r'start = "2 mm"; must be a number in s or a text with a unit of that kind'),
@@ -127,8 +127,8 @@ def test_the_command_measures_a_part_and_leaves_what_is_stored(
     capsys.readouterr()
     before = {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1ms", "--to", "0.003"]) == 0
-    said = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines())
-    assert (said["steps"], said["duration"]) == ("20", "2")
+    printed = dict(line.split()[:2] for line in capsys.readouterr().out.splitlines())
+    assert (printed["steps"], printed["duration"]) == ("20", "2")
     assert before == {path.name: path.read_bytes() for path in run.directory.iterdir()}
     assert main(["measures", str(run.directory), "--from", "1 s"]) == 2
     assert "--from = 1 s; must be in [0, 0.004] s" in capsys.readouterr().err

@@ -41,17 +41,17 @@ def test_a_quantity_is_read_to_the_nearest_number(value: Any, unit: str, expecte
 @pytest.mark.parametrize(
     ("value", "unit", "relation"),
     [
-        ("0.8 kHz", "Pa", '"kHz" is of another kind'),
+        ("0.8 kHz", "Pa", '"kHz" has another dimension'),
         ("0.8 kpa", "Pa", '"kpa" is not known'),
         ("0.8", "Pa", "the text has no unit"),
-        ("kPa", "Pa", "does not begin with a number"),
+        ("kPa", "Pa", "does not start with a number"),
         ("1..2 Pa", "Pa", "cannot be read"),
         ("1 Pa +", "Pa", "cannot be read"),
         (float("nan"), "Pa", "must be finite"),
         ("1e999 Pa", "Pa", "must be finite"),
         (True, "Pa", "must be a number in Pa"),
         (None, "Pa", "must be a number in Pa"),
-        ("3 m", "", '"m" is of another kind'),
+        ("3 m", "", '"m" has another dimension'),
     ],
 )
 def test_what_is_not_such_a_quantity_is_refused(value: Any, unit: str, relation: str) -> None:

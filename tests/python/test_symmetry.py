@@ -225,7 +225,7 @@ def test_loads_and_weight_move_the_part_as_they_move_the_whole(phonating: plica.
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
+def test_a_restored_part_continues_bit_for_bit_with_any_number_of_threads(
     phonating: plica.Scene, threads: int
 ) -> None:
     scene = phonating.replace({"symmetry": "quarter"})
@@ -243,7 +243,7 @@ def test_a_restored_part_goes_on_bit_for_bit_with_any_number_of_threads(
         np.testing.assert_array_equal(values, waves[name][25:], err_msg=name)
 
 
-def test_a_symmetric_run_that_goes_on_is_that_of_one_piece(phonating: plica.Scene, tmp_path: Path) -> None:
+def test_a_symmetric_run_that_continues_is_that_of_one_piece(phonating: plica.Scene, tmp_path: Path) -> None:
     scene = phonating.replace({"symmetry": "quarter"})
     plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "two", progress=False)
     two = plica.run(scene, tmp_path / "two", resume=True, progress=False)
@@ -282,8 +282,8 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_not_symmetric_is_refused(phonating: plica.Scene, case: str) -> None:
-    changes, said = REFUSED[case]
-    with pytest.raises(SceneError, match=said):
+    changes, message = REFUSED[case]
+    with pytest.raises(SceneError, match=message):
         build_simulation(phonating.replace({"symmetry": "quarter", **changes}))
 
 
@@ -350,8 +350,8 @@ def test_boxes_are_refused_as_they_never_are_mirror_images(kind: str, symmetry: 
     mesh = {"block": one} if kind == "block" else {"blocks": {"left": left, "right": right}}
     tissue = {name: plica.Tissue(E="20 kPa", nu=0.3) for name in mesh.get("blocks", {"body": one})}
     time = plica.Stepping(step="0.1 ms", duration="1 ms")
-    said = rf'symmetry = "{symmetry}"; must be left out with mesh\.{kind}, which never is its own mirror'
-    with pytest.raises(SceneError, match=said):
+    message = rf'symmetry = "{symmetry}"; must be left out with mesh\.{kind}, which is never symmetric'
+    with pytest.raises(SceneError, match=message):
         plica.Scene(mesh, tissue, time=time, symmetry=symmetry)
     built = build_mesh(plica.Scene(mesh, tissue, time=time).mesh)
     corners = np.asarray(built.points)[np.asarray(built.cells)]

@@ -45,7 +45,7 @@ def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tissue", "said"),
+    ("tissue", "message"),
     [
         ("norml", 'tissue = "norml"; must be one of normal, thesis'),
         ({"body": "norml", "ligament": "normal", "cover": "normal"}, 'tissue.body = "norml"; must be one of'),
@@ -53,10 +53,10 @@ def test_a_layer_takes_a_preset_by_name_or_with_values_of_its_own() -> None:
         ({"body": {"preset": 3}}, "tissue.body.preset = 3; must be one of"),
     ],
 )
-def test_a_preset_that_does_not_exist_is_refused(tissue: Any, said: str) -> None:
+def test_a_preset_that_does_not_exist_is_refused(tissue: Any, message: str) -> None:
     with pytest.raises(plica.SceneError) as caught:
         _scene(tissue)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(

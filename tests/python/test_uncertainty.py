@@ -1,4 +1,4 @@
-"""The uncertainty of a run: what is computed, kept, said and refused."""
+"""The uncertainty of a run: what is computed, stored, reported and refused."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_frequency_of_a_rod_holds_that_of_the_continuum(ringing: Path) -> None:
 def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert plica.Run.load(ringing).uncertainty is None
     assert main(["uncertainty", str(ringing), "--mesh", "none"]) == 0
-    said = capsys.readouterr()
+    message = capsys.readouterr()
     found = plica.Run.load(ringing).uncertainty
     assert found is not None
     assert json.loads((ringing / "uncertainty.json").read_text()) == found.as_json()
@@ -73,22 +73,25 @@ def test_what_was_found_is_stored_read_and_shown(ringing: Path, capsys: pytest.C
     assert float(rows["probe_amplitude"]["numerical"]) == item.numerical
     assert rows["probe_amplitude"]["mesh_verdict"] == "not estimated"
     assert rows["probe_amplitude"]["mesh"] == ""
-    assert "the error of the mesh is not estimated: it was not asked for" in said.out
-    assert "2 levels from the start of the scene: about" in said.err
-    assert "440 steps of 100 us" in said.err
-    assert said.err.count(" steps of ") == 2  # the plan, once
-    assert re.findall(r"^plica: step / \d$", said.err, re.MULTILINE) == ["plica: step / 2", "plica: step / 4"]
+    assert "the error of the mesh is not estimated: it was not requested" in message.out
+    assert "2 levels from the start of the scene: about" in message.err
+    assert "440 steps of 100 us" in message.err
+    assert message.err.count(" steps of ") == 2  # the plan, once
+    assert re.findall(r"^plica: step / \d$", message.err, re.MULTILINE) == [
+        "plica: step / 2",
+        "plica: step / 4",
+    ]
     page = (ringing / "report.html").read_text()
     assert "numerical uncertainty" in page
     assert found.source in page
     assert "(step alone)" in page
-    assert "The error of the mesh is not estimated: it was not asked for." in page
+    assert "The error of the mesh is not estimated: it was not requested." in page
     before = page
     assert main(["report", str(ringing)]) == 0
     assert (ringing / "report.html").read_text() == before
 
 
-def test_a_run_that_goes_on_has_no_uncertainty_of_the_shorter_one(ringing: Path) -> None:
+def test_a_run_that_continues_has_no_uncertainty_of_the_shorter_one(ringing: Path) -> None:
     plica.estimate_uncertainty(ringing, mesh="none", progress=False)
     scene = plica.Run.load(ringing).scene.replace({"time.duration": "50 ms"})
     plica.run(scene, ringing, resume=True, progress=False)
@@ -99,7 +102,7 @@ def test_a_run_that_goes_on_has_no_uncertainty_of_the_shorter_one(ringing: Path)
     assert found.levels[0]["steps"] == 500
 
 
-def test_a_call_that_was_stopped_goes_on_and_computes_nothing_twice(
+def test_a_call_that_was_stopped_continues_and_computes_nothing_twice(
     ringing: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = estimate.run_from
@@ -136,7 +139,7 @@ def test_ctrl_c_says_how_to_go_on(
 
     monkeypatch.setattr(estimate, "run_from", stopped)
     assert main(["uncertainty", str(ringing), "--quiet"]) == 130
-    assert "stopped after 3 of 440 steps. The same command goes on from there." in capsys.readouterr().err
+    assert "stopped after 3 of 440 steps. Repeat the same command to continue." in capsys.readouterr().err
 
 
 def test_a_level_without_a_solution_is_left_out_and_said(
@@ -145,7 +148,7 @@ def test_a_level_without_a_solution_is_left_out_and_said(
     monkeypatch.setattr(_engine, "Simulation", StopsAfter(17))
     found = plica.estimate_uncertainty(ringing, mesh="none", progress=False)
     assert found.levels == []
-    assert found.source == "No level could be computed: nothing is known of the numerical error."
+    assert found.source == "No level could be computed: the numerical error is unknown."
     assert "step-2 failed and is left out" in found.remarks[-2]
     assert found.measures["fundamental_frequency"].numerical is None
 
@@ -189,7 +192,9 @@ def test_a_run_that_did_not_finish_is_refused(ringing: Path) -> None:
 def test_a_run_of_another_version_is_refused(ringing: Path) -> None:
     with h5py.File(ringing / "results.h5", "r+") as file:
         file.attrs["plica_version"] = "0.0.1"
-    with pytest.raises(plica.InvalidInput, match=r"computed by plica 0\.0\.1; must be .* Run the scene anew"):
+    with pytest.raises(
+        plica.InvalidInput, match=r"computed by plica 0\.0\.1; must be .* Run the scene again"
+    ):
         plica.estimate_uncertainty(ringing)
 
 
@@ -226,8 +231,8 @@ def test_a_mesh_on_which_a_trial_step_fails_is_left_out_and_said(
 ) -> None:
     monkeypatch.setattr(_engine, "Simulation", StopsAfter(3))
     found = plica.estimate_uncertainty(ringing, progress=False)
-    said = [remark for remark in found.remarks if "left out, a step of its trial failed: " in remark]
-    assert [remark.partition(" is left out")[0] for remark in said] == [
+    message = [remark for remark in found.remarks if "left out, a step of its trial failed: " in remark]
+    assert [remark.partition(" is left out")[0] for remark in message] == [
         "a mesh with edges 0.67 times as long",
         "a mesh with edges 2 times as long",
     ]

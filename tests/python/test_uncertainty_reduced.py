@@ -51,7 +51,7 @@ def test_a_run_whose_full_run_is_gone_has_levels_by_step(bar: plica.Scene, tmp_p
     found = plica.estimate_uncertainty(run.directory, progress=False)
     assert [level["name"] for level in found.levels] == ["step-2", "step-4"]
     assert any(
-        "cannot be made" in remark and "full: there is no such directory" in remark
+        "cannot be computed" in remark and "full: there is no such directory" in remark
         for remark in found.remarks
     )
 
@@ -68,17 +68,17 @@ def _stored_basis(directory: Path) -> Any:
         return file["basis"][()]
 
 
-def test_that_the_error_of_a_basis_is_not_seen_is_said(
+def test_that_the_error_of_a_basis_is_not_seen_is_reported(
     bar: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    said = "the error of the reduction's basis is in no uncertainty here"
+    message = "the error of the reduced basis is not included"
     plica.run(bar, tmp_path / "full", progress=False)
     full = plica.estimate_uncertainty(tmp_path / "full", mesh="none", progress=False)
-    assert not any(said in remark for remark in full.remarks)
+    assert not any(message in remark for remark in full.remarks)
     plica.run(
         bar.replace({"reduction": {"modes": 10, "contact_vectors": 0}}), tmp_path / "run", progress=False
     )
     assert main(["uncertainty", str(tmp_path / "run"), "--mesh", "none"]) == 0
-    assert said in capsys.readouterr().out
-    assert said in (tmp_path / "run" / "uncertainty.json").read_text()
-    assert said[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")
+    assert message in capsys.readouterr().out
+    assert message in (tmp_path / "run" / "uncertainty.json").read_text()
+    assert message[1:] in (tmp_path / "run" / "report.html").read_text().replace("&#39;", "'")

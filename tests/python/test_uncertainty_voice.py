@@ -43,7 +43,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     assert frequency.step is not None
     assert set(frequency.step.values) == {"run", "step-2", "step-4"}
     assert found.waveforms == {}
-    assert "from the settled voice at 150" in found.source
+    assert "from the steady vibration at 150" in found.source
     assert "kinetic_energy" not in found.measures  # of the end of the run alone
     # a voice at the edge of contact: at smaller steps its folds do not touch
     assert found.measures["contact_impulse"].numerical is None
@@ -55,7 +55,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     )
 
 
-def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
+def test_a_voice_continues_where_it_was_stopped_at_the_same_state(voice: Path) -> None:
     first = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     for slot in voice.glob("checkpoint-*.h5"):
         slot.unlink()  # the state is kept with the levels
@@ -65,7 +65,7 @@ def test_a_voice_goes_on_where_it_was_stopped_at_the_same_state(voice: Path) -> 
     assert again.measures == first.measures
 
 
-def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
+def test_a_voice_that_continues_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
     longer = tmp_path / "run"
     shutil.copytree(voice, longer)
     plica.estimate_uncertainty(longer, mesh="none", budget=0.0, progress=False)
@@ -83,12 +83,12 @@ def test_a_voice_that_goes_on_has_a_state_and_levels_of_its_own(voice: Path, tmp
     assert before < 0.2 <= after
     level = plica.Run.load(longer / "uncertainty" / "orbit-step-2")
     assert level.waveforms["kinetic_energy"][0] != energy  # it began anew
-    assert f"from the settled voice at {1e3 * after:.4g} ms" in found.source
+    assert f"from the steady vibration at {1e3 * after:.4g} ms" in found.source
     assert mine.is_dir()
 
 
 @pytest.mark.parametrize("settles_after", [1, 2, 3, 9])
-def test_a_level_that_has_not_settled_goes_on_twice_and_no_more(
+def test_a_level_that_has_not_settled_continues_twice_and_no_more(
     settles_after: int, bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     lengths: list[int] = []

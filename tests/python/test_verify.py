@@ -19,7 +19,7 @@ from plica import _engine
 from plica.cli import main
 from plica.report.installation import this_installation
 from plica.verify import text
-from plica.verify.case import Case, Check, Row, judged, worst
+from plica.verify.case import Case, Check, Row, run_case, worst
 from plica.verify.files import write
 from plica.verify.subjects import SUBJECTS, cases
 from verify_faults import FAULTS
@@ -32,7 +32,7 @@ FIELDS = {"name", "subject", "quantity", "unit", "value", "reference", "error", 
 @cache
 def rows() -> dict[str, list[Row]]:
     """Of every case, computed once."""
-    return {case.name: judged(subject, case) for subject, case in _ALL}
+    return {case.name: run_case(subject, case) for subject, case in _ALL}
 
 
 def check(**changes: Any) -> Check:
@@ -41,7 +41,7 @@ def check(**changes: Any) -> Check:
 
 
 def one(*checks: Check) -> list[Row]:
-    return judged("tissue", Case("case", "It holds.", "a formula", lambda: checks))
+    return run_case("tissue", Case("case", "It holds.", "a formula", lambda: checks))
 
 
 def test_there_is_enough_of_each_subject_and_no_name_twice() -> None:
@@ -83,7 +83,7 @@ def test_every_row_fails_where_its_value_is_off_by_more_than_its_tolerance(subje
         of: Any = row.error_of
         for wrong in (row.reference + off, row.reference - off, math.nan, math.inf):
             made = check(value=wrong, reference=row.reference, tolerance=row.tolerance, of=of)
-            (again,) = judged(subject, replace(case, checks=lambda made=made: [made]))
+            (again,) = run_case(subject, replace(case, checks=lambda made=made: [made]))
             assert again.as_json()["pass"] is False
 
 
@@ -119,7 +119,7 @@ def test_a_case_that_stops_is_a_row_that_fails_with_its_reason() -> None:
         yield check()
         raise RuntimeError("no such\nmesh")
 
-    first, last = judged("tissue", Case("case", "It holds.", "a formula", stops))
+    first, last = run_case("tissue", Case("case", "It holds.", "a formula", stops))
     assert first.passed
     assert not last.passed
     assert last.failure == "RuntimeError: no such mesh"
@@ -135,7 +135,7 @@ def test_the_worst_of_many_is_the_one_furthest_off_its_own_size() -> None:
     assert worst([1.0, 2.2, 300.0], [1.0, 2.0, 310.0]) == (2.2, 2.0)
     value, _ = worst([1.0, math.nan, 9.0], [1.0, 2.0, 1.0])
     assert math.isnan(value)
-    with pytest.raises(ValueError, match="2 values beside 1 references"):
+    with pytest.raises(ValueError, match="2 values, 1 references"):
         worst([1.0, 2.0], [1.0])
 
 
@@ -143,17 +143,17 @@ def test_the_worst_of_many_is_the_one_furthest_off_its_own_size() -> None:
 @pytest.mark.parametrize(("subject", "case"), _ALL, ids=[case.name for _, case in _ALL])
 def test_every_case_sees_a_fault(subject: str, case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     FAULTS[case.name](monkeypatch)
-    found = judged(subject, case)
+    found = run_case(subject, case)
     assert not any(row.failure for row in found), found[-1].failure  # it computes, and something else
     assert [row.name for row in found if not row.as_json()["pass"]]
 
 
 def test_the_command_prints_a_table_and_ends_with_what_it_found(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "--subject", "airflow"]) == 0
-    said = capsys.readouterr()
-    lines = said.out.splitlines()
+    message = capsys.readouterr()
+    lines = message.out.splitlines()
     assert lines[0] == "AIRFLOW"
-    assert "pressure-work: The work of a pressure on a wall" in said.out
+    assert "pressure-work: The work of a pressure on a wall" in message.out
     assert sum(line.startswith("  pass") for line in lines) == int(lines[-2].split(" of ")[0])
     assert re.fullmatch(r"(\d+) of \1 pass, in \d+ s\.", lines[-2])
     assert lines[-1].startswith("plica ")
@@ -173,14 +173,14 @@ def test_the_command_prints_strict_json(capsys: pytest.CaptureFixture[str]) -> N
         assert row["pass"] is True
 
 
-def test_a_row_that_fails_is_told_by_the_exit_code(
+def test_a_row_that_fails_is_recognised_by_the_exit_code(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     FAULTS["poiseuille"](monkeypatch)
     assert main(["verify", "--subject", "airflow", "-o", str(tmp_path / "proof")]) == 1
-    said = capsys.readouterr().out
-    assert "Failed: poiseuille.flow" in said
-    assert "  FAIL  " in said
+    message = capsys.readouterr().out
+    assert "Failed: poiseuille.flow" in message
+    assert "  FAIL  " in message
     assert "fail " in (tmp_path / "proof" / "verification.html").read_text(encoding="utf-8")
     assert main(["verify", "--subject", "airflow", "--json"]) == 1
     made = json.loads(capsys.readouterr().out)
@@ -194,11 +194,11 @@ def test_quiet_tells_what_fails_and_one_last_line(
     assert re.fullmatch(r"(\d+) of \1 pass, in \d+ s\.\n", capsys.readouterr().out)
     FAULTS["poiseuille"](monkeypatch)
     assert main(["verify", "--subject", "airflow", "--quiet"]) == 1
-    said = capsys.readouterr().out
-    assert said.splitlines()[0] == "AIRFLOW"
-    assert "\n  FAIL  " in said
-    assert "  pass  " not in said
-    assert "Failed: poiseuille.flow" in said.splitlines()[-1]
+    message = capsys.readouterr().out
+    assert message.splitlines()[0] == "AIRFLOW"
+    assert "\n  FAIL  " in message
+    assert "  pass  " not in message
+    assert "Failed: poiseuille.flow" in message.splitlines()[-1]
 
 
 def test_what_is_proved_is_listed_without_computing(
@@ -206,24 +206,24 @@ def test_what_is_proved_is_listed_without_computing(
 ) -> None:
     monkeypatch.delattr(_engine, "Simulation")
     assert main(["verify", "--list"]) == 0
-    said = capsys.readouterr().out
+    message = capsys.readouterr().out
     for subject, case in _ALL:
-        assert f"{subject}: {SUBJECTS[subject]}" in said
-        assert f"\n  {case.name} " in said
+        assert f"{subject}: {SUBJECTS[subject]}" in message
+        assert f"\n  {case.name} " in message
     assert main(["verify", "--list", "--json", "--subject", "video"]) == 0
     assert {one["subject"] for one in json.loads(capsys.readouterr().out)} == {"video"}
 
 
 def test_a_subject_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "--subject", "contcat"]) == 2
-    said = capsys.readouterr().err
-    assert 'verify: --subject = "contcat"; must be one of tissue, dynamics' in said
-    assert 'Did you mean "contact"?' in said
+    message = capsys.readouterr().err
+    assert 'verify: --subject = "contcat"; must be one of tissue, dynamics' in message
+    assert 'Did you mean "contact"?' in message
 
 
 def test_files_say_what_was_made_with_what(tmp_path: Path) -> None:
     case = Case("case", "It <holds>.", "a formula", lambda: [check(), check(name="b", value=math.nan)])
-    made = [(case, judged("tissue", case))]
+    made = [(case, run_case("tissue", case))]
     page = write(made, this_installation(), 1.0, tmp_path / "proof").read_text(encoding="utf-8")
     assert "It &lt;holds&gt;." in page
     assert "http" not in page
@@ -252,7 +252,7 @@ def test_verification_needs_neither_tests_nor_data_of_the_sources() -> None:
     package = Path(text.__file__).parent
     names = {path.stem for path in Path(__file__).parent.glob("*.py")}
     for file in package.rglob("*.py"):
-        said = file.read_text(encoding="utf-8")
-        imported = re.findall(r"^\s*(?:from|import) (\w+)", said, re.MULTILINE)
+        message = file.read_text(encoding="utf-8")
+        imported = re.findall(r"^\s*(?:from|import) (\w+)", message, re.MULTILINE)
         assert not names.intersection(imported), file.name
-        assert "shared/" not in said, file.name
+        assert "shared/" not in message, file.name

@@ -239,10 +239,10 @@ def foreign(path: Path) -> None:
 RESULTS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "text": (
         lambda path: path.write_text("nothing of the kind"),
-        "not a result file of plica: it is no HDF5",
+        "is not an HDF5 file; must be",
     ),
-    "no bytes": (lambda path: path.write_bytes(b""), "not a result file of plica: it is no HDF5 file"),
-    "cut": (cut_results, "not a result file of plica: it is damaged or cut off"),
+    "no bytes": (lambda path: path.write_bytes(b""), "is not an HDF5 file; must be a result file of plica"),
+    "cut": (cut_results, "is damaged or truncated; must be"),
     "of another program": (foreign, "must be"),
 }
 
@@ -281,4 +281,4 @@ def test_a_flow_file_that_is_none_is_refused(
     capsys.readouterr()
     (tmp_path / "flow.h5").write_text("nothing of the kind")
     said = refused(["video", str(movie), "-o", str(tmp_path), "--quiet"], capsys)
-    assert "flow.h5: not a result file of plica" in said
+    assert "flow.h5: is not an HDF5 file" in said

@@ -17,7 +17,7 @@ class Airflow {
   struct ReferenceShape {};
   /// The pressure acts on the deformed surface, as in Paper A, Eq. (17). The load that then turns and grows with
   /// the surface softens it by about the pressure over the tissue's modulus at every wavelength: with 0.8 kPa on a
-  /// cover of 1 kPa fine meshes fold (docs/theory.md, "Airflow").
+  /// cover of 1 kPa fine meshes fold (docs/theory/airflow.md).
   struct CurrentShape {};
   struct Options {
     double subglottal_pressure = Air{}.subglottal_pressure;  // Pa, > 0

@@ -34,7 +34,7 @@ struct Bernoulli {
 /// with the viscous loss of plane Poiseuille flow where it follows the wall. Continuous in all areas; nothing
 /// stops it: what is closed is a gap through which next to nothing flows.
 struct ViscousSlit {
-  /// -, in (1, 2]. 1.1 to 1.3 in the literature (docs/theory.md, "Airflow").
+  /// -, in (1, 2]. 1.1 to 1.3 in the literature (docs/theory/airflow.md).
   double separation_ratio = 1.2;
   double air_viscosity = 1.8e-5;  // Pa s, >= 0: 1.8e-5 at 20 degrees, 1.9e-5 at 37
   /// -, in (0, 0.01]: the mean gap below which a section counts as no narrower, in lengths of the glottis. 4 um

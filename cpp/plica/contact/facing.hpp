@@ -48,8 +48,8 @@ struct FacingPoint {
   std::int32_t master_face;
 };
 
-/// The quadrature points at which the slave side faces the master (docs/theory.md, "Mortar", integrals): over what
-/// the flat triangles of both share, seen along the slave's normal; where surfaces face away from each other,
+/// The quadrature points at which the slave side faces the master (docs/theory/contact_faces.md, integrals): over
+/// what the flat triangles of both share, seen along the slave's normal; where surfaces face away from each other,
 /// none.
 class FacingPoints {
  public:

@@ -6,7 +6,7 @@
 
 namespace plica {
 
-/// A constraint for each slave node (docs/theory.md, "Pair"); key: the node. The detector must outlive it.
+/// A constraint for each slave node (docs/theory/contact.md, "Pair"); key: the node. The detector must outlive it.
 std::unique_ptr<ConstraintKind> node_pairs(Detector& detector);
 
 /// A constraint for each inverted airway tetrahedron with one node on one side (Paper A, Eq. 28); key: the

@@ -44,7 +44,8 @@ Vector3 across_foot(const Vector3& v, const Foot& foot, const std::array<Vector3
   return v;
 }
 
-/// Sets the pair's normal and gradient from the mean normal n and the master's own, m (docs/theory.md, "Pair").
+/// Sets the pair's normal and gradient from the mean normal n and the master's own, m (docs/theory/contact.md,
+/// "Pair").
 void set_directions(Pair& pair, const Vector3& n, const Vector3& m, const Foot& foot,
                     const std::array<Vector3, 3>& corners) {
   constexpr double least = 0.5;  // cosine between force and gap

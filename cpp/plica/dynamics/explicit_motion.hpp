@@ -10,8 +10,8 @@ class SceneContact;
 class SceneFlow;
 
 /// Central differences in the place of a Step: positions of t_{n+1} follow from the state, so flow and contact act
-/// at shapes that are known, nothing is solved for and a coupling has nothing to iterate. docs/theory.md, "Central
-/// differences".
+/// at shapes that are known, nothing is solved for and a coupling has nothing to iterate
+/// (docs/theory/explicit.md).
 class ExplicitMotion {
  public:
   /// The motion must outlive it. Throws InvalidInput for a mass that is not lumped, for what of the scene takes a

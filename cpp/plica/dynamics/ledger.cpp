@@ -33,7 +33,7 @@ Ledger continued_ledger(const Motion& motion, const State& before, const State& 
 
 Ledger continued_ledger(const LedgerMotion& motion, const State& before, const State& now,
                         const Vector& momentum) {
-  // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory.md.
+  // dE = du . f_bar + du . contact_bar - du . C V_bar - D, D the scheme's own dissipation; docs/theory/energy.md.
   const auto [alpha, beta, gamma] = motion.scheme;
   const double h = motion.step;
   const bool first = before.step == 0, viscous = motion.viscous;

@@ -10,7 +10,7 @@ class Motion;
 struct State;
 struct SchemeCoefficients;
 
-/// Energies and works since t = 0 (J), each from its own formula (docs/theory.md, "Energy ledger").
+/// Energies and works since t = 0 (J), each from its own formula (docs/theory/energy.md).
 struct Ledger {
   double kinetic = 0.0;
   double elastic = 0.0;

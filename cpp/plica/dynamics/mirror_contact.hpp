@@ -9,7 +9,7 @@ namespace plica {
 
 /// The contact of a fold with its own mirror image in x = 0. A node behind the image's surface is behind the
 /// plane, and the forces that keep both apart are along x: gaps are x >= 0 of the part's nodes, linear in the
-/// coordinates, and nothing has to be detected (docs/theory.md, "Contact of mirror images").
+/// coordinates, and nothing has to be detected (docs/theory/symmetry.md, "Contact of mirror images").
 class MirrorContact final : public ReducedContact {
  public:
   /// See reduced_contact; the scene has a symmetry.

@@ -22,8 +22,7 @@ struct AirflowPart {
 
 /// The mass of the nodes of both contact surfaces. Redistributed, they have none, but for those held in all
 /// components: it lies with the nodes behind them; centre of mass and tensor of inertia of bodies that can move
-/// without strain are as they were. An impact then has no inertia to stop at once (docs/theory.md, "Massless
-/// contact nodes").
+/// without strain are as they were. An impact then has no inertia to stop at once (docs/theory/massless.md).
 enum class SurfaceMass { kept, redistributed };
 
 struct ContactPart {

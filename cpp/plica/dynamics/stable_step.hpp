@@ -5,7 +5,7 @@
 
 namespace plica {
 
-/// How long a step central differences take (docs/theory.md, "Central differences"): the largest eigenvalue of
+/// How long a step central differences take (docs/theory/explicit.md): the largest eigenvalue of
 /// M^-1 (h C + h^2 / 4 K) must stay below 1, M lumped.
 class StableStep {
  public:

@@ -9,7 +9,7 @@
 
 namespace plica {
 
-/// What a motion starts with, (3 n); docs/theory.md, "The first step".
+/// What a motion starts with, (3 n); docs/theory/time.md, "The first step".
 struct Start {
   Vector acceleration;  // m/s^2, a_0
   /// m and m/s, U_0 - u_0 and V_0 - v_0: the elastic and viscous forces of t = 0 are those of U_0 and V_0.

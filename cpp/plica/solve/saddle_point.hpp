@@ -19,7 +19,7 @@ struct SaddleRow {
 /// preconditioner [B^-1 N^T; N -D], B the inverse of A's 3x3 diagonal blocks: its iterates obey the constraints
 /// exactly, so it needs as many iterations as A alone; A is rounded to single precision. That is the
 /// preconditioner of generalised conjugate residuals on the system itself, which take up the difference of G from
-/// N and of A from its rounding: three or four of them. docs/theory.md, Contact.
+/// N and of A from its rounding: three or four of them. docs/theory/contact_solve.md.
 class SaddlePoint {
  public:
   /// A must outlive it and not change. Throws SolveFailed where a diagonal block is not positive definite.

@@ -15,7 +15,7 @@ struct Tissue {
   void validate(const TetMesh& mesh) const;
 };
 
-/// How the mass of a cell lies on its nodes: int rho N_a N_b dV, or on the diagonal alone (docs/theory.md).
+/// How the mass of a cell lies on its nodes: int rho N_a N_b dV, or on the diagonal alone (docs/theory/tissue.md).
 enum class CellMass { consistent, lumped };
 
 /// What is to have no mass, and what moves: marks of the nodes (n each).
@@ -36,8 +36,8 @@ class Assembler {
   Vector lumped_mass(const Tissue& tissue) const;
   /// The mass matrix without mass at massless nodes. What they had is with the nodes behind them, so that the
   /// moving mass of every body is as it was and, of free ones, centre of mass and tensor of inertia too; positive
-  /// definite on the other nodes. Throws InvalidInput naming the body that is too thin for that (docs/theory.md,
-  /// "Massless contact nodes").
+  /// definite on the other nodes. Throws InvalidInput naming the body that is too thin for that
+  /// (docs/theory/massless.md).
   NodalMatrix redistributed_mass(const Tissue& tissue, CellMass kind, const MassTransfer& transfer) const;
   BlockMatrix stiffness(const Tissue& tissue) const;  // N/m
   BlockMatrix viscosity(const Tissue& tissue) const;  // N s/m

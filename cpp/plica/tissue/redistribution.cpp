@@ -1,4 +1,4 @@
-// The mass matrix of tissue whose contact nodes have no mass; docs/theory.md, "Massless contact nodes".
+// The mass matrix of tissue whose contact nodes have no mass; docs/theory/massless.md.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>

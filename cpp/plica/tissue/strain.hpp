@@ -17,7 +17,7 @@ struct Strains {
 
 /// Reads strains off a displacement: in a linear tetrahedron its one strain, in a quadratic one those at the four
 /// points of the quadrature rule of degree 2, each of which stands for its share of the volume. All norms are
-/// spectral (docs/theory.md, "Large strains").
+/// spectral (docs/theory/tissue.md, "Large strains").
 class StrainGauge {
  public:
   static constexpr double beyond = 1e-3;  // of the volume lies beyond a percentile

@@ -87,7 +87,7 @@ def measure(problem: Problem, text: str) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as directory:
         Path(directory, "bars.inp").write_text(text, encoding="ascii")
         try:
-            ended = subprocess.run(
+            finished = subprocess.run(
                 ["ccx", "bars"],
                 cwd=directory,
                 env=os.environ | {"OMP_NUM_THREADS": "1"},
@@ -98,9 +98,9 @@ def measure(problem: Problem, text: str) -> dict[str, float]:
             )
         except subprocess.TimeoutExpired:
             raise RuntimeError(f"ccx did not end within {LIMIT:g} s.") from None
-        if ended.returncode:
-            said = re.findall(r"\*ERROR[^*]*", ended.stdout) or [ended.stderr]
-            raise RuntimeError(f"ccx ended with {ended.returncode}: {' '.join(said[-1].split())}")
+        if finished.returncode:
+            errors = re.findall(r"\*ERROR[^*]*", finished.stdout) or [finished.stderr]
+            raise RuntimeError(f"ccx ended with {finished.returncode}: {' '.join(errors[-1].split())}")
         printed = Path(directory, "bars.dat").read_text(encoding="ascii")
     return _judged(problem, printed)
 

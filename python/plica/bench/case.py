@@ -1,4 +1,4 @@
-"""What a case of the benchmarks is: methods that do the same thing, held against one reference."""
+"""Benchmark cases: methods for the same task, compared with one reference."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Call = Callable[[], Any]
 
 @cache
 def _distributions() -> Mapping[str, Sequence[str]]:
-    """What brought each package."""
+    """Distributions of each package."""
     return metadata.packages_distributions()
 
 
 @cache
-def _said_version(program: str) -> str:
-    """The first version number that it prints."""
+def _program_version(program: str) -> str:
+    """The first version number that the program prints."""
     printed = subprocess.run([program, "-v"], capture_output=True, text=True, check=False).stdout
     found = re.search(r"\d+(\.\d+)+", printed)
     return found.group() if found else ""
@@ -36,19 +36,19 @@ def _said_version(program: str) -> str:
 
 @dataclass(frozen=True)
 class Method:
-    """One way to do what a case asks."""
+    """A method for the task of a case."""
 
     name: str
     prepare: Callable[[Level], Call]
-    """Makes all that is given, from the level; what it returns is timed, and its result is judged."""
+    """Prepares the input of a level; the returned call is timed, and its result is evaluated."""
     package: str = "plica"
-    """What it is imported from."""
+    """Package it is imported from."""
     distribution: str = ""
-    """What people call that, where it has another name."""
+    """Name of the distribution, if it differs."""
     fits: Callable[[Level], bool] = field(default=lambda level: True)
     """Whether the method is run at a level."""
     program: bool = False
-    """Whether the package is a program on the PATH, which says its version when asked by ``-v``."""
+    """Whether the package is a program on the PATH, which prints its version with ``-v``."""
 
     @property
     def installed(self) -> bool:
@@ -59,50 +59,50 @@ class Method:
 
     @property
     def version(self) -> str:
-        """Of the distribution that brought the package, by whichever of its names it was installed."""
+        """Version of the distribution that contains the package."""
         if self.program:
-            return _said_version(self.package)
+            return _program_version(self.package)
         names = _distributions().get(self.package.partition(".")[0])
         return metadata.version(names[0]) if names else ""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What the rows of a case must show, or the case has failed."""
+    """A statement that the rows of a case must fulfil."""
 
-    said: str
+    statement: str
     holds: Callable[[Sequence[Row]], bool | None]
-    """None where the rows do not have what it speaks of: a peer is absent."""
+    """None if the rows needed are missing, as a peer is absent."""
     timed: bool = False
-    """Whether it is about time: then it is not asked of the small size."""
+    """Whether it is about time; then it is not checked for the small size."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """What is computed, by which methods, against which reference."""
+    """A task, its methods and its reference."""
 
     name: str
     does: str
     """One sentence."""
     reference: str
-    """What the errors are taken against."""
+    """Reference of the errors."""
     errors: Mapping[str, str]
-    """By name what is measured; the first is drawn against time."""
+    """Descriptions by name; the first is plotted against time."""
     levels: Mapping[Size, Sequence[Level]]
-    """Settings that methods share, as the mesh or the step; those of one level take turns."""
+    """Settings shared by methods, such as mesh or step; methods of one level take turns."""
     methods: Sequence[Method]
     truth: Callable[[Level], Any]
     """The reference at a level; not timed."""
     judge: Callable[[Level, Any, Any], dict[str, float]]
     """Errors by name, of a level, a method's result and the truth."""
     problem: Sequence[str] = ()
-    """Settings of a level that say what is computed, not how well: rows are compared where these agree."""
+    """Settings of a level that define the problem, not the accuracy: rows with equal ones are compared."""
     claims: Sequence[Claim] = ()
     threads: Sequence[int] = (1, 2)
-    """Numbers of threads that it is measured with; (1,) where the size leaves nothing to share."""
+    """Numbers of threads to measure; (1,) for cases without parallel work."""
 
-    apart: bool = True
-    """Whether each method has a process of its own, where its memory is its own too; small sizes have not."""
+    own_process: bool = True
+    """Whether each method has a process of its own, to measure its memory; not for small sizes."""
 
     def method(self, name: str) -> Method:
         """The method of that name."""

@@ -41,13 +41,13 @@ class Combination:
         return f"{self.contact}, {self.scheme}, mass {self.mass}"
 
     def parts(self, stiffness: float, area: float) -> tuple[Any, dict[str, Any]]:
-        """The scheme, and what engine.Contact takes beside the airway."""
+        """The scheme, and the arguments of engine.Contact besides the airway."""
         enforcement = ENFORCEMENTS[self.contact](stiffness, area)
         return SCHEMES[self.scheme], {"enforcement": enforcement, "surface_mass": self.mass}
 
 
 def chosen(asked: Sequence[str] | None, known: Sequence[str], option: str) -> list[str]:
-    """The names asked for, all where none is; raises InvalidInput for one that is not known."""
+    """The requested names, all for none; raises InvalidInput for an unknown one."""
     for name in asked or ():
         if name not in known:
             raise InvalidInput(f'bench: {option} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
@@ -57,7 +57,7 @@ def chosen(asked: Sequence[str] | None, known: Sequence[str], option: str) -> li
 def combinations(
     contacts: Sequence[str] | None, schemes: Sequence[str] | None, masses: Sequence[str] | None
 ) -> list[Combination]:
-    """All combinations of the names asked for."""
+    """All combinations of the requested names."""
     names = (
         chosen(contacts, list(ENFORCEMENTS), "--contacts"),
         chosen(schemes, list(SCHEMES), "--schemes"),

@@ -7,9 +7,9 @@ from typing import Literal
 
 from scipy.stats import mannwhitneyu
 
-from plica.bench.front import ALIKE, ROUND_OFF
+from plica.bench.pareto import ALIKE, ROUND_OFF
 from plica.bench.record import Record, Row
-from plica.bench.words import named, seconds
+from plica.bench.text import named, seconds
 from plica.errors import InvalidInput
 
 __all__ = ["LEAST", "SURE", "Change", "Comparison", "compare"]
@@ -19,7 +19,7 @@ Verdict = Literal["slower", "quicker", "noise", "too few", "not compared"]
 SURE = 0.01
 """Of the two-sided rank test (Mann and Whitney): what is called a change would by chance be seen so often."""
 LEAST = 0.03
-"""Share by which medians must differ beside that."""
+"""Relative difference of the medians required in addition."""
 BUSY = 0.5
 """Processes that wanted a core before a case began: from here on wall time is that of others, too."""
 
@@ -44,7 +44,7 @@ class Change:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What can be said of two records."""
+    """Comparison of two records."""
 
     notes: tuple[str, ...]
     """What limits the comparison."""

@@ -11,8 +11,8 @@ import jinja2
 from plica.bench.families import FAMILIES, find_case
 from plica.bench.pictures import picture
 from plica.bench.record import Record, read
-from plica.bench.run import broken_claims, kept_claims
-from plica.bench.words import beside_peers, cells, headings, made_by, write_csv
+from plica.bench.run import confirmed_claims, failed_claims
+from plica.bench.text import cells, headings, peer_ratios, provenance, write_csv
 from plica.errors import InvalidInput
 from plica.storage.files import replaced
 
@@ -47,10 +47,10 @@ def write_page(directory: Path) -> Path:
         picture=picture,
         headings=headings,
         cells=cells,
-        made_by=made_by,
-        beside=beside_peers,
-        broken=lambda record: broken_claims(find_case(record.case), record),
-        kept=lambda record: kept_claims(find_case(record.case), record),
+        provenance=provenance,
+        beside=peer_ratios,
+        broken=lambda record: failed_claims(find_case(record.case), record),
+        kept=lambda record: confirmed_claims(find_case(record.case), record),
     )
 
     def fill(draft: Path) -> None:

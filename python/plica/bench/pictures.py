@@ -11,14 +11,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from plica.bench.front import front
+from plica.bench.pareto import front
 from plica.bench.record import Record, Row
 from plica.report.drawing import Drawing, blue, draw, green, grey, purple, red
 
 __all__ = ["paint", "picture"]
 
 _LOOKS = [(marker, colour) for marker in "osD^vPX*" for colour in (blue, red, green, purple, grey)]
-_LEAST = 1e-17  # what is 0 is drawn here
+_LEAST = 1e-17  # zero is plotted here
 _WIDE = 3  # panels side by side
 
 

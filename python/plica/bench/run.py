@@ -1,4 +1,4 @@
-"""A case measured: all methods of a level in turn, round after round; what is done is kept."""
+"""Measure a case: all methods of a level in turn, round by round; finished levels are stored."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from contextlib import ExitStack, closing
 from plica import _engine as engine
 from plica.bench.case import Case, Method, Size
 from plica.bench.record import Level, Record, Row, this_environment
-from plica.bench.seat import Apart, Here, Seat, told
-from plica.bench.words import named
+from plica.bench.runners import LocalRunner, ProcessRunner, Runner, error_text
+from plica.bench.text import named
 from plica.errors import InvalidInput
 
-__all__ = ["blank", "broken_claims", "continued", "kept_claims", "measure"]
+__all__ = ["blank", "confirmed_claims", "continue_record", "failed_claims", "measure"]
 
-Seated = Callable[[Case, Method, Level, int, object], Seat]
+RunnerFactory = Callable[[Case, Method, Level, int, object], Runner]
 
 
 def blank(case: Case, family: str, size: Size, rounds: int) -> Record:
@@ -35,8 +35,9 @@ def blank(case: Case, family: str, size: Size, rounds: int) -> Record:
     )
 
 
-def continued(before: Record, fresh: Record, where: str) -> Record:
-    """The record to go on with: `before`, if it was begun as `fresh` is; raises InvalidInput where not."""
+def continue_record(before: Record, fresh: Record, where: str) -> Record:
+    """The record to continue: `before`, if its settings are those of `fresh`; otherwise raises
+    InvalidInput."""
     for name in ("case", "size", "rounds"):
         _require_same(where, name, getattr(before, name), getattr(fresh, name))
     for name in ("version", "commit", "compiler", "python", "processor", "packages"):
@@ -47,8 +48,8 @@ def continued(before: Record, fresh: Record, where: str) -> Record:
 def _require_same(where: str, name: str, before: object, now: object) -> None:
     if before != now:
         raise InvalidInput(
-            f'{where}: begun with {name} = "{before}"; must be "{now}", as now. Take another directory, or '
-            "begin anew with --anew."
+            f'{where}: {name} = "{before}"; must be "{now}", to be continued. Use another directory, or '
+            "start again with --anew."
         )
 
 
@@ -57,13 +58,13 @@ def measure(
     record: Record,
     threads: Sequence[int],
     keep: Callable[[Record], None] = lambda record: None,
-    said: Callable[[Row], object] = lambda row: None,
+    on_row: Callable[[Row], object] = lambda row: None,
 ) -> Record:
     """The record with every row that is missing.
 
-    `keep` gets the record after every level, `said` every row as it is made.
+    `keep` gets the record after every level, `on_row` every new row.
     """
-    seated = _apart if case.apart and record.size == "full" else _here
+    runner_for = _in_process if case.own_process and record.size == "full" else _local
     made = {row.key for row in record.rows}
     methods = [method for method in case.methods if method.installed]
     for level in case.levels[record.size]:
@@ -77,11 +78,11 @@ def measure(
             if not truth:
                 engine.set_threads(max(threads))
                 truth.append(case.truth(level))
-            rows = list(_turns(case, missing, level, count, record.rounds, truth[0], seated))
+            rows = list(_turns(case, missing, level, count, record.rounds, truth[0], runner_for))
             record = record.model_copy(update={"rows": [*record.rows, *rows]})
             keep(record)
             for row in rows:
-                said(row)
+                on_row(row)
     load = [record.environment.load[0], os.getloadavg()[0]]
     environment = record.environment.model_copy(update={"load": load})
     record = record.model_copy(update={"finished": True, "environment": environment})
@@ -89,12 +90,12 @@ def measure(
     return record
 
 
-def _apart(case: Case, method: Method, level: Level, threads: int, truth: object) -> Seat:
-    return Apart(case.name, method.name, level, threads, truth)
+def _in_process(case: Case, method: Method, level: Level, threads: int, truth: object) -> Runner:
+    return ProcessRunner(case.name, method.name, level, threads, truth)
 
 
-def _here(case: Case, method: Method, level: Level, threads: int, truth: object) -> Seat:
-    return Here(case, method, level, threads, truth)
+def _local(case: Case, method: Method, level: Level, threads: int, truth: object) -> Runner:
+    return LocalRunner(case, method, level, threads, truth)
 
 
 def _turns(
@@ -104,28 +105,28 @@ def _turns(
     threads: int,
     rounds: int,
     truth: object,
-    seated: Seated,
+    runner_for: RunnerFactory,
 ) -> Iterator[Row]:
-    """The rows of a level; a method that stops has its message."""
-    rows = {method.name: _begun(method, level, threads) for method in methods}
+    """The rows of a level; the row of a failed method has its message."""
+    rows = {method.name: _empty_row(method, level, threads) for method in methods}
     with ExitStack() as held:
-        seats: dict[str, Seat] = {}
+        runners: dict[str, Runner] = {}
 
         def stopped(name: str, failure: Exception) -> None:
-            seats.pop(name, None)
-            given = {"failure": told(failure), "seconds": [], "processor": []}
+            runners.pop(name, None)
+            given = {"failure": error_text(failure), "seconds": [], "processor": []}
             rows[name] = rows[name].model_copy(update=given)
 
-        for method in methods:  # all, so that processes start side by side
+        for method in methods:  # all, so that processes start in parallel
             try:
-                seat = seated(case, method, level, threads, truth)
+                runner = runner_for(case, method, level, threads, truth)
             except Exception as failure:
                 stopped(method.name, failure)
             else:
-                seats[method.name] = held.enter_context(closing(seat))
-        for name, seat in list(seats.items()):
+                runners[method.name] = held.enter_context(closing(runner))
+        for name, runner in list(runners.items()):
             try:
-                first = seat.first()
+                first = runner.first()
             except Exception as failure:
                 stopped(name, failure)
                 continue
@@ -133,9 +134,9 @@ def _turns(
             given = {"errors": errors, "first": first.seconds, "memory": first.memory}
             rows[name] = rows[name].model_copy(update=given)
         for turn in range(rounds):
-            for name in list(seats) if turn % 2 == 0 else list(reversed(seats)):
+            for name in list(runners) if turn % 2 == 0 else list(reversed(runners)):
                 try:
-                    reading = seats[name].reading()
+                    reading = runners[name].reading()
                 except Exception as failure:
                     stopped(name, failure)
                     continue
@@ -144,8 +145,8 @@ def _turns(
     yield from rows.values()
 
 
-def _begun(method: Method, level: Level, threads: int) -> Row:
-    """What is known before the first call."""
+def _empty_row(method: Method, level: Level, threads: int) -> Row:
+    """The row before the first call."""
     return Row(
         method=method.name,
         package=method.distribution or method.package,
@@ -160,21 +161,23 @@ def _finite(value: float) -> float | None:
     return float(value) if value == value and abs(value) != float("inf") else None
 
 
-def broken_claims(case: Case, record: Record) -> list[str]:
-    """What the rows do not show, one sentence each; methods that stopped are among them."""
+def failed_claims(case: Case, record: Record) -> list[str]:
+    """Claims that the rows do not fulfil, and methods that failed, one sentence each."""
     stopped = [f"{named(row)} stopped: {row.failure}" for row in record.rows if row.failure]
-    return stopped + [f"not so: {said}." for said, holds in _judged(case, record) if not holds]
+    return stopped + [
+        f"not so: {statement}." for statement, holds in _evaluated_claims(case, record) if not holds
+    ]
 
 
-def kept_claims(case: Case, record: Record) -> list[str]:
-    """What they do show."""
-    return [said for said, holds in _judged(case, record) if holds]
+def confirmed_claims(case: Case, record: Record) -> list[str]:
+    """Claims that the rows fulfil."""
+    return [statement for statement, holds in _evaluated_claims(case, record) if holds]
 
 
-def _judged(case: Case, record: Record) -> Iterator[tuple[str, bool]]:
-    """Every claim that the size and the installed peers let be judged."""
+def _evaluated_claims(case: Case, record: Record) -> Iterator[tuple[str, bool]]:
+    """All claims that can be checked with this size and the installed peers."""
     rows = [row for row in record.rows if not row.failure]
     for claim in case.claims:
         holds = None if claim.timed and record.size == "small" else claim.holds(rows)
         if holds is not None:
-            yield claim.said, holds
+            yield claim.statement, holds

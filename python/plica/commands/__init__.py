@@ -1,1 +1,1 @@
-"""Parts of the command ``plica``: what each says, asks for and does."""
+"""Subcommands of ``plica``: help texts, arguments and actions."""

@@ -1,4 +1,4 @@
-"""Kinds of arguments that several commands take; a wrong one is refused in one sentence."""
+"""Argument types that several commands share, with one-sentence error messages."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ _NAMED = r"\b(?P<name>[a-z][a-z_0-9]*)(?P<rest>(?:\[\d+\])? = )"
 
 
 class Parser(argparse.ArgumentParser):
-    """Says with what is wrong where help is."""
+    """Argument parser whose errors refer to --help."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
-        """As argparse, but what a command does not know is not left to the parser above it."""
+        """As argparse, but arguments unknown to a subcommand are its own error."""
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return found, unknown
 
     def error(self, message: str) -> NoReturn:
-        """Ends with exit code 2."""
+        """Print the usage and the message; exit with code 2."""
         self.print_usage(sys.stderr)
         text = _reworded(message)
         end = "" if text.endswith((".", "?")) else "."
-        self.exit(2, f"{self.prog}: {text}{end} {self.prog} --help says more.\n")
+        self.exit(2, f"{self.prog}: {text}{end} See {self.prog} --help.\n")
 
 
 def _reworded(message: str) -> str:
-    """What argparse says of a value, as all messages say it: with what must hold, and the nearest name."""
+    """The argparse message in the form of all messages: with the relation, and the nearest name."""
     kind = re.search(r"invalid (float|int) value: '(.*)'", message)
     if kind is not None:
         return f"{message[: kind.start()]}{kind[2]}; must be a {'whole ' if kind[1] == 'int' else ''}number"
@@ -61,10 +61,10 @@ def _reworded(message: str) -> str:
 
 @contextmanager
 def as_options(owners: Sequence[str], names: Mapping[str, str]) -> Iterator[None]:
-    """Lets errors about fields of these owners speak of options, as they were typed.
+    """Rewrite errors about fields of these owners to name the command line options.
 
-    ``Film: start = 1 s; ...`` becomes ``--from = 1 s; ...`` where names has ``{"start": "--from"}``; a field
-    that is not in names is the option of its own name.
+    ``Film: start = 1 s; ...`` becomes ``--from = 1 s; ...`` if names has ``{"start": "--from"}``; a field
+    that is not in names is an option of the same name.
     """
 
     def option(found: re.Match[str]) -> str:
@@ -91,7 +91,7 @@ def add_command(
     summary: str,
     text: str = "",
 ) -> Any:
-    """A parser among `commands` for the command of this name; `text` is its help, else the summary."""
+    """Add a parser for the command of this name; `text` is its help, default: the summary."""
     parser = commands.add_parser(
         name,
         help=summary,
@@ -109,22 +109,22 @@ def add_threads(part: argparse.ArgumentParser) -> None:
         metavar="N",
         type=_threads,
         default=min(len(os.sched_getaffinity(0)), _DEFAULT_THREADS),
-        help=f"default: the CPUs available, at most {_DEFAULT_THREADS}; results do not depend on it",
+        help=f"default: the available CPUs, at most {_DEFAULT_THREADS}; results do not depend on it",
     )
 
 
 def add_pdf(part: argparse.ArgumentParser) -> None:
     """The option --pdf."""
     part.add_argument(
-        "--pdf", action="store_true", help="write the page as PDF too (pip install 'plica[pdf]')"
+        "--pdf", action="store_true", help="also write the page as PDF (pip install 'plica[pdf]')"
     )
 
 
 def joined(arguments: Sequence[str]) -> list[str]:
     """The arguments with ``--region -5,0,9,9`` as ``--region=-5,0,9,9``.
 
-    argparse takes what begins with a minus for an option unless it is one plain number; no option of plica
-    begins with a digit.
+    argparse treats an argument that starts with a minus as an option unless it is a plain number; no option
+    of plica starts with a digit.
     """
     found: list[str] = []
     for text in arguments:
@@ -136,7 +136,7 @@ def joined(arguments: Sequence[str]) -> list[str]:
 
 
 def numbers(kind: Callable[[str], Any], count: int | None = None) -> Callable[[str], tuple[Any, ...]]:
-    """Reads so many numbers, or some, with commas between them."""
+    """A type that reads `count` numbers, default: any number of them, separated by commas."""
 
     def read(text: str) -> tuple[Any, ...]:
         try:
@@ -146,14 +146,14 @@ def numbers(kind: Callable[[str], Any], count: int | None = None) -> Callable[[s
         if not values or (count is not None and len(values) != count):
             many = "" if count is None else f"{count} "
             what = "whole numbers" if kind is int else "numbers"
-            raise argparse.ArgumentTypeError(f"{text}; must be {many}{what} with commas between them.")
+            raise argparse.ArgumentTypeError(f"{text}; must be {many}{what} separated by commas.")
         return values
 
     return read
 
 
 def whole(text: str, most: int | None = None) -> int:
-    """Reads a whole number from 1 to `most`."""
+    """Read an integer from 1 to `most`."""
     try:
         number = int(text)
     except ValueError:
@@ -169,7 +169,7 @@ def _threads(text: str) -> int:
 
 
 def tolerance(text: str) -> float:
-    """Reads a number between 0 and 1."""
+    """Read a number between 0 and 1."""
     try:
         value = float(text)
     except ValueError:

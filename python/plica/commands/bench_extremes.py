@@ -13,23 +13,24 @@ from plica.commands.arguments import add_command
 __all__ = ["add_commands"]
 
 _HELP = """\
-Takes the engine to its limits: Poisson's ratios to 0.4999, layers 1e8 times as stiff as their neighbours,
-slivers, meshes far away or in other units, steps of 0.1 us to 10 ms, lung pressures from 0 to 20 kPa, closed
-and wide-open folds, a million steps, broken files of every kind, random scenes. Each ends in a verdict:
+Tests the engine at its limits: Poisson's ratios up to 0.4999, layers 1e8 times as stiff as their neighbours,
+slivers, meshes far from the origin or in other units, steps of 0.1 us to 10 ms, lung pressures from 0 to 20
+kPa, closed and wide-open folds, a million steps, broken files of every kind, random scenes. Each gets a
+verdict:
 
-  right     within what is allowed of a closed form, a second algorithm, or itself in other words
-  said      accuracy is lost, and a caution of the run names it
-  refused   one clear sentence, InvalidInput or SolveFailed
+  right     within the tolerance of a closed form, a second algorithm, or an equivalent scene
+  said      accuracy is lost, with a caution
+  refused   with a clear message, InvalidInput or SolveFailed
 
-or, forbidden: WRONG (and no word of it), NaN, CRASH, HANG. docs/extremes.md has the table.
+or, as a failure: WRONG (without a caution), NaN, CRASH, HANG. docs/extremes_tables.md has the table.
 
 examples:
-  plica bench extremes --size small         seconds: does it work here
+  plica bench extremes --size small         a quick check in seconds
   plica bench extremes -o extremes.csv      everything, about a minute
   plica bench extremes --subjects tissue voice
-  plica bench extremes --only "Poisson"     probes whose name has this in it
+  plica bench extremes --only "Poisson"     probes whose name contains this
 
-Exit codes: 0 no probe ended in a forbidden way, 1 one did, 2 bad input.
+Exit codes: 0 no failure, 1 at least one failure, 2 bad input.
 """
 
 
@@ -42,7 +43,7 @@ def add_commands(benches: Any) -> None:
     sub.add_argument(
         "--subjects", metavar="NAME", nargs="+", help="tissue, voice, endurance, files; default: all"
     )
-    sub.add_argument("--only", metavar="TEXT", default="", help="probes whose name has it")
+    sub.add_argument("--only", metavar="TEXT", default="", help="probes whose name contains it")
     sub.add_argument(
         "-o", "--output", dest="csv", metavar="FILE", type=Path, help="also write the table as CSV"
     )
@@ -51,9 +52,9 @@ def add_commands(benches: Any) -> None:
 
 def _extremes(options: argparse.Namespace) -> int:
     from plica.bench.combinations import chosen
-    from plica.bench.extremes.apart import verdicts
     from plica.bench.extremes.catalogue import COLUMNS, SUBJECTS
     from plica.bench.extremes.probe import FORBIDDEN
+    from plica.bench.extremes.worker import verdicts
     from plica.bench.table import show
     from plica.errors import InvalidInput
 

@@ -1,4 +1,4 @@
-"""``plica compare``: two analyses of recordings, or two runs, beside each other."""
+"""``plica compare``: compare two analyses of recordings, or two runs."""
 
 from __future__ import annotations
 
@@ -18,40 +18,40 @@ if TYPE_CHECKING:
 __all__ = ["add_commands"]
 
 _HELP = """\
-Two analyses of plica video (or glottis) beside each other, as of one larynx before and after a treatment:
-every measure of both with its 95 % interval, and the difference, after less before, with an interval of its
-own from the bootstrap replicates of both. A * marks a difference whose interval leaves zero out: it is more
-than the cycles' scatter. Whether it is more than a voice varies from one day to the next, two recordings
-cannot tell.
+Compares two analyses of plica video (or glottis), e.g. of one larynx before and after a treatment: every
+measure of both with its 95 % interval, and the difference, after minus before, with its own interval from
+the bootstrap replicates of both. A * marks a difference whose interval excludes zero: it exceeds the
+variation between cycles. Whether it exceeds the variation of a voice from day to day cannot be determined
+from two recordings.
 
-What cannot be compared is said with the reason, and how to mend it: lengths where the size of a pixel is not
-known of both (--mm-per-px), times without a frame rate (--fps), left and right where it is not known of both
-which is the patient's (--patient-left; a turned endoscope is then allowed for, as with --anterior). All of
-these may be told to plica video later, in the directory of its analysis.
+Measures that cannot be compared are listed with the reason and the remedy: lengths if the pixel size of one
+is unknown (--mm-per-px), times without a frame rate (--fps), left and right if the patient's side is unknown
+in one (--patient-left; a rotated endoscope is then accounted for, as with --anterior). All of these can be
+given to plica video later, in the directory of its analysis.
 
 With -o, in DIR:
 
-  comparison.html  pictures next to each other: kymogram, cycle, phonovibrogram, area over a cycle; measures
-  comparison.csv   a row a measure
-  comparison.json  all of it: values, intervals, cautions, what was not compared and why
+  comparison.html  figures side by side: kymogram, cycle, phonovibrogram, area over a cycle; measures
+  comparison.csv   one row per measure
+  comparison.json  everything: values, intervals, cautions, measures that were not compared and why
   comparison.pdf   with --pdf: the page on A4 (pip install 'plica[pdf]')
 
-Two runs of plica run may be compared too: a simulation does not scatter, so differences have no interval.
+Two runs of plica run can be compared too: simulations are deterministic, so differences have no interval.
 
 examples:
   plica compare before after                     the table
-  plica compare before after -o change --pdf     the page too
+  plica compare before after -o change --pdf     also the page
 """
 
 
 def add_commands(commands: Any) -> None:
     """Add it to the commands of ``plica``."""
-    part = add_command(commands, "compare", _compare, "show two analyses beside each other", _HELP)
+    part = add_command(commands, "compare", _compare, "compare two analyses, or two runs", _HELP)
     part.add_argument("before", metavar="BEFORE", type=Path, help="directory of an analysis, or of a run")
-    part.add_argument("after", metavar="AFTER", type=Path, help="directory of another of the same kind")
+    part.add_argument("after", metavar="AFTER", type=Path, help="directory of another one of the same kind")
     part.add_argument("-o", "--output", metavar="DIR", type=Path, help="directory of the page and tables")
     add_pdf(part)
-    part.add_argument("--quiet", action="store_true", help="no table; only what is wrong")
+    part.add_argument("--quiet", action="store_true", help="no table; only errors and cautions")
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -62,7 +62,7 @@ def _compare(options: argparse.Namespace) -> int:
 
     if options.pdf and options.output is None:
         raise InvalidInput(
-            "Compare: --pdf is given without -o; must have the directory that it is written to."
+            "Compare: --pdf is given without -o; must come with -o, the directory of the page."
         )
     if options.pdf:
         require_pdf()
@@ -92,18 +92,18 @@ def _compared(before: Path, after: Path) -> Comparison | RunComparison:
 
 
 def _are_recordings(before: Path, after: Path) -> bool:
-    """Whether both are analyses of recordings; InvalidInput where only one is, or one is nothing."""
+    """Whether both are analyses of recordings; raises InvalidInput if only one is, or one is neither."""
     for path in (before, after):
         if not (path / "results.h5").is_file():
-            what = "is no directory" if not path.is_dir() else "has no results.h5"
+            what = "is not a directory" if not path.is_dir() else "has no results.h5"
             raise InvalidInput(f"Compare: {path} {what}; must be the directory of an analysis, or of a run.")
     if before.samefile(after):
-        raise InvalidInput(f"Compare: {before} and {after} are one directory; must be two.")
+        raise InvalidInput(f"Compare: {before} and {after} are the same directory; must be different.")
     kinds = {path: is_analysis(path) for path in (before, after)}
     if len(set(kinds.values())) > 1:
         recording, run = sorted((before, after), key=lambda path: not kinds[path])
         raise InvalidInput(
-            f"Compare: {recording} is the analysis of a recording and {run} a run; must be two of one kind. "
-            "To measure a run as a camera would: plica film, then plica video."
+            f"Compare: {recording} is the analysis of a recording and {run} a run; must be of the same kind. "
+            "To measure a run like a recording, use plica film, then plica video."
         )
     return kinds[before]

@@ -1,4 +1,4 @@
-"""``plica examples``: the scenes and programs that come with the package."""
+"""``plica examples``: scenes and programs that come with the package."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from plica.commands.text import first_sentence, hanging
 __all__ = ["add_commands"]
 
 _HELP = """\
-Lists the examples that come with plica, or copies them to DIR, which is made if need be.
+Lists the examples that come with plica, or copies them to DIR, which is created if missing.
 
 examples:
-  plica examples                      what there is
+  plica examples                      list them
   plica examples scenes               copies all to scenes/
   plica run scenes/first.toml -o runs/first
 """
@@ -24,7 +24,7 @@ examples:
 
 def add_commands(commands: Any) -> None:
     """``plica examples [DIR]``."""
-    part = add_command(commands, "examples", _examples, "list or copy scenes to start from", _HELP)
+    part = add_command(commands, "examples", _examples, "list or copy example scenes", _HELP)
     part.add_argument("directory", metavar="DIR", type=Path, nargs="?", help="copy them here")
 
 
@@ -35,13 +35,13 @@ def _examples(options: argparse.Namespace) -> int:
     files = _files()
     if options.directory is None:
         width = max(len(file.name) for file in files)
-        print("\n".join(hanging(file.name, _says(file), width + 2) for file in files))
+        print("\n".join(hanging(file.name, _summary(file), width + 2) for file in files))
         return 0
     directory: Path = options.directory
     present = [file.name for file in files if (directory / file.name).exists()]
     if present:
         raise InvalidInput(
-            f"{directory}: {', '.join(present)} would be overwritten; must not be. Name another directory."
+            f"{directory}: {', '.join(present)} would be overwritten; must not exist. Use another directory."
         )
     with storage_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
@@ -53,18 +53,18 @@ def _examples(options: argparse.Namespace) -> int:
 
 
 def _files() -> list[Path]:
-    """Beside the engine, where the build installs them."""
+    """The example files, which are installed beside the engine."""
     from plica import _engine
     from plica.errors import StorageFailed
 
     folder = Path(_engine.__file__).parent / "examples"
     files = sorted(file for file in folder.glob("*") if file.suffix in {".toml", ".py"})
     if not files:
-        raise StorageFailed(f"{folder}: has no examples; must have come with plica. Install it anew.")
+        raise StorageFailed(f"{folder}: has no examples; must have those of plica. Install plica again.")
     return files
 
 
-def _says(file: Path) -> str:
+def _summary(file: Path) -> str:
     """The first sentence of its first comment or docstring."""
     comment = takewhile(
         lambda line: line.startswith(("# ", '"')) and "plica run" not in line,

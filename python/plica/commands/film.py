@@ -1,4 +1,4 @@
-"""``plica film``: a run as high-speed video."""
+"""``plica film``: render a run as high-speed video."""
 
 from __future__ import annotations
 
@@ -12,33 +12,34 @@ from plica.commands.arguments import add_command, as_options, numbers, whole
 __all__ = ["add_commands"]
 
 _HELP = """\
-Films the run in DIR from above, as a camera on an endoscope would: textured tissue in the light of a lamp,
-wet highlights, the dark glottis, noise. Beside the clip it writes what no camera knows, the true motion of
-every pixel:
+Renders the run in DIR from above, like a camera on an endoscope: textured tissue lit by a lamp, specular
+highlights, the dark glottis, noise. With the clip it writes the ground truth, the true motion of every pixel:
 
   clip.avi        8-bit grey, lossless; or clip.npy (frames, height, width)
   clip.truth.h5   flow (px from each frame to the next, right and down), visible (seen in the next frame too),
                   glottis, glottal_area, time, projection, and the fields of camera and film (HDF5)
 
-or all of it in one clip.h5, whose frames are named "frames". The run must have stored fields (output.every in
-its scene). Frames are taken at most as often as fields were stored; between stored fields, and during an
-exposure, the motion is interpolated, which is refused where the fields do not tell it to within 0.25 px.
-A film that holds fewer than three complete cycles of the voice is written, with a caution.
+or everything in one clip.h5, with the frames in the data set "frames". The run must have stored fields
+(output.every in its scene). The frame rate is at most that of the stored fields; between stored fields, and
+during an exposure, the motion is interpolated, which is refused if the interpolation error exceeds 0.25 px.
+A film with fewer than three complete cycles is written with a caution.
 
-The picture shows x to the right and y upwards, z towards the camera. docs/film.md says how it is made;
-plica.film, plica.Camera and plica.Film do the same in Python, with light, texture and noise to choose.
+The image shows x to the right and y upwards, z towards the camera. docs/film.md describes the method;
+plica.film, plica.Camera and plica.Film do the same in Python, with options for light, texture and noise.
 
 examples:
   plica film runs/first -o clip.avi
-  plica video clip.avi --fps 2000 --mm-per-px 0.06 -o analysis     what plica film says at its end
-  plica film runs/first -o clip.avi --from 20ms --tilt 5           the camera stands 5 degrees towards +y
-  plica film runs/first -o clip.h5 --size 320,256 --mm-per-px 0.05 --exposure 100us --noise 3
+  plica video clip.avi --fps 2000 --mm-per-px 0.06 -o analysis     printed by plica film at its end
+  plica film runs/first -o clip.avi --from 20ms --tilt 5           the camera is inclined by 5 degrees
+  towards +y plica film runs/first -o clip.h5 --size 320,256 --mm-per-px 0.05 --exposure 100us --noise 3
 """
 
 
 def add_commands(commands: Any) -> None:
     """Add ``film`` to the commands of ``plica``."""
-    film = add_command(commands, "film", _film, "film a run as high-speed video, with its true motion", _HELP)
+    film = add_command(
+        commands, "film", _film, "render a run as high-speed video, with its true motion", _HELP
+    )
     film.add_argument("directory", metavar="DIR", type=Path, help="of a run with fields")
     film.add_argument(
         "-o", "--output", metavar="FILE", type=Path, required=True, help="the clip: .avi, .npy, .h5 or .hdf5"
@@ -66,32 +67,36 @@ def add_commands(commands: Any) -> None:
         metavar="X,Y,Z",
         type=numbers(float, 3),
         default=(0.0, 0.0, 0.0),
-        help="mm, the place in the middle of the picture (default: 0,0,0)",
-    )
-    film.add_argument("--tilt", metavar="DEG", type=float, default=0.0, help="camera towards +y")
-    film.add_argument("--lean", metavar="DEG", type=float, default=0.0, help="camera towards +x")
-    film.add_argument(
-        "--roll", metavar="DEG", type=float, default=0.0, help="turn the picture, anticlockwise as seen"
+        help="mm, the point at the centre of the image (default: 0,0,0)",
     )
     film.add_argument(
-        "--samples", metavar="N", type=whole, default=4, help="pictures a frame is the mean of (default: 4)"
+        "--tilt", metavar="DEG", type=float, default=0.0, help="inclination of the camera towards +y"
+    )
+    film.add_argument(
+        "--lean", metavar="DEG", type=float, default=0.0, help="inclination of the camera towards +x"
+    )
+    film.add_argument(
+        "--roll", metavar="DEG", type=float, default=0.0, help="rotation of the image, anticlockwise"
+    )
+    film.add_argument(
+        "--samples", metavar="N", type=whole, default=4, help="images averaged for each frame (default: 4)"
     )
     film.add_argument(
         "--noise",
         metavar="GREY",
         type=float,
-        help="standard deviation at any grey, instead of the camera's own",
+        help="standard deviation in grey levels, instead of the camera's noise",
     )
     film.add_argument(
         "--ambient",
         metavar="SHARE",
         type=float,
         default=0.35,
-        help="of the light that comes from everywhere, 0 to 1 (default: 0.35)",
+        help="share of ambient light, 0 to 1 (default: 0.35)",
     )
     film.add_argument("--seed", metavar="N", type=int, default=1, help="of texture and noise (default: 1)")
-    film.add_argument("--overwrite", action="store_true", help="replace a clip and its truth that are there")
-    film.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
+    film.add_argument("--overwrite", action="store_true", help="replace an existing clip and its truth")
+    film.add_argument("--quiet", action="store_true", help="print only errors and cautions")
 
 
 _OPTIONS = {"start": "--from", "end": "--to", "width": "--size", "height": "--size", "read_noise": "--noise"}
@@ -129,28 +134,28 @@ def _filmed(options: argparse.Namespace) -> int:
     clip = plica.film(plica.Run.load(options.directory), camera, chosen)
     written = clip.write(options.output, overwrite=options.overwrite, progress=not options.quiet)
     if not options.quiet:
-        said = f"{clip.count} frames of {camera.width} x {camera.height} px, {clip.fps:.6g} a second"
-        print(f"written: {', '.join(map(str, written))}: {said}")
+        size = f"{clip.count} frames of {camera.width} x {camera.height} px, {clip.fps:.6g} per second"
+        print(f"written: {', '.join(map(str, written))}: {size}")
         dataset = " --dataset frames" if len(written) == 1 else ""
         print(
             f"plica video {written[0]}{dataset} --fps {clip.fps:.6g} --mm-per-px {camera.mm_per_px:g} "
             "-o analysis"
         )
     if missing := _missing_cycles(written[-1]):
-        more = " Five periods of a voice always hold three: film more of the run, or let it run longer."
-        said = f"plica: Caution: plica video will measure no voice in this film: {missing}."
-        print(said + ("" if missing.startswith("no oscillation") else more), file=sys.stderr)
+        more = " Five periods always contain three complete cycles: film more of the run, or run it longer."
+        caution = f"plica: Caution: plica video will find no cycles in this film: {missing}."
+        print(caution + ("" if missing.startswith("no oscillation") else more), file=sys.stderr)
     if cut := _cut_frames(written[-1]):
         print(
-            f"plica: Caution: the picture's border cuts the glottis in {cut} of {clip.count} frames, of "
-            "which plica video will measure a part: take a larger --size, or more --mm-per-px.",
+            f"plica: Caution: the border of the image cuts the glottis in {cut} of {clip.count} frames, so "
+            "that plica video will measure only a part of it: use a larger --size or --mm-per-px.",
             file=sys.stderr,
         )
     return 0
 
 
 def _missing_cycles(truth: Path) -> str:
-    """Why the true glottal area of a film has no cycles by the rule for recordings; empty where it has."""
+    """Why the true glottal area of a film has no cycles by the rule for recordings; empty if it has."""
     import h5py
 
     from plica.measures.recorded import recorded_cycles
@@ -161,7 +166,7 @@ def _missing_cycles(truth: Path) -> str:
 
 
 def _cut_frames(truth: Path) -> int:
-    """In how many frames the true glottis of a film lies at the picture's border."""
+    """Number of frames in which the true glottis of a film touches the border of the image."""
     import h5py
 
     with h5py.File(truth) as file:
@@ -170,7 +175,7 @@ def _cut_frames(truth: Path) -> int:
 
 
 def _time(text: str) -> float | str:
-    """A time as it is typed: a number, in s, or a number with its unit."""
+    """A time from the command line: a number in s, or a number with a unit."""
     try:
         return float(text)
     except ValueError:

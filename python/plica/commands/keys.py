@@ -1,4 +1,4 @@
-"""``plica keys``: what the keys of a scene mean, without the documentation at hand."""
+"""``plica keys``: reference of scene keys, measures and waveforms."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command
-from plica.commands.synonyms import meant
+from plica.commands.synonyms import names_for
 from plica.commands.text import first_sentence, hanging
 
 if TYPE_CHECKING:
@@ -19,23 +19,23 @@ __all__ = ["add_commands"]
 _SOURCES = {"run": "runs", "video": "recordings", "both": "runs and recordings"}
 
 _HELP = """\
-Says what may stand in a scene file, and what is measured and stored: unit, default and meaning.
+Shows the keys of a scene file, and the measures and waveforms that are stored: unit, default and meaning.
 
 examples:
   plica keys                          the tables of a scene
   plica keys airflow                  one table and those inside it
-  plica keys subglottal_pressure      one key, wherever it stands; tissue.cover.E, only there
+  plica keys subglottal_pressure      one key in all tables; tissue.cover.E: only in that one
   plica keys open_quotient            one measure or waveform, with its definition
   plica keys measures                 all measures; likewise waveforms
-  plica keys stiffness                what people call so; OQ, pitch, closed quotient, mucosal wave
+  plica keys stiffness                by a common name; also OQ, pitch, closed quotient, mucosal wave
 """
 
 
 def add_commands(commands: Any) -> None:
     """``plica keys [NAME]``."""
-    part = add_command(commands, "keys", _keys, "say what keys, measures and waveforms mean", _HELP)
+    part = add_command(commands, "keys", _keys, "explain keys, measures and waveforms", _HELP)
     part.add_argument(
-        "name", metavar="NAME", nargs="*", help="a table, key, measure or waveform, or what people call it"
+        "name", metavar="NAME", nargs="*", help="a table, key, measure or waveform, or a common name of one"
     )
 
 
@@ -50,13 +50,13 @@ def _keys(options: argparse.Namespace) -> int:
     name = " ".join(options.name).strip("[]")
     listed = {"measures": _measures(), "waveforms": _waveforms()}
     found = _entries(tables, listed, name)
-    for other in meant(name, _called(tables, listed)):
+    for other in names_for(name, _called(tables, listed)):
         found += [text for text in _entries(tables, listed, other) if text not in found]
     if not found:
         known = [_bare(table) for table in tables] + [key.name for table in tables for key in table.keys]
         known += [key.name for keys in listed.values() for key in keys]
         raise InvalidInput(
-            f'"{name}" is no table or key of a scene, no measure and no waveform.{nearest(name, known)} '
+            f'"{name}" is not a table or key of a scene, a measure or a waveform.{nearest(name, known)} '
             "See: plica keys"
         )
     print("\n\n".join(found))
@@ -64,7 +64,7 @@ def _keys(options: argparse.Namespace) -> int:
 
 
 def _entries(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]], name: str) -> list[str]:
-    """What is to be said of a name: tables, a key wherever it stands, a measure, a waveform."""
+    """The entries of a name: tables, a key in all tables, a measure, a waveform."""
     found = [_whole(table) for table in tables if f"{_bare(table)}.".startswith(f"{name}.")]
     if not found:
         found = [f"{table.title}\n{_rows([key])}" for table, key in _places(tables, name)]
@@ -76,7 +76,7 @@ def _entries(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]], name:
 
 
 def _called(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]]) -> Iterator[tuple[str, str, str]]:
-    """Name, symbol and label of all that there is."""
+    """Name, symbol and label of all entries."""
     from plica.measures.catalogue import CATALOGUE
 
     yield from ((entry.name, entry.symbol, entry.label) for entry in CATALOGUE.values())
@@ -85,14 +85,14 @@ def _called(tables: Sequence[Table], listed: Mapping[str, Sequence[Key]]) -> Ite
 
 
 def _places(tables: Sequence[Table], name: str) -> Iterator[tuple[Table, Key]]:
-    """A key wherever it stands, or where ``tissue.cover.E`` says, with its table."""
+    """A key, in all tables or in the table of a path like ``tissue.cover.E``, with its table."""
     *path, last = name.split(".")
     for table in tables:
-        place = _bare(table).split(".") if table.path else []
-        there = len(place) == len(path) and all(
-            one in ("NAME", given) for one, given in zip(place, path, strict=True)
+        own = _bare(table).split(".") if table.path else []
+        matches = len(own) == len(path) and all(
+            one in ("NAME", given) for one, given in zip(own, path, strict=True)
         )
-        if there or not path:
+        if matches or not path:
             yield from ((table, key) for key in table.keys if key.name == last)
 
 
@@ -122,7 +122,7 @@ def _waveforms() -> list[Key]:
 
 
 def _bare(table: Table) -> str:
-    """The table's place without the brackets of a list."""
+    """The table's path without the brackets of a list."""
     return table.path.replace("[", "").replace("]", "")
 
 
@@ -133,7 +133,7 @@ def _overview(tables: Sequence[Table]) -> str:
         [
             *lines,
             "",
-            "One of them, or one key: plica keys NAME. Likewise measures and waveforms: plica keys measures",
+            "One table or key: plica keys NAME. All measures or waveforms: plica keys measures",
         ]
     )
 

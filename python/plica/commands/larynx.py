@@ -1,4 +1,4 @@
-"""``plica larynx``: the mesh of a scene from a picture of the folds."""
+"""``plica larynx``: fit the mesh of a scene to an image of the folds."""
 
 from __future__ import annotations
 
@@ -16,40 +16,41 @@ if TYPE_CHECKING:
 __all__ = ["add_commands"]
 
 _HELP = """\
-Fits the parametric larynx to the glottis of one picture, taken from above before phonation, with the folds
-apart; writes the mesh of a scene, a line, and beside it a picture of the fit (SVG). FRAME is a picture (PNG,
-TIFF, JPEG, BMP), or the directory of an analysis (plica video) with --frame N, whose mask, size of a pixel
-and anterior end are then taken.
+Fits the parametric larynx to the glottis in one image, taken from above before phonation, with the folds
+apart; writes the mesh of a scene, one line, and an image of the fit (SVG). FRAME is an image (PNG, TIFF,
+JPEG, BMP), or the directory of an analysis (plica video) with --frame N, whose mask, pixel size and anterior
+end are then used.
 
-A picture does not tell its scale. Say one of two things: the size of a pixel (--mm-per-px), and the length is
-measured; or half the folds' length (--r-in), and the size of a pixel follows. Nor does it show depth: the
-heights z0 to z5 and the layers' thickness are those of the thesis unless said otherwise.
+An image has no scale. Give either the size of a pixel (--mm-per-px), and the length is measured; or half the
+folds' length (--r-in), and the size of a pixel follows. Nor does it show depth: the heights z0 to z5 and the
+thickness of the layers are those of the thesis by default.
 
-Contour error is the distance between the contour and the mesh's glottal edge as the camera sees it. The
-larynx is elliptic and symmetric: where that misses the contour by more than --largest-error of the visible
+Contour error is the distance between the contour and the mesh's glottal edge as seen by the camera. The
+larynx is elliptic and symmetric: if it misses the contour by more than --largest-error of the visible
 length, the frame is refused.
 
 examples:
   plica larynx frame.png --mask mask.png --mm-per-px 0.06 -o scene-mesh.toml
   plica larynx frame.png --r-in "7 mm" --l-occ "1 mm" -o scene-mesh.toml      the pixel's size from the length
-  plica larynx analysis --frame 0 -o scene-mesh.toml                          as plica video saw frame 0
+  plica larynx analysis --frame 0 -o scene-mesh.toml                          frame 0 of plica video
 
-A scene begins with what was written; docs/image_mesh.md says what to trust. From Python: plica.larynx_fit.
+Use the output as the start of a scene file; docs/image_mesh.md describes the accuracy. In Python:
+plica.larynx_fit.
 """
 
 
 def add_commands(commands: Any) -> None:
     """Add ``larynx`` to the commands of ``plica``."""
-    part = add_command(commands, "larynx", _larynx, "fit a larynx to a picture of the folds", _HELP)
-    part.add_argument("frame", metavar="FRAME", type=Path, help="a picture, or DIR of an analysis")
+    part = add_command(commands, "larynx", _larynx, "fit a larynx to an image of the folds", _HELP)
+    part.add_argument("frame", metavar="FRAME", type=Path, help="an image, or DIR of an analysis")
     part.add_argument("-o", "--output", metavar="FILE", type=Path, required=True, help="the mesh (TOML)")
-    part.add_argument("--mask", metavar="FILE", type=Path, help="picture, white where the glottis is")
-    part.add_argument("--frame", dest="number", metavar="N", type=int, help="of an analysis, from 0")
+    part.add_argument("--mask", metavar="FILE", type=Path, help="image, white where the glottis is")
+    part.add_argument("--frame", dest="number", metavar="N", type=int, help="frame of an analysis, from 0")
     part.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
     part.add_argument("--r-in", metavar="LENGTH", type=_length, help='half the folds\' length, e.g. "7 mm"')
     part.add_argument("--wall", metavar="LENGTH", type=_length, help="r_out - r_in (default: 1 mm)")
     part.add_argument(
-        "--l-occ", metavar="LENGTH", type=_length, help="length that cartilage hides (default: 0)"
+        "--l-occ", metavar="LENGTH", type=_length, help="length that is hidden by cartilage (default: 0)"
     )
     part.add_argument(
         "--heights",
@@ -61,19 +62,30 @@ def add_commands(commands: Any) -> None:
     part.add_argument(
         "--layer-thickness", metavar="LENGTH", type=_length, help="of cover and ligament (default: 0.5 mm)"
     )
-    part.add_argument("--tilt", metavar="DEG", type=float, help="camera towards anterior (default: 0)")
-    part.add_argument("--lean", metavar="DEG", type=float, help="camera towards the right fold (default: 0)")
-    part.add_argument("--anterior", metavar="END", help="of the glottis: upper or lower (default: upper)")
+    part.add_argument(
+        "--tilt", metavar="DEG", type=float, help="inclination of the camera towards anterior (default: 0)"
+    )
+    part.add_argument(
+        "--lean",
+        metavar="DEG",
+        type=float,
+        help="inclination of the camera towards the right fold (default: 0)",
+    )
+    part.add_argument(
+        "--anterior",
+        metavar="END",
+        help="anterior end of the glottis in the image: upper or lower (default: upper)",
+    )
     part.add_argument(
         "--commissures",
         metavar="X,Y,X,Y",
         type=numbers(float, 4),
-        help="px, A and P0, where the visible glottis ends in front and behind (default: fitted)",
+        help="px, A and P0, the anterior and posterior end of the visible glottis (default: fitted)",
     )
     part.add_argument("--larynx", metavar="NAME", help="coarse, demo, fine or finest cells (default: demo)")
     part.add_argument("--order", metavar="1|2", type=int, help="2: quadratic tetrahedra (default)")
     part.add_argument("--largest-error", metavar="SHARE", type=float, help="default: 0.05")
-    part.add_argument("--overwrite", action="store_true", help="replace what was written before")
+    part.add_argument("--overwrite", action="store_true", help="replace existing files")
 
 
 _OPTIONS = {"z": "--heights"}
@@ -114,13 +126,13 @@ def _fitted(options: argparse.Namespace) -> int:
 
 def _of_picture(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]:
     if options.number is not None:
-        raise InvalidInput(f"--frame {options.number} is for analyses; {options.frame} is a picture.")
+        raise InvalidInput(f"--frame {options.number} is for analyses; {options.frame} is an image.")
     mask = None if options.mask is None else _read(options.mask)
     return _read(options.frame), None if mask is None else mask > 0.5 * max(float(mask.max()), 1.0), {}
 
 
 def _read(path: Path) -> Any:
-    """A picture; where it cannot be read, the path comes first."""
+    """Read an image; error messages start with the path."""
     from plica.video.image_file import read_image
 
     try:
@@ -133,9 +145,7 @@ def _of_analysis(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]
     from plica import video
 
     if options.number is None or options.mask is not None:
-        raise InvalidInput(
-            f"{options.frame} is a directory; must have --frame N, of an analysis, and no --mask."
-        )
+        raise InvalidInput(f"{options.frame} is a directory; must come with --frame N and without --mask.")
     found = video.load(options.frame)
     mask = found.mask(options.number)
     known = {"mm_per_px": found.settings.mm_per_px, "anterior": found.settings.anterior}
@@ -144,7 +154,7 @@ def _of_analysis(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]
 
 
 def _length(text: str) -> float | str:
-    """A length as it is typed: a number, in m, or a number with its unit."""
+    """A length from the command line: a number in m, or a number with a unit."""
     try:
         return float(text)
     except ValueError:
@@ -152,18 +162,18 @@ def _length(text: str) -> float | str:
 
 
 def _comment(made: LarynxFit) -> str:
-    """What the table cannot hold: where in the picture the larynx lies."""
+    """A comment with the position of the larynx in the image, which the table cannot hold."""
     camera = made.camera
     centre = ", ".join(f"{1e3 * float(x):.5g}" for x in camera.centre)
     return (
-        f"# Fitted to a picture of {camera.width} x {camera.height} px: plica.Camera(mm_per_px="
+        f"# Fitted to an image of {camera.width} x {camera.height} px: plica.Camera(mm_per_px="
         f"{camera.mm_per_px:.6g},\n# roll={camera.roll:.4f}, tilt={camera.tilt:g}, lean={camera.lean:g}) "
         f"with its centre at ({centre}) mm.\n"
     )
 
 
 def _summary(made: LarynxFit) -> str:
-    """What was found, as a text."""
+    """The result as text."""
     section, error, quality, contour = made.section, made.error, made.quality, made.contour
     ends = ", ".join(
         f"{name} ({x:.1f}, {y:.1f})"
@@ -173,7 +183,7 @@ def _summary(made: LarynxFit) -> str:
         [
             f"half-width {1e3 * section.half_width:.3f} mm, r_in {1e3 * section.r_in:.3f} mm, r_out "
             f"{1e3 * section.r_out:.3f} mm, l_occ {1e3 * section.l_occ:.3f} mm",
-            f"{ends} px, {made.camera.mm_per_px:.4g} mm a pixel, turned by {made.camera.roll:.2f} degrees",
+            f"{ends} px, {made.camera.mm_per_px:.4g} mm per pixel, rotated by {made.camera.roll:.2f} degrees",
             f"openings: {contour.openings}; asymmetry {made.asymmetry:+.3f} (the larynx has none)",
             f"contour error: mean {error.mean:.2f} px, 95 % within {error.percentile_95:.2f} px, largest "
             f"{error.largest:.2f} px",

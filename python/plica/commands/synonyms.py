@@ -1,13 +1,13 @@
-"""What people of the field call the keys, measures and waveforms of plica."""
+"""Common names of the keys, measures and waveforms of plica."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["SYNONYMS", "meant"]
+__all__ = ["SYNONYMS", "names_for"]
 
 _STIFFNESS = ("tissue.NAME.E", "tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.mu_transverse")
-_LOUD = ("airflow.subglottal_pressure",)
+_PRESSURE = ("airflow.subglottal_pressure",)
 
 SYNONYMS: dict[str, tuple[str, ...]] = {
     "frequency": ("fundamental_frequency", "loads.frequency"),
@@ -25,9 +25,9 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "thickness": ("mesh.options.layer_thickness",),
     "length": ("mesh.options.major", "glottal_length"),
     "gap": ("glottal_gap_index", "glottal_gap_relative", "deepest_gap"),
-    "pressure": (*_LOUD, "section_pressure", "peak_contact_pressure"),
-    "lung pressure": _LOUD,
-    "loudness": _LOUD,
+    "pressure": (*_PRESSURE, "section_pressure", "peak_contact_pressure"),
+    "lung pressure": _PRESSURE,
+    "loudness": _PRESSURE,
     "density": ("tissue.NAME.density", "airflow.air_density"),
     "collision": ("contact", "collisions", "contact_impulse", "peak_contact_pressure"),
     "impact": ("contact_impulse", "peak_contact_pressure"),
@@ -51,12 +51,14 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "frame rate": ("output.every",),
     "duration": ("time.duration",),
 }
-"""Word, in lower case: names as ``plica keys`` takes them, the nearest first."""
+"""Common name, in lower case, to the names that ``plica keys`` takes, best match first."""
 
 
-def meant(word: str, known: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
-    """The names that a word stands for: by the table, else those of name, symbol and label known that have
-    this symbol, or this word within name or label."""
+def names_for(word: str, known: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
+    """The names for a word: from the table, else those with this symbol, or with the word in name or label.
+
+    known: name, symbol and label of all entries.
+    """
     asked = " ".join(word.lower().replace("_", " ").replace("-", " ").split())
     if not asked:
         return ()
@@ -68,6 +70,6 @@ def meant(word: str, known: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
     return tuple(
         dict.fromkeys(
             [name for name, symbol, _ in entries if symbol == asked]
-            or [name for name, _, said in entries if len(asked) > 2 and asked in said]
+            or [name for name, _, text in entries if len(asked) > 2 and asked in text]
         )
     )

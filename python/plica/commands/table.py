@@ -1,4 +1,4 @@
-"""Measures as people read them on a terminal."""
+"""Table of measures for the terminal."""
 
 from __future__ import annotations
 
@@ -27,36 +27,36 @@ MAIN_MEASURES = (
 
 
 def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> str:
-    """The measures in the units of the field, what speaks against each below it; `short`: the main ones.
+    """The measures in common units, each followed by its cautions; `short`: only the main ones.
 
-    What was said of a measure above is not said again; one without a value whose reason was said above names
-    the measure there, or is left out of the short table.
+    Cautions are not repeated; a measure without a value refers to the first one with the same reason, or is
+    omitted from the short table.
     """
     names = [name for name in MAIN_MEASURES if name in measures] if short else []
     lines: list[str] = []
-    said: set[str] = set()
+    shown: set[str] = set()
     reasons: dict[str, str] = {}
     for name in names or measures:
         item = measures[name]
         if item.value is None:
-            if short and item.note in said:
+            if short and item.note in shown:
                 continue
             first = reasons.setdefault(item.note, name) if item.note else name
             note = item.note if first == name else f"see {first}"
             lines.append(f"{name:<40} -            {note}".rstrip())
-            said.add(item.note)
+            shown.add(item.note)
             continue
-        new = [_without(text, said) for text in item.cautions if text not in said]
+        new = [_without(text, shown) for text in item.cautions if text not in shown]
         mark = "!" if item.cautions else ""
         lines.append(f"{_line(item)} {mark}".rstrip())
         lines += [f"    ! {text}" for text in new]
-        said.update(item.cautions)
+        shown.update(item.cautions)
     return "\n".join(lines)
 
 
-def _without(text: str, said: set[str]) -> str:
-    """What of a text was not said."""
-    ends = (f"; {reason}" for reason in sorted(said) if text.endswith(f"; {reason}"))
+def _without(text: str, shown: set[str]) -> str:
+    """The text without a final part that was shown before."""
+    ends = (f"; {reason}" for reason in sorted(shown) if text.endswith(f"; {reason}"))
     return text.removesuffix(next(ends, ""))
 
 

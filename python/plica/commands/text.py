@@ -1,4 +1,4 @@
-"""How commands lay out text."""
+"""Text layout of commands."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def first_sentence(text: str) -> str:
 
 
 def hanging(name: str, text: str, indent: int) -> str:
-    """A name and beside it a text, as wide as the terminal, its lines `indent` characters from the left."""
+    """A name followed by a text with hanging indent, wrapped to the width of the terminal."""
     width = max(shutil.get_terminal_size((100, 24)).columns, indent + 30)
     filled = textwrap.fill(text, width, initial_indent=" " * indent, subsequent_indent=" " * indent)
     return f"{name:<{indent}}{filled[indent:]}"

@@ -1,4 +1,4 @@
-"""``plica uncertainty``: how far the numbers of a run are from those of finer levels."""
+"""``plica uncertainty``: numerical uncertainty of the measures of a run."""
 
 from __future__ import annotations
 
@@ -11,37 +11,36 @@ from plica.commands.arguments import add_command, add_threads
 __all__ = ["add_commands", "estimated"]
 
 _HELP = """\
-Says of every measure of the finished run in DIR how far it may be from what an infinitely small step and mesh
-would give. The scene is computed again with half its step and, as far as the budget goes, on a finer and a
-coarser mesh and with a quarter of the step: a settled voice from its own orbit, the first 6 cycles left out,
-anything else from its start. What that costs is said before it begins. Then it writes, beside measures.json,
+Estimates the discretisation error of every measure of the finished run in DIR. The scene is computed again
+with half its step and, as far as the budget allows, on a finer and a coarser mesh and with a quarter of the
+step: a steady vibration from its own state, without the first 6 cycles, others from their start. The cost is
+printed first. Then it writes, in addition to measures.json,
 
   uncertainty.json   {source, remarks, levels, measures: {name: {value, unit, numerical, step, mesh,
                      statistical, spread, cycles}}, waveforms: likewise}; step and mesh are
                      {uncertainty, verdict, order, extrapolated, values}
-  uncertainty.csv    a row a measure, in SI
-  report.html        anew, with value +- uncertainty
+  uncertainty.csv    one row per measure, in SI
+  report.html        again, with value +- uncertainty
 
-"numerical" is the sum of the uncertainties by step and by mesh, bounds meant to hold in 95 of 100 cases;
-"statistical", of the mean over the cycles that were measured, is no part of it. The table says of both parts
-how they were found:
+"numerical" is the sum of the uncertainties by step and by mesh, bounds for 95 of 100 cases; "statistical",
+of the mean over the measured cycles, is not included. The table shows how each part was determined:
 
-  order 2.0          three levels converge with that order, which is theory's
-  monotone, 1.4      they converge with that order, which is not: a factor of safety of 3
-  two levels         the order is taken from theory, with that factor
-  scatter            levels differ by less than cycles do: the bound is what the cycles let one see
-  no convergence     differences do not fall: not in the asymptotic range, three times the largest difference
-  unchanged          no difference at all
+  order 2.0          three levels converge with that order, which is the theoretical one
+  monotone, 1.4      they converge with that order, which is not: a safety factor of 3
+  two levels         theoretical order, with that factor
+  scatter            levels differ by less than cycles do: the bound is the resolution of the cycles
+  no convergence     differences do not decrease: not in the asymptotic range, three times the largest
+  difference unchanged          no difference at all
 
-Stopped by Ctrl-C, the same command goes on; the levels are kept in DIR/uncertainty and may be deleted.
-docs/uncertainty.md says by which rule, and how often it held the truth.
+After Ctrl-C the same command continues; the levels are kept in DIR/uncertainty and may be deleted.
+docs/uncertainty.md describes the method and its reliability.
 
 examples:
   plica uncertainty runs/one
-  plica uncertainty runs/one --budget 8           more levels: up to eight times what the run took
-  plica uncertainty runs/own --mesh finer.toml    a scene with another mesh of one's own, all else the same
-  plica uncertainty runs/one --mesh none          of the step alone
-  plica run scene.toml -o runs/one --uncertainty  both in one
+  plica uncertainty runs/one --budget 8           more levels: up to eight times the time of the run
+  plica uncertainty runs/own --mesh finer.toml    a scene that differs only in its mesh
+  plica uncertainty runs/one --mesh none          only the error of the step
+  plica run scene.toml -o runs/one --uncertainty  run and estimate
 """
 
 
@@ -54,17 +53,17 @@ def add_commands(commands: Any) -> None:
         metavar="N",
         type=float,
         default=4.0,
-        help="times what the run took, at least a minute (default: 4)",
+        help="in units of the time of the run, at least a minute (default: 4)",
     )
     part.add_argument(
         "--mesh",
         metavar="SCENE",
         default="auto",
-        help='compare with the mesh of this scene; "none": with none',
+        help='compare with the mesh of this scene; "none": no other mesh',
     )
     add_threads(part)
     part.add_argument("--quiet", action="store_true", help="no plan, no progress, no table")
-    part.set_defaults(goes_on=True)
+    part.set_defaults(resumable=True)
 
 
 def _uncertainty(options: argparse.Namespace) -> int:
@@ -75,7 +74,7 @@ def _uncertainty(options: argparse.Namespace) -> int:
 
 
 def estimated(directory: Path, *, budget: float = 4.0, mesh: str = "auto", quiet: bool = False) -> int:
-    """Estimate, print the table and draw the report anew."""
+    """Estimate, print the table and write the report again."""
     from plica.phonation.report import write_report
     from plica.phonation.run.results import Run
     from plica.report.progress import figures_shown

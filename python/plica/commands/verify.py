@@ -1,4 +1,5 @@
-"""``plica verify``: this installation against closed forms, with value, reference, error and tolerance."""
+"""``plica verify``: verify this installation against closed forms, with value, reference, error and
+tolerance."""
 
 from __future__ import annotations
 
@@ -14,44 +15,43 @@ from plica.commands.arguments import add_command, add_threads
 __all__ = ["add_commands"]
 
 _HELP = """\
-Proves on this machine what this installation computes: every row holds a value against a closed form, a
-second algorithm or a published number, with the error, the tolerance and its reason. It takes about half a
-minute.
+Verifies this installation on this machine: every row compares a value with a closed form, a second algorithm
+or a published number, with the error, the tolerance and its reason. It takes about half a minute.
 
 Subjects:
   tissue          constant strains, rigid motion, moduli, creep, natural frequencies
-  dynamics        time schemes, energy, momentum, the same bits whatever the threads
-  airflow         Bernoulli's and viscous flow, the work of pressures
-  contact         impacts, contact at rest, what bodies keep through a collision
+  dynamics        time schemes, energy, momentum, identical bits for any number of threads
+  airflow         Bernoulli and viscous flow, the work of pressures
+  contact         impacts, contact at rest, conservation laws in collisions
   video           motion between frames, the glottis, pitch, quotients and phases
-  identification  filter, smoother, likelihood, gradient, a tissue found again
+  identification  filter, smoother, likelihood, gradient, recovery of a known tissue
 
 An error is relative to the reference ("rel.") or in the unit of the row. --json prints an array with one
-object a row: name, subject, case, quantity, unit, value, reference, error, tolerance, error_of ("reference"
-or "unit"), because (why this tolerance), source (of the reference), failure, pass. A case that stops has a
-row without numbers.
+object per row: name, subject, case, quantity, unit, value, reference, error, tolerance, error_of
+("reference" or "unit"), because (reason of the tolerance), source (of the reference), failure, pass. A case
+that fails to run has a row without numbers.
 
 examples:
   plica verify
   plica verify --subject contact airflow
   plica verify --json > rows.json
   plica verify -o proof            also writes proof/verification.html, .json, .csv and .md
-  plica verify --list              what is proved, without computing
+  plica verify --list              list the cases without running them
 
-Exit codes: 0 all rows pass, 1 one does not, 2 bad input.
+Exit codes: 0 all rows pass, 1 a row fails, 2 bad input.
 """
 
 
 def add_commands(commands: Any) -> None:
     """Add it to the commands of ``plica``."""
-    part = add_command(commands, "verify", _verify, "prove this installation against closed forms", _HELP)
+    part = add_command(commands, "verify", _verify, "verify this installation against closed forms", _HELP)
     part.add_argument("--subject", metavar="NAME", nargs="+", help="default: all")
-    part.add_argument("--list", action="store_true", help="say what each case proves, and compute nothing")
+    part.add_argument("--list", action="store_true", help="list what each case verifies, without running it")
     part.add_argument("--json", action="store_true", help="print the rows as JSON instead of the table")
     part.add_argument(
         "-o", "--output", dest="directory", metavar="DIR", type=Path, help="also store the report"
     )
-    part.add_argument("--quiet", action="store_true", help="only what fails, and the last line")
+    part.add_argument("--quiet", action="store_true", help="only failures, and the last line")
     add_threads(part)
 
 
@@ -60,10 +60,10 @@ def _verify(options: argparse.Namespace) -> int:
 
     import plica
     from plica.report.installation import this_installation
-    from plica.verify.subjects import cases, chosen, verify
+    from plica.verify.subjects import cases, selected, verify
     from plica.verify.text import case_lines, conclusion
 
-    subjects = chosen(options.subject)
+    subjects = selected(options.subject)
     if options.list:
         return _list(subjects, as_json=options.json)
     plica.set_threads(options.threads)
@@ -76,15 +76,15 @@ def _verify(options: argparse.Namespace) -> int:
         for case, rows in verify(subjects):
             made.append((case, rows))
             bar.update()
-            told = [row for row in rows if not (options.quiet and row.passed)]
-            if options.json or not told:
+            shown = [row for row in rows if not (options.quiet and row.passed)]
+            if options.json or not shown:
                 continue
             bar.clear()
             if rows[0].subject != subject:
                 subject = rows[0].subject
                 print(f"\n{subject.upper()}" if printed else subject.upper())
                 printed = True
-            print("\n" + "\n".join(case_lines(case, told)), flush=True)
+            print("\n" + "\n".join(case_lines(case, shown)), flush=True)
     seconds = time.perf_counter() - began
     rows = [row for _, theirs in made for row in theirs]
     if options.json:

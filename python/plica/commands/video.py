@@ -1,4 +1,4 @@
-"""``plica video``, ``glottis``, ``modes`` and ``flow``: what is measured in pictures."""
+"""``plica video``, ``glottis``, ``modes``, ``masks`` and ``flow``: analysis of recordings and images."""
 
 from __future__ import annotations
 
@@ -18,44 +18,44 @@ __all__ = ["add_commands", "is_analysis", "redraw", "remeasure"]
 
 _VIDEO_HELP = """\
 Analyses a high-speed recording of the larynx: the endoscope's motion and the glottis, then the motion of the
-tissue from frame to frame, its modes, and how far to trust all of it. Reads AVI, MP4, MOV, MKV, a TIFF stack,
-a folder of images, HDF5, NPY, and what cameras write: Phantom's .cine (pip install "plica[cine]"), Photron's
-.mraw with its .cih or .cihx. Stores in DIR as it goes:
+tissue from frame to frame, its modes, and the reliability of each. Reads AVI, MP4, MOV, MKV, a TIFF stack, a
+folder of images, HDF5, NPY, and camera formats: Phantom .cine (pip install "plica[cine]"), Photron .mraw
+with its .cih or .cihx. Stores in DIR:
 
   results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
   flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
-  waveforms.csv  a row a frame: glottal area left and right, phase, flags, drift, mode coefficients
+  waveforms.csv  one row per frame: glottal area left and right, phase, flags, drift, mode coefficients
   measures.json  {name: {value, unit, spread, cycles, definition}}
-  report.html    pictures, waveforms, kymograms of picture and flow, modes, strain, quality; a player
+  report.html    images, waveforms, kymograms of images and flow, modes, strain, quality; a player
   report.pdf     with --pdf: the same on A4 (pip install 'plica[pdf]')
 
-The frame rate that a video file states is nearly always the speed of playing it, so it is not taken: give
---fps, or times are in frames and frequencies in cycles per frame. .cine and .cih state the camera's, which is
-taken unless --fps says otherwise. Without --mm-per-px lengths are in pixels and over
-the glottal length. Left and right are those of the image; which is the patient's, and which end is the
-anterior one, is never guessed: say so with --patient-left and --anterior. --label and --recorded name the
-recording and its day on the page and beside the figures. These six are kept with the results and may be given
-later, in the same directory; so may --midline, --kymogram and --modes, for which a little is computed again.
-Two analyses, as before and after a treatment: plica compare.
+The frame rate stored in a video file is nearly always the playback rate, so it is not used: give --fps, or
+times are in frames and frequencies in cycles per frame. .cine and .cih contain the rate of the camera, which
+is used unless --fps is given. Without --mm-per-px lengths are in pixels and relative to the glottal length.
+Left and right are those of the image; the patient's side and the anterior end are never guessed: give
+--patient-left and --anterior. --label and --recorded set the name and date of the recording in the report.
+These six are stored with the results and may be given later, in the same directory; so may --midline,
+--kymogram and --modes, which need little computation. To compare two analyses, e.g. before and after a
+treatment: plica compare.
 
-Where an outline in the report is wrong, draw it right: plica masks writes frames and their masks, and --masks
-takes those that you corrected; the other frames are then found by what yours show. --segmenter takes a
-network of yours (ONNX; pip install "plica[onnx]"), whose outlines stand as it gives them, but for frames that
-were drawn; docs/recording_files.md says what it is given and has to give.
+If an outline in the report is wrong, correct it: plica masks writes frames and their masks, and --masks
+reads the corrected ones; the other frames are then segmented using them. --segmenter uses your own network
+(ONNX; pip install "plica[onnx]"), whose outlines are used unchanged except in frames with hand-drawn masks;
+docs/recording_files.md describes its input and output.
 
-Measures need three complete cycles. All frames have one size and one depth (8 or 16 bits, or floats). In
-HDF5 and NPY frames are (frames, height, width); MATLAB's .mat since version 7.3 is read as MATLAB sees it:
-name an HDF5 file that MATLAB wrote .mat too.
+Measures need three complete cycles. All frames must have the same size and depth (8 or 16 bits, or floats).
+In HDF5 and NPY frames are (frames, height, width); MATLAB .mat files since version 7.3 are read with the
+axes of MATLAB: give an HDF5 file written by MATLAB the suffix .mat too.
 
-Presets of the flow: video (the default, made for recordings), gradient (for sharp ones), robust, fast (a
-first look), reference, thesis; plica flow --help says more. --lambda-report adds what three criteria that
-need no truth (discrepancy, L-curve, cross-validation) make of the smoothness lambda: lambda.json, and in
-words. It takes about 90 flows of its own and changes nothing: docs/verification/recorded_flow.md says how
-near each criterion comes to the best lambda, where that is known.
+Presets of the flow: video (default, for recordings), gradient (for sharp ones), robust, fast (a preview),
+reference, thesis; see plica flow --help. --lambda-report adds the smoothness lambda according to three
+criteria that need no ground truth (discrepancy, L-curve, cross-validation): lambda.json, and as text. It
+computes about 90 additional flows and changes nothing else: docs/verification/recorded_flow.md shows the
+accuracy of each criterion.
 
 examples:
   plica video larynx.avi --fps 4000 --mm-per-px 0.05 -o analysis
-  plica video larynx.avi --fps 4000 -o analysis        again after Ctrl-C: it goes on where it stopped
+  plica video larynx.avi --fps 4000 -o analysis        after Ctrl-C: continues where it stopped
   plica video frames/ --region 40,60,200,240 --rotation -12 -o analysis
   plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf
   plica video larynx.cine --segmenter glottis.onnx -o analysis
@@ -66,12 +66,12 @@ examples:
 
 _MASKS_HELP = """\
 Writes frames of an analysis and the masks of their glottis, to be corrected by hand: frame_N.png and
-mask_N.png, white where the glottis is, N being the number of the frame. Paint in the masks, delete those that
-need no correction, and give the folder to plica video (or glottis) with --masks: the masks in it are taken as
-they are, and the other frames are found by how dark the glottis is in them and where. One drawn mask of a
-wide open glottis often mends a whole recording; a black mask says that the glottis is closed. Masks are kept
-with the results: more of them add to those before, --no-masks drops them all. Where plica found no glottis at
-all, the masks are black.
+mask_N.png, white where the glottis is, with N the number of the frame. Paint in the masks, delete those that
+need no correction, and give the folder to plica video (or glottis) with --masks: its masks are used
+unchanged, and the other frames are segmented using the darkness and position of the glottis in them. One
+drawn mask of a wide open glottis often corrects a whole recording; a black mask means that the glottis is
+closed. Masks are stored with the results: new masks are added to earlier ones, --no-masks removes all. If
+plica found no glottis, the masks are black.
 
 examples:
   plica masks analysis -o drawn                    twelve frames, spread over the recording
@@ -80,9 +80,9 @@ examples:
 """
 
 _GLOTTIS_HELP = """\
-The part of plica video that needs no flow: the endoscope's motion, the glottis in every frame, its area left
-and right, kymograms, measures. Writes results.h5, waveforms.csv, measures.json and report.html to DIR; plica
-video with the same settings goes on from there.
+The part of plica video without flow: the endoscope's motion, the glottis in every frame, its area left and
+right, kymograms, measures. Writes results.h5, waveforms.csv, measures.json and report.html to DIR; plica
+video with the same settings continues from there.
 
 examples:
   plica glottis larynx.avi --fps 4000 -o analysis
@@ -91,15 +91,15 @@ examples:
 
 _MODES_HELP = """\
 The principal modes of the tissue's motion: plica video without its report. Prints each mode's share of the
-variance and its likeness to its mirror image, +1 where both folds move alike; results.h5 in DIR has the modes
-and their coefficients.
+variance and its symmetry, +1 if both folds move alike; results.h5 in DIR has the modes and their
+coefficients.
 
 examples:
   plica modes larynx.avi --fps 4000 --modes 8 -o analysis
 """
 
 _FLOW_HELP = """\
-Finds the motion of every pixel from picture A to picture B and says how far to trust it.
+Computes the motion of every pixel from image A to image B and its reliability.
 
 examples:
   plica flow frame10.png frame11.png -o ab.flo
@@ -107,25 +107,25 @@ examples:
   plica flow frame10.png frame11.png -o ab.flo --truth flow10.flo    the error against a known flow
   plica flow frame10.png frame11.png -o ab.flo --mask tissue.png     only where the mask is not black
 
-ab.flo (Middlebury's format) holds u (to the right) and v (downwards) in pixels, for each pixel of A:
-A(x, y) is seen again at B(x + u, y + v). A and B are one picture each, of one size and one depth (8 or 16
-bits, or floats). What is printed; where most pixels do not come back to within a pixel, a caution says so:
+ab.flo (Middlebury format) holds u (to the right) and v (downwards) in pixels, for each pixel of A: A(x, y)
+is seen at B(x + u, y + v). A and B are single images of the same size and depth (8 or 16 bits, or floats).
+Printed values, with a caution if most pixels have a forward-backward error above one pixel:
 
   motion     length of the flow, median and largest
-  residual   root mean square of B(x + u, y + v) - A(x, y), beside that without motion; grey levels
-  mismatch   pixels missed by going from A to B and back again, median and 95th percentile: above 1 the flow
-             is not to be trusted there (things hidden, highlights, no texture)
+  residual   root mean square of B(x + u, y + v) - A(x, y), and that without motion; grey levels
+  mismatch   forward-backward error from A to B and back (px), median and 95th percentile: above 1 the flow is
+             not reliable there (occlusion, highlights, no texture)
   error      with --truth: mean distance from the true flow
 
-presets: robust (the default), gradient (for sharp pictures: brightness may change as things move, its
-gradient not; less error where motion is smooth, more at its edges), video (as gradient, less moved by noise:
-made for recordings of the larynx, the default of plica video), reference (Sun, Roth and
-Black, solved to rest), thesis (as reference, with lambda 0.5), fast (for a first look).
+presets: robust (default), gradient (for sharp images: assumes constant gradient instead of constant
+brightness; less error in smooth motion, more at its edges), video (as gradient, less sensitive to noise: for
+recordings of the larynx, the default of plica video), reference (Sun, Roth and Black, fully converged),
+thesis (as reference, with lambda 0.5), fast (a preview).
 """
 
 
 def add_commands(commands: Any) -> None:
-    """Add the five to the commands of ``plica``."""
+    """Add the five commands to ``plica``."""
     part = partial(add_command, commands)
     for name, command, summary, text in (
         ("video", _video, "analyse a high-speed recording", _VIDEO_HELP),
@@ -138,17 +138,19 @@ def add_commands(commands: Any) -> None:
             with_page.add_argument(
                 "--lambda-report",
                 action="store_true",
-                help="also say what three criteria make of the flow's lambda (lambda.json); nothing uses it",
+                help="also compute the flow's lambda by three criteria (lambda.json); not used otherwise",
             )
     _add_recording(part("modes", _modes, "find the modes of the tissue's motion in a recording", _MODES_HELP))
     masks = part("masks", _masks, "write masks of an analysis to be corrected by hand", _MASKS_HELP)
-    masks.add_argument("analysis", metavar="DIR", type=Path, help="of plica video or plica glottis")
-    masks.add_argument("-o", "--output", metavar="FOLDER", type=Path, required=True, help="of the pictures")
-    masks.add_argument("--frames", metavar="N,N,...", type=numbers(int), help="which (default: twelve)")
-    masks.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
-    flow = part("flow", _flow, "find the motion between two pictures", _FLOW_HELP)
-    flow.add_argument("first", metavar="A", type=Path, help="picture (PNG, TIFF, JPEG, ...)")
-    flow.add_argument("second", metavar="B", type=Path, help="the next one, of the same size")
+    masks.add_argument("analysis", metavar="DIR", type=Path, help="directory of plica video or plica glottis")
+    masks.add_argument(
+        "-o", "--output", metavar="FOLDER", type=Path, required=True, help="folder of the images"
+    )
+    masks.add_argument("--frames", metavar="N,N,...", type=numbers(int), help="frames (default: twelve)")
+    masks.add_argument("--quiet", action="store_true", help="print only errors and cautions")
+    flow = part("flow", _flow, "compute the motion between two images", _FLOW_HELP)
+    flow.add_argument("first", metavar="A", type=Path, help="image (PNG, TIFF, JPEG, ...)")
+    flow.add_argument("second", metavar="B", type=Path, help="the next image, of the same size")
     flow.add_argument(
         "-o", "--output", metavar="FILE", type=Path, required=True, help="the flow, e.g. ab.flo"
     )
@@ -160,10 +162,10 @@ def add_commands(commands: Any) -> None:
     )
     flow.add_argument("--truth", metavar="FILE", type=Path, help="true flow (.flo) to compare with")
     flow.add_argument(
-        "--mask", metavar="FILE", type=Path, help="picture that is black where A and B are useless"
+        "--mask", metavar="FILE", type=Path, help="image that is black where A and B are not usable"
     )
     add_threads(flow)
-    flow.add_argument("--quiet", action="store_true", help="print nothing; only what is wrong")
+    flow.add_argument("--quiet", action="store_true", help="print only errors and cautions")
 
 
 def _add_recording(video: argparse.ArgumentParser) -> None:
@@ -171,64 +173,64 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
     video.add_argument(
         "-o", "--output", metavar="DIR", type=Path, required=True, help="directory of the results"
     )
-    video.add_argument("--fps", metavar="N", type=float, help="true frames per second")
+    video.add_argument("--fps", metavar="N", type=float, help="frames per second of the recording")
     video.add_argument("--mm-per-px", metavar="MM", type=float, help="size of a pixel")
     video.add_argument(
-        "--rotation", metavar="DEG", type=float, default=0.0, help="turn frames, anticlockwise as seen"
+        "--rotation", metavar="DEG", type=float, default=0.0, help="rotation of the frames, anticlockwise"
     )
     video.add_argument(
-        "--region", metavar="X,Y,W,H", type=numbers(int, 4), help="part of the turned frames, px"
+        "--region", metavar="X,Y,W,H", type=numbers(int, 4), help="part of the rotated frames, px"
     )
     video.add_argument(
         "--midline",
         metavar="X,Y,X,Y",
         type=numbers(float, 4),
-        help="its ends, px of the region (default: found)",
+        help="its ends, px of the region (default: detected)",
     )
     video.add_argument("--anterior", metavar="END", help="anterior end of the midline: upper or lower")
     video.add_argument(
         "--patient-left",
         metavar="SIDE",
-        help="of the image, on which the patient's left fold is: left or right",
+        help="side of the image with the patient's left fold: left or right",
     )
     video.add_argument(
         "--kymogram",
         metavar="P,P,...",
         type=numbers(float),
-        help="places of kymograms, 0 at the midline's upper end, 1 at its lower (default: 0.25,0.5,0.75)",
+        help="positions along the midline, 0 at its upper end, 1 at its lower (default: 0.25,0.5,0.75)",
     )
-    video.add_argument("--label", metavar="TEXT", help='what to call the recording: "patient 12, before"')
+    video.add_argument("--label", metavar="TEXT", help='name of the recording: "patient 12, before"')
     video.add_argument(
-        "--recorded", metavar="DATE", help="day of the recording, 2026-03-01 (default: as its file says)"
+        "--recorded", metavar="DATE", help="date of the recording, 2026-03-01 (default: from its file)"
     )
     drawn = video.add_mutually_exclusive_group()
     drawn.add_argument(
-        "--masks", metavar="FOLDER", type=Path, help="masks drawn by hand (plica masks), beside earlier ones"
+        "--masks", metavar="FOLDER", type=Path, help="hand-drawn masks (plica masks), added to earlier ones"
     )
-    drawn.add_argument("--no-masks", action="store_true", help="drop all masks drawn by hand")
+    drawn.add_argument("--no-masks", action="store_true", help="remove all hand-drawn masks")
     video.add_argument(
         "--segmenter",
         metavar="MODEL",
-        help="an ONNX model of yours that finds the glottis (default: plica does)",
+        help="an ONNX model that segments the glottis (default: built-in method)",
     )
-    video.add_argument("--dataset", metavar="NAME", help="of an HDF5 file that holds several")
+    video.add_argument("--dataset", metavar="NAME", help="data set of an HDF5 file that holds several")
     video.add_argument(
         "--preset",
         metavar="NAME",
         default="video",
-        help="of the flow: video, robust, gradient, reference, thesis or fast",
+        help="preset of the flow: video, robust, gradient, reference, thesis or fast",
     )
     video.add_argument(
         "--modes", metavar="N", type=whole, help="principal modes (default: 6), fewer than the flows"
     )
-    video.add_argument("--no-drift", action="store_true", help="leave the endoscope's motion in")
+    video.add_argument("--no-drift", action="store_true", help="do not remove the endoscope's motion")
     add_threads(video)
-    video.add_argument("--quiet", action="store_true", help="no progress, no table; only what is wrong")
-    video.set_defaults(goes_on=True)
+    video.add_argument("--quiet", action="store_true", help="no progress, no table; only errors and cautions")
+    video.set_defaults(resumable=True)
 
 
 def is_analysis(directory: Path) -> bool:
-    """Whether a directory holds an analysis of a recording, and no run."""
+    """Whether a directory holds an analysis of a recording, not a run."""
     import h5py
 
     from plica.storage.result_file import check_result_file
@@ -242,7 +244,7 @@ def is_analysis(directory: Path) -> bool:
 
 
 def redraw(directory: Path) -> Path:
-    """``plica report`` for an analysis: the page."""
+    """``plica report`` for an analysis: write the page."""
     from plica.storage.files import storage_errors
     from plica.video.analysis import load
     from plica.video.report import write_report
@@ -269,9 +271,9 @@ def _video(options: argparse.Namespace) -> int:
     if options.lambda_report:
         from plica.video.smoothness_command import report_lambda
 
-        said = report_lambda(found)
+        text = report_lambda(found)
         if not options.quiet:
-            print(f"{said}\nwritten: {found.directory / 'lambda.json'}")
+            print(f"{text}\nwritten: {found.directory / 'lambda.json'}")
     return 0
 
 
@@ -292,7 +294,7 @@ def _modes(options: argparse.Namespace) -> int:
 
 
 def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analysis:
-    """The analysis of a recording as far as `until`, its tables written and its measures printed."""
+    """Analyse a recording as far as `until`, write its tables and print its measures."""
     import plica
     from plica.report.page import pdf_of, require_pdf
     from plica.report.progress import figures_shown
@@ -347,7 +349,7 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
 
 
 def _table(found: Analysis) -> str:
-    """The measures, and which fold is the left one in their names."""
+    """The measures, and which folds their left and right are."""
     sides = f"left: {found.side('left')}; right: {found.side('right')}"
     return f"{measures_table(found.measures)}\n{sides}"
 
@@ -382,7 +384,7 @@ def _flow(options: argparse.Namespace) -> int:
     from plica.video.flow_command import flow_of_files
 
     plica.set_threads(options.threads)
-    said, caution = flow_of_files(
+    text, caution = flow_of_files(
         options.first,
         options.second,
         options.output,
@@ -391,7 +393,7 @@ def _flow(options: argparse.Namespace) -> int:
         mask=options.mask,
     )
     if not options.quiet:
-        print(said)
+        print(text)
     if caution:
         print(f"plica: {caution}", file=sys.stderr)
     return 0

@@ -1,4 +1,4 @@
-"""A run filmed: pictures, and what is true of each."""
+"""A film of a run: frames, and the true motion and glottis of each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from plica.film.instants import instants, spread
 from plica.film.motion import Filmable, Motion
 from plica.film.settings import Film
 from plica.film.sight import Sight, View
-from plica.film.tissue import Look, normals
+from plica.film.tissue import Shading, normals
 from plica.view.camera import Camera
 
 __all__ = ["Clip", "film"]
@@ -23,7 +23,7 @@ __all__ = ["Clip", "film"]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_ERROR = 0.25  # px, by which motion between stored fields may be off
+_LARGEST_ERROR = 0.25  # px, of the motion interpolated between stored fields
 
 
 def film(run: Filmable, camera: Camera | None = None, options: Film | None = None, /, **changed: Any) -> Clip:
@@ -32,31 +32,33 @@ def film(run: Filmable, camera: Camera | None = None, options: Film | None = Non
     Parameters
     ----------
     run : Run or RunPart
-        With fields (``output.every``); what has ``mesh.points``, ``mesh.cells``, ``fields["time"]`` and
-        ``fields["displacement"]`` will do.
+        With fields (``output.every``); any object with ``mesh.points``, ``mesh.cells``, ``fields["time"]``
+        and ``fields["displacement"]``.
     camera : Camera, optional
     options : Film, optional
     **changed
-        Fields of `Film`, in place of `options`.
+        Fields of `Film`, instead of `options`.
 
     Returns
     -------
     Clip
-        Pictures and truth are computed when they are asked for.
+        Frames and truth are computed on access.
 
     Raises
     ------
     InvalidInput
-        Without fields or with too few; where `fps`, or an exposure, asks for motion that the stored fields do
-        not tell; where the camera sees no tissue.
+        Without fields or with too few; if `fps` or the exposure needs motion between the stored fields that
+        cannot be interpolated accurately; if the camera sees no tissue.
     """
     if options is not None and changed:
-        raise InvalidInput(f"Film: {', '.join(changed)} beside options; must be one or the other.")
+        raise InvalidInput(
+            f"Film: options and {', '.join(changed)} are both given; must be one or the other."
+        )
     return Clip(run, camera or Camera(), options or Film(**changed))
 
 
 class Clip:
-    """Frames of a run as a camera sees them, each with its truth; frames depend on their number alone.
+    """Frames of a run as a camera sees them, with their truth; a frame depends only on its number.
 
     Attributes
     ----------
@@ -74,24 +76,24 @@ class Clip:
         self._motion = Motion(run, self._sight.surface.nodes)
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()
-        self._look = Look(options, camera.axes)
-        self._view = lru_cache(maxsize=4)(self._seen)
+        self._shading = Shading(options, camera.axes)
+        self._view = lru_cache(maxsize=4)(self._view_at)
         if not self._view(0).raster.pixels.size:
             raise InvalidInput(
-                f"Camera: no tissue is seen in {camera.width} x {camera.height} px of "
-                f"{camera.mm_per_px:g} mm; must be. Look at centre, mm_per_px, tilt and lean."
+                f"Camera: no tissue is visible in {camera.width} x {camera.height} px of "
+                f"{camera.mm_per_px:g} mm; must be. Check centre, mm_per_px, tilt and lean."
             )
 
     @property
     def count(self) -> int:
-        """Frames."""
+        """Number of frames."""
         return int(self.time.size)
 
     def __len__(self) -> int:
         return self.count
 
     def frame(self, index: int) -> NDArray[np.uint8]:
-        """(h, w) grey as the camera stores it; negative counts from the end."""
+        """(h, w) grey levels as the camera stores them; a negative index counts from the end."""
         index = self._index(index, self.count)
         clean, film = self.clean(index), self.options
         random = np.random.default_rng([film.seed, 1, index])
@@ -104,7 +106,7 @@ class Clip:
         return (self.frame(k) for k in range(self.count))
 
     def clean(self, index: int) -> Floats:
-        """(h, w) grey before noise and rounding; highlights go on above 255."""
+        """(h, w) grey levels before noise and rounding; highlights may exceed 255."""
         from scipy import ndimage
 
         index = self._index(index, self.count)
@@ -118,24 +120,24 @@ class Clip:
         return np.asarray(picture * self._vignette)
 
     def glottis(self, index: int) -> Mask:
-        """(h, w) where the pixel's centre looks through between the folds, in the middle of the exposure."""
+        """(h, w) pixels whose centre sees between the folds, in the middle of the exposure."""
         view = self._view(self._index(index, self.count))
         return (view.raster.triangle < 0) & view.opening.pixels(self.camera.shape)
 
     def area(self, index: int) -> float:
-        """Glottal area across the line of sight, m^2: pixels of `glottis`."""
+        """Glottal area perpendicular to the line of sight, m^2: pixels of `glottis`."""
         return float(self.glottis(index).sum() * self.camera.pixel**2)
 
     def flow(self, index: int) -> tuple[NDArray[np.float32], Mask]:
-        """Motion of what the pixels' centres show from a frame to the next, and where that is seen again.
+        """Motion of the tissue at the pixels' centres to the next frame, and where it stays visible.
 
         Returns
         -------
         flow : (h, w, 2) px
-            (u, v), to the right and down, on the pixels of frame `index`; NaN where no tissue is.
+            (u, v), to the right and down, on the pixels of frame `index`; NaN without tissue.
         visible : (h, w)
-            Where that tissue is seen in frame ``index + 1`` too: inside it, facing the camera, and behind
-            nothing else.
+            Where that tissue is visible in frame ``index + 1`` too: inside the frame, facing the camera and
+            not occluded.
         """
         index = self._index(index, self.count - 1)
         now, then = self._view(index), self._view(index + 1)
@@ -144,12 +146,12 @@ class Clip:
         flow = np.full((height * width, 2), np.nan, dtype=np.float32)
         flow[raster.pixels] = now.of(then.nodes[:, :2] - now.nodes[:, :2])
         visible = np.zeros(height * width, dtype=bool)
-        flat = raster.of(then.corners, self._sight.surface.triangles)  # among which it is hidden or not
-        visible[raster.pixels] = self._sight.again(flat, raster.shown, then)
+        flat = raster.of(then.corners, self._sight.surface.triangles)  # on the triangles that occlude it
+        visible[raster.pixels] = self._sight.still_visible(flat, raster.shown, then)
         return flow.reshape(height, width, 2), visible.reshape(height, width)
 
     def material(self, index: int) -> Floats:
-        """(h, w, 3) m, where what the pixels show was at rest; NaN where no tissue is."""
+        """(h, w, 3) m, reference position of the tissue at each pixel; NaN without tissue."""
         view = self._view(self._index(index, self.count))
         place = np.full((*self.camera.shape, 3), np.nan)
         place.reshape(-1, 3)[view.raster.pixels] = view.of(self._sight.points)
@@ -163,21 +165,21 @@ class Clip:
         path : str or Path
             Ends in .avi (lossless), .npy, .h5 or .hdf5.
         overwrite : bool
-            Replace a clip, or a truth, that is there.
+            Replace an existing clip or truth file.
         progress : bool
             Show a bar on standard error.
 
         Returns
         -------
         list of Path
-            What was written.
+            Files written.
 
         Raises
         ------
         InvalidInput
-            For another ending, and where it would overwrite what is there.
+            For another file name extension, and if a file exists and `overwrite` is False.
         StorageFailed
-            Where it cannot be written.
+            If a file cannot be written.
         """
         from plica.film.writing import write
 
@@ -191,45 +193,47 @@ class Clip:
         return np.asarray(1 - self.options.vignetting * r2 / r2.max())
 
     def _nodes(self, t: float) -> Floats:
-        """(k, 3) px, px, m of the skin's nodes at the time t."""
+        """(k, 3) px, px, m of the surface's nodes at the time t."""
         return self._sight.nodes(self._motion.at(t))
 
-    def _seen(self, index: int) -> View:
+    def _view_at(self, index: int) -> View:
         return self._sight.view(self._nodes(float(self.time[index])))
 
     def _picture(self, nodes: Floats) -> Floats:
-        """(h, w) grey of the skin with its nodes at these places, without lens and noise."""
+        """(h, w) grey levels of the surface with its nodes at these positions, without lens and noise."""
         triangles, view = self._sight.surface.triangles, self._sight.view(nodes)
         raster, pixel = view.raster, self.camera.pixel
         metric = view.corners * [pixel, -pixel, 1.0]  # m along the camera's axes: right, up, towards it
         normal = raster.of(normals(metric @ self.camera.axes, triangles), triangles)
         picture = np.full(self.camera.height * self.camera.width, float(self.options.glottis))
-        picture[raster.pixels] = self._look.grey(view.of(self._sight.points), normal)
-        beside = ~view.opening.pixels(self.camera.shape).ravel()
-        picture[beside] = self._beside[beside]
+        picture[raster.pixels] = self._shading.grey(view.of(self._sight.points), normal)
+        outside = ~view.opening.pixels(self.camera.shape).ravel()
+        picture[outside] = self._surroundings[outside]
         return picture.reshape(self.camera.shape)
 
     @cached_property
-    def _beside(self) -> Floats:
-        """(h * w) grey of what lies around the airway: still, level, dull tissue as high as its upper end."""
-        place = self._sight.around()
-        return self._look.grey(place, np.tile([0.0, 0.0, 1.0], (len(place), 1)), wet=False)
+    def _surroundings(self) -> Floats:
+        """(h * w) grey levels around the airway: a fixed plane of dull tissue at the height of its upper
+        end."""
+        points = self._sight.around()
+        return self._shading.grey(points, np.tile([0.0, 0.0, 1.0], (len(points), 1)), wet=False)
 
     def _index(self, index: int, count: int) -> int:
-        found = index + count if index < 0 else index
-        if not 0 <= found < count:
-            raise InvalidInput(f"Film: frame {index}; must be in [0, {count}).")
-        return found
+        position = index + count if index < 0 else index
+        if not 0 <= position < count:
+            raise InvalidInput(f"Film: frame = {index}; must be in [0, {count}).")
+        return position
 
     def _check_motion(self) -> None:
-        """Raises InvalidInput where motion between stored fields is asked for and they do not tell it."""
+        """Raises InvalidInput if motion between stored fields is needed and too uncertain."""
         film, motion = self.options, self._motion
         if not film.seconds("exposure") and all(motion.stored_at(t) is not None for t in self.time):
             return
         error = motion.error_between() / self.camera.pixel
-        if error > _ERROR:
+        if error > _LARGEST_ERROR:
             raise InvalidInput(
                 f"Film: the motion between stored fields, {motion.interval:g} s apart, is uncertain by "
-                f"{error:.2g} px; must be at most {_ERROR:g} px. Store more (output.every), or take an fps "
-                "whose frames fall on stored instants, without exposure."
+                f"{error:.2g} px; must be at most {_LARGEST_ERROR:g} px. Store fields more often "
+                "(output.every), or choose an fps whose frames coincide with stored instants, without "
+                "exposure."
             )

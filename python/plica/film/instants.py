@@ -1,4 +1,4 @@
-"""When frames are taken, and the pictures that each is the mean of."""
+"""Times of the frames, and the samples that are averaged in each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["instants", "spread"]
 
 Floats = NDArray[np.float64]
 
-_SLACK = 1e-6  # far below a step, far above the round-off of a time
+_SLACK = 1e-6  # far below a step, far above the round-off of times
 
 
 def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
@@ -23,8 +23,8 @@ def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
     half = 0.5 * film.seconds("exposure")
     if fps * interval > 1 + _SLACK:
         raise InvalidInput(
-            f"Film: fps = {fps:g} /s; must be <= {1 / interval:g} /s, as often as the run stored its fields. "
-            "Store more: a smaller output.every."
+            f"Film: fps = {fps:g} /s; must be <= {1 / interval:g} /s, the rate at which the run stored its "
+            "fields. Store fields more often: use a smaller output.every."
         )
     if 2 * half * fps > 1 + _SLACK:
         raise InvalidInput(f"Film: exposure = {2 * half:g} s; must be at most 1 / fps = {1 / fps:g} s.")
@@ -34,30 +34,30 @@ def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
     for name, t in zip(("start", "end"), ends, strict=True):
         if t is not None and not stored[0] + half - slack <= t <= stored[-1] - half + slack:
             raise InvalidInput(
-                f"Film: {name} = {t:g} s; must be in [{stored[0] + half:g}, {stored[-1] - half:g}] s: fields "
-                "are stored there, with half the exposure about it."
+                f"Film: {name} = {t:g} s; must be in [{stored[0] + half:g}, {stored[-1] - half:g}] s, where "
+                "fields are stored, less half the exposure at either end."
             )
     start = ends[0] if ends[0] is not None else float(room[0]) if room.size else float(stored[-1])
     end = ends[1] if ends[1] is not None else float(stored[-1]) - half
     count = int(np.floor((end - start) * fps + _SLACK)) + 1
     if count < 2:
-        many = "1 frame" if count == 1 else f"{max(count, 0)} frames"
         raise InvalidInput(
-            f"Film: {many} of {fps:g} /s from {start:g} s to {end:g} s; must be two or more. Take a higher "
-            "fps, or film a longer part."
+            f"Film: frames = {max(count, 0)}, at {fps:g} /s from {start:g} s to {end:g} s; must be >= 2. "
+            "Use a higher fps, or film a longer interval."
         )
     return fps, start + np.arange(count) / fps
 
 
 def spread(count: int) -> Floats:
-    """(count, 3) times in the exposure and places in the pixel, in (-0.5, 0.5), each evenly spread.
+    """(count, 3) times in the exposure and positions in the pixel, in (-0.5, 0.5), each evenly spread.
 
-    Places are in the order of van der Corput's sequences in bases 2 and 3, so that they go with no time.
+    Positions are in the order of van der Corput's sequences in bases 2 and 3, so that they do not correlate
+    with time.
     """
-    found = [np.arange(count)]
+    ranks = [np.arange(count)]
     for base in (2, 3):
-        found.append(np.argsort(np.argsort([_radical_inverse(k, base) for k in range(count)])))
-    return np.asarray((np.stack(found, axis=1) + 0.5) / count - 0.5)
+        ranks.append(np.argsort(np.argsort([_radical_inverse(k, base) for k in range(count)])))
+    return np.asarray((np.stack(ranks, axis=1) + 0.5) / count - 0.5)
 
 
 def _radical_inverse(number: int, base: int) -> float:

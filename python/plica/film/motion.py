@@ -1,4 +1,4 @@
-"""The motion of a run's skin between the instants at which its fields were stored."""
+"""Motion of a run's surface between the instants of its stored fields."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ __all__ = ["Filmable", "FilmableMesh", "Motion"]
 
 Floats = NDArray[np.float64]
 
-_CHECKED = 40  # instants
-_SNAP = 1e-6  # of the interval: far below a step, far above the round-off of a time
+_TESTED_INSTANTS = 40
+_SNAP = 1e-6  # of the interval: far below a step, far above the round-off of times
 
 
 class FilmableMesh(Protocol):
@@ -36,7 +36,7 @@ class FilmableMesh(Protocol):
 
 
 class Filmable(Protocol):
-    """What can be filmed: a `plica.Run`, a part of one, or positions that were made otherwise."""
+    """What can be filmed: a `plica.Run`, a part of one, or motion from another source."""
 
     @property
     def mesh(self) -> FilmableMesh: ...
@@ -47,7 +47,7 @@ class Filmable(Protocol):
 
 
 class Motion:
-    """Displacements of some nodes at any time, from those that were stored at even intervals.
+    """Displacements of some nodes at any time, from fields stored at even intervals.
 
     Attributes
     ----------
@@ -60,12 +60,12 @@ class Motion:
         fields = run.fields
         if "displacement" not in fields or "time" not in fields:
             raise InvalidInput(
-                "Film: no fields were stored; must be. Set output.every in the scene, run again."
+                "Film: stored fields = 0; must be >= 2. Set output.every in the scene and run again."
             )
         self.time = np.asarray(fields["time"], dtype=float)
         if self.time.size < 2:
             raise InvalidInput(
-                f"Film: stored fields = {self.time.size}; must be two or more. Is output.every too large?"
+                f"Film: stored fields = {self.time.size}; must be >= 2. Is output.every too large?"
             )
         steps = np.diff(self.time)
         self.interval = float(np.median(steps))
@@ -78,50 +78,50 @@ class Motion:
 
     @property
     def places(self) -> int:
-        """Instants stored."""
+        """Number of stored instants."""
         return int(self.time.size)
 
     def stored_at(self, t: float) -> int | None:
-        """Which stored field is at the time t (s); None where it lies between two."""
+        """Index of the stored field at the time t (s); None between two fields."""
         nearest = int(np.clip(round((t - self.time[0]) / self.interval), 0, self.places - 1))
         return nearest if abs(t - self.time[nearest]) <= _SNAP * self.interval else None
 
     def at(self, t: float) -> Floats:
-        """(k, 3) m at the time t (s): as stored, or of the cubic through the four nearest stored instants."""
+        """(k, 3) m at the time t (s): as stored, or the cubic through the four nearest stored instants."""
         exact = self.stored_at(t)
         if exact is not None:
             return self._field(exact)
         count = min(4, self.places)
         first = int((t - self.time[0]) / self.interval) - 1
         chosen = np.clip(first, 0, self.places - count) + np.arange(count)
-        return self._through(chosen, t)
+        return self._interpolated(chosen, t)
 
-    def error_between(self, instants: int = _CHECKED) -> float:
-        """How far `at` is off between stored instants, m, judged by leaving stored ones out.
+    def error_between(self, instants: int = _TESTED_INSTANTS) -> float:
+        """Interpolation error of `at` between stored instants, m, estimated by leaving stored ones out.
 
-        Root mean square over the instants, of the node worst off. Fields at twice and at four times the
-        interval are interpolated to stored ones; the error falls from there to the interval by the ratio of
-        the two, which is taken within [2, 16] (a kink, and what is smooth). With fewer than 13 stored
-        instants the ratio is taken as 2.
+        Root mean square over the instants, at the worst node. Fields at twice and at four times the
+        interval are interpolated to stored ones; the error at the interval itself follows from the ratio of
+        the two, limited to [2, 16] (a kink, smooth motion). With fewer than 13 stored instants the ratio
+        is 2.
 
         Raises
         ------
         InvalidInput
-            With fewer than 7 stored instants, which do not tell.
+            With fewer than 7 stored instants: the error cannot be estimated.
         """
         if self.places < 7:
             raise InvalidInput(
-                f"Film: {self.places} stored fields do not tell the motion between them; must be 7 or more. "
-                "Store more (output.every), or take an fps whose frames fall on stored instants, without "
-                "exposure."
+                f"Film: stored fields = {self.places}; must be >= 7 to interpolate the motion between them. "
+                "Store fields more often (output.every), or choose an fps whose frames coincide with stored "
+                "instants, without exposure."
             )
-        twice = self._left_out(1, instants)
+        twice = self._leave_out_error(1, instants)
         ratio = 2.0
         if self.places >= 13:
-            ratio = float(np.clip(self._left_out(2, instants) / max(twice, 1e-30), 2.0, 16.0))
+            ratio = float(np.clip(self._leave_out_error(2, instants) / max(twice, 1e-30), 2.0, 16.0))
         return twice / ratio
 
-    def _left_out(self, stride: int, instants: int) -> float:
+    def _leave_out_error(self, stride: int, instants: int) -> float:
         inner = np.arange(3 * stride, self.places - 3 * stride)
         chosen = inner[
             np.unique(np.linspace(0, len(inner) - 1, min(instants, len(inner))).round().astype(int))
@@ -129,11 +129,11 @@ class Motion:
         square = np.zeros(len(self._nodes))
         for middle in chosen:
             around = middle + stride * np.array([-3, -1, 1, 3])
-            miss = self._through(around, float(self.time[middle])) - self._field(int(middle))
-            square += np.einsum("ij,ij->i", miss, miss)
+            error = self._interpolated(around, float(self.time[middle])) - self._field(int(middle))
+            square += np.einsum("ij,ij->i", error, error)
         return float(np.sqrt(square.max() / len(chosen)))
 
-    def _through(self, chosen: NDArray[Any], t: float) -> Floats:
+    def _interpolated(self, chosen: NDArray[Any], t: float) -> Floats:
         """Lagrange's polynomial through the chosen stored instants."""
         times = self.time[chosen]
         total = np.zeros((len(self._nodes), 3))

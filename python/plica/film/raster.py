@@ -1,4 +1,4 @@
-"""Which triangle a pixel shows, with a depth buffer; how high the triangles reach at any place."""
+"""The triangle shown by each pixel, with a depth buffer; the height of the triangles at any position."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _BATCH = 2_000_000  # pairs of a triangle and a pixel at a time
-_FLAT = 1e-12  # px^2: seen from its edge
+_FLAT = 1e-12  # px^2: a triangle seen edge-on
 _EDGE = 1e-9  # of barycentric coordinates: no gap between neighbours
 
 
@@ -36,7 +36,7 @@ class Raster:
     share: Floats
 
     def of(self, values: Floats, triangles: Ints) -> Floats:
-        """(p, ...) what the pixels show of values (v, ...) at the triangles' corners."""
+        """(p, ...) values (v, ...) at the triangles' corners, interpolated to the pixels."""
         corners = values[triangles[self.shown]]
         return np.asarray(np.einsum("pk,pk...->p...", self.share, corners))
 
@@ -49,7 +49,7 @@ def rasterise(corners: Floats, triangles: Ints, within: NDArray[np.bool_]) -> Ra
     corners : (v, 3)
         Column px, row px (down), height towards the camera.
     triangles : (t, 3)
-        Anticlockwise seen from outside; others show their back and are not drawn.
+        Anticlockwise seen from outside; triangles seen from the back are not rendered.
     within : (h, w)
         Pixels that may show one.
 
@@ -61,14 +61,14 @@ def rasterise(corners: Floats, triangles: Ints, within: NDArray[np.bool_]) -> Ra
     height, width = shape
     least, most, area = _boxes(corners, triangles)
     low, size = _cells(np.ceil(least - 1e-9), np.floor(most + 1e-9), shape)
-    drawn = np.flatnonzero((size[:, 0] > 0) & (size[:, 1] > 0) & (area < -_FLAT))
+    rendered = np.flatnonzero((size[:, 0] > 0) & (size[:, 1] > 0) & (area < -_FLAT))
     planes = np.zeros((len(triangles), 4, 3))
-    planes[drawn] = _planes(corners[triangles[drawn]], area[drawn])
+    planes[rendered] = _planes(corners[triangles[rendered]], area[rendered])
     nearest = np.full(height * width, -np.inf)
     owner = np.full(height * width, -1, dtype=np.int64)
-    pairs = np.cumsum(size[drawn].prod(axis=1))
+    pairs = np.cumsum(size[rendered].prod(axis=1))
     batch = np.searchsorted(pairs, np.arange(1, (pairs[-1] if pairs.size else 0) // _BATCH + 2) * _BATCH)
-    for part in np.split(drawn, np.unique(batch[batch < drawn.size])):
+    for part in np.split(rendered, np.unique(batch[batch < rendered.size])):
         _draw(part, low, size, planes, width, nearest, owner)
     owner[~within.ravel()] = -1
     pixels = np.flatnonzero(owner >= 0)
@@ -79,9 +79,9 @@ def rasterise(corners: Floats, triangles: Ints, within: NDArray[np.bool_]) -> Ra
 
 
 def highest(places: Floats, corners: Floats, triangles: Ints, shape: tuple[int, int]) -> Floats:
-    """(p) the greatest height of those that face the camera at places (p, 2) px in the picture; -inf: none.
+    """(p) greatest height of the triangles facing the camera at positions (p, 2) px; -inf: none.
 
-    Others as of `rasterise`. Each place is tried with the triangles that meet its unit square.
+    Other parameters as in `rasterise`. Each position is tested with the triangles that meet its unit square.
     """
     least, most, area = _boxes(corners, triangles)
     low, size = _cells(np.floor(least), np.floor(most), shape)
@@ -124,7 +124,7 @@ def _cells(least: Floats, most: Floats, shape: tuple[int, int]) -> tuple[Ints, I
 
 
 def _expanded(count: Ints) -> tuple[Ints, Ints]:
-    """Each number k as often as count[k] says, and which of these it is."""
+    """Each number k count[k] times, and the running number of each repeat."""
     own = np.repeat(np.arange(count.size), count)
     return own, np.arange(own.size) - np.repeat(np.cumsum(count) - count, count)
 
@@ -149,7 +149,7 @@ def _at(plane: Floats, x: Floats, y: Floats) -> Floats:
 def _draw(
     part: Ints, low: Ints, size: Ints, planes: Floats, width: int, nearest: Floats, owner: NDArray[Any]
 ) -> None:
-    """Enter these triangles into the buffers."""
+    """Draw these triangles into the buffers."""
     which, local = _expanded(size[part].prod(axis=1))
     own = part[which]
     column = low[own, 0] + local % size[own, 0]

@@ -1,4 +1,4 @@
-"""What a film is taken with: instants, exposure, tissue, light and noise."""
+"""Settings of a film: times, exposure, tissue, light and noise."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from plica.units import number, quantity
 
 __all__ = ["Film"]
 
-_GREY = {  # grey levels of 255: least and most
+_GREY = {  # smallest and largest grey levels
     "brightness": (0.0, 255.0),
     "texture": (0.0, 100.0),
     "glottis": (0.0, 255.0),
@@ -26,7 +26,7 @@ _SHARES = ("ambient", "vignetting")
 
 @dataclass(frozen=True)
 class Film:
-    """When and how pictures are taken; grey levels are of 0 to 255.
+    """Settings of the frames; grey levels range from 0 to 255.
 
     Raises
     ------
@@ -35,44 +35,44 @@ class Film:
     """
 
     fps: float | None = None
-    """Frames a second, in [1, 1e7]; None: a frame for each stored field."""
+    """Frames per second, in [1, 1e7]; None: one frame for each stored field."""
     start: float | str | None = None
-    """s, middle of the first frame's exposure; None: the first stored instant that leaves room for it."""
+    """s, middle of the first frame's exposure; None: the first stored instant possible."""
     end: float | str | None = None
-    """s, no frame is later; None: the last stored instant that leaves room for its exposure."""
+    """s, time of the last frame at the latest; None: the last stored instant possible."""
     exposure: float | str = 0.0
     """s, at most 1 / fps; 0: an instant."""
     samples: int = 4
-    """Pictures that a frame is the mean of, 1 to 256: each at a time of its own within the exposure and a
-    place of its own within the pixel."""
+    """Samples averaged in a frame, 1 to 256: each has its own time within the exposure and its own position
+    within the pixel."""
     brightness: float = 150.0
-    """Mean grey of tissue that faces the light."""
+    """Mean grey level of tissue that faces the light."""
     texture: float = 25.0
-    """Standard deviation of the tissue's own brightness, grey levels."""
+    """Standard deviation of the tissue's brightness, grey levels."""
     grain: float | str = 0.25e-3
     """Shortest wavelength of the texture, m, in [1e-6, 0.1]; the longest is eight times as long."""
     ambient: float = 0.35
-    """Share of the light that comes from everywhere, in [0, 1]; 1: brightness does not change with motion."""
+    """Ambient share of the light, in [0, 1]; 1: brightness does not change with motion."""
     light: tuple[float, float, float] = (0.15, 0.1, 1.0)
     """Direction towards the lamp: right and up in the picture, towards the camera (> 0)."""
     highlights: float = 200.0
-    """Grey levels that wet tissue adds where it mirrors the lamp."""
+    """Grey levels of the lamp's mirror reflection on wet tissue."""
     gloss: float = 200.0
-    """Exponent of the highlights (Blinn 1977), in [1, 1e4]; larger ones are smaller."""
+    """Exponent of the highlights (Blinn 1977), in [1, 1e4]; the larger, the smaller the highlights."""
     roughness: float = 8.0
-    """Standard deviation of the wet surface's slopes, degrees, in [0, 45]: it breaks highlights up."""
+    """Standard deviation of the wet surface's slopes, degrees, in [0, 45]: breaks up highlights."""
     glottis: float = 12.0
-    """Grey of what is below the glottis."""
+    """Grey level in the glottis."""
     vignetting: float = 0.25
-    """Share of the light that is lost in the corners, in [0, 1]."""
+    """Share of the light lost in the corners, in [0, 1]."""
     blur: float = 0.7
     """Standard deviation of the lens' Gaussian blur, px, in [0, 20]."""
     photon_noise: float = 2.0
-    """Standard deviation at white, grey levels; its square falls with the grey."""
+    """Standard deviation at white, grey levels; its square is proportional to the grey level."""
     read_noise: float = 1.0
-    """Standard deviation at any grey, grey levels."""
+    """Standard deviation at any grey level, grey levels."""
     seed: int = 1
-    """Of texture and noise, >= 0."""
+    """Seed of texture and noise, >= 0."""
 
     def __post_init__(self) -> None:
         if self.fps is not None:
@@ -106,12 +106,12 @@ class Film:
             )
 
     def seconds(self, name: str) -> float:
-        """A time, or a length, as the number it was read to."""
+        """A time (s) or a length (m) as a number."""
         return float(getattr(self, name))
 
     @property
     def lamp(self) -> np.ndarray[Any, np.dtype[np.float64]]:
-        """(3) `light` at unit length."""
+        """(3) unit vector of `light`."""
         light = np.array(self.light, dtype=float)
         return np.asarray(light / math.sqrt(float(light @ light)))
 

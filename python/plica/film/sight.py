@@ -1,4 +1,4 @@
-"""What a camera sees of a mesh's skin, whatever it looks like."""
+"""What a camera sees of a mesh's surface, apart from its shading."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ Mask = NDArray[np.bool_]
 _FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
 _DIVISIONS = (2, 12)  # of a curved face's sides
 _ROUND = 1e-6  # px
-_HIDDEN = 1e-3  # px: what is behind something else by less is seen
+_HIDDEN = 1e-3  # px: points behind another surface by less are visible
 
 
 @dataclass(frozen=True)
 class View:
-    """The skin at one time.
+    """The surface at one time.
 
     Attributes
     ----------
     nodes, corners : (k, 3), (v, 3)
         Column px, row px, height m of the surface's nodes and of its triangles' corners.
     opening : Hull
-        That it is seen through: the upper end of the airway.
+        Through which the surface is seen: the upper end of the airway.
     raster : Raster
         Which flat triangle the pixels' centres show.
     shown : (p, 3 or 6) rows of the nodes of the face that each of the raster's pixels shows
@@ -51,18 +51,18 @@ class View:
     weights: Floats
 
     def of(self, values: Floats) -> Floats:
-        """(p, ...) what the raster's pixels show of values (k, ...) at the nodes."""
+        """(p, ...) values (k, ...) at the nodes, interpolated to the raster's pixels."""
         return np.asarray(np.einsum("pn,pn...->p...", self.weights, values[self.shown]))
 
 
 class Sight:
-    """A camera before a mesh.
+    """The surface of a mesh as a camera sees it.
 
     Attributes
     ----------
     camera : Camera
     surface : Surface
-        The skin as flat triangles, fine enough for the camera's pixels.
+        The surface as flat triangles, fine enough for the camera's pixels.
     points, rest : (k, 3), (v, 3) m
         Its nodes and its corners at rest.
     """
@@ -83,10 +83,11 @@ class Sight:
         return self.camera.project(self.points + displacement)
 
     def view(self, nodes: Floats) -> View:
-        """The skin with its nodes at these places (k, 3).
+        """The surface with its nodes at these positions (k, 3).
 
-        Which triangle a pixel shows is told by the flat ones; where on the curved face, by the face itself.
-        At an outline that the curved faces do not reach, the flat triangle's point stands, up to 0.1 px off.
+        The flat triangles decide which face a pixel shows; the position on a curved face is then computed on
+        the face itself. At an outline that the curved faces do not reach, the flat triangle's point is kept,
+        with an error of up to 0.1 px.
         """
         surface = self.surface
         corners = surface.corners(nodes)
@@ -103,7 +104,7 @@ class Sight:
         pixels = np.column_stack([raster.pixels % width, raster.pixels // width]).astype(float)
         start = self.surface.places(raster.shown, raster.share)
         place, found = refined(nodes[faces], face, pixels, start)
-        lost = np.flatnonzero(~found)  # beside an edge, most of them: the face next to it is met
+        lost = np.flatnonzero(~found)  # most are near an edge: they lie on the adjacent face
         met = meet(nodes, faces, pixels[lost])
         there = met.face >= 0
         face[lost[there]], place[lost[there]] = met.face[there], met.place[there]
@@ -111,10 +112,10 @@ class Sight:
         weights[found] = shapes(6, place[found])
         return face, weights
 
-    def again(self, moved: Floats, shown: NDArray[Any], then: View) -> Mask:
-        """(p) whether points (p, 3) in px, px and m of the triangles `shown` (p) are seen in a view.
+    def still_visible(self, moved: Floats, shown: NDArray[Any], then: View) -> Mask:
+        """(p) whether points (p, 3) in px, px and m of the triangles `shown` (p) are visible in a view.
 
-        That is inside the picture and the opening, facing the camera, and behind nothing else.
+        Visible: inside the picture and the opening, facing the camera, and not occluded.
         """
         height, width = self.camera.shape
         least, most = np.array([-_ROUND, -_ROUND]), np.array([width - 1, height - 1]) + _ROUND
@@ -129,7 +130,7 @@ class Sight:
         return np.asarray(seen)
 
     def around(self) -> Floats:
-        """(h * w, 3) m, what the pixels show of a plane as high as the skin is at rest."""
+        """(h * w, 3) m, points at the pixels of a plane at the height of the surface's upper end at rest."""
         height, width = self.camera.shape
         projection = self.camera.projection
         y, x = np.mgrid[:height, :width].astype(float)

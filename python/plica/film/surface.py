@@ -1,4 +1,4 @@
-"""The skin of a mesh of tetrahedra as flat triangles that move with its nodes."""
+"""The surface of a mesh of tetrahedra as flat triangles that move with its nodes."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class Surface:
     weights : (v, k) sparse
         Corners are ``weights @ positions[nodes]``.
     triangles : (t, 3) rows of corners, anticlockwise seen from outside
-    faces : (f, 3) or (f, 6) rows of `nodes`: those that the triangles stand for, as many of each
-    divisions : of their sides
+    faces : (f, 3) or (f, 6) rows of `nodes`: the faces that the triangles approximate, equally many for each
+    divisions : of the faces' sides
     """
 
     nodes: Ints
@@ -46,7 +46,7 @@ class Surface:
     divisions: int
 
     def corners(self, positions: Floats) -> Floats:
-        """(v, 3) of positions (k, 3) of `nodes`."""
+        """(v, 3) corners from positions (k, 3) of `nodes`."""
         return np.asarray(self.weights @ positions)
 
     def places(self, shown: Ints, share: Floats) -> Floats:
@@ -62,7 +62,7 @@ class Surface:
 
 
 def faces_of(mesh: FilmableMesh) -> Ints:
-    """What a camera can see: the mesh's surface "airway", or all its skin where it names none."""
+    """The visible faces: the mesh's surface "airway", or its whole surface if there is none."""
     if "airway" in mesh.surfaces:
         return np.asarray(mesh.surfaces["airway"], dtype=np.int64)
     return skin(np.asarray(mesh.points, dtype=float), np.asarray(mesh.cells))
@@ -81,7 +81,7 @@ def rim(corners: Floats, triangles: Ints) -> Ints:
 
 
 def skin(points: Floats, cells: NDArray[Any]) -> Ints:
-    """Faces that belong to one cell: (f, 3), or (f, 6) with the mid-side nodes of 12, 23, 31; outward.
+    """Faces that belong to one cell only: (f, 3), or (f, 6) with the mid-side nodes of 12, 23, 31; outward.
 
     points (n, 3) m; cells (m, 4) or (m, 10).
     """
@@ -117,10 +117,10 @@ def bulge(points: Floats, faces: Ints) -> float:
 
 
 def surface_of(faces: Ints, divisions: int) -> Surface:
-    """Each face as divisions^2 flat triangles, corners shared where faces meet.
+    """Each face as divisions^2 flat triangles that share corners with their neighbours.
 
-    A six-node face is followed at the corners of its triangles, which
-    lie off it by bulge / divisions^2 in between.
+    The corners of the triangles lie on a six-node face; between them the distance is up to
+    bulge / divisions^2.
     """
     from scipy import sparse
 
@@ -134,8 +134,8 @@ def surface_of(faces: Ints, divisions: int) -> Surface:
         (np.tile(values.ravel(), count), (rows, columns)), shape=(count * each, len(nodes))
     )
     triangles = (each * np.arange(count)[:, None, None] + _triangles(divisions)).reshape(-1, 3)
-    # Corners of the same weights are one, told by their products with random numbers; surfaces that touch
-    # stay two.
+    # Corners with the same weights are merged (compared by their products with random numbers); surfaces
+    # that touch stay separate.
     label = np.random.default_rng(0).uniform(1.0, 2.0, (len(nodes), 2))
     grid = np.round((weights @ label) / 1e-9)
     _, first, merged = np.unique(grid, axis=0, return_index=True, return_inverse=True)

@@ -1,4 +1,4 @@
-"""How tissue looks: a texture that is fixed to the material, light, highlights."""
+"""Appearance of tissue: a texture fixed to the material, light, highlights."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from plica.film.settings import Film
 
-__all__ = ["Look", "normals"]
+__all__ = ["Shading", "normals"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _TILE = 96  # samples of a side of the periodic tile
 _SAMPLES = 4  # a shortest wavelength
-_COARSER = 2  # than the texture: what the wet surface is rough by
+_COARSER = 2  # than the texture: the roughness of the wet surface
 
 
-class Look:
-    """Grey of tissue from where its material was at rest and how it stands to camera and lamp.
+class Shading:
+    """Grey levels of tissue from its reference position and its direction to camera and lamp.
 
     axes (3, 3) are the camera's: to the right in the picture, up in it, towards the camera.
     """
@@ -29,36 +29,36 @@ class Look:
     def __init__(self, film: Film, axes: Floats) -> None:
         self._film = film
         self._spacing = film.seconds("grain") / _SAMPLES
-        self._texture, self._slopes, self._turned = _material(film.seed)
+        self._texture, self._slopes, self._rotation = _material(film.seed)
         self._lamp = film.lamp @ axes
         half = self._lamp + axes[2]
         self._half = half / np.linalg.norm(half)
 
     def grey(self, place: Floats, normal: Floats, *, wet: bool = True) -> Floats:
-        """(p) grey levels, not cut off above; highlights only where `wet`.
+        """(p) grey levels, not limited above; highlights only if `wet`.
 
-        place (p, 3) m where the material was at rest; normal (p, 3), outward and of any length.
+        place (p, 3) m, reference positions; normal (p, 3), outward and of any length.
         """
         film = self._film
         normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        at = (place @ self._turned).T / self._spacing
+        at = (place @ self._rotation).T / self._spacing
         own = film.brightness + film.texture * self._sample(self._texture, at, 3)
         facing = np.maximum(normal @ self._lamp, 0.0)
         grey = own * (film.ambient + (1 - film.ambient) * facing)
         if wet and film.highlights:
-            grey += film.highlights * self._mirrored(at, normal)
+            grey += film.highlights * self._reflection(at, normal)
         return np.asarray(np.maximum(grey, 0.0))
 
-    def _mirrored(self, at: Floats, normal: Floats) -> Floats:
-        """Blinn's (n . h)^gloss of normals that the material's roughness has tipped."""
+    def _reflection(self, at: Floats, normal: Floats) -> Floats:
+        """Blinn's (n . h)^gloss of the normals tilted by the surface's roughness."""
         film = self._film
-        tipped = normal.copy()
+        tilted = normal.copy()
         slope = np.tan(np.radians(film.roughness))
         if slope:
             for axis, tile in enumerate(self._slopes):
-                tipped[:, axis] += slope * self._sample(tile, at / _COARSER, 1)
-            tipped /= np.linalg.norm(tipped, axis=1, keepdims=True)
-        return np.asarray(np.maximum(tipped @ self._half, 0.0) ** film.gloss)
+                tilted[:, axis] += slope * self._sample(tile, at / _COARSER, 1)
+            tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
+        return np.asarray(np.maximum(tilted @ self._half, 0.0) ** film.gloss)
 
     @staticmethod
     def _sample(tile: Floats, at: Floats, order: int) -> Floats:
@@ -73,19 +73,20 @@ class Look:
 def _material(seed: int) -> tuple[Floats, tuple[Floats, Floats], Floats]:
     """The texture as a spline, slopes in two directions, and a rotation (3, 3).
 
-    The rotation is there so that the period of the tiles is along no axis of the larynx.
+    The rotation keeps the period of the tiles off the axes of the larynx.
     """
     from scipy import ndimage
 
     random = np.random.default_rng([seed, 0])
     texture = ndimage.spline_filter(_band(random), order=3, mode="grid-wrap")
     slopes = _band(random), _band(random)
-    turned, _ = np.linalg.qr(random.standard_normal((3, 3)))
-    return np.asarray(texture, dtype=float), slopes, turned
+    rotation, _ = np.linalg.qr(random.standard_normal((3, 3)))
+    return np.asarray(texture, dtype=float), slopes, rotation
 
 
 def _band(random: Any) -> Floats:
-    """A periodic cube of noise, mean 0 and variance 1: wavelengths of 4 to 32 samples, each octave alike."""
+    """A periodic cube of noise, mean 0 and variance 1: wavelengths of 4 to 32 samples, equal in each
+    octave."""
     frequency = np.fft.fftfreq(_TILE)
     half = np.fft.rfftfreq(_TILE)
     k = np.sqrt(frequency[:, None, None] ** 2 + frequency[None, :, None] ** 2 + half[None, None, :] ** 2)
@@ -98,7 +99,7 @@ def _band(random: Any) -> Floats:
 
 
 def normals(points: Floats, triangles: Ints) -> Floats:
-    """(v, 3) outward, of any length: the sum of the triangles' normals at each corner, by their areas."""
+    """(v, 3) outward, of any length: the area-weighted sum of the triangles' normals at each corner."""
     p = points[triangles]
     own = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     corner = triangles.T.ravel()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["FORMATS", "write"]
 
 FORMATS = (".avi", ".npy", ".h5", ".hdf5")
-_PLAYED = 25  # frames a second, by players; the true rate is in the truth
+_PLAYBACK_RATE = 25  # /s, of players; the true rate is in the truth file
 
 Picture = NDArray[np.uint8]
 Add = Callable[[int, Picture], None]
@@ -35,8 +35,8 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
     if suffix not in FORMATS:
         raise InvalidInput(f"Film: {path.name}; must end in one of {', '.join(FORMATS)}.")
     if path.is_dir() or not path.parent.is_dir():
-        wrong = f"{path} is a directory" if path.is_dir() else f"{path.parent} is no directory"
-        raise InvalidInput(f"Film: {wrong}; must be a file in a directory that is there.")
+        problem = f"{path} is a directory" if path.is_dir() else f"{path.parent} is not a directory"
+        raise InvalidInput(f"Film: {problem}; must be a file in an existing directory.")
     whole, truth = suffix in (".h5", ".hdf5"), path.with_name(path.stem + ".truth.h5")
     refuse_overwriting([path] if whole else [path, truth], overwrite)
     if whole:
@@ -44,22 +44,24 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
         return [path]
     opened = _video if suffix == ".avi" else _array
 
-    def both(draft: Path) -> None:
+    def write_frames_and_truth(draft: Path) -> None:
         with storage_errors(path), opened(draft, clip) as add:
             replaced(truth, lambda other: _write_both(clip, other, add, progress))
 
-    replaced(path, both)
+    replaced(path, write_frames_and_truth)
     return [path, truth]
 
 
 def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None:
-    """Frames and truth of one frame after another; frames go into the truth's file where `add` is None."""
+    """Write frames and truth, frame by frame; the frames into the truth's file if `add` is None."""
     with h5py.File(path, "w", locking=False) as file:
         _describe(file, clip)
         if add is None:
-            frames = _lay_out(file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels.")
+            frames = _create_dataset(
+                file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels."
+            )
             add = frames.__setitem__
-        for k in _counted(clip.count, progress):
+        for k in _frame_numbers(clip.count, progress):
             add(k, clip.frame(k))
             file["glottis"][k] = clip.glottis(k)
             file["glottal_area"][k] = clip.area(k)
@@ -68,7 +70,7 @@ def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None
 
 
 def _describe(file: Any, clip: Clip) -> None:
-    """Attributes, what is known at once, and data sets to be filled."""
+    """Write attributes, times and camera, and create the data sets."""
     file.attrs["plica_version"] = build_info()["version"]
     file.attrs["fps"] = clip.fps
     file.attrs["mm_per_px"] = clip.camera.mm_per_px
@@ -86,11 +88,13 @@ def _describe(file: Any, clip: Clip) -> None:
         "(3, 4) P (x, 1), x in m: column, row (downwards), height towards the camera.",
     )
     shape, pairs = clip.camera.shape, clip.count - 1
-    _lay_out(file, "glottis", (clip.count, *shape), bool, "1", "(n, h, w) looks through between the folds.")
+    _create_dataset(
+        file, "glottis", (clip.count, *shape), bool, "1", "(n, h, w) looks through between the folds."
+    )
     _store(
         file, "glottal_area", np.full(clip.count, np.nan), "m^2", "(n) of glottis, across the line of sight."
     )
-    _lay_out(
+    _create_dataset(
         file,
         "flow",
         (pairs, *shape, 2),
@@ -98,7 +102,7 @@ def _describe(file: Any, clip: Clip) -> None:
         "px",
         "(n - 1, h, w, 2) motion (right, down) from frame k to k + 1 of what a pixel shows; NaN: no tissue.",
     )
-    _lay_out(file, "visible", (pairs, *shape), bool, "1", "(n - 1, h, w) seen in frame k + 1 too.")
+    _create_dataset(file, "visible", (pairs, *shape), bool, "1", "(n - 1, h, w) seen in frame k + 1 too.")
 
 
 def _store(file: Any, name: str, values: Any, unit: str, meaning: str) -> None:
@@ -106,7 +110,7 @@ def _store(file: Any, name: str, values: Any, unit: str, meaning: str) -> None:
     file[name].attrs.update({"units": unit, "meaning": meaning})
 
 
-def _lay_out(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, meaning: str) -> Any:
+def _create_dataset(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, meaning: str) -> Any:
     data = file.create_dataset(
         name, shape, kind, chunks=(1, *shape[1:]), compression="gzip", compression_opts=1, shuffle=True
     )
@@ -120,7 +124,7 @@ def _video(path: Path, clip: Clip) -> Iterator[Add]:
     import av
 
     with av.open(str(path), "w", format="avi") as container:
-        stream: Any = container.add_stream("rawvideo", rate=_PLAYED)
+        stream: Any = container.add_stream("rawvideo", rate=_PLAYBACK_RATE)
         stream.height, stream.width = clip.camera.shape
         stream.pix_fmt = "gray"
 
@@ -139,7 +143,7 @@ def _array(path: Path, clip: Clip) -> Iterator[Add]:
     frames.flush()
 
 
-def _counted(count: int, shown: bool) -> Iterator[int]:
+def _frame_numbers(count: int, shown: bool) -> Iterator[int]:
     """0 to count - 1, with a bar on standard error if shown."""
     if not shown:
         yield from range(count)

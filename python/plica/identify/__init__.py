@@ -1,11 +1,11 @@
-"""Tissue from video: the stiffness and viscosity of the folds with intervals that can be believed.
+"""Tissue from video: stiffness and viscosity of the vocal folds with calibrated intervals.
 
 >>> from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, estimate
 
-An `Observation` is what the camera saw, a `Forcing` what is known of the pressures, a `MotionModel` joins
-them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` finds its `Posterior`
-(docs/identification.md). `identify` does all of it from the files of a recording, as ``plica identify`` does;
-`load` reads what it stored.
+An `Observation` is the motion seen by a camera, a `Forcing` the known and unknown pressures, a `MotionModel`
+combines them with a scene; `MarginalLikelihood` is a function of log theta, and `estimate` returns its
+`Posterior` (docs/identification.md). `identify` does all this from the files of a recording, like
+``plica identify``; `load` reads its results.
 """
 
 from plica.identify.em import EMResult, em

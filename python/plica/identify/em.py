@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput, SolveFailed, one_of
+from plica.errors import InvalidInput, SolveFailed
 from plica.identify.kalman import kalman_filter
 from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
 from plica.identify.moments import Moments, expected_moments
 
-__all__ = ["EMResult", "Estimated", "check_limits", "em", "extended"]
+__all__ = ["EMResult", "Estimated", "append_log_likelihood", "check_limits", "em"]
 
 Array = NDArray[np.float64]
 Estimated = Literal["G", "Gamma_w", "Gamma_v"]
 _ESTIMATED = ("G", "Gamma_w", "Gamma_v")
-_ROUND_OFF = 1e-9  # of a log-likelihood, relative: what a fall may be without being one
+_ROUND_OFF = 1e-9  # relative: a smaller decrease of the log-likelihood is round-off
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,11 +30,11 @@ class EMResult:
     Attributes
     ----------
     model : LinearGaussian
-        Of the last entry of `log_likelihoods`.
+        The model of the last entry of `log_likelihoods`.
     log_likelihoods : (i,)
-        log p(y) of the model that was given and after each iteration; it never falls.
+        log p(y) of the initial model and after each iteration; it never decreases.
     converged : bool
-        Whether its rise came to within the tolerance.
+        Whether its last increase was within the tolerance.
     """
 
     model: LinearGaussian
@@ -51,38 +51,38 @@ def em(
     iterations: int = 100,
     tolerance: float = 1e-8,
 ) -> EMResult:
-    """Noise covariances, and with "G" the whole evolution, that raise the likelihood of y.
+    """Noise covariances, and with "G" the whole evolution, that increase the likelihood of y.
 
     Parameters
     ----------
     model : LinearGaussian
-        Where it begins. H, m0 and P0 are kept: H is known, and from one record P0 would collapse.
+        The initial model. H, m0 and P0 are kept: H is known, and from one record P0 would collapse.
     y : (N, p)
-        NaN where a row or a frame is missing. Gamma_v is estimated from frames that show something.
+        NaN where a row or a frame is missing. Gamma_v is estimated from frames with at least one value.
     f : (N, n), optional
     estimate : collection of "G", "Gamma_w", "Gamma_v"
-        G free is what the thesis proposes: G = (S10 - sum f m') S00^-1. It is known up to a change of basis
-        that H does not see, so that no tissue follows from it; see docs/identification_filter.md.
-        Gamma_w of a `PatternNoise` stays one of the same patterns; of variances Gamma_v stays variances.
+        A free G, as the thesis proposes: G = (S10 - sum f m') S00^-1. It is determined only up to a change
+        of basis that H does not observe, so no tissue follows from it; see docs/identification_filter.md.
+        Gamma_w of a `PatternNoise` keeps its patterns; a diagonal Gamma_v stays diagonal.
     iterations : int
-        At most so many, >= 1.
+        Maximum number, >= 1.
     tolerance : float
-        Ends where the log-likelihood rises by less than this times its size, >= 0.
+        Stops when the log-likelihood increases by less than this times its size, >= 0.
 
     Raises
     ------
     InvalidInput
-        Where y or f do not fit, or "G" is asked for beside `PatternNoise` (states would have to stay on the
-        patterns, which fixes G but for them).
+        If y or f do not fit, or "G" is estimated with `PatternNoise` (states would have to stay on the
+        patterns, which determines G up to them).
     SolveFailed
-        Where the log-likelihood falls: the model is out of numerical reach.
+        If the log-likelihood decreases: the model is numerically out of range.
     """
     _check_em(model, estimate, iterations, tolerance)
     history: list[float] = []
     converged = False
     for _ in range(iterations + 1):
         filtered = kalman_filter(model, y, f)
-        converged = extended("em", history, filtered.log_likelihood, tolerance)
+        converged = append_log_likelihood("em", history, filtered.log_likelihood, tolerance)
         if converged or len(history) > iterations:
             break
         model = _maximised(model, expected_moments(model, filtered), filtered.input, estimate)
@@ -92,32 +92,32 @@ def em(
 def _check_em(model: LinearGaussian, estimate: Collection[str], iterations: int, tolerance: float) -> None:
     unknown = [name for name in estimate if name not in _ESTIMATED]
     if unknown or not estimate:
-        raise InvalidInput(f"em: estimate = {list(estimate)}; must be some of {one_of(_ESTIMATED)}.")
+        raise InvalidInput(f"em: estimate = {list(estimate)}; must be names of {', '.join(_ESTIMATED)}.")
     if "G" in estimate and isinstance(model.process_noise, PatternNoise):
         raise InvalidInput(
-            'em: "G" is to be estimated beside noise of patterns; must be beside a full Gamma_w. '
-            "With noise of patterns alone each G but the present one has likelihood zero."
+            'em: estimate has "G" and the process noise is PatternNoise; must be a full Gamma_w. '
+            "With pattern noise alone every G but the present one has likelihood zero."
         )
     check_limits("em", iterations, tolerance)
 
 
 def check_limits(where: str, iterations: int, tolerance: float) -> None:
-    """Raises InvalidInput for limits of an iteration that are none."""
+    """Raises InvalidInput for invalid iteration limits."""
     if iterations < 1:
         raise InvalidInput(f"{where}: iterations = {iterations}; must be >= 1.")
     if not tolerance >= 0:
         raise InvalidInput(f"{where}: tolerance = {tolerance:g}; must be >= 0.")
 
 
-def extended(where: str, history: list[float], value: float, tolerance: float) -> bool:
-    """Adds a log-likelihood to those of the iterations before; whether it has converged.
+def append_log_likelihood(where: str, history: list[float], value: float, tolerance: float) -> bool:
+    """Append a log-likelihood to the history; returns whether it has converged.
 
-    Raises SolveFailed, which begins with `where`, where it falls, which EM cannot do.
+    Raises SolveFailed, prefixed by `where`, if it decreases, which EM cannot do.
     """
     if history and not value >= history[-1] - _ROUND_OFF * max(1.0, abs(value)):
         raise SolveFailed(
             f"{where}: iteration {len(history)}: the log-likelihood falls from {history[-1]:.9g} to "
-            f"{value:.9g}; EM cannot lower it. Covariances have lost their digits: is Gamma_w near zero?"
+            f"{value:.9g}; EM cannot lower it. The covariances have lost precision: is Gamma_w near zero?"
         )
     history.append(value)
     return len(history) > 1 and abs(value - history[-2]) <= tolerance * max(1.0, abs(value))
@@ -163,7 +163,7 @@ def _right_divided(S10: Array, S00: Array) -> Array:
         R = _engine.cholesky(S00)
     except SolveFailed as error:
         raise SolveFailed(
-            f"em: S00 is singular ({error}) A state never moves: G of it cannot be known."
+            f"em: S00 is singular ({error}) A state never moves, so its column of G cannot be estimated."
         ) from None
     X = S10.T.copy()
     _engine.solve_lower(R, X)

@@ -1,4 +1,4 @@
-"""The tissue that makes a recording most probable, and how well it is known."""
+"""Maximum a posteriori estimate of the tissue from a recording."""
 
 from __future__ import annotations
 
@@ -13,80 +13,79 @@ from plica.errors import SolveFailed
 from plica.identify.evaluation import Evaluation
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
-from plica.identify.scoring import NOT_THERE, Scoring, climb
-from plica.identify.starts import Watcher, begins, numbered
+from plica.identify.scoring import UNDEFINED_DENSITY, Scoring, climb
+from plica.identify.starts import ProgressCallback, start_points, with_start_number
 
 __all__ = ["estimate"]
 
 Array = NDArray[np.float64]
-_SAME = 1.0  # posterior sd between ends that are one
+_SAME_MAXIMUM = 1.0  # posterior sd between end points that count as one maximum
 
 
 def estimate(
     likelihood: MarginalLikelihood,
     start: ArrayLike | None = None,
     options: Scoring | None = None,
-    progress: Watcher | None = None,
+    progress: ProgressCallback | None = None,
     kept: Mapping[int, ArrayLike] | None = None,
 ) -> Posterior:
-    """The maximum of the posterior density of log theta, with the Gaussian that fits it there.
+    """The maximum of the posterior density of log theta, with the Gaussian approximation there.
 
-    Fisher scoring (`plica.identify.scoring.climb`) goes uphill from `start`. Where that does not end, or the
-    residuals at its end fail their test, which a false maximum's do, it is tried from other starts
-    (`plica.identify.starts.begins`), until one ends where they pass or two end where the density is highest
-    so far, at most `options.starts` in all. Of the ends, that of the highest density is taken; how many
-    starts ended there is in the posterior.
+    Fisher scoring (`plica.identify.scoring.climb`) runs from `start`. If it does not converge, or the
+    residuals at its end fail their test, as they do at a false maximum, it runs from other starting points
+    (`plica.identify.starts.start_points`), until the residuals pass at one end or two runs end at the
+    highest density found so far, with at most `options.starts` runs. The end of the highest density is
+    returned; the posterior holds how many runs ended there.
 
     Parameters
     ----------
     likelihood : MarginalLikelihood
     start : (p), optional
-        log theta; left out: the prior's mean.
+        Initial log theta; default: the prior mean.
     options : Scoring, optional
     progress : callable, optional
-        Called with each `Iteration`, those on the way to a graduated start among them.
+        Called with each `Iteration`, including those that lead to a graduated start.
     kept : mapping, optional
-        By its number, the last point on the whole recording of each start of an estimate that was stopped:
-        they go on from there.
+        To resume an interrupted estimate: for each start number, its last point on the whole recording.
 
     Raises
     ------
     InvalidInput
-        Where, at the first start, nothing in the data depends on a parameter, which is named.
+        If, at the first start, the data do not depend on a parameter, which is named.
     SolveFailed
-        Where no start's iteration has converged; what the first says.
+        If no run converged; the message is that of the first.
     """
     options = options or Scoring()
     first = likelihood.prior_mean if start is None else np.array(start, dtype=float)
     ends: list[tuple[Posterior, Evaluation]] = []
     failure: Exception | None = None
     tried = 0
-    there = {number: np.array(point, dtype=float) for number, point in (kept or {}).items()}
-    starts = begins(likelihood, first, options, progress, there)
-    for tried, begin in enumerate(islice(starts, options.starts), start=1):
+    resumed = {number: np.array(point, dtype=float) for number, point in (kept or {}).items()}
+    starts = start_points(likelihood, first, options, progress, resumed)
+    for tried, point in enumerate(islice(starts, options.starts), start=1):
         try:
-            found = climb(likelihood, begin, options, numbered(progress, tried))
-        except NOT_THERE as error:
+            found = climb(likelihood, point, options, with_start_number(progress, tried))
+        except UNDEFINED_DENSITY as error:
             if tried == 1 and not isinstance(error, SolveFailed):
                 raise
             failure = failure or error
             continue
         ends.append((found, likelihood.last()))
-        if found.residuals.passed or _at_the_best(likelihood, ends)[1] > 1:
+        if found.residuals.passed or _best_end(likelihood, ends)[1] > 1:
             break
     if not ends:
         assert failure is not None
         raise failure
-    (best, at), here = _at_the_best(likelihood, ends)
+    (best, at), here = _best_end(likelihood, ends)
     likelihood.evaluate_known(at.point, at.responses)
     return replace(best, starts=tried, ended_here=here)
 
 
-def _at_the_best(
+def _best_end(
     likelihood: MarginalLikelihood, ends: list[tuple[Posterior, Evaluation]]
 ) -> tuple[tuple[Posterior, Evaluation], int]:
-    """The end of the highest density, and how many ends are within an sd of it."""
+    """The end point of the highest density, and how many end points are within one sd of it."""
     best = max(ends, key=lambda end: end[0].log_likelihood + likelihood.log_prior(end[1].point))
     precision = np.linalg.inv(best[0].statistical_covariance)
-    apart = [found.mean - best[0].mean for found, _ in ends]
-    return best, sum(float(d @ precision @ d) < _SAME**2 for d in apart)
+    differences = [found.mean - best[0].mean for found, _ in ends]
+    return best, sum(float(d @ precision @ d) < _SAME_MAXIMUM**2 for d in differences)

@@ -1,4 +1,4 @@
-"""What a recording says of one tissue."""
+"""The likelihood of a recording at one point of the tissue parameters."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The log-likelihood at one point, the noise levels profiled out; priors are not in it."""
+    """The log-likelihood at one point, with the noise levels profiled out and without the prior."""
 
     point: Array
-    """(p) log theta, and the log of the gain where it has a prior"""
+    """(p) log theta, and the log of the gain if it has a prior"""
     value: float
     """log p(y | theta, sigma_p, sigma_v), the constant included"""
     gradient: Array
     """(p)"""
     information: Array
-    """(p, p) Fisher information of the coordinates, that of the noise levels eliminated"""
+    """(p, p) Fisher information of the coordinates, with the noise levels eliminated"""
     noise: Noise
     inputs: Array
-    """(i) Pa, the expected unknown pressures"""
+    """(i) Pa, expected values of the unknown pressures"""
     residual: Array
-    """(N, m) px/frame, y - mu - T w at those, the gains' part still in it; zero where y is missing"""
+    """(N, m) px/frame, y - mu - T w at these, including the part of the gains; zero where y is missing"""
     responses: Responses

@@ -30,8 +30,8 @@ class Evolution:
     ----------
     G : (3 m, 3 m)
     T : (3 m, m)
-        [beta h^2; gamma h; 1] (x) A^-1, A = M + (1 + alpha) gamma h C + (1 + alpha) beta h^2 K: what a
-        force (N) over the step does.
+        [beta h^2; gamma h; 1] (x) A^-1, A = M + (1 + alpha) gamma h C + (1 + alpha) beta h^2 K: the effect
+        of a force (N) over the step.
     step : float
         h (s).
     alpha, beta, gamma : float
@@ -74,19 +74,19 @@ def hht_evolution(
     Parameters
     ----------
     M, C, K : (m, m), dense or sparse
-        Of the free unknowns: those that are held are eliminated, never observed without noise.
+        Of the free unknowns: fixed ones are eliminated, not observed without noise.
     step : float
         h (s), > 0.
     alpha : float
         In [-1/3, 0]; gamma = 1/2 - alpha, beta = (1 - alpha)^2 / 4.
     newmark : (beta, gamma), optional
-        Newmark's scheme in place of HHT's.
+        Use Newmark's scheme instead of HHT.
 
     Notes
     -----
     With A = M + (1 + alpha) gamma h C + (1 + alpha) beta h^2 K and predictor
-    a1 = Bu u + Bv v + Ba a + A^-1 f, as printed but with Bu = -A^-1 K (K was lacking), beta h^2 in place of
-    beta^2, and A^-1 on both terms of Ba with a minus each.
+    a1 = Bu u + Bv v + Ba a + A^-1 f, as printed but with Bu = -A^-1 K (K was missing), beta h^2 instead of
+    beta^2, and -A^-1 on both terms of Ba.
     """
     where = "hht_evolution"
     m = M.shape[0]

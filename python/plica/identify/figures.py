@@ -9,20 +9,20 @@ from numpy.typing import NDArray
 
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification, Picture
-from plica.identify.wording import LEARNED, weakest
+from plica.identify.wording import CLOSE_TO_PRIOR, weakest
 from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
 
 __all__ = ["sections"]
 
-_SHOWN = 3  # points whose motion is drawn
+_PLOTTED_POINTS = 3  # points whose motion is plotted
 
 
 def sections(found: Identification) -> list[tuple[str, list[Drawing]]]:
-    """By heading."""
+    """The figures of each section, by heading."""
     posterior, picture = found.posterior, found.picture
     return [
-        ("What was learned", [prior_and_posterior(posterior), correlation(posterior)]),
-        ("What the recording can tell", [identifiability(posterior)]),
+        ("Prior and posterior", [prior_and_posterior(posterior), correlation(posterior)]),
+        ("Identifiability", [identifiability(posterior)]),
         ("Motion", [motion(picture), pressures(picture)]),
         ("Residuals over the tissue", [residual_map(picture)]),
     ]
@@ -49,17 +49,17 @@ def prior_and_posterior(posterior: Posterior) -> Drawing:
         axes.set_xlabel("value over the prior's median")
         axes.set_ylim(len(shown) - 0.4, -0.6)
         kinds = (
-            ("believed before", grey),
-            ("learned", blue),
-            ("hardly learned", red),
-            ("up to the mesh", purple),
+            ("prior", grey),
+            ("posterior", blue),
+            ("posterior close to the prior", red),
+            ("limited by the mesh", purple),
         )
         label_ends(axes, kinds)
 
     return draw(
         "Prior against posterior",
-        "95 % intervals, with the shift between meshes in them. Where both are alike, the recording says "
-        "nothing."
+        "95 % intervals, including the shift between meshes. Where both are alike, the recording adds no "
+        "information."
         if posterior.answered
         else "The prior's 95 % intervals; points: the estimate, whose interval is refused.",
         "Intervals of prior and posterior of each parameter.",
@@ -85,7 +85,7 @@ def correlation(posterior: Posterior) -> Drawing:
 
     return draw(
         "Correlation",
-        "Near 1 or -1: only a combination of the two is known.",
+        "Near 1 or -1: only a combination of the two parameters is known.",
         "Matrix of the correlations between parameters.",
         (2.6 + 0.5 * len(names), 1.8 + 0.42 * len(names)),
         paint,
@@ -104,28 +104,28 @@ def identifiability(posterior: Posterior) -> Drawing:
         axes.axhline(1, color=grey, lw=1)
         axes.set_xticks(range(1, len(values) + 1))
         axes.set_xlabel("combination of parameters, weakest first")
-        axes.set_ylabel("recording over prior")
+        axes.set_ylabel("information, recording / prior")
 
     return draw(
         "Identifiability",
-        "Information of the recording over that of the prior, of each independent combination. Below 1 "
-        "(red) the prior tells more than the recording. Weakest: " + weakest(posterior) + ".",
-        "Bars: how much the recording tells of each combination of parameters.",
+        "Information of the recording over that of the prior, for each independent combination. Below 1 "
+        "(red) the prior is more informative than the recording. Weakest: " + weakest(posterior) + ".",
+        "Bars: information of the recording on each combination of parameters.",
         (9.2, 2.8),
         paint,
     )
 
 
-def hardly_learned(posterior: Posterior) -> NDArray[np.bool_]:
-    """(p) whose sd on one mesh is next to that of the prior."""
+def close_to_prior(posterior: Posterior) -> NDArray[np.bool_]:
+    """(p) Whether the sd on one mesh is close to that of the prior."""
     sd = np.sqrt(np.diag(posterior.statistical_covariance))
-    return np.asarray(sd > LEARNED * posterior.prior_sd)
+    return np.asarray(sd > CLOSE_TO_PRIOR * posterior.prior_sd)
 
 
 def motion(picture: Picture) -> Drawing:
     """Observed and predicted motion of the points that move most."""
     size = np.nanmean(np.nansum(picture.observed**2, axis=2), axis=0)
-    chosen = np.argsort(size)[::-1][:_SHOWN]
+    chosen = np.argsort(size)[::-1][:_PLOTTED_POINTS]
     time = 1e3 * picture.time
 
     def paint(figure: Figure) -> None:
@@ -142,16 +142,16 @@ def motion(picture: Picture) -> Drawing:
     return draw(
         "Predicted against observed motion",
         "Motion from frame to frame (px) of the points that move most, by their place in the first "
-        f"frame. Dots: seen; lines: the model with the expected unknown pressures, which follows "
+        f"frame. Dots: observed; lines: the model with the expected unknown pressures, which explains "
         f"{100 * picture.explained:.1f} % of the variance of all points. Shaded: closed.",
-        "Motion of points over time, seen and predicted.",
+        "Motion of points over time, observed and predicted.",
         (9.2, 1.0 + 1.5 * len(chosen)),
         paint,
     )
 
 
 def pressures(picture: Picture) -> Drawing:
-    """Expected unknown pressures."""
+    """Expected values of the unknown pressures."""
     time, count = 1e3 * picture.time, len(picture.heights)
     colours = [blue, red, green, grey]
 
@@ -164,10 +164,10 @@ def pressures(picture: Picture) -> Drawing:
         label_ends(axes, names)
         over_time((axes, "pressure (Pa)"))
 
-    said = "beside the known drive" if picture.known_drive else "no pressure is known"
+    drive = "in addition to the known drive" if picture.known_drive else "no pressure is known"
     return draw(
         "Unknown pressures",
-        f"Expected, at each height of the glottis; {said}. Before 0 ms they bring the model into motion.",
+        f"Expected values at each height of the glottis; {drive}. Before 0 ms they set the model in motion.",
         "Unknown pressures over time.",
         (9.2, 2.6),
         paint,
@@ -197,8 +197,8 @@ def residual_map(picture: Picture) -> Drawing:
 
     return draw(
         "Whitened residuals",
-        "Each is of size 1 and mean 0 where the model holds. A region that is larger, or arrows that "
-        "point one way, show where the model does not follow the tissue.",
+        "Each has size 1 and mean 0 if the model holds. A region of larger size, or arrows in one "
+        "direction, show where the model does not follow the tissue.",
         "Size and mean of the residuals at each point of the tissue.",
         (9.2, 4.0),
         paint,
@@ -214,9 +214,9 @@ def _logarithmic(posterior: Posterior) -> NDArray[np.bool_]:
 def _colour(posterior: Posterior, j: int) -> str:
     if not posterior.answered:
         return ink
-    if hardly_learned(posterior)[j]:
+    if close_to_prior(posterior)[j]:
         return red
-    return purple if posterior.sd[j] > LEARNED * posterior.prior_sd[j] else blue
+    return purple if posterior.sd[j] > CLOSE_TO_PRIOR * posterior.prior_sd[j] else blue
 
 
 def _shade(axes: Axes, time: NDArray[np.float64], closed: NDArray[np.bool_]) -> None:

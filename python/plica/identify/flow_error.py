@@ -1,4 +1,4 @@
-"""What the error of a flow is like: not white, not alike at all points, in part proportional to the motion.
+"""Error model of an optical flow: correlated, different at each point, in part proportional to the motion.
 
 The error of point p in frame k is e = B_p (T w + mu) + v. B_p (2, 2) is a gain of the point's own, with
 independent entries N(0, sigma_g^2): regularised flow mixes a point's motion with that of its surroundings.
@@ -22,45 +22,45 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class FlowError:
-    """Of r points over N frames."""
+    """The error of r points over N frames."""
 
     sd: Array
-    """(r) px, up to a common factor, which is estimated with the tissue"""
+    """(r) px, up to a common factor that is estimated with the tissue"""
     by_frame: Array
-    """(N) factor on the size of what is white in time"""
+    """(N) factor on the size of the innovations"""
     in_time: Array
-    """(a) phi: v_k = sum_l phi[l] v_{k-1-l} + what is white"""
+    """(a) phi: v_k = sum_l phi[l] v_{k-1-l} + innovation"""
     share: float
-    """[-] in [0, 1): correlation of two points next to each other"""
+    """[-] in [0, 1): correlation of two points at distance zero"""
     length: float
-    """[px] over which it falls by e"""
+    """[px] over which it decays by a factor e"""
     neighbours: NDArray[np.intp]
-    """(r, j) points before each in order, on which it is conditioned; -1: none"""
+    """(r, j) earlier points on which each point is conditioned; -1: none"""
     distances: Array
     """(r, r) px in the image"""
     motion: Array
-    """(N, r, 2) px a frame to which gains apply: what the model followed when the error was learned"""
+    """(N, r, 2) px a frame to which gains apply: the model's motion when the error was learned"""
     outliers: Mask
-    """(N, r) values taken as missing"""
+    """(N, r) values treated as missing"""
 
     def of_first(self, frames: int) -> FlowError:
-        """That of the first frames alone."""
+        """The error of the first frames alone."""
         parts = {name: getattr(self, name)[:frames] for name in ("by_frame", "motion", "outliers")}
         return replace(self, **parts)
 
 
 class Whitening:
-    """Rows that are seen as combinations of observed ones with independent errors.
+    """Combinations of observed rows that have independent errors.
 
-    Each value is taken less its expectation from the frames before it and from its neighbours of the same
-    frame (A. V. Vecchia, J. R. Stat. Soc. B 50, 1988), as far as these are seen. The same combination of lags
-    keeps T block-Toeplitz; where other neighbours are seen, the combination is another row. A value whose own
-    past is not seen is left out. The determinant of the transformation is one.
+    From each value its expectation given the previous frames and its neighbours in the same frame is
+    subtracted (A. V. Vecchia, J. R. Stat. Soc. B 50, 1988), as far as these are observed. Using the same
+    combination of lags keeps T block-Toeplitz; where other neighbours are observed, the combination is
+    another row. A value whose own past is not observed is left out. The transformation has determinant one.
 
     Attributes
     ----------
-    weights : (N, m') 1/px^2; zero where a row is not what a frame shows
-    source : (m') row among the observed ones, (2 r), that each stands for
+    weights : (N, m') 1/px^2; zero where a row does not apply to a frame
+    source : (m') index among the observed rows (2 r) of each
     """
 
     def __init__(self, error: FlowError, weights: Array) -> None:
@@ -75,7 +75,7 @@ class Whitening:
         columns: list[int] = []
         values: list[float] = []
         source: list[int] = []
-        made: list[Array] = []
+        frame_weights: list[Array] = []
         for j in range(m):
             p, c = divmod(j, 2)
             near = error.neighbours[p][error.neighbours[p] >= 0]
@@ -88,14 +88,14 @@ class Whitening:
                 columns += [j, *(2 * used + c)]
                 values += [1.0, *(-factors)]
                 source.append(j)
-                made.append(
+                frame_weights.append(
                     np.where(
                         there[:, j] & (known == pattern).all(axis=1), 1 / (variance * error.by_frame**2), 0.0
                     )
                 )
         self._mix = sparse.csr_array((values, (rows, columns)), shape=(len(source), m))
         self.source = np.array(source, dtype=int)
-        self.weights = np.ascontiguousarray(np.array(made).T.reshape(frames, len(source)))
+        self.weights = np.ascontiguousarray(np.array(frame_weights).T.reshape(frames, len(source)))
 
     def __call__(self, values: Array, axis: int = 0) -> Array:
         """Of values (..., N, m, ...) with frames along `axis` and rows along the next."""
@@ -106,7 +106,7 @@ class Whitening:
         return np.ascontiguousarray(np.moveaxis(np.moveaxis(mixed, 1, 0), (0, 1), (axis, axis + 1)))
 
     def gains(self, motion: Array) -> sparse.csc_array:
-        """(N m', 4 r) of motion (N, r, 2) px: how the rows answer the gains of the points, xx, xy, yx, yy."""
+        """(N m', 4 r) Response of the rows to the gains xx, xy, yx, yy of points with motion (N, r, 2)."""
         filtered = _filtered(motion, self._phi)
         mix = self._mix.tocoo()
         frames, width = self.weights.shape
@@ -121,7 +121,7 @@ class Whitening:
         return sparse.coo_array(entries, shape=(frames * width, 4 * motion.shape[1])).tocsc()
 
     def unfolded(self, values: Array, rows: int) -> Array:
-        """(N, m) of the observed rows from (N, m') of these; nan where a value has no row."""
+        """(N, m) values of the observed rows from (N, m') of these; nan where a value has no row."""
         out = np.full((len(values), rows), np.nan)
         for row, j in enumerate(self.source):
             shown = self.weights[:, row] > 0
@@ -130,7 +130,7 @@ class Whitening:
 
 
 def _filtered(values: Array, phi: Array) -> Array:
-    """Frames along the first axis, each less what those before it tell of it."""
+    """Innovations of an autoregression along the first axis."""
     filtered = values.copy()
     for lag, factor in enumerate(phi, start=1):
         filtered[lag:] -= factor * values[:-lag]
@@ -138,7 +138,8 @@ def _filtered(values: Array, phi: Array) -> Array:
 
 
 def _conditioned(error: FlowError, point: int, used: NDArray[np.intp]) -> tuple[Array, float]:
-    """Factors of the neighbours in the expectation of a point's error; the variance that is left (px^2)."""
+    """Factors of the neighbours in the expectation of a point's error, and its conditional variance
+    (px^2)."""
     own = float(error.sd[point])
     if not len(used):
         return np.zeros(0), own**2

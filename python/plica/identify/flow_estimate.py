@@ -1,4 +1,4 @@
-"""Tissue from flow that was found in pictures: the flow's error is learned from what the model leaves."""
+"""Tissue from computed optical flow: the flow's error is learned from the residuals of the model."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ __all__ = ["estimate_from_flow"]
 
 Array = NDArray[np.float64]
 
-_FIRST = 0.5  # posterior sd, of the estimate whose residuals are only looked at
-_ROUNDS = 2  # in which error and residuals are renewed at one tissue
+_FIRST_TOLERANCE = 0.5  # posterior sd, of the estimate that is only used for its residuals
+_ROUNDS = 2  # updates of the error and the residuals at one tissue
 
 
 def estimate_from_flow(
@@ -35,24 +35,24 @@ def estimate_from_flow(
     learn: bool = True,
     kept: Mapping[int, ArrayLike] | None = None,
 ) -> tuple[Posterior, MarginalLikelihood, Evaluation]:
-    """`estimate` with an error of the flow that is learned from the residuals.
+    """`estimate` with a flow error that is learned from the residuals.
 
-    The first estimate, to half an sd, takes the errors for independent; from what it leaves, size,
-    correlation and outliers of the error are told, and gains of the points are given their own level. The
-    second estimate stands on that, the third on what the second leaves. Other starts are those of the first:
-    at a false maximum the misfit would be learned as an error of the flow. If the residuals fail their test
-    after all, the intervals are as wide as their own correlations ask for (`Posterior.inflation`). Without
-    `learn` the observation's errors are taken as they are stated, and the intervals widened alike.
+    The first estimate, to half an sd, assumes independent errors; its residuals give the size, correlation
+    and outliers of the error, and gains of the points get their own level. The second estimate uses this
+    error, the third one learned from the residuals of the second. Only the first estimate uses several
+    starts: at a false maximum the misfit would be learned as an error of the flow. If the residuals still
+    fail their test, the intervals are widened as the correlations of the residuals require
+    (`Posterior.inflation`). Without `learn` the stated errors are used, and the intervals widened likewise.
 
-    `kept` is that of `estimate`; at number 0 the last point of the second or third estimate.
+    `kept` is as in `estimate`; number 0 is the last point of the second or third estimate.
 
     Returns
     -------
     posterior : Posterior
     likelihood : MarginalLikelihood
-        With the flow's error.
+        With the learned flow error.
     evaluation : Evaluation
-        The last one.
+        The last evaluation.
 
     Raises
     ------
@@ -62,28 +62,28 @@ def estimate_from_flow(
     options = options or Scoring()
     count = [0]
 
-    def watched(at: Iteration) -> None:
+    def report(at: Iteration) -> None:
         whole = at.share == 1
         if progress is not None:
             progress(replace(at, number=count[0]) if whole else at)
         count[0] += whole
 
-    def after(at: Iteration) -> None:
-        watched(replace(at, start=0))
+    def report_later(at: Iteration) -> None:
+        report(replace(at, start=0))
 
-    rough = replace(options, tolerance=max(options.tolerance, _FIRST)) if learn else options
-    first = found = estimate(likelihood, start, rough, watched, kept)
+    rough = replace(options, tolerance=max(options.tolerance, _FIRST_TOLERANCE)) if learn else options
+    first = found = estimate(likelihood, start, rough, report, kept)
     at = likelihood.last()
-    later = (kept or {}).get(0)
+    resumed = (kept or {}).get(0)
     for tolerance in (rough.tolerance, options.tolerance) if learn else ():
         for _ in range(_ROUNDS):
             likelihood = MarginalLikelihood(
                 likelihood.model, likelihood.fixed_noise, flow_error=_learned(likelihood, at)
             )
             at = likelihood.evaluate_known(at.point, at.responses)
-        begin = at.point if later is None else later
-        found = estimate(likelihood, begin, replace(options, tolerance=tolerance, starts=1), after)
-        at, later = likelihood.last(), None
+        begin = at.point if resumed is None else resumed
+        found = estimate(likelihood, begin, replace(options, tolerance=tolerance, starts=1), report_later)
+        at, resumed = likelihood.last(), None
     found = replace(found, iterations=max(count[0] - 1, 0), starts=first.starts, ended_here=first.ended_here)
     if not found.residuals.passed:
         found = replace(found, inflation=inflation(likelihood, at))
@@ -91,7 +91,7 @@ def estimate_from_flow(
 
 
 def _learned(likelihood: MarginalLikelihood, at: Evaluation) -> FlowError:
-    """On the scale of the stated sd, so that their common factor remains that on what was stated."""
+    """The learned error, scaled to the stated sd so that its common factor stays relative to that."""
     observation = likelihood.model.observation
     shape = observation.flow.shape
     seen = (observation.weights > 0).reshape(shape)

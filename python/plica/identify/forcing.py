@@ -1,4 +1,4 @@
-"""The pressures that move the tissue: what is known of them, and what is not."""
+"""The pressures that drive the tissue: their known mean and their unknown part."""
 
 from __future__ import annotations
 
@@ -20,24 +20,23 @@ LARGEST_PRESSURE = 1e5
 
 @dataclass(frozen=True)
 class Forcing:
-    """The pressures that move the tissue: their patterns, what is known of them and what is not."""
+    """The pressures that drive the tissue: patterns, known mean and unknown part."""
 
     patterns: Array
     """(3 n, q) N/Pa, e.g. of `Forcing.on_surface`."""
     drive: Array | None = None
-    """(steps, q) Pa, in [-1e5, 1e5]: the known mean, at t + (1 + alpha) h of each step; left out: zero."""
+    """(steps, q) Pa, in [-1e5, 1e5]: the known mean, at t + (1 + alpha) h of each step; default: zero."""
     noise: Array | None = None
-    """(q) The unknown pressure of a pattern, constant within a frame and independent from frame to frame, has
-    the standard deviation sigma_p times this, >= 0; left out: 1."""
+    """(q) The unknown pressure of a pattern, constant within a frame and independent between frames, has the
+    standard deviation sigma_p times this, >= 0; default: 1."""
     collision: Array | None = None
-    """(3 n, c) N/Pa, patterns of the medial surface that push only in closed frames."""
+    """(3 n, c) N/Pa, load patterns on the medial surface that act only in closed frames."""
     collision_sd: float | None = None
-    """[Pa] Standard deviation of those pressures, > 0, held; left out: estimated with the other noise levels,
-    which is what keeps intervals honest. A much too wide one claims that large forces were seen, and
-    biases."""
+    """[Pa] Fixed standard deviation of those pressures, > 0; default: estimated with the other noise levels,
+    which keeps intervals calibrated. A value that is much too large biases the estimate."""
     gain_sd: float = 0.0
-    """[-] Prior standard deviation of the logarithm of a factor on the drive, the only trace of the pixel
-    scale too; 0: the factor is 1."""
+    """[-] Prior standard deviation of the logarithm of a factor on the drive, which also absorbs an error of
+    the pixel scale; 0: the factor is 1."""
 
     def __post_init__(self) -> None:
         patterns = np.ascontiguousarray(self.patterns, dtype=float)
@@ -46,9 +45,9 @@ class Forcing:
         q = patterns.shape[1]
         noise = np.ones(q) if self.noise is None else np.asarray(self.noise, dtype=float)
         if noise.shape != (q,) or not (np.isfinite(noise).all() and (noise >= 0).all()):
-            raise InvalidInput(f"Forcing: noise must be {q} numbers >= 0, one a pattern.")
+            raise InvalidInput(f"Forcing: noise must be {q} numbers >= 0, one per pattern.")
         if not noise.any() and self.collision is None:
-            raise InvalidInput("Forcing: noise is zero in every pattern; must be > 0 in one.")
+            raise InvalidInput("Forcing: noise is zero in every pattern; must be > 0 in at least one.")
         drive = None if self.drive is None else _pressures(self.drive, q)
         if self.collision is not None and (
             np.ndim(self.collision) != 2 or np.shape(self.collision)[0] != len(patterns)
@@ -61,9 +60,9 @@ class Forcing:
         if not (np.isfinite(self.gain_sd) and self.gain_sd >= 0):
             raise InvalidInput(f"Forcing: gain_sd = {self.gain_sd:g}; must be >= 0.")
         if self.gain_sd and self.drive is None:
-            raise InvalidInput("Forcing: gain_sd is given without a drive that it scales.")
+            raise InvalidInput("Forcing: gain_sd is given without the drive it scales; must come with one.")
         if self.gain_sd and drive is not None and not drive.any():
-            raise InvalidInput("Forcing: drive = 0 Pa throughout; must have a pressure, or be left out.")
+            raise InvalidInput("Forcing: drive = 0 Pa throughout; must have a pressure > 0, or be left out.")
         object.__setattr__(self, "patterns", patterns)
         object.__setattr__(self, "drive", drive)
         if self.collision is not None:
@@ -72,9 +71,9 @@ class Forcing:
 
     @staticmethod
     def on_surface(mesh: _engine.TetMesh, surface: str, heights: Sequence[float]) -> Array:
-        """(3 n, s) N/Pa: the load of 1 Pa at one of the heights z (m), linear to zero at the next ones.
+        """(3 n, s) N/Pa: the load of 1 Pa at one of the heights z (m), linear to zero at the adjacent ones.
 
-        The airflow's own load patterns: pressure of sections of the glottis on the reference surface.
+        These are the load patterns of the airflow: pressure of glottal sections on the reference surface.
         """
         return np.asarray(
             _engine.pressure_patterns(mesh, mesh.surfaces[surface], np.asarray(heights, dtype=float))
@@ -82,21 +81,21 @@ class Forcing:
 
 
 def _pressures(drive: ArrayLike, patterns: int) -> Array:
-    """(steps, q) Pa as numbers, or InvalidInput that says what is wrong with them."""
+    """(steps, q) Pa as numbers; raises InvalidInput with the reason if they are not."""
     try:
         given = np.asarray(drive)
         if given.dtype.kind not in "iuf":
             raise ValueError
-    except ValueError:  # rows of several lengths, too
+    except ValueError:  # also for rows of different lengths
         raise InvalidInput(
-            f"Forcing: drive must be an array of real numbers in Pa, (steps, {patterns}): rows of one "
-            "length, no texts with units."
+            f"Forcing: drive must be an array of real numbers in Pa, (steps, {patterns}): rows of equal "
+            "length, without units."
         ) from None
     found = np.ascontiguousarray(given, dtype=float)
     if found.ndim != 2 or found.shape[1] != patterns or not len(found):
         raise InvalidInput(
-            f"Forcing: drive has shape {given.shape}; must have shape (steps, {patterns}), a column a "
-            "pattern. Of one pattern: drive[:, None]."
+            f"Forcing: drive has shape {given.shape}; must have shape (steps, {patterns}), one column per "
+            "pattern. For a single pattern: drive[:, None]."
         )
     if not np.isfinite(found).all():
         step, pattern = np.argwhere(~np.isfinite(found))[0]

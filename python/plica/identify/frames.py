@@ -1,4 +1,4 @@
-"""Models from video frame to video frame: several steps a frame, and motion between two frames."""
+"""Models from video frame to video frame: several time steps per frame, and motion between two frames."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Array = NDArray[np.float64]
 def compose(
     model: LinearGaussian, substeps: int, f: ArrayLike | None = None
 ) -> tuple[LinearGaussian, Array | None]:
-    """The model from frame to frame, a frame being so many steps of `model`: as if the others were missing.
+    """The model from frame to frame, with `substeps` steps of `model` per frame.
 
     Parameters
     ----------
     model : LinearGaussian
-        Of one step; y is observed after every `substeps` of them.
+        The model of one step; y is observed after every `substeps` of them.
     substeps : int
         s >= 1.
     f : (s N, n), optional
@@ -33,7 +33,7 @@ def compose(
     Returns
     -------
     model : LinearGaussian
-        G^s and sum_j G^j Gamma_w G^j'. Noise of r patterns stays one of s r patterns while s r < n.
+        G^s and sum_j G^j Gamma_w G^j'. Noise of r patterns becomes one of s r patterns while s r < n.
     f : (N, n) or None
         sum_j G^{s-1-j} f_j.
     """
@@ -60,7 +60,7 @@ def compose(
     inputs = checked_matrix(f, "compose", "f", (None, n))
     if len(inputs) % substeps:
         raise InvalidInput(
-            f"compose: f has {len(inputs)} rows; must be a multiple of substeps = {substeps}: one a step."
+            f"compose: f has {len(inputs)} rows; must be a multiple of substeps = {substeps}: one per step."
         )
     steps = inputs.reshape(-1, substeps, n)
     out = steps[:, 0]
@@ -74,14 +74,14 @@ def frame_difference(
 ) -> LinearGaussian:
     """y_k = O (D z_k - D z_{k-1}) + v: optical flow is the displacement between two frames.
 
-    The state is augmented with the last frame's D z, (z_k, D z_{k-1}). Inputs gain q zero columns.
+    The state is augmented with D z of the previous frame, (z_k, D z_{k-1}). Inputs get q more zero columns.
 
     Parameters
     ----------
     model : LinearGaussian
-        From frame to frame; its H and Gamma_v are replaced.
+        The model from frame to frame; its H and Gamma_v are replaced.
     displacement : (q, n)
-        D, what is looked at of the state.
+        D, the observed displacements as a function of the state.
     observation : (p, q)
         O, e.g. pixels per metre and camera directions.
     Gamma_v : (p, p) or (p,)

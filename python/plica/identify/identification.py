@@ -1,4 +1,4 @@
-"""A recording identified: from its files to a posterior, a report, and back."""
+"""Identify the tissue from a recording: from its files to a posterior and a report, and load them again."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from plica import _engine
 from plica.identify.coarser import coarser_scene, remainder, require_coarser
 from plica.identify.evaluation import Evaluation
 from plica.identify.flow_estimate import estimate_from_flow
-from plica.identify.iterates import Iterates, Marks
+from plica.identify.iterates import EstimateInputs, Iterates
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel, require_linear, require_parameters
 from plica.identify.posterior import Posterior
 from plica.identify.pressures import fed_back, forcing_of, heights_of, seen_surface
-from plica.identify.progress import Told
+from plica.identify.progress import EstimateProgress
 from plica.identify.recording import Recorded, observe
 from plica.identify.residuals import whitened
 from plica.identify.results import Identification, Picture, load, store
@@ -26,7 +26,7 @@ from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.step_error import stiffness_error
-from plica.identify.thickness import thickness_doubts
+from plica.identify.thickness import thickness_warnings
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.report.progress import figures_shown
@@ -36,13 +36,13 @@ __all__ = ["Identification", "identify", "load"]
 
 Floats = NDArray[np.float64]
 
-_STEP_ERROR = 0.03
-_FAR = 1.96  # prior sd
+_LARGEST_STEP_ERROR = 0.03  # relative, of a stiffness
+_PRIOR_BOUND = 1.96  # prior sd
 
 
 @dataclass(frozen=True)
 class _Task:
-    """One mesh with what is seen on it."""
+    """One mesh with its observation and likelihood."""
 
     scene: Scene
     mesh: _engine.TetMesh
@@ -65,49 +65,49 @@ def identify(
     Parameters
     ----------
     recording : str or Path
-        The directory of an analysis by ``plica video``, or a file of flow (`plica.identify.open_motion`).
+        The directory of a ``plica video`` analysis, or a file with flow (`plica.identify.open_motion`).
     scene : Scene, str or Path
-        Mesh, tissue, supports and time step; without contact. Its airflow is not simulated.
+        Mesh, tissue, supports and time step, without contact. Its airflow is not simulated.
     directory : str or Path
-        Holds ``iterates.json``, ``posterior.h5``, ``posterior.csv`` and ``report.html``.
+        Where ``iterates.json``, ``posterior.h5``, ``posterior.csv`` and ``report.html`` are written.
     settings : Settings, optional
     resume : bool
-        Go on with what was begun in `directory`; refused for another scene, recording or other settings.
+        Continue an interrupted estimate in `directory`; scene, recording and settings must be the same.
     progress : bool
-        Show it on standard error.
+        Show progress on standard error.
 
     Raises
     ------
     InvalidInput
-        For input that cannot be used; nothing is written.
+        For invalid input; nothing is written.
     SolveFailed
-        Where the estimate does not converge; its points are kept.
+        If the estimate does not converge; its iterates are kept.
     KeyboardInterrupt
-        Stopped by Ctrl-C; what is kept is said.
+        If stopped by Ctrl-C; the message lists the iterates that are kept.
     """
     settings = settings or Settings()
     scene = scene if isinstance(scene, Scene) else Scene.load(scene)
     require_linear(scene)
-    left = 1.0
-    coarser, why = coarser_scene(settings, scene)
+    remaining_error = 1.0
+    coarser, no_coarser = coarser_scene(settings, scene)
     mesh = build_mesh(scene.mesh, scene.source)
     require_parameters(settings.tissue_parameters(scene), scene, mesh)  # before a long recording is read
-    if why and progress:
-        print(f"plica: Caution: it is estimated on one mesh only. {why}", file=sys.stderr, flush=True)
+    if no_coarser and progress:
+        print(f"plica: Caution: estimating on one mesh only. {no_coarser}", file=sys.stderr, flush=True)
     motion = open_motion(recording)
     tasks = {"scene": _task(motion, settings, scene, mesh, progress)}
     if coarser is not None:
         require_linear(coarser)
         mesh = build_mesh(coarser.mesh, coarser.source)
-        left = remainder(require_coarser(mesh, tasks["scene"].mesh, coarser.source))
+        remaining_error = remainder(require_coarser(mesh, tasks["scene"].mesh, coarser.source))
         tasks["coarser"] = _task(motion, settings, coarser, mesh, progress, tasks["scene"].recorded)
     directory = Path(directory)
     fine = tasks["scene"]
-    marks = Marks.of(settings, scene, coarser, fine.recorded.observation)
-    iterates = Iterates.begun(directory, marks, resume)
+    inputs = EstimateInputs.of(settings, scene, coarser, fine.recorded.observation)
+    iterates = Iterates.open(directory, inputs, resume)
     with storage_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
-    with only_writer(directory), storage_errors(directory), iterates.naming_what_is_kept():
+    with only_writer(directory), storage_errors(directory), iterates.listed_on_interrupt():
         if "coarser" in tasks and "coarser" not in iterates.ended:
             found, _, _ = _estimated(tasks["coarser"], "coarser", iterates, settings, None, progress)
             iterates.end("coarser", found.mean)
@@ -115,12 +115,13 @@ def identify(
         found, likelihood, at = _estimated(fine, "scene", iterates, settings, begin, progress)
         fine = replace(fine, likelihood=likelihood)
         if begin is not None:
-            found = replace(found, mesh_shift=left * (found.mean - np.array(begin)))
+            found = replace(found, mesh_shift=remaining_error * (found.mean - np.array(begin)))
         picture = _picture(fine, at, motion)
-        notes = fine.recorded.notes + (why,) * bool(why) + _doubts(picture, found, fine.likelihood.model)
+        notes = fine.recorded.notes + (no_coarser,) * bool(no_coarser)
+        notes += _warnings(picture, found, fine.likelihood.model)
         found = replace(found, notes=notes, follows=picture.explained, fed_back=fed_back(settings, scene))
         if found.answered:
-            found = replace(found, notes=notes + _thickness(found, fine, motion, settings, progress))
+            found = replace(found, notes=notes + _thickness_warnings(found, fine, motion, settings, progress))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
         from plica.identify.report import write_report
@@ -138,7 +139,7 @@ def _task(
     progress: bool,
     like: Recorded | None = None,
 ) -> _Task:
-    """Where `like` is given, its points on this mesh."""
+    """The task of a mesh; with `like`, using the points of that recording on this mesh."""
     seen = seen_surface(settings, scene, mesh)
     recorded = observe(motion, settings, scene, mesh, seen, progress) if like is None else like.on(mesh, seen)
     forcing = forcing_of(settings, scene, mesh, recorded.observation, recorded.lead)
@@ -155,30 +156,30 @@ def _estimated(
     begin: list[float] | None,
     progress: bool,
 ) -> tuple[Posterior, MarginalLikelihood, Evaluation]:
-    """The posterior of one mesh, and the likelihood at the last point of the iteration. The error of a flow
-    that was found in pictures is learned from the residuals. What begins at a coarser mesh's end has no
-    other starts: they were made there."""
+    """The posterior of one mesh, and the likelihood and evaluation at the last point. The error of a
+    computed flow is learned from the residuals. An estimate that starts from that of the coarser mesh uses
+    no other starts: they were tried there."""
 
-    def kept(at: Iteration) -> None:
+    def on_iteration(at: Iteration) -> None:
         if at.share == 1:
             iterates.add(name, at)
-        if told is not None:
-            told(at)
+        if shown is not None:
+            shown(at)
 
-    words = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
-    told = Told(words) if progress else None
+    label = f"{'coarser mesh, ' if name == 'coarser' else ''}{3 * len(task.mesh.points):,} unknowns"
+    shown = EstimateProgress(label) if progress else None
     return estimate_from_flow(
         task.likelihood,
         None if begin is None else np.array(begin),
         Scoring(max_iterations=settings.max_iterations, starts=settings.starts if begin is None else 1),
-        kept,
-        learn=task.recorded.found,
+        on_iteration,
+        learn=task.recorded.computed_flow,
         kept=iterates.last(name),
     )
 
 
 def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
-    """What was seen, what the model makes of it, and what is left."""
+    """Observed motion, predicted motion and residuals."""
     recorded, space = task.recorded, task.likelihood.inputs
     observation = recorded.observation
     shape = observation.flow.shape
@@ -207,46 +208,48 @@ def _picture(task: _Task, at: Evaluation, motion: PixelMotion) -> Picture:
     )
 
 
-def _thickness(
+def _thickness_warnings(
     found: Posterior, task: _Task, motion: PixelMotion, settings: Settings, progress: bool
 ) -> tuple[str, ...]:
-    """What layers of another thickness would change."""
+    """How layers of another thickness would change the estimate."""
 
     def model_on(mesh: _engine.TetMesh) -> MotionModel:
         if progress:
-            print("plica: a layer of another thickness: two sweeps", file=sys.stderr, flush=True)
+            print("plica: effect of a thicker layer: two sweeps", file=sys.stderr, flush=True)
         return _task(motion, settings, task.scene, mesh, progress, task.recorded).likelihood.model
 
     seen = seen_surface(settings, task.scene, task.mesh)
-    return thickness_doubts(found, task.likelihood, task.mesh, seen, model_on)
+    return thickness_warnings(found, task.likelihood, task.mesh, seen, model_on)
 
 
-def _doubts(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:
-    """What the recording itself makes doubtful."""
-    told = []
+def _warnings(picture: Picture, posterior: Posterior, model: MotionModel) -> tuple[str, ...]:
+    """Warnings about the estimate that follow from the recording and the model."""
+    warnings = []
     if posterior.noise.flow > 2:
-        told.append(
-            f"The flow is off by {posterior.noise.flow:.3g} times its stated error: that is too small, or "
-            "the model does not follow the motion. The intervals count with the larger error."
+        warnings.append(
+            f"The flow's error is {posterior.noise.flow:.3g} times as large as stated: the stated error is "
+            "too small, or the model does not follow the motion. The intervals use the larger error."
         )
     if not picture.carried:
-        told.append(
-            f"The model follows only {100 * max(picture.explained, 0):.0f} % of the motion's variance: no "
-            "number of this table is carried by the data. Is the camera where the settings say, the frame "
-            "rate right, the geometry that of the recording?"
+        warnings.append(
+            f"The model explains only {100 * max(picture.explained, 0):.0f} % of the motion's variance: no "
+            "number in this table is supported by the data. Are the camera position, the frame rate and the "
+            "geometry those of the recording?"
         )
     score = (posterior.mean - posterior.prior_mean) / posterior.prior_sd
-    for name in (n for n, far in zip(posterior.names, np.abs(score) > _FAR, strict=True) if far):
-        told.append(
-            f'"{name}" came out beyond what was believed before: either the belief was wrong, or the tissue '
-            "is bent to what the model does not describe (geometry, supports, pressures)."
+    for name in (n for n, far in zip(posterior.names, np.abs(score) > _PRIOR_BOUND, strict=True) if far):
+        warnings.append(
+            f'"{name}" is outside its 95 % prior interval: either the prior is wrong, or the estimate '
+            "compensates for what the model does not describe (geometry, supports, pressures)."
         )
-    high = stiffness_error(picture.predicted, picture.frame_rate, model.step, model.alpha)
-    if high > _STEP_ERROR:
-        told.append(
-            f"The time step of {1e6 * model.step:.3g} us is long for this motion: stiffness comes out too "
-            f"high by some {100 * high:.0f} %, which is not in the intervals. Take a shorter step."
+    error = stiffness_error(picture.predicted, picture.frame_rate, model.step, model.alpha)
+    if error > _LARGEST_STEP_ERROR:
+        warnings.append(
+            f"The time step of {1e6 * model.step:.3g} us is long for this motion: stiffness is overestimated "
+            f"by about {100 * error:.0f} %, which is not in the intervals. Use a shorter step."
         )
     if len(picture.start) < 10:
-        told.append(f"Only {len(picture.start)} points are seen: take a smaller spacing, or fewer frames.")
-    return tuple(told)
+        warnings.append(
+            f"Only {len(picture.start)} points are observed: use a smaller spacing, or fewer frames."
+        )
+    return tuple(warnings)

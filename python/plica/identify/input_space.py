@@ -1,4 +1,4 @@
-"""The unknown inputs of a recording, and all that the likelihood asks of T: T' W T, T' W x, T w."""
+"""The unknown inputs of a recording, and products with T for the likelihood: T' W T, T' W x, T w."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ from plica.identify.observation import Observation
 __all__ = ["InputSpace", "Solved"]
 
 Array = NDArray[np.float64]
-_AT_ONCE = 32  # columns of gains, dense
-_ANY = 1e4
-"""[Pa] kappa: the sd of each pressure before the recording over sigma_v, the factor on the flow's stated sd;
-ten times what drives a voice where sigma_v is 1."""
+_GAIN_BLOCK = 32  # columns of gains that are dense at a time
+_DIFFUSE_SD = 1e4
+"""[Pa] kappa: sd of each pressure before the recording divided by sigma_v, the factor on the flow's stated
+sd; ten times a phonation pressure where sigma_v is 1."""
 
 
 class InputSpace:
-    """Which pressures of which frames are unknown: i of them, those of collisions after the others, then
-    those of the frames before the first that shows anything, and the gains of the flow's points last.
+    """The i unknown inputs: pressures of the frames, then those of collisions, then pressures of the frames
+    before the first with data, and last the gains of the flow's points.
 
-    Pressures before the recording make the state in which it begins. Nothing is believed of their size: they
-    are eliminated as in a restricted likelihood (docs/identification_theory.md).
+    Pressures before the recording determine its initial state. They have a diffuse prior and are eliminated
+    as in a restricted likelihood (docs/identification_theory.md).
 
     Attributes
     ----------
-    weights : (N, m) 1/px^2, W, zero where nothing is seen
-    count : of what is seen
+    weights : (N, m) 1/px^2, W, zero where nothing is observed
+    count : number of observed values
     chosen : positions of the pressures among all N (q + c) columns of T
-    scale : of these columns: the noise of their pattern, of forces of collisions and before the recording 1
-    classes : (3) how many inputs have the level of the pressures, of the collisions, and of the gains
+    scale : of these columns: the noise of their pattern; 1 for collisions and before the recording
+    classes : (3) numbers of inputs with the level of the pressures, of the collisions, and of the gains
     before : slice of the inputs before the recording, which have no level
     others : positions of the other inputs
-    held_collision_sd : Pa; None where it is estimated or there are no collisions
+    fixed_collision_sd : Pa; None if it is estimated or there are no collisions
     """
 
     def __init__(
@@ -62,9 +62,10 @@ class InputSpace:
         seen = np.flatnonzero(self.weights.any(axis=1))
         if not len(seen):
             raise InvalidInput(
-                "MarginalLikelihood: no frame shows anything; one must, after those of the flow's lags."
+                "MarginalLikelihood: number of frames with data = 0; must be >= 1, not counting those that "
+                "the flow's error uses as lags."
             )
-        scale[seen[-1] + 1 :], collides[seen[-1] + 1 :] = 0, False  # later inputs move nothing that is seen
+        scale[seen[-1] + 1 :], collides[seen[-1] + 1 :] = 0, False  # later inputs affect no observed value
         begins = np.flatnonzero(observation.weights.any(axis=1))[0]
         early = np.arange(frames)[:, None] < begins
         groups = [scale > 0, collides, ((scale > 0) | collides) & early]
@@ -77,11 +78,11 @@ class InputSpace:
         self.before = slice(int(ends[1]), int(ends[2]))
         if self.count <= len(chosen[2]):
             raise InvalidInput(
-                f"MarginalLikelihood: {self.count} values are seen, and {len(chosen[2])} pressures before "
-                "them make any start; must be more values. Take more points or frames, or fewer frames "
-                "before the recording."
+                f"MarginalLikelihood: number of values = {self.count}; must be > {len(chosen[2])}, the "
+                "number of unknown pressures before the recording. Use more points or frames, or a shorter "
+                "lead."
             )
-        self.held_collision_sd = forcing.collision_sd if len(chosen[1]) else None
+        self.fixed_collision_sd = forcing.collision_sd if len(chosen[1]) else None
         self._gains = gains
         self.classes = (len(chosen[0]), len(chosen[1]), 0 if gains is None else gains.shape[1])
         self.others = np.delete(np.arange(sum(self.classes) + len(chosen[2])), self.before)
@@ -90,8 +91,8 @@ class InputSpace:
             self._gain_gram = (gains.T @ self._weighted_gains).toarray()
 
     def gram(self, first: Array, second: Array, gains: tuple[bool, bool] = (True, True)) -> Array:
-        """first' W second of the inputs there are, (i, i); `gains`: whether the columns of the gains stand
-        beside first and second, or zeros, as beside derivatives of T."""
+        """first' W second of the unknown inputs, (i, i); `gains`: whether first and second include the
+        columns of the gains, or zeros in their place, as for derivatives of T."""
         whole = _engine.toeplitz_gram(first, second, self.weights)
         chosen: Array = np.asarray(whole)[np.ix_(self.chosen, self.chosen)]
         chosen *= self.scale[:, None]
@@ -99,20 +100,22 @@ class InputSpace:
         if self._gains is None:
             return chosen
         i, k = len(chosen), self._gains.shape[1]
-        made = np.zeros((i + k, i + k))
-        made[:i, :i] = chosen
+        extended = np.zeros((i + k, i + k))
+        extended[:i, :i] = chosen
         if gains[1]:
-            made[:i, i:] = self._beside_gains(first)
+            extended[:i, i:] = self._gain_rows(first)
         if gains[0]:
-            made[i:, :i] = made[:i, i:].T if gains[1] and second is first else self._beside_gains(second).T
+            extended[i:, :i] = (
+                extended[:i, i:].T if gains[1] and second is first else self._gain_rows(second).T
+            )
         if all(gains):
-            made[i:, i:] = self._gain_gram
-        return made
+            extended[i:, i:] = self._gain_gram
+        return extended
 
-    def _beside_gains(self, lags: Array) -> Array:
+    def _gain_rows(self, lags: Array) -> Array:
         """lags' W gains, (pressures, k)."""
         width = self._weighted_gains.shape[1]
-        parts = [self._weighted_gains[:, a : a + _AT_ONCE].toarray() for a in range(0, width, _AT_ONCE)]
+        parts = [self._weighted_gains[:, a : a + _GAIN_BLOCK].toarray() for a in range(0, width, _GAIN_BLOCK)]
         return np.hstack([self._of_pressures(lags, part) for part in parts])
 
     def _of_pressures(self, lags: Array, rows: Array) -> Array:
@@ -121,8 +124,8 @@ class InputSpace:
         return np.asarray(whole[self.chosen] * self.scale[:, None])
 
     def gathered(self, lags: Array, rows: Array, gains: bool = True) -> Array:
-        """lags' rows of the inputs there are, (i, k); rows (N, m, k) or (N, m); without `gains` theirs are
-        zero."""
+        """lags' rows of the unknown inputs, (i, k); rows (N, m, k) or (N, m); without `gains` those entries
+        are zero."""
         found = self._of_pressures(lags, rows)
         if self._gains is None:
             return found
@@ -131,20 +134,20 @@ class InputSpace:
         return np.vstack([found, own])
 
     def spread(self, lags: Array, inputs: Array) -> Array:
-        """lags times inputs (i), and the gains' columns times theirs, (N, m)."""
+        """lags times inputs (i), plus the gain columns times the gains, (N, m)."""
         found = self.moved(lags, inputs)
         if self._gains is not None:
             found += (self._gains @ inputs[len(self.chosen) :]).reshape(found.shape)
         return found
 
     def moved(self, lags: Array, inputs: Array) -> Array:
-        """(N, m) What the pressures alone move, of rows that need not be those of the weights."""
+        """(N, m) The motion by the pressures alone, of rows that need not be those of the weights."""
         whole = np.zeros((self.weights.shape[0] * lags.shape[2], 1))
         whole[self.chosen, 0] = self.scale * inputs[: len(self.chosen)]
         return np.asarray(_engine.toeplitz_product(lags, whole)).reshape(lags.shape[:2])
 
     def gain_columns(self, frame: int) -> Array:
-        """(m, k) The rows of one frame."""
+        """(m, k) The gain columns of one frame."""
         m = self.weights.shape[1]
         if self._gains is None:
             return np.zeros((m, 0))
@@ -157,36 +160,36 @@ class InputSpace:
 
 
 class Solved:
-    """S = Q^-1 + T' W T at one point, and what follows from its factor.
+    """S = Q^-1 + T' W T at one point, and the quantities that follow from its factor.
 
     Attributes
     ----------
-    inputs : (i), expected
-    residual : (N, m) px/frame, what they leave
+    inputs : (i), expected values
+    residual : (N, m) px/frame, with these inputs
     value : the log-likelihood
     before : A = (T_b' W T_b + Q_b^-1)^-1 of the b inputs before the recording, (b, b)
-    beside : A T_b' W T of the others, (b, i - b)
+    coupling : A T_b' W T of the others, (b, i - b)
     """
 
     def __init__(
         self, space: InputSpace, mean: Array, lags: Array, error: Array, noise: Noise | None = None
     ) -> None:
-        """error (N, m) px/frame, y - mu, zero where missing; the noise levels, or None: the likeliest."""
+        """error (N, m) px/frame, y - mu, zero where missing; noise levels, or None: the most likely ones."""
         self.mean, self.lags = mean, lags
-        weights, n, held = space.weights, space.count, space.held_collision_sd
+        weights, n, held = space.weights, space.count, space.fixed_collision_sd
         weighted = weights * error
         gram, projected = space.gram(lags, lags), space.gathered(lags, weighted)[:, 0]
         square = float(np.sum(weighted * error))
         before, others = space.before, space.others
-        early = gram[before, before] + np.eye(before.stop - before.start) / _ANY**2
+        early = gram[before, before] + np.eye(before.stop - before.start) / _DIFFUSE_SD**2
         factor = np.asarray(np.linalg.cholesky(early), dtype=float)
         inverse = np.linalg.inv(factor)
         self.before: Array = inverse.T @ inverse
-        self.beside: Array = self.before @ gram[before][:, others]
+        self.coupling: Array = self.before @ gram[before][:, others]
         if noise is None:
             noise = profiled(
-                gram[np.ix_(others, others)] - gram[others, before] @ self.beside,
-                projected[others] - projected[before] @ self.beside,
+                gram[np.ix_(others, others)] - gram[others, before] @ self.coupling,
+                projected[others] - projected[before] @ self.coupling,
                 square - float(projected[before] @ self.before @ projected[before]),
                 n,
                 space.classes,
@@ -200,8 +203,8 @@ class Solved:
         ]
         least = 1e-20 / max(
             float(np.abs(np.diag(gram)).max(initial=0.0)), 1e-300
-        )  # a level of zero: no input
-        self.prior_variance = np.full(len(gram), _ANY**2)
+        )  # a level of zero means no input
+        self.prior_variance = np.full(len(gram), _DIFFUSE_SD**2)
         self.prior_variance[others] = np.maximum(np.repeat(np.square(ratios), space.classes), least)
         S = gram + np.diag(1 / self.prior_variance)
         self._factor = linalg.cho_factor(S, lower=True)

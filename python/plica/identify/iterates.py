@@ -1,4 +1,4 @@
-"""The points of an estimate as they come, so that one that was stopped goes on."""
+"""The iterates of an estimate, stored as they are computed so that an interrupted estimate can continue."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from plica.phonation.scene.problems import differences
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json
 
-__all__ = ["Iterates", "Marks"]
+__all__ = ["EstimateInputs", "Iterates"]
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Marks:
-    """What an estimate stands on, told from others."""
+class EstimateInputs:
+    """The inputs of an estimate, compared when it is resumed."""
 
     settings: dict[str, Any]
     scene: dict[str, Any]
@@ -36,14 +36,16 @@ class Marks:
     recording: str
 
     @staticmethod
-    def of(settings: Settings, scene: Scene, coarser: Scene | None, observation: Observation) -> Marks:
-        """Of these settings and scenes, and a digest of what is seen."""
+    def of(
+        settings: Settings, scene: Scene, coarser: Scene | None, observation: Observation
+    ) -> EstimateInputs:
+        """Settings, scenes, and a digest of the observation."""
         points = observation.points
         content = hashlib.sha256()
         for part in (observation.flow, observation.sd, observation.closed, points.nodes, points.weights):
             content.update(np.ascontiguousarray(part).tobytes())
-        return Marks(
-            json.loads(settings.model_dump_json(exclude={"voiced"})),  # voiced changes what is said alone
+        return EstimateInputs(
+            json.loads(settings.model_dump_json(exclude={"voiced"})),  # voiced changes only the warnings
             _table(scene),
             None if coarser is None else _table(coarser),
             content.hexdigest(),
@@ -51,54 +53,54 @@ class Marks:
 
 
 def _table(scene: Scene) -> dict[str, Any]:
-    """As JSON gives it back."""
+    """The scene as read back from JSON."""
     found: dict[str, Any] = json.loads(json.dumps(scene.resolved()))
     return found
 
 
 @dataclass
 class Iterates:
-    """``iterates.json``: written after every iteration, replaced as a whole."""
+    """``iterates.json``: replaced as a whole after every iteration."""
 
     path: Path
-    marks: Marks
+    inputs: EstimateInputs
     points: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
     """By mesh, "coarser" or "scene": ``{"number", "start", "value", "step", "point"}``."""
     ended: dict[str, list[float]] = field(default_factory=dict)
-    """By mesh: the mean of its posterior, where its estimate has ended."""
+    """By mesh: the posterior mean, if its estimate has finished."""
 
     @staticmethod
-    def begun(directory: Path, marks: Marks, resume: bool) -> Iterates:
-        """Those in `directory` that stand on the same, or none yet.
+    def open(directory: Path, inputs: EstimateInputs, resume: bool) -> Iterates:
+        """The iterates stored in `directory`, or none yet.
 
-        Raises InvalidInput where there are some and `resume` is not set, or where they stand on something
-        else, which is named.
+        Raises InvalidInput if there are some and `resume` is not set, or if they belong to other inputs,
+        which the message names.
         """
         path = directory / "iterates.json"
         if directory.exists() and not directory.is_dir():
-            raise InvalidInput(f"{directory}: is a file; must be a directory, or not be there yet.")
+            raise InvalidInput(f"{directory}: is a file; must be a directory, or not exist yet.")
         if not path.exists():
             if resume:
                 raise InvalidInput(
                     f"{directory}: there is no identification to continue. Start it without --resume."
                 )
-            return Iterates(path, marks)
+            return Iterates(path, inputs)
         if not resume:
             raise InvalidInput(
-                f"{directory}: holds an identification already. Continue it with --resume (resume=True), or "
-                "take another directory."
+                f"{directory}: already holds an identification. Continue it with --resume (resume=True), or "
+                "use another directory."
             )
         try:
             stored = json.loads(path.read_text(encoding="utf-8"))
-            there = Marks(**stored["marks"])
-            found = Iterates(path, marks, stored["points"], stored["ended"])
+            stored_inputs = EstimateInputs(**stored["marks"])
+            found = Iterates(path, inputs, stored["points"], stored["ended"])
             for point in (point for points in found.points.values() for point in points):
-                point.setdefault("start", 1)  # the only one that was stored before starts were named
+                point.setdefault("start", 1)  # earlier versions stored one start, without its number
         except (ValueError, KeyError, TypeError):
             raise InvalidInput(
-                f"{path}: is damaged; must be as it was written. Take another directory."
+                f"{path}: is damaged; must be as plica wrote it. Use another directory."
             ) from None
-        _require_same(directory, there, marks)
+        _require_same(directory, stored_inputs, inputs)
         return found
 
     def last(self, mesh: str) -> dict[int, Floats]:
@@ -106,7 +108,7 @@ class Iterates:
         return {kept["start"]: np.array(kept["point"]) for kept in self.points.get(mesh, [])}
 
     def add(self, mesh: str, at: Iteration) -> None:
-        """Keep a point, unless it is the one from which its start goes on."""
+        """Store a point, unless it is the one from which its start was resumed."""
         last = self.last(mesh).get(at.start)
         if last is not None and np.array_equal(last, at.point):
             return
@@ -118,55 +120,55 @@ class Iterates:
         self._write()
 
     def end(self, mesh: str, mean: Floats) -> None:
-        """Keep the end of a mesh."""
+        """Store the posterior mean of a mesh."""
         self.ended[mesh] = np.asarray(mean).tolist()
         self._write()
 
     @contextmanager
-    def naming_what_is_kept(self) -> Iterator[None]:
-        """An interruption within says what is kept: points and starts of each mesh, whether it has ended."""
+    def listed_on_interrupt(self) -> Iterator[None]:
+        """On KeyboardInterrupt the message lists the points and starts that are kept for each mesh."""
         try:
             yield
         except KeyboardInterrupt:
             if not self.points:
                 raise
-            kept = "; ".join(map(self._kept, self.points))
+            kept = "; ".join(map(self._summary, self.points))
             raise KeyboardInterrupt(f"stopped. Kept in {self.path}: {kept}") from None
 
-    def _kept(self, mesh: str) -> str:
+    def _summary(self, mesh: str) -> str:
         points = sum(point["start"] > 0 for point in self.points[mesh])
         starts = len(self.last(mesh).keys() - {0})
         where = "the coarser mesh" if mesh == "coarser" else "the scene's mesh"
         counts = f"{_counted(points, 'point')} of {_counted(starts, 'start')} on {where}"
-        return f"{counts}, which has ended" if mesh in self.ended else counts
+        return f"{counts}, which has finished" if mesh in self.ended else counts
 
     def _write(self) -> None:
-        write_json({"marks": vars(self.marks), "points": self.points, "ended": self.ended}, self.path)
+        write_json({"marks": vars(self.inputs), "points": self.points, "ended": self.ended}, self.path)
 
 
 def _counted(number: int, what: str) -> str:
     return f"{number} {what}{'s' * (number != 1)}"
 
 
-def _require_same(directory: Path, there: Marks, marks: Marks) -> None:
-    told = []
-    for whose in ("settings", "scene", "coarser"):
-        before, now = getattr(there, whose), getattr(marks, whose)
+def _require_same(directory: Path, stored: EstimateInputs, inputs: EstimateInputs) -> None:
+    changes = []
+    for part in ("settings", "scene", "coarser"):
+        before, now = getattr(stored, part), getattr(inputs, part)
         if before != now and isinstance(before, dict) and isinstance(now, dict):
-            prefix = "" if whose == "settings" else f"{_WORDS[whose]}: "
-            told += [
-                f"{prefix}{key} = {old or 'none'}, now it is {new or 'none'}"
+            prefix = "" if part == "settings" else f"{_PART_NAMES[part]}: "
+            changes += [
+                f"{prefix}{key} = {old or 'none'}, now {new or 'none'}"
                 for key, old, new in differences(before, now)
             ]
         elif before != now:
-            told.append(f"another {_WORDS[whose]}")
-    if there.recording != marks.recording and not told:  # what of it is taken follows from the rest
-        told.append("another recording")
-    if told:
+            changes.append(f"another {_PART_NAMES[part]}")
+    if stored.recording != inputs.recording and not changes:  # other changes may change the observation
+        changes.append("another recording")
+    if changes:
         raise InvalidInput(
-            f"{directory}: was begun with {'; '.join(told)}; must be the same to go on. Take another "
+            f"{directory}: was started with {'; '.join(changes)}; must be the same to continue. Use another "
             "directory."
         )
 
 
-_WORDS = {"settings": "settings", "scene": "scene", "coarser": "coarser scene"}
+_PART_NAMES = {"settings": "settings", "scene": "scene", "coarser": "coarser scene"}

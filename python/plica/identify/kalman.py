@@ -25,9 +25,9 @@ STEADY_TOLERANCE = 1e-11
 
 @dataclass(frozen=True, eq=False)
 class Update:
-    """What a frame does to the covariance: P_{k|k} = P - W'W with W = R^-T H P and R'R = H P H' + I.
+    """Covariance update of one frame: P_{k|k} = P - W'W with W = R^-T H P and R'R = H P H' + I.
 
-    H is the frame's whitened matrix, of the states in `columns`. Frames of a settled filter share it.
+    H is the frame's whitened matrix, of the states in `columns`. Frames of a steady filter share it.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Update:
 
     @property
     def columns(self) -> slice:
-        """The states that H looks at."""
+        """The states that H observes."""
         return self.group.columns
 
     @cached_property
@@ -68,25 +68,25 @@ class Update:
         return P
 
     def log_likelihood(self, innovation: Array) -> float:
-        """Of R^-T (y - H m), but for the constant of the frame."""
+        """Log-likelihood of the innovation R^-T (y - H m), without the constant of the frame."""
         return -0.5 * float(innovation @ innovation) - float(np.log(np.diag(self.R)).sum())
 
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """What `kalman_filter` returns. Index k is frame k + 1.
+    """Result of `kalman_filter`. Index k is frame k + 1.
 
     Attributes
     ----------
     predicted_mean, filtered_mean : (N, n)
         m_{k|k-1} and m_{k|k}.
     innovations : list of (r,)
-        R^-T (y - H m): whitened and collapsed, independent N(0, 1) if the model is right; empty where a
-        frame is missing.
+        R^-T (y - H m): whitened and collapsed, independent N(0, 1) if the model holds; empty for a missing
+        frame.
     updates : list of Update
-        Covariances; frames of a settled filter share one.
+        Covariances; frames of a steady filter share one.
     log_likelihoods : (N,)
-        log p(y_k | y_1 ... y_{k-1}), 0 where a frame is missing.
+        log p(y_k | y_1 ... y_{k-1}), 0 for a missing frame.
     input : (N, n) or None
     observations : (N, p)
     """
@@ -114,7 +114,7 @@ class Filtered:
 
     @property
     def settled(self) -> int:
-        """How many frames took their covariance from the frame before."""
+        """Number of frames that share the covariance of the previous frame."""
         return sum(a is b for a, b in zip(self.updates, self.updates[1:], strict=False))
 
 
@@ -125,7 +125,7 @@ def kalman_filter(
     *,
     steady_tolerance: float = STEADY_TOLERANCE,
 ) -> Filtered:
-    """Means and covariances of the states given the frames up to each, and the log-likelihood of the frames.
+    """Filtered means and covariances of the states, and the log-likelihood of the frames.
 
     Parameters
     ----------
@@ -135,21 +135,22 @@ def kalman_filter(
     f : (N, n), optional
         Row k is the input f_k from frame k to frame k + 1.
     steady_tolerance : float
-        The covariance is taken as settled, as long as the same rows are seen, where its entries P_ij are
+        The covariance is treated as steady, as long as the same rows are observed, when its entries P_ij are
         within this of their limit, in units of sqrt(P_ii P_jj); 0: never. >= 0.
 
     Notes
     -----
-    Frames of the same seen rows are whitened, and collapsed where they have more rows than states that H
-    looks at. The update is P - W'W (symmetric to the bit). One step costs 3 n^3 + n r (2 c + n + r)
-    operations with c states that H looks at and r = min(p, c) rows, O(n^2) where the covariance has settled.
+    Frames with the same observed rows are whitened together, and collapsed if they have more rows than
+    states that H observes. The update is P - W'W (symmetric to the bit). One step costs
+    3 n^3 + n r (2 c + n + r) operations with c observed states and r = min(p, c) rows, and O(n^2) once the
+    covariance is steady.
 
     Raises
     ------
     InvalidInput
-        Where y or f do not fit the model.
+        If y or f do not fit the model.
     SolveFailed
-        Where a covariance of innovations is not positive definite (the frame is named).
+        If a covariance of innovations is not positive definite (the frame is named).
     """
     where = "kalman_filter"
     y = checked_observations(model, y, where)
@@ -171,7 +172,7 @@ def log_likelihood(
     *,
     steady_tolerance: float = STEADY_TOLERANCE,
 ) -> float:
-    """log p(y) as of `kalman_filter`, keeping no covariance but the last."""
+    """log p(y) as in `kalman_filter`, keeping only the last covariance."""
     where = "log_likelihood"
     y = checked_observations(model, y, where)
     f = checked_input(model, f, len(y), where)
@@ -228,7 +229,7 @@ def _update(P: Array, moved: Array, group: WhitenedFrames, k: int) -> Update:
     except SolveFailed as error:
         raise SolveFailed(
             f"kalman_filter: frame {k + 1}: the covariance of the innovations is not positive definite "
-            f"({error}) Is the evolution unstable, or P0 out of all scale?"
+            f"({error}) Is the evolution unstable, or P0 badly scaled?"
         ) from None
     _engine.solve_lower(R, W)
     return Update(P, moved, R, W, group)

@@ -1,4 +1,4 @@
-"""The error of a flow as the residuals show it: size by point, correlation in time and space, outliers."""
+"""Estimate the error of a flow from residuals: size by point, correlation in time and space, outliers."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ Mask = NDArray[np.bool_]
 
 ORDER = 2  # of the autoregression in time
 NEIGHBOURS = 3  # on which a point is conditioned
-OUTLYING = 5.0  # robust sd, of a value that is taken as missing
-_LEAST = 0.3  # of the median sd
-_SHRINK = 30.0  # values of a frame that count for the mean of all
-_ALIKE = 0.2  # log of a frame's size, which is taken for 1
-_FEW = 10  # values below which a point has the median sd
+OUTLYING = 5.0  # robust sd beyond which a value is treated as missing
+_LEAST_SD = 0.3  # of the median sd
+_SHRINK = 30.0  # prior weight of size 1, as a number of values
+_UNIT_SIZE = 0.2  # |log| of a frame's size that is set to 1
+_FEW = 10  # values below which a point gets the median sd
 
 
 def learned(residual: Array, seen: Mask, motion: Array, image: Array) -> FlowError:
-    """From residuals (N, r, 2) px of what is seen (N, r, 2), the motion that the model follows (N, r, 2) px
-    and the points' places (r, 2) px."""
+    """The error from residuals (N, r, 2) px where `seen` (N, r, 2), the model's motion (N, r, 2) px and the
+    positions of the points (r, 2) px."""
     values = np.where(seen, residual, np.nan)
     points = values.shape[1]
     counts = np.isfinite(values).sum(axis=(0, 2))
@@ -54,23 +54,23 @@ def learned(residual: Array, seen: Mask, motion: Array, image: Array) -> FlowErr
 
 def _floored(sd: Array) -> Array:
     middle = float(np.nanmedian(sd)) if np.isfinite(sd).any() else 1.0
-    return np.maximum(np.where(np.isfinite(sd), sd, middle), _LEAST * middle)
+    return np.maximum(np.where(np.isfinite(sd), sd, middle), _LEAST_SD * middle)
 
 
 def _by_frame(scores: Array) -> Array:
-    """(N) rms of a frame's scores over that of all, shrunk to 1 as if 30 scores of 1 were among them; 1 where
-    it is within a fifth of it, since frames of one size are what keeps T' W T cheap."""
+    """(N) rms of a frame's scores over that of all, shrunk towards 1 as if 30 scores of 1 were among them; 1
+    if it is within a fifth of that, since frames of equal size keep T' W T cheap."""
     whole = np.nanmean(scores**2)
     counts = np.isfinite(scores).sum(axis=(1, 2))
     if not np.isfinite(whole) or whole <= 0:
         return np.ones(len(scores))
     squares = np.nansum(scores**2, axis=(1, 2)) / whole
-    made: Array = np.sqrt((squares + _SHRINK) / (counts + _SHRINK))
-    return np.where(np.abs(np.log(made)) < _ALIKE, 1.0, made)
+    size: Array = np.sqrt((squares + _SHRINK) / (counts + _SHRINK))
+    return np.where(np.abs(np.log(size)) < _UNIT_SIZE, 1.0, size)
 
 
 def _autoregression(scores: Array) -> Array:
-    """(2) By Yule and Walker, of all points and both components."""
+    """(2) Yule-Walker estimate from all points and both components."""
     lags = [np.nanmean(scores[lag:] * scores[: len(scores) - lag]) for lag in range(ORDER + 1)]
     if len(scores) <= 3 * ORDER or not np.isfinite(lags).all():
         return np.zeros(ORDER)
@@ -79,7 +79,7 @@ def _autoregression(scores: Array) -> Array:
 
 
 def _decay(scores: Array, distances: Array) -> tuple[float, float]:
-    """share and length of share exp(-d / length), least squares of the products of all pairs."""
+    """share and length of share exp(-d / length), by least squares over all pairs."""
     points = len(distances)
     if points < 3:
         return 0.0, 1.0
@@ -104,7 +104,7 @@ def _decay(scores: Array, distances: Array) -> tuple[float, float]:
 
 
 def _before(distances: Array) -> NDArray[np.intp]:
-    """(r, 3) the nearest points of a smaller index, -1 where there are fewer."""
+    """(r, 3) the nearest points of smaller index, -1 if there are fewer."""
     found = np.full((len(distances), NEIGHBOURS), -1, dtype=np.intp)
     for p in range(1, len(distances)):
         nearest = np.argsort(distances[p, :p], kind="stable")[:NEIGHBOURS]

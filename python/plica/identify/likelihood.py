@@ -2,8 +2,8 @@
 
 y = mu(theta) + T(theta) w + v, w ~ N(0, sigma_p^2) in the pressures and N(0, sigma_c^2) in the forces of
 closed frames, v ~ N(0, sigma_v^2 R). The covariance of y is never formed: with W = R^-1, zero where y is
-missing, and Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2 all follows from T' W T and S = Q^-1 + T' W T
-(docs/identification_theory.md).
+missing, and Q = diag(sigma_p^2, sigma_c^2) / sigma_v^2, everything follows from T' W T and
+S = Q^-1 + T' W T (docs/identification_theory.md).
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ class MarginalLikelihood:
     ----------
     model : MotionModel
     noise : Noise, optional
-        Levels to hold; left out: those that maximise the likelihood, anew at each point. The forcing's
-        `collision_sd` goes before that of the collisions.
+        Fixed noise levels; default: those that maximise the likelihood at each point. The forcing's
+        `collision_sd` takes precedence over the level of the collisions.
     flow_error : FlowError, optional
-        What the flow's error is like, in place of the observation's independent errors of its sd. The gains
-        of the points join the unknown inputs.
+        Error model of the flow, instead of independent errors with the observation's sd. The gains of the
+        points are then unknown inputs too.
 
     Notes
     -----
-    The coordinates x (p) are the logarithms of the model's parameters, the camera's tilt and lean (degrees)
-    where the observation has a `tilt_sd`, and, where the forcing has a `gain_sd`, that of the gain.
-    `value_and_gradient` is what an optimiser or a sampler calls::
+    The coordinates x (p) are the logarithms of the model's parameters, then the camera's tilt and lean
+    (degrees) if the observation has a `tilt_sd`, then the logarithm of the gain if the forcing has a
+    `gain_sd`. `value_and_gradient` is the function for an optimiser or a sampler::
 
         result = scipy.optimize.minimize(
             lambda x: [-part for part in likelihood.value_and_gradient(x)], start, jac=True)
 
-    One call costs one sweep of (1 + p) (q + c) columns; the last point is kept.
+    One call costs one sweep of (1 + p) (q + c) columns; the result of the last point is kept.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class MarginalLikelihood:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """(p) of the coordinates."""
+        """(p) Names of the coordinates."""
         return self.model.tissue.names + _TILT * self._tilts + ("gain",) * self._has_gain
 
     @property
@@ -87,7 +87,7 @@ class MarginalLikelihood:
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
-        """(p) Whether the coordinate is a logarithm; angles are not."""
+        """(p) Whether each coordinate is a logarithm; angles are not."""
         return ~np.isin(self.names, _TILT)
 
     @property
@@ -118,13 +118,13 @@ class MarginalLikelihood:
         return self.model.responses(at[:count], derivatives, angles)
 
     def log_prior(self, x: Array) -> float:
-        """The Gaussian prior of the coordinates, without its constant."""
+        """The log of the Gaussian prior of the coordinates, without its constant."""
         return float(-0.5 * np.sum(((x - self.prior_mean) / self.prior_sd) ** 2))
 
     def value_and_gradient(self, x: ArrayLike) -> tuple[float, Array]:
         """log p(y | x) + log prior(x), up to a constant, and its gradient (p).
 
-        x (p) log theta. -inf with a gradient of nan where a material would store no energy.
+        x (p) log theta. Returns -inf and a gradient of nan where a material is not positive definite.
         """
         at = np.array(x, dtype=float)
         try:
@@ -137,7 +137,7 @@ class MarginalLikelihood:
         return evaluation.value + self.log_prior(at), gradient
 
     def value(self, x: ArrayLike) -> float:
-        """log p(y | x) without the prior and without derivatives: a sweep shorter by the factor 1 + p."""
+        """log p(y | x) without the prior and without derivatives: cheaper by the factor 1 + p."""
         at = self._point(x)
         responses = self._responses(at, derivatives=False)
         return self._solved(at, self._whitened(responses)).value
@@ -152,14 +152,12 @@ class MarginalLikelihood:
         return self._last
 
     def evaluate_known(self, x: ArrayLike, responses: Responses) -> Evaluation:
-        """`evaluate` where the model's responses at x are known, as in a study of many recordings of one
-        tissue."""
+        """`evaluate` with known responses of the model at x, for studies of many recordings of one tissue."""
         self._last = self._differentiated(self._point(x), responses)
         return self._last
 
     def of_first(self, frames: int) -> MarginalLikelihood:
-        """That of the first frames alone; its sweep is as much shorter. Raises InvalidInput where they show
-        nothing."""
+        """The likelihood of the first frames alone. Raises InvalidInput if they have no data."""
         error = None if self.flow_error is None else self.flow_error.of_first(frames)
         return MarginalLikelihood(self.model.of_first(frames), self.fixed_noise, error)
 
@@ -170,18 +168,18 @@ class MarginalLikelihood:
         return at
 
     def last(self) -> Evaluation:
-        """The evaluation at the last point; it is kept."""
+        """The evaluation at the last point."""
         if self._last is None:
-            raise InvalidInput("MarginalLikelihood: last: nothing was evaluated; must be.")
+            raise InvalidInput("MarginalLikelihood: last: number of evaluations = 0; must be >= 1.")
         return self._last
 
     def motion(self, at: Evaluation) -> Array:
-        """(N, m) px/frame, mu + T w at the expected inputs, of all that is observed, seen or not."""
+        """(N, m) px/frame, mu + T w at the expected inputs, for all rows, missing or not."""
         mean = self._gain(at.point) * at.responses.mean[0]
         return np.asarray(mean + self.inputs.moved(at.responses.lags[0], self.solved(at).inputs))
 
     def gain_part(self, at: Evaluation) -> Array:
-        """(N, m) px/frame, what the expected gains of the flow's points add to that motion."""
+        """(N, m) px/frame, contribution of the expected gains of the flow's points to that motion."""
         if self.flow_error is None:
             return np.zeros(self.model.observation.weights.shape)
         motion = self.flow_error.motion
@@ -189,26 +187,26 @@ class MarginalLikelihood:
         return np.asarray(np.einsum("pcd,tpd->tpc", own, motion).reshape(len(motion), -1))
 
     def error(self, at: Evaluation) -> Array:
-        """(N, m') y - mu of the rows whose errors are independent; zero where missing."""
+        """(N, m') y - mu of the rows with independent errors; zero where missing."""
         s = self.solved(at)
         return np.where(self.inputs.weights > 0, s.residual + self.inputs.spread(s.lags, s.inputs), 0.0)
 
     def sensitivities(self, at: Evaluation) -> Array:
         """(N, m', p) derivatives of mu + T w of these rows at the expected inputs."""
         rows, s = self._whitened(at.responses), self.solved(at)
-        found = self._moved_means(at.point, rows, s)
+        found = self._mean_derivatives(at.point, rows, s)
         for j, lags in enumerate(rows.lags[1:]):
             found[j] = found[j] + self.inputs.moved(lags, s.inputs)
         return np.stack(found, axis=-1)
 
     def solved(self, at: Evaluation) -> Solved:
-        """What follows from the factor of S at a point that was evaluated; that of the last is kept."""
+        """The solution with the factor of S at an evaluated point; that of the last point is kept."""
         if self._kept is None or self._kept[0] is not at:
             self._kept = (at, self._solved(at.point, self._whitened(at.responses)))
         return self._kept[1]
 
     def _whitened(self, responses: Responses) -> Responses:
-        """Of the rows whose errors are independent."""
+        """Responses of the rows with independent errors."""
         if self.whitening is None:
             return responses
         return Responses(self.whitening(responses.mean, axis=1), self.whitening(responses.lags, axis=1))
@@ -222,7 +220,7 @@ class MarginalLikelihood:
         rows = self._whitened(observed)
         s = self._solved(at, rows)
         gradient, information = gradient_and_information(
-            self.inputs, s, self._moved_means(at, rows, s), rows.lags[1:], self.fixed_noise is None
+            self.inputs, s, self._mean_derivatives(at, rows, s), rows.lags[1:], self.fixed_noise is None
         )
         inputs = s.inputs[: len(self.inputs.scale)] * self.inputs.scale
         residual = s.residual
@@ -236,7 +234,7 @@ class MarginalLikelihood:
         """The factor on the drive."""
         return math.exp(at[-1]) if self._has_gain else 1.0
 
-    def _moved_means(self, at: Array, rows: Responses, s: Solved) -> list[Array]:
+    def _mean_derivatives(self, at: Array, rows: Responses, s: Solved) -> list[Array]:
         """p derivatives of mu, (N, m')."""
         gain = self._gain(at)
         return [gain * d for d in rows.mean[1:]] + [s.mean] * self._has_gain

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def checked_matrix(value: ArrayLike, where: str, name: str, shape: tuple[int | None, ...]) -> Array:
-    """The array in double precision, finite and of that shape (None: any length), or InvalidInput."""
+    """The array in double precision; raises InvalidInput unless finite and of that shape (None: any)."""
     array = np.ascontiguousarray(value, dtype=float)
     wanted = "(" + ", ".join("any" if length is None else str(length) for length in shape) + ")"
     fits = array.ndim == len(shape) and all(
@@ -30,7 +30,8 @@ def checked_matrix(value: ArrayLike, where: str, name: str, shape: tuple[int | N
 
 
 def checked_covariance(value: ArrayLike, where: str, name: str, size: int) -> Array:
-    """A symmetric positive semidefinite (size, size) matrix, made symmetric to the bit, or InvalidInput."""
+    """The (size, size) matrix, made symmetric to the bit; raises InvalidInput unless symmetric and positive
+    semidefinite."""
     array = checked_matrix(value, where, name, (size, size))
     spread = np.sqrt(np.abs(np.diag(array)))
     if np.any(np.diag(array) < 0):
@@ -56,7 +57,7 @@ class PatternNoise:
     Parameters
     ----------
     patterns : (n, r)
-        L, what a unit of each noise does to the state.
+        L, effect of a unit of each noise on the state.
     covariance : (r, r)
         Q, positive semidefinite.
     """
@@ -80,7 +81,7 @@ class PatternNoise:
 class LinearGaussian:
     """z_{k+1} = G z_k + f_k + w_k, w ~ N(0, Gamma_w); y_k = H z_k + v_k, v ~ N(0, Gamma_v); z_0 ~ N(m0, P0).
 
-    Frames are k = 1 ... N: the state z_0 is before the first of them. The input f_k is no part of the model.
+    Frames are k = 1 ... N; the state z_0 is before the first of them. The input f_k is not part of the model.
 
     Parameters
     ----------
@@ -99,7 +100,7 @@ class LinearGaussian:
     Raises
     ------
     InvalidInput
-        Where shapes do not fit, entries are not finite or a covariance is none.
+        If shapes do not fit, entries are not finite or a covariance is not positive semidefinite.
     """
 
     G: Array
@@ -121,7 +122,8 @@ class LinearGaussian:
             noise = checked_covariance(noise, where, "process_noise", n)
         elif len(noise.patterns) != n:
             raise InvalidInput(
-                f"{where}: process_noise.patterns has {len(noise.patterns)} rows; must have {n}, one a state."
+                f"{where}: process_noise.patterns has {len(noise.patterns)} rows; must have {n}, one per "
+                "state."
             )
         fields = {
             "G": G,
@@ -146,15 +148,15 @@ class LinearGaussian:
 
     @cached_property
     def Gamma_w(self) -> Array:  # noqa: N802 (a field letter)
-        """The whole covariance of the process noise, (n, n)."""
+        """The full covariance of the process noise, (n, n)."""
         noise = self.process_noise
         return noise.full() if isinstance(noise, PatternNoise) else noise
 
     def scaled(self, scale: ArrayLike) -> LinearGaussian:
-        """The same model in the state z / scale; inputs and means become f / scale and m / scale.
+        """The same model for the state z / scale; inputs and means become f / scale and m / scale.
 
-        Filter and smoother factor no covariance of the state, so that scaling by powers of two changes none
-        of their bits; scale where an inverse or an eigenvalue of such a covariance is taken.
+        Filter and smoother do not factor a covariance of the state, so scaling by powers of two changes none
+        of their bits; scale before taking an inverse or an eigenvalue of such a covariance.
 
         Parameters
         ----------
@@ -180,7 +182,7 @@ class LinearGaussian:
         )
 
     def natural_scale(self) -> Array:
-        """Powers of two near the spread that prior and process noise give each state, (n,); 1 where none."""
+        """Powers of two near the sd of each state by prior and process noise, (n,); 1 where that is zero."""
         spread = np.sqrt(np.diag(self.P0) + np.diag(self.Gamma_w))
         known = spread > 0
         return np.where(known, np.exp2(np.round(np.log2(np.where(known, spread, 1.0)))), 1.0)
@@ -194,7 +196,7 @@ def _observation_noise(value: ArrayLike, where: str, rows: int) -> Array:
             worst = int(np.argmin(variances))
             raise InvalidInput(
                 f"{where}: Gamma_v[{worst}] = {variances[worst]:g}; must be > 0. "
-                "A state that is known exactly is to be eliminated, not observed without noise."
+                "Eliminate a state that is known exactly instead of observing it without noise."
             )
         return variances
     full = checked_covariance(array, where, "Gamma_v", rows)
@@ -202,6 +204,6 @@ def _observation_noise(value: ArrayLike, where: str, rows: int) -> Array:
     if not np.all(unit > 0) or (rows and np.linalg.eigvalsh(full / np.outer(unit, unit))[0] < 1e-14 * rows):
         raise InvalidInput(
             f"{where}: Gamma_v is singular; must be positive definite. "
-            "A state that is known exactly is to be eliminated, not observed without noise."
+            "Eliminate a state that is known exactly instead of observing it without noise."
         )
     return full

@@ -1,4 +1,4 @@
-"""The linear map from pressures to what the camera sees, and its derivatives: y = mu(theta) + T(theta) w."""
+"""The linear map from pressures to observed motion, and its derivatives: y = mu(theta) + T(theta) w."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Responses:
-    """What the camera sees, and its derivatives with respect to the coordinates (entry 0: the value
-    itself)."""
+    """Observed motion in response to the pressures, and its derivatives with respect to the coordinates
+    (entry 0: the value itself)."""
 
     mean: Array
     """(1 + p, N, m) px/frame"""
     lags: Array
-    """(1 + p, N, m, q) px/frame per Pa: block k - i of T, of a pressure held through frame i"""
+    """(1 + p, N, m, q) px/frame per Pa: block k - i of T, for a pressure constant during frame i"""
 
 
 class MotionModel:
@@ -48,15 +48,15 @@ class MotionModel:
         Its frame interval must be a whole number of the scene's steps.
     forcing : Forcing
     mesh : TetMesh, optional
-        The scene's mesh where it is built already.
+        The scene's mesh, if it is already built.
     tolerance : float
-        Of the linear solves, relative.
+        Relative tolerance of the linear solves.
 
     Raises
     ------
     InvalidInput
-        For a scene with contact, loads, gravity or initial values, a scheme other than HHT, or what does
-        not fit.
+        For a scene with contact, loads, gravity or initial values, a scheme other than HHT, or arguments that
+        do not fit.
     """
 
     def __init__(
@@ -82,11 +82,14 @@ class MotionModel:
         unknowns = 3 * len(self.points)
         if len(forcing.patterns) != unknowns:
             raise InvalidInput(
-                f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three a "
+                f"MotionModel: patterns have {len(forcing.patterns)} rows; must have {unknowns}, three per "
                 "node."
             )
         if int(observation.points.nodes.max()) >= unknowns // 3:
-            raise InvalidInput("MotionModel: the observation names a node beyond the mesh's.")
+            raise InvalidInput(
+                f"MotionModel: observation.points.nodes has {int(observation.points.nodes.max())}; must be < "
+                f"{unknowns // 3}, the number of nodes of the mesh."
+            )
         if forcing.drive is not None and len(forcing.drive) != self.steps:
             raise InvalidInput(
                 f"MotionModel: drive has {len(forcing.drive)} steps; must have {self.steps}: "
@@ -94,8 +97,8 @@ class MotionModel:
             )
         if observation.closed.any() and forcing.collision is None:  # type: ignore[union-attr]
             raise InvalidInput(
-                "MotionModel: frames are closed, but forcing.collision is missing; must have patterns of the "
-                "medial surface, or the forces of the collision would be taken for the tissue's."
+                "MotionModel: frames are closed, but forcing.collision is missing; must have patterns on the "
+                "medial surface. Otherwise collision forces would be attributed to the tissue."
             )
         self._engine = _engine.AffineTissue(
             mesh, materials, names, cell_material, fixed_components(scene, mesh)
@@ -104,7 +107,7 @@ class MotionModel:
         self._tolerance = tolerance
 
     def seeing(self, flow: Array) -> MotionModel:
-        """The same model of another recording (N, r, 2) by the same camera; its matrices are shared."""
+        """The same model for another recording (N, r, 2) by the same camera; matrices are shared."""
         other = copy.copy(self)
         other.observation = replace(self.observation, flow=flow)
         if other.observation.frames != self.observation.frames:
@@ -115,7 +118,7 @@ class MotionModel:
         return other
 
     def of_first(self, frames: int) -> MotionModel:
-        """The same model of the first frames alone; its matrices are shared."""
+        """The same model for the first frames alone; matrices are shared."""
         other = copy.copy(self)
         other.observation = self.observation.of_first(frames)
         if self.forcing.drive is not None:
@@ -124,7 +127,7 @@ class MotionModel:
 
     @property
     def steps(self) -> int:
-        """Of the time scheme, over all frames."""
+        """Number of time steps over all frames."""
         return self.observation.frames * self.steps_per_frame
 
     @property
@@ -139,9 +142,9 @@ class MotionModel:
     ) -> Responses:
         """Mean and lags at log theta (p), with their derivatives: one factorisation, one sweep.
 
-        angles are the camera's tilt and lean (degrees) in place of its own; derivatives by them, where they
-        have a prior, come last. Without derivatives the sweep is shorter by a factor 1 + p. Raises
-        InvalidInput where a material would store no energy, SolveFailed.
+        angles are the camera's tilt and lean (degrees) instead of its own; derivatives by them, if they have
+        a prior, come last. Without derivatives the cost is lower by a factor 1 + p. Raises InvalidInput where
+        a material is not positive definite, and SolveFailed.
         """
         stiffness, viscosity, d_stiffness, d_viscosity = self.tissue.coefficients(
             np.asarray(log_theta, dtype=float)
@@ -164,14 +167,14 @@ class MotionModel:
         camera = self.observation.camera
         if angles is not None:
             camera = replace(camera, tilt=angles[0], lean=angles[1])
-        parts = [self._seen_by(camera.projection, impulse)]
+        parts = [self._projected(camera.projection, impulse)]
         if derivatives and self.observation.tilt_sd:
             width = patterns.shape[1]
-            parts += [self._seen_by(moved, impulse[:, :, :width]) for moved in camera.tilt_derivatives()]
+            parts += [self._projected(P, impulse[:, :, :width]) for P in camera.tilt_derivatives()]
         seen = np.concatenate(parts, axis=1)
         return Responses(self._mean(seen), self._lags(seen))
 
-    def _seen_by(self, projection: Array, impulse: Array) -> Array:
+    def _projected(self, projection: Array, impulse: Array) -> Array:
         """Positions in the image, (steps, kinds, m, q + c), of displacements (steps, o, kinds (q + c))."""
         steps, observed, columns = impulse.shape
         width = self.patterns.shape[1]
@@ -213,18 +216,18 @@ def require_parameters(
 
 
 def require_linear(scene: Scene) -> None:
-    """Raises InvalidInput for a scene whose motion is not linear in the pressures, or does not start from
-    rest; it names all that is to be left out."""
+    """Raises InvalidInput, naming all parts to leave out, for a scene whose motion is not linear in the
+    pressures or does not start from rest."""
     given = [name for name in ("contact", "loads", "gravity", "initial", "symmetry") if getattr(scene, name)]
     if given:
         contact = (
-            "With contact the motion is not linear in the pressures: in frames that are told as closed, "
-            "unknown forces on the medial surface take the place of the contact. "
+            "With contact the motion is not linear in the pressures: in closed frames, unknown forces on the "
+            "medial surface replace the contact. "
         )
         raise InvalidInput(
             f"{scene.source}: {', '.join(given)} {'is' if len(given) == 1 else 'are'} given; must be left "
-            f"out. {contact if scene.contact else ''}The model starts from rest and is moved by pressures on "
-            "its surface alone, all of its tissue on its own."
+            f"out. {contact if scene.contact else ''}The model starts from rest, is driven only by "
+            "pressures on its surface, and has both folds."
         )
     if not isinstance(scene.time.scheme.choice, HilberHughesTaylor):
         raise InvalidInput(f"{scene.source}: time.scheme must be hht.")

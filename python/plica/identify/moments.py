@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """What the M steps read. With C the sums of covariances and m the smoothed means,
+    """Input of the M step. With C the sums of covariances and m the smoothed means,
 
         S11 = sum_1^N E z_k z_k' = C11 + later' later,  S00 = sum E z_{k-1} z_{k-1}' = C00 + earlier' earlier,
         S10 = sum E z_k z_{k-1}' = C10 + later' earlier.
@@ -32,10 +32,10 @@ class Moments:
     noise : (n, n) or (r, r)
         sum E w w' under the model; for `PatternNoise` sum E q q'.
     residual : (p, p) or (p,)
-        sum E (y - H z)(y - H z)' over frames that show a row, with what is expected of their missing ones;
-        for variances the sums of each row over the frames where it is seen.
+        sum E (y - H z)(y - H z)' over frames with an observed row, with expected values for missing rows;
+        for variances, the sum of each row over the frames where it is observed.
     seen : (p,)
-        How many frames each entry of `residual` sums.
+        Number of frames that each entry of `residual` sums.
     """
 
     later: Array
@@ -58,25 +58,25 @@ class Moments:
 
 
 def expected_moments(model: LinearGaussian, filtered: Filtered) -> Moments:
-    """One pass of the smoother over `filtered`, keeping sums alone."""
+    """One pass of the smoother over `filtered`, keeping only sums."""
     n, frames = model.states, len(filtered.updates)
     means = np.empty((frames + 1, n))
     adjoints = np.empty((frames, n))
-    C11, C00, informed, information = (_Sum(n) for _ in range(4))
+    C11, C00, information_lag, information = (_Sum(n) for _ in range(4))
     observed = _ObservedSum(model)
     for back, frame in enumerate(smoothed_frames(model, filtered)):
         k = frames - back
         means[k] = frame.mean
         if k > 0:
             C11.add(frame.covariance)
-            informed.add(frame.informed)
+            information_lag.add(frame.information_lag)
             information.add(frame.information)
             adjoints[k - 1] = frame.adjoint
             observed.add(filtered.observations[k - 1], frame)
         if k < frames:
             C00.add(frame.covariance)
     # Cov(z_k, z_{k-1} | y) = G P_{k-1|N} + Cov(w_{k-1}, z_{k-1} | y)
-    C10 = model.G @ C00.total() - model.Gamma_w @ informed.total()
+    C10 = model.G @ C00.total() - model.Gamma_w @ information_lag.total()
     return Moments(
         later=means[1:],
         earlier=means[:-1],
@@ -105,7 +105,7 @@ def _noise(model: LinearGaussian, adjoints: Array, information: Array) -> Array:
 
 
 class _Sum:
-    """A sum of matrices of which many in a row are the same object."""
+    """A sum of matrices in which many consecutive terms are the same object."""
 
     def __init__(self, n: int) -> None:
         self._total = np.zeros((n, n))
@@ -129,7 +129,7 @@ class _Sum:
 
 
 class _ObservedSum:
-    """Sums E v v' of the frames that show something."""
+    """Sum of E v v' over frames with at least one observed row."""
 
     def __init__(self, model: LinearGaussian) -> None:
         self._model = model
@@ -137,8 +137,12 @@ class _ObservedSum:
         p = model.rows
         self.residual = np.zeros(p if self._independent else (p, p))
         self.seen = np.zeros(p)
-        looked_at = np.flatnonzero(np.any(model.H != 0, axis=0))
-        self._columns = slice(int(looked_at[0]), int(looked_at[-1]) + 1) if len(looked_at) else slice(0, 0)
+        observed_columns = np.flatnonzero(np.any(model.H != 0, axis=0))
+        self._columns = (
+            slice(int(observed_columns[0]), int(observed_columns[-1]) + 1)
+            if len(observed_columns)
+            else slice(0, 0)
+        )
         self._H = np.ascontiguousarray(model.H[:, self._columns])
         self._of: Array | None = None  # the covariance that _seen_covariance is of
         self._spread = np.empty(0)
@@ -171,7 +175,7 @@ class _ObservedSum:
         return self._spread
 
     def _completed(self, moment: Array, seen: NDArray[np.bool_]) -> Array:
-        """E v v' where v of missing rows is N(B v_o, rest) given v_o of the seen ones."""
+        """E v v', where v of missing rows is N(B v_o, rest) given v_o of the observed ones."""
         Gamma, unseen = self._model.Gamma_v, ~seen
         known, cross = Gamma[np.ix_(seen, seen)], Gamma[np.ix_(unseen, seen)]
         B = np.linalg.solve(known, cross.T).T

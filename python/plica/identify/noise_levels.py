@@ -1,4 +1,4 @@
-"""The levels of the noises that make a recording most probable at one tissue."""
+"""Maximum likelihood estimates of the noise levels at one point of the tissue parameters."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, optimize
 
-from plica.identify.level_search import LevelDensity, least
+from plica.identify.level_search import LevelDensity, minimum
 
 __all__ = ["Noise", "profiled"]
 
 Array = NDArray[np.float64]
 _RATIOS = (-10.0, 30.0)
-"""Of log(sigma_p^2 / sigma_v^2) times the largest eigenvalue of T' W T: its search."""
-_RATIOS_BESIDE = (-12.0, 25.0)
-"""The same where there are several levels, times the mean of the diagonal of the class."""
+"""Search range of log(sigma_p^2 / sigma_v^2), relative to -log of the largest eigenvalue of T' W T."""
+_RATIOS_OF_SEVERAL = (-12.0, 25.0)
+"""The same for several levels, relative to -log of the mean diagonal of T' W T of each class."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """The levels of the noises."""
+    """Noise levels."""
 
     pressure: float
     """[Pa] sigma_p"""
@@ -34,22 +34,22 @@ class Noise:
     gain: float = 0.0
     """[-] sigma_g, of the gains of the flow's points"""
     at_least: tuple[str, ...] = ()
-    """Levels, by name, that ended at the lower bound of their search: as good as zero."""
+    """Names of levels at the lower bound of their search: effectively zero."""
     at_most: tuple[str, ...] = ()
-    """Levels that ended at the upper bound: as good as infinite beside the flow's error."""
+    """Names of levels at the upper bound: effectively infinite compared with the flow's error."""
 
     def sentences(self) -> list[str]:
-        """What a level at a bound of its search means."""
+        """A warning for each level at a bound of its search."""
         kinds = {"pressure": "unknown pressures", "collision": "forces of closed frames"}
-        told = [
-            f"The level of the {kinds[name]} came out at the lower end of its search: the recording shows "
-            "none of them, and the intervals count on there being none."
+        low = [
+            f"The level of the {kinds[name]} is at the lower bound of its search: the recording shows none "
+            "of them, and the intervals assume that there are none."
             for name in self.at_least
         ]
-        return told + [
-            f"The level of the {kinds[name]} came out at the upper end of its search: they follow the motion "
-            "whatever the tissue is, so that neither they nor the flow's error are known. Take fewer "
-            "patterns or more points."
+        return low + [
+            f"The level of the {kinds[name]} is at the upper bound of its search: they can follow the motion "
+            "with any tissue, so neither they nor the flow's error are determined. Use fewer patterns or "
+            "more points."
             for name in self.at_most
         ]
 
@@ -60,25 +60,25 @@ def profiled(
     square: float,
     count: int,
     classes: tuple[int, int, int],
-    held: float | None,
+    fixed: float | None,
 ) -> Noise:
-    """The levels of the highest likelihood, to round-off.
+    """The levels that maximise the likelihood, to round-off.
 
     Parameters
     ----------
     gram, projected, square : T' W T (i, i), T' W e (i) and e' W e
-    count : of what is seen
-    classes : how many inputs are pressures, forces of collisions, and gains of the flow's points
-    held : sigma_c (Pa) where it is not estimated
+    count : number of observed values
+    classes : numbers of inputs that are pressures, forces of collisions, and gains of the flow's points
+    fixed : sigma_c (Pa) if it is fixed
     """
     p, c, g = classes
     if not gram.any():
-        return Noise(0.0, math.sqrt(square / count), held or 0.0)
+        return Noise(0.0, math.sqrt(square / count), fixed or 0.0)
     ends = np.cumsum([0, *classes])
     parts = [slice(int(ends[k]), int(ends[k + 1])) for k in range(3)]
     if not c and not g:
         return _of_one_class(gram, projected, square, count)
-    known = held is not None and c > 0
+    known = fixed is not None and c > 0
     free = [k for k in range(3) if classes[k] and not (k == 1 and known)]
     density = LevelDensity(
         gram,
@@ -87,14 +87,16 @@ def profiled(
         count,
         [parts[k] for k in free],
         parts[1] if known else slice(0, 0),
-        held if held is not None else 1.0,
+        fixed if fixed is not None else 1.0,
     )
     middle = [-math.log(max(float(np.diag(gram)[parts[k]].mean()), 1e-300)) for k in free]
     plain = math.log(square / count)
-    bounds = [(m + _RATIOS_BESIDE[0], m + _RATIOS_BESIDE[1]) for m in middle] + [(plain - 30, plain + 5)]
+    bounds = [(m + _RATIOS_OF_SEVERAL[0], m + _RATIOS_OF_SEVERAL[1]) for m in middle] + [
+        (plain - 30, plain + 5)
+    ]
     if g:
         within = p + c
-        near = profiled(gram[:within, :within], projected[:within], square, count, (p, c, 0), held)
+        near = profiled(gram[:within, :within], projected[:within], square, count, (p, c, 0), fixed)
         likely = _logs(near, [k for k in free if k < 2])
         starts = [[*likely, middle[-1] + shift, 2 * math.log(near.flow)] for shift in (0.0, 6.0)]
     elif known:
@@ -103,13 +105,13 @@ def profiled(
     else:
         ratios = [np.array(middle) + shift for shift in (2.0, 10.0)]
         starts = [[*r, density.flow_level(r)] for r in ratios]
-    found = [least(density, np.array(start), bounds) for start in starts]
+    found = [minimum(density, np.array(start), bounds) for start in starts]
     logs = min(found, key=lambda end: end[1])[0]
-    return _noise(logs, free, bounds, held if known else None)
+    return _noise(logs, free, bounds, fixed if known else None)
 
 
 def _of_one_class(gram: Array, projected: Array, square: float, count: int) -> Noise:
-    """Of pressures alone: by the eigenvalues of T' W T the slope is a sum, whose root is bracketed."""
+    """For pressures alone: in the eigenbasis of T' W T the slope is a sum, whose root is bracketed."""
     values, vectors = linalg.eigh(gram)
     values, squares = np.maximum(values, 0), (vectors.T @ projected) ** 2
 
@@ -141,15 +143,15 @@ _NAMES = ("pressure", "collision", "gain")
 
 
 def _logs(noise: Noise, classes: list[int]) -> list[float]:
-    """log(sigma^2 / sigma_v^2) of classes."""
+    """log(sigma^2 / sigma_v^2) of the classes."""
     return [2 * math.log(max(getattr(noise, _NAMES[k]), 1e-150) / noise.flow) for k in classes]
 
 
-def _noise(logs: Array, free: list[int], bounds: Sequence[tuple[float, float]], held: float | None) -> Noise:
-    """From the logarithms of the free levels, that of the flow's last; a level within a hundredth of a bound
-    is told, but that of the gains, which may be none."""
+def _noise(logs: Array, free: list[int], bounds: Sequence[tuple[float, float]], fixed: float | None) -> Noise:
+    """The levels from the logarithms of the free ones, that of the flow last. Levels within 0.01 of a bound
+    are named, except that of the gains, which may be zero."""
     flow = math.exp(0.5 * logs[-1])
-    levels, at_least, at_most = [0.0, held or 0.0, 0.0], [], []
+    levels, at_least, at_most = [0.0, fixed or 0.0, 0.0], [], []
     for k, log_ratio, (low, high) in zip(free, logs, bounds, strict=False):
         levels[k] = flow * math.exp(0.5 * log_ratio)
         if k < 2 and log_ratio <= low + 0.01:

@@ -1,4 +1,4 @@
-"""What a camera sees of the tissue: points of its surface and their motion from frame to frame, in pixels."""
+"""Observed points of the tissue surface and their motion from frame to frame, in pixels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SurfacePoints:
-    """Material points of a surface, each within one face: x = sum_k weights[k] x[nodes[k]]."""
+    """Material points of a surface, each inside one face: x = sum_k weights[k] x[nodes[k]]."""
 
     nodes: NDArray[np.int32]
     """(r, k)"""
@@ -29,16 +29,16 @@ class SurfacePoints:
 
     @classmethod
     def at_nodes(cls, nodes: ArrayLike) -> SurfacePoints:
-        """The nodes themselves."""
+        """Points at nodes."""
         rows = np.asarray(nodes, dtype=np.int32).reshape(-1, 1)
         return cls(rows, np.ones(rows.shape))
 
     @classmethod
     def seen(cls, mesh: _engine.TetMesh, surface: str, camera: Camera, pixels: Array) -> SurfacePoints:
-        """Those that the camera sees at pixels (r, 2), column and row.
+        """The points that the camera sees at pixels (r, 2), column and row.
 
-        Of the faces that look at the camera the nearest is taken, with the shape functions of its nodes where
-        the line of sight meets it, curved as it is. Raises InvalidInput where there is none.
+        Each is on the nearest face that is turned towards the camera, where the line of sight meets the
+        curved face. Raises InvalidInput if there is none.
         """
         pixels = np.asarray(pixels, dtype=float)
         points, there = cls.met(mesh, surface, camera, pixels)
@@ -54,7 +54,7 @@ class SurfacePoints:
     def met(
         cls, mesh: _engine.TetMesh, surface: str, camera: Camera, pixels: Array
     ) -> tuple[SurfacePoints, NDArray[np.bool_]]:
-        """`seen` for those pixels that show the surface, and (r) which these are."""
+        """`seen` for the pixels that show the surface, and (r) which these are."""
         faces = np.asarray(mesh.surfaces[surface])
         found = meet(camera.project(np.asarray(mesh.points, dtype=float)), faces, pixels)
         there = found.face >= 0
@@ -67,27 +67,27 @@ class Observation:
     """The motion of surface points between frames, y_k = c P S (u_k - u_{k-1}).
 
     Frame 0 is the state of rest from which the model starts; entry k of `flow` is the motion from frame k to
-    frame k + 1. A recording that begins in the middle of a vibration has missing frames before it, in which
-    the unknown pressures bring the model into motion.
+    frame k + 1. A recording that starts during a vibration has missing frames before it, in which the unknown
+    pressures set the model in motion.
     """
 
     points: SurfacePoints
     """r points."""
     camera: Camera
     flow: Array
-    """(N, r, 2) pixels per frame, to the right and down in the camera's picture; nan where it is missing."""
+    """(N, r, 2) pixels per frame, to the right and down in the image; nan where missing."""
     sd: ArrayLike = 0.1
-    """[px] Of the flow's error as stated: a number or what broadcasts to (N, r, 2), > 0. Their common factor
-    is estimated with the tissue, so that only ratios count; but pressures before the first frame that shows
-    anything are taken as of up to some 1e4 Pa times that factor, so that stating ten times the sd allows a
-    tenth of these pressures."""
+    """[px] Stated sd of the flow's error: a number or an array that broadcasts to (N, r, 2), > 0. A common
+    factor is estimated with the tissue, so only ratios matter, with one exception: the prior sd of pressures
+    before the first frame with data is 1e4 Pa times that factor, so stating ten times the sd allows a tenth
+    of these pressures."""
     frame_rate: float = 4000.0
     """[Hz] > 0"""
     closed: NDArray[np.bool_] | None = None
-    """(N,) Whether the folds touch between frame k and frame k + 1; left out: never."""
+    """(N,) Whether the folds touch between frame k and frame k + 1; default: never."""
     tilt_sd: float = 0.0
-    """[degrees] Prior standard deviation of the camera's tilt and of its lean about what it says, in [0, 45);
-    both are then estimated with the tissue. 0: they are known."""
+    """[degrees] Prior standard deviation of the camera's tilt and lean about its own values, in [0, 45); if
+    > 0, both are estimated with the tissue."""
 
     def __post_init__(self) -> None:
         flow = np.asarray(self.flow, dtype=float)
@@ -116,7 +116,7 @@ class Observation:
             )
         closed = np.zeros(len(flow), dtype=bool) if self.closed is None else np.asarray(self.closed)
         if closed.shape != (len(flow),) or closed.dtype != bool:
-            raise InvalidInput(f"Observation: closed must be {len(flow)} truth values, one a frame.")
+            raise InvalidInput(f"Observation: closed must be {len(flow)} booleans, one per frame.")
         for name, value in (("flow", flow), ("sd", sd), ("closed", closed)):
             object.__setattr__(self, name, value)
 
@@ -126,7 +126,7 @@ class Observation:
         return len(self.flow)
 
     def of_first(self, frames: int) -> Observation:
-        """That of the first frames alone."""
+        """The observation of the first frames alone."""
         sd, closed = np.asarray(self.sd), np.asarray(self.closed)
         return replace(self, flow=self.flow[:frames], sd=sd[:frames], closed=closed[:frames])
 
@@ -141,9 +141,9 @@ class Observation:
         return np.where(np.isnan(self.flow), 0.0, 1.0 / np.asarray(self.sd) ** 2).reshape(self.frames, -1)
 
     def displacements(self, projection: Array | None = None) -> tuple[NDArray[np.int32], sparse.csr_array]:
-        """The unknowns that are seen (o), and the map (2 r, o) px/m from their displacement to image rows.
+        """The observed unknowns (o), and the map (2 r, o) px/m from their displacement to image rows.
 
-        By the camera's projection, or by a derivative of it (3, 4).
+        Uses the camera's projection, or a derivative of it (3, 4).
         """
         nodes, weights = self.points.nodes, self.points.weights
         used, place = np.unique(nodes, return_inverse=True)

@@ -1,5 +1,4 @@
-"""What is estimated of the tissue: positive parameters, their priors, and how the stiffness depends on
-them."""
+"""The estimated tissue parameters: positive numbers, their priors, and their effect on the stiffness."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ FIELDS = {
 }
 """Fields of a material that may be estimated, and their units."""
 WIDEST = 10.0
-"""Of a prior's log_sd: a factor of 3e8 up or down."""
+"""Largest log_sd of a prior: a 95 % range of a factor of 3e8 up or down."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Prior:
     median: float
     """In the parameter's unit, > 0."""
     log_sd: float = 1.0
-    """[-] > 0; 0.7 says "within a factor of four, with 95 % probability"."""
+    """[-] > 0; 0.7 means within a factor of four with 95 % probability."""
 
     def __post_init__(self) -> None:
         for name, value in (("median", self.median), ("log_sd", self.log_sd)):
@@ -49,15 +48,15 @@ class Prior:
 
 @dataclass(frozen=True)
 class TissueParameter:
-    """One positive number, and the fields of the tissue that it sets."""
+    """One positive parameter, and the fields of the tissue that it sets."""
 
     targets: tuple[str, ...]
     """``"layer.field"`` or ``"layer.side.field"``. The parameter is the value of the first; the others keep
-    their ratio to it in the scene. A layer without a side means both."""
+    their ratio to it in the scene. A layer without a side means both sides."""
     prior: Prior | None = None
-    """Left out: the scene's value as median, and a `log_sd` of 1."""
+    """Default: the scene's value as median, and a `log_sd` of 1."""
     name: str = ""
-    """Left out: the first target."""
+    """Default: the first target."""
 
     def __post_init__(self) -> None:
         if not self.targets:
@@ -67,7 +66,9 @@ class TissueParameter:
             if not layer or field not in FIELDS:
                 hint = nearest(target, [f"{layer}.{known}" for known in FIELDS]) if layer else ""
                 if field == "density":
-                    hint = " Mass and stiffness may be scaled together: no motion tells the density."
+                    hint = (
+                        " Scaling mass and stiffness together changes no motion, so it cannot be estimated."
+                    )
                 raise InvalidInput(
                     f'TissueParameter: target = "{target}"; must be a layer and a field, "cover.E", with a '
                     f"field of {', '.join(FIELDS)}.{hint}"
@@ -77,13 +78,13 @@ class TissueParameter:
 
     @property
     def unit(self) -> str:
-        """Of the parameter."""
+        """Unit of the parameter."""
         return FIELDS[self.targets[0].rpartition(".")[2]]
 
 
 @dataclass(frozen=True)
 class _Setting:
-    """One field of one material that follows a parameter: ratio times its value."""
+    """One field of one material that is set to ratio times the value of a parameter."""
 
     parameter: int
     material: int
@@ -98,7 +99,7 @@ class TissueParameters:
     ----------
     materials, names : as `plica.phonation.run.build.materials_of` gives them
     parameters : sequence of TissueParameter or str
-        A text is a parameter with that one target.
+        A string is a parameter with that one target.
     """
 
     def __init__(
@@ -149,7 +150,7 @@ class TissueParameters:
         return tuple(p.unit for p in self.parameters)
 
     def materials(self, log_theta: NDArray[np.float64]) -> list[_engine.Material]:
-        """The materials at log theta; raises InvalidInput where one would store no energy."""
+        """The materials at log theta; raises InvalidInput if one is not positive definite."""
         theta = np.exp(log_theta)
         changes: dict[int, dict[str, float]] = {}
         for s in self._settings:
@@ -196,7 +197,7 @@ def _field(material: _engine.Material, field: str, where: str) -> float:
     value = getattr(holder, field, None)
     if value is None:
         raise InvalidInput(
-            f'TissueParameters: "{where}" is not set in the scene; must be a field that its tissue has.'
+            f'TissueParameters: "{where}" is not set in the scene; must be a field of its tissue.'
         )
     if not value > 0:
         raise InvalidInput(

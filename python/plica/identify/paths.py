@@ -1,4 +1,4 @@
-"""Points that go with the flow, and over how many pixels the flow's error is correlated."""
+"""Trajectories of points that follow the flow, and the correlation length of the flow's error."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ __all__ = ["correlation_length", "follow_points"]
 
 Floats = NDArray[np.float64]
 
-_CORRELATED = 0.2  # of the flow's error between points, at most
-_FARTHEST = 40  # px, at which it is looked for
+_CORRELATION_LIMIT = 0.2  # largest correlation of the flow's error between points
+_FARTHEST = 40  # px, largest distance that is examined
 
 
 def follow_points(
     motion: PixelMotion, pairs: Iterable[int], start: Floats, progress: bool = False
 ) -> tuple[Floats, Floats, Floats]:
-    """Paths (N + 1, r, 2) px of points (r, 2), their flow (N, r, 2) where it is to be trusted, and its error
-    (N, r) px, nan where the recording does not say it. Between pixels: bilinear."""
+    """Trajectories (N + 1, r, 2) px of points (r, 2), their flow (N, r, 2), nan where it is not reliable, and
+    its error (N, r) px, nan where unknown. Bilinear interpolation between pixels."""
     chosen = list(pairs)
-    paths, flows, missed = [start], [], []
+    paths, flows, errors = [start], [], []
     height, width = motion.shape
-    for pair in _watched(chosen, progress):
+    for pair in _with_progress(chosen, progress):
         at = paths[-1]
         field = motion.flow(pair)
         if field.shape != (height, width, 2):
@@ -39,16 +39,16 @@ def follow_points(
         move = np.stack([_sampled(field[..., c], at) for c in (0, 1)], axis=1)
         seen = _nearest(motion.visible(pair), at, False)
         flows.append(np.where(seen[:, None], move, np.nan))
-        missed.append(np.where(seen, _error(motion, pair, at), np.nan))
+        errors.append(np.where(seen, _error(motion, pair, at), np.nan))
         there = at + move
         there[~((there >= 0) & (there <= [width - 1, height - 1])).all(axis=1)] = np.nan
         paths.append(there)
-    return np.array(paths), np.array(flows), np.array(missed)
+    return np.array(paths), np.array(flows), np.array(errors)
 
 
 def correlation_length(fields: Iterable[Floats], farthest: int = _FARTHEST) -> float | None:
-    """px from which on the values of fields (h, w), nan where unknown, are correlated by less than 0.2 along
-    rows and columns; `farthest` where they are not so soon; None without values."""
+    """Distance (px) at which the correlation of fields (h, w), nan where unknown, along rows and columns
+    falls below 0.2; `farthest` if it does not; None without values."""
     products, squares = np.zeros(farthest + 1), np.zeros(farthest + 1)
     for field in fields:
         values = field - np.nanmean(field) if np.isfinite(field).any() else field
@@ -62,7 +62,7 @@ def correlation_length(fields: Iterable[Floats], farthest: int = _FARTHEST) -> f
     if not squares[0] > 0:
         return None
     share = np.divide(products, squares, out=np.zeros_like(products), where=squares > 0)
-    below = np.flatnonzero(share < _CORRELATED)
+    below = np.flatnonzero(share < _CORRELATION_LIMIT)
     return float(below[0]) if len(below) else float(farthest)
 
 
@@ -74,13 +74,13 @@ def _error(motion: PixelMotion, pair: int, at: Floats) -> Floats:
             column, row = at[wrong[0]].round()
             raise InvalidInput(
                 f"{motion.name}: sd[{pair}, {row:g}, {column:g}] = {stated[wrong[0]]:g} px; must be > 0, or "
-                "nan where it is not known."
+                "nan where unknown."
             )
         return stated
     if motion.error is None:
         return np.full(len(at), np.nan)
-    missed = np.hypot(*np.moveaxis(motion.error(pair), -1, 0))  # of two flows, two components
-    return np.asarray(_nearest(missed / np.sqrt(2), at, np.nan))
+    round_trip = np.hypot(*np.moveaxis(motion.error(pair), -1, 0))  # of two flows, two components
+    return np.asarray(_nearest(round_trip / np.sqrt(2), at, np.nan))
 
 
 def _sampled(field: NDArray[Any], at: Floats) -> Floats:
@@ -93,7 +93,7 @@ def _sampled(field: NDArray[Any], at: Floats) -> Floats:
 
 
 def _nearest(field: NDArray[Any], at: Floats, outside: Any) -> Any:
-    """Of the pixel in which a point is."""
+    """The values of the pixels that contain the points."""
     found = np.full(len(at), outside, dtype=field.dtype)
     inside = np.isfinite(at[:, 0])
     rows, columns = np.round(at[inside, ::-1]).astype(int).T
@@ -101,11 +101,11 @@ def _nearest(field: NDArray[Any], at: Floats, outside: Any) -> Any:
     return found
 
 
-def _watched(pairs: list[int], shown: bool) -> Iterator[int]:
+def _with_progress(pairs: list[int], shown: bool) -> Iterator[int]:
     if not shown:
         yield from pairs
         return
     from tqdm import tqdm
 
-    often = 0.5 if sys.stderr.isatty() else 10.0
-    yield from tqdm(pairs, desc="reading", unit=" frames", mininterval=often, file=sys.stderr)
+    interval = 0.5 if sys.stderr.isatty() else 10.0
+    yield from tqdm(pairs, desc="reading", unit=" frames", mininterval=interval, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Where the camera stands before the mesh, and how well that is known."""
+"""The camera's pose relative to the mesh, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ from plica.view.camera import Camera
 __all__ = ["Placement", "place"]
 
 Floats = NDArray[np.float64]
-FOUND_TILT_SD = 6.0
-"""Degrees, of a camera of which nothing is known but that it looks down on the folds."""
-_ALIKE = 0.05
-"""Share by which the lengths of both glottises may differ without a note."""
+DEFAULT_TILT_SD = 6.0
+"""Degrees, for a camera that is only known to look down on the folds."""
+_LENGTH_TOLERANCE = 0.05
+"""Relative difference of the glottal lengths in recording and mesh without a note."""
 
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a camera stands.
+    """Pose of a camera.
 
     Attributes
     ----------
     camera : Camera
     tilt_sd : float
-        Degrees, of its tilt and lean; 0: they are known.
-    notes : of what was assumed
+        Degrees, of its tilt and lean; 0: known.
+    notes : assumptions that were made
     """
 
     camera: Camera
@@ -46,36 +46,36 @@ class Placement:
 def place(
     motion: PixelMotion, settings: Settings, scene: Scene, mesh: _engine.TetMesh, seen: str
 ) -> Placement:
-    """From the settings, else as the recording says, else from the ends of its glottis.
+    """The pose from the settings, else from the recording, else from the ends of its glottis.
 
-    Raises InvalidInput where nothing says how large a pixel is, or where the picture is.
+    Raises InvalidInput if the size of a pixel or the position of the image is unknown.
     """
     given = [name for name in ("centre", "tilt", "lean", "roll") if getattr(settings, name) is not None]
     tilt_sd = settings.tilt_sd
     if motion.camera is not None and not given:
         if settings.mm_per_px is not None:
             raise InvalidInput(
-                f"identify: mm_per_px = {settings.mm_per_px:g}; must be left out: {motion.name} says "
-                "where its camera stood. To set it aside, give centre and roll too."
+                f"identify: mm_per_px = {settings.mm_per_px:g}; must be left out: {motion.name} contains the "
+                "pose of its camera. To override it, give centre and roll too."
             )
         return Placement(motion.camera, tilt_sd or 0.0)
     if motion.camera is not None and settings.centre is None:
         raise InvalidInput(
-            f"identify: {given[0]} = {getattr(settings, given[0]):g}; must be left out: {motion.name} says "
-            "where its camera stood. To set that aside, give centre, roll and mm_per_px too."
+            f"identify: {given[0]} = {getattr(settings, given[0]):g}; must be left out: {motion.name} "
+            "contains the pose of its camera. To override it, give centre, roll and mm_per_px too."
         )
     mm_per_px = settings.mm_per_px or motion.mm_per_px
     if mm_per_px is None:
         raise InvalidInput(
-            f"identify: the size of a pixel is not known: {motion.name} does not say it; must be, as "
-            "stiffness is asked for in Pa. Give --mm-per-px."
+            f"identify: the size of a pixel is not in {motion.name}; must be known to estimate stiffness in "
+            "Pa. Give --mm-per-px."
         )
     notes: tuple[str, ...] = motion.notes
     roll, centre = settings.roll, settings.centre
     if centre is None:
         if motion.glottis is None:
             raise InvalidInput(
-                f"identify: where the picture is on the mesh is not known: {motion.name} has neither a "
+                f"identify: the position of the image on the mesh is unknown: {motion.name} has neither a "
                 "projection nor a midline; must have one. Give --centre and --roll."
             )
         (a0, a1), (p0, p1) = motion.glottis
@@ -100,17 +100,17 @@ def place(
         right, up, _ = camera.axes
         shift = middle - camera.pixel * (off[0] * right - off[1] * up)
         camera = replace(camera, centre=(float(shift[0]), float(shift[1]), float(shift[2])))
-    return Placement(camera, FOUND_TILT_SD if tilt_sd is None else tilt_sd, notes)
+    return Placement(camera, DEFAULT_TILT_SD if tilt_sd is None else tilt_sd, notes)
 
 
 def _length_note(seen_mm: float, scene: Scene) -> tuple[str, ...]:
-    """A wrong length goes into the stiffness; geometry is not estimated."""
+    """A note if recording and mesh have different glottal lengths: geometry is not estimated."""
     if not isinstance(scene.mesh, Larynx):
         return ()
     own = 2e3 * float(larynx_fields(scene.mesh)["major"])
-    if abs(seen_mm / own - 1) <= _ALIKE:
+    if abs(seen_mm / own - 1) <= _LENGTH_TOLERANCE:
         return ()
     return (
         f"The glottis is {seen_mm:.3g} mm long in the recording and {own:.3g} mm in the mesh. Geometry is "
-        "not estimated: the difference goes into the stiffness.",
+        "not estimated: the difference biases the stiffness.",
     )

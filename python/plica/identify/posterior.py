@@ -1,4 +1,4 @@
-"""What is known of the tissue after a recording, what of it is the data's, and when not to believe it."""
+"""The posterior of the tissue parameters, what the data contribute to it, and when not to trust it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ __all__ = ["Posterior"]
 
 Array = NDArray[np.float64]
 FOLLOWED = 0.5
-"""Share of the motion's variance."""
-BELIEVED = 1.0
-"""A shift on refining the mesh by more posterior sd than this belies the sd."""
+"""Least share of the motion's variance that a model must explain."""
+LARGEST_SHIFT = 1.0
+"""[posterior sd] of the estimate when the mesh is refined; with a larger one the sd is not valid."""
 
 
 @dataclass(frozen=True)
@@ -40,55 +40,55 @@ class Posterior:
     iterations: int
     residuals: ResidualTest
     mesh_shift: Array | None = None
-    """(p) log theta on this mesh minus that on a coarser one; None where no second mesh was tried"""
+    """(p) log theta on this mesh minus that on a coarser one; None without a second mesh"""
     logarithmic: NDArray[np.bool_] | None = None
-    """(p) Whether the coordinate is a logarithm, as all are but angles; None: all"""
+    """(p) Whether each coordinate is a logarithm, as all but angles are; None: all"""
     notes: tuple[str, ...] = field(default=())
     inflation: Array | None = None
-    """(p) >= 1 by which the residuals, which fail their test, make the sd on this mesh larger; None: they
-    do not fail, or it was not asked for"""
+    """(p) >= 1, factor on the sd on this mesh because the residuals fail their test; None: they pass, or it
+    was not computed"""
 
     falls: Array | None = None
-    """(2) By how much the log density falls from `mean` to mean -+ 1.96 `least_known`: 1.92 where it is
-    Gaussian, inf where a material would store no energy; None: not looked at"""
+    """(2) Decrease of the log density from `mean` to mean -+ 1.96 `least_known`: 1.92 for a Gaussian, inf
+    where a material is not positive definite; None: not computed"""
 
     follows: float | None = None
-    """Share of the motion's variance that the model follows; None: not looked at"""
+    """Share of the motion's variance that the model explains; None: not computed"""
 
     starts: int = 1
-    """From which it was tried: more than one where the residuals failed their test at the first's end"""
+    """Number of starting points: more than one if the residuals failed their test at the first's end"""
     ended_here: int = 1
-    """How many of them ended here; the others at less probable tissues, or nowhere"""
+    """How many of them converged to this maximum; the others to less probable ones, or not at all"""
     fed_back: bool = False
-    """Whether the tissue's own motion makes the pressures that move it, as in a voice, while the model takes
-    what it does not know of them for independent of the motion"""
+    """Whether the tissue's motion generates the pressures that drive it, as in phonation, while the model
+    treats the unknown part of the pressures as independent of the motion"""
 
     @property
     def carried(self) -> bool:
-        """Whether the model follows half of the motion or more; else no number is carried by the data."""
+        """Whether the model explains half of the motion or more; else the data support no number."""
         return self.follows is None or self.follows >= FOLLOWED
 
     def values(self, x: Array) -> Array:
-        """Coordinates (p) or (p, k) in `units`."""
+        """Convert coordinates (p) or (p, k) to values in `units`."""
         if self.logarithmic is None:
             return np.asarray(np.exp(x))
         return np.asarray(np.where(self.logarithmic.reshape(-1, *[1] * (x.ndim - 1)), np.exp(x), x))
 
     @property
     def statistical_covariance(self) -> Array:
-        """(p, p) of log theta, on this mesh: (I + P)^-1, times the inflation of both coordinates."""
+        """(p, p) of log theta on this mesh: (I + P)^-1, times the inflation of both coordinates."""
         alone = np.asarray(np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2)))
         return alone if self.inflation is None else alone * np.outer(self.inflation, self.inflation)
 
     @property
     def covariance(self) -> Array:
-        """(p, p) of log theta, with the mesh shift's square added: rank one along it."""
+        """(p, p) of log theta, including the mesh shift as a rank-one term."""
         shift = np.zeros(len(self.names)) if self.mesh_shift is None else self.mesh_shift
         return self.statistical_covariance + np.outer(shift, shift)
 
     @property
     def sd(self) -> Array:
-        """(p) of log theta, which is the relative one where small, and of angles; the mesh shift is in it."""
+        """(p) of log theta (the relative sd if small) and of angles, including the mesh shift."""
         return np.sqrt(np.diag(self.covariance))
 
     @property
@@ -111,26 +111,25 @@ class Posterior:
 
     @property
     def belied(self) -> NDArray[np.bool_]:
-        """(p) Whose statistical sd the mesh shift exceeds."""
+        """(p) Whether the mesh shift exceeds the statistical sd, which is then not valid."""
         shift = self.shift_in_sd
-        return np.zeros(len(self.names), dtype=bool) if shift is None else np.abs(shift) > BELIEVED
+        return np.zeros(len(self.names), dtype=bool) if shift is None else np.abs(shift) > LARGEST_SHIFT
 
     @property
     def answered(self) -> bool:
-        """Whether an interval may be shown: the model follows the motion, the pressures do not, and where the
-        residuals fail their test, the interval is as wide as they ask for, of a density that is a Gaussian's:
-        another's cannot be widened so."""
+        """Whether intervals may be shown: the model explains the motion, the pressures do not depend on the
+        motion, and if the residuals fail their test, the intervals are widened accordingly, which needs a
+        Gaussian density."""
         sound = self.carried and not self.fed_back
         return sound and (self.residuals.passed or (self.inflation is not None and self.gaussian))
 
     @property
     def refused(self) -> NDArray[np.bool_]:
-        """(p) Whose sd is not printed: the mesh shift exceeds it, the residuals fail their test and nothing
-        was done about it, the model does not follow the motion, or the pressures do."""
+        """(p) Whether the sd is not reported: the mesh shift exceeds it, or intervals are not `answered`."""
         return self.belied | (not self.answered)
 
     def interval(self, level: float = 0.95) -> Array:
-        """(p, 2) theta, equal-tailed, with the mesh shift in it."""
+        """(p, 2) theta, equal-tailed, including the mesh shift."""
         if not 0 < level < 1:
             raise InvalidInput(f"Posterior: level = {level:g}; must be in (0, 1).")
         half = math.sqrt(2) * float(special.erfinv(level)) * self.sd
@@ -140,27 +139,27 @@ class Posterior:
 
     @property
     def information_eigenvalues(self) -> Array:
-        """(p) ascending, of the information in units of the prior: below 1 the prior tells more than the
-        data."""
+        """(p) ascending, of the information in units of the prior: below 1 the prior is more informative than
+        the data."""
         return np.asarray(self._scaled()[0])
 
     @property
     def weakest_direction(self) -> Array:
-        """(p) The change of log theta, of length 1 in prior sd, that the data tell least of."""
+        """(p) The change of log theta, of length 1 in prior sd, on which the data are least informative."""
         return np.asarray(self._scaled()[1][:, 0] * self.prior_sd)
 
     @property
     def least_known(self) -> Array:
-        """(p) One sd on this mesh, without inflation, along the combination of log theta that is known least
-        in units of the prior's sd."""
+        """(p) One sd on this mesh, without inflation, along the combination of log theta with the largest
+        posterior sd in units of the prior sd."""
         alone = np.linalg.inv(self.information + np.diag(1 / self.prior_sd**2))
         values, vectors = np.linalg.eigh(alone / np.outer(self.prior_sd, self.prior_sd))
         return np.asarray(math.sqrt(values[-1]) * vectors[:, -1] * self.prior_sd)
 
     @property
     def gaussian(self) -> bool:
-        """Whether the density falls as a Gaussian's at both ends of that combination's 95 % interval, to
-        within a factor of two."""
+        """Whether the decrease of the log density at both ends of that combination's 95 % interval is that of
+        a Gaussian, to within a factor of two."""
         if self.falls is None:
             return True
         share = self.falls / wording.GAUSSIAN_FALL
@@ -173,22 +172,22 @@ class Posterior:
     # ---- A second mesh -----------------------------------------------------------------------
 
     def refined_by(self, finer: Posterior) -> Posterior:
-        """The finer mesh's posterior, with the shift from this one as a covariance of its own.
+        """The finer mesh's posterior, with the shift d from this one added to the covariance as d d'.
 
-        A discretisation that moves the estimate by d when it is refined may well be off by as much again; d
-        d' is added to the covariance. Of quadratic tetrahedra at half the size the remainder is smaller.
+        If refinement moves the estimate by d, the remaining error may be as large; with quadratic tetrahedra
+        of half the size it is smaller.
         """
         if finer.names != self.names:
             raise InvalidInput("Posterior: the finer mesh's parameters must be the same.")
         return replace(finer, mesh_shift=finer.mean - self.mean)
 
-    # ---- Words -------------------------------------------------------------------------------
+    # ---- Text --------------------------------------------------------------------------------
 
     def table(self) -> str:
-        """One line a parameter: median, sd, 95 % interval, prior. An sd that is belied is not printed, nor
-        an interval that is not `answered`."""
+        """One line per parameter: median, sd, 95 % interval, prior. A `refused` sd is not printed, nor an
+        interval that is not `answered`."""
         return wording.table(self)
 
     def warnings(self) -> list[str]:
-        """What a reader must know before believing the table."""
+        """What to know before trusting the table."""
         return wording.warnings(self)

@@ -1,4 +1,4 @@
-"""The pressures of a scene's glottis as the settings say: where they act, what is known of them."""
+"""The pressures in a scene's glottis according to the settings: where they act and which are known."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def pressed_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> 
 
 
 def fed_back(settings: Settings, scene: Scene) -> bool:
-    """Whether the motion makes its own pressures, as the settings say, or else the scene."""
+    """Whether the motion generates its own pressures, according to the settings or else the scene."""
     if settings.voiced is not None:
         return settings.voiced
     return scene.airflow is not None or (isinstance(scene.mesh, Larynx) and settings.drive is None)
@@ -42,7 +42,7 @@ def seen_surface(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> str
 
 
 def heights_of(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> Floats:
-    """(q) m: those of the settings; else three, over the medial part of a larynx or all of the surface."""
+    """(q) m: those of the settings; else three, over the medial part of a larynx or the whole surface."""
     if settings.heights is not None:
         return np.array(settings.heights, dtype=float)
     if isinstance(scene.mesh, Larynx):
@@ -55,7 +55,8 @@ def heights_of(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> Float
         low, high = float(np.min(z)), float(np.max(z))
         if not high > low:
             raise InvalidInput(
-                "identify: the pressed surface lies at one height; heights must be given, or another surface."
+                f"identify: the surface of the pressures is at one height, z = {low:g} m; must have an "
+                "extent in z. Give heights, or another surface."
             )
     return np.linspace(low, high, 3)
 
@@ -63,8 +64,8 @@ def heights_of(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> Float
 def forcing_of(
     settings: Settings, scene: Scene, mesh: _engine.TetMesh, seen: Observation, lead: int
 ) -> Forcing:
-    """Pressures at the heights, those of the drive known up to a factor, and forces of collision where frames
-    are closed: pressures at the same heights, but on the middle of the folds' length alone and stronger."""
+    """Pressures at the heights, a drive that is known up to a factor, and collision forces in closed frames:
+    pressures at the same heights that are concentrated on the middle of the folds' length."""
     surface = pressed_surface(settings, scene, mesh)
     heights = heights_of(settings, scene, mesh)
     patterns = Forcing.on_surface(mesh, surface, heights.tolist())
@@ -72,8 +73,8 @@ def forcing_of(
     if not moving.all():
         k = int(np.argmin(moving))
         raise InvalidInput(
-            f"identify: heights[{k}] = {heights[k]:g} m: a pressure there meets nothing of the surface "
-            f'"{surface}"; must.'
+            f"identify: heights[{k}] = {heights[k]:g} m; must be where a pressure acts on the surface "
+            f'"{surface}".'
         )
     closed = np.asarray(seen.closed)
     drive = None
@@ -88,7 +89,7 @@ def forcing_of(
 
 
 def _on_the_middle(patterns: Floats, mesh: _engine.TetMesh, surface: str) -> Floats:
-    """Times 1 - (y / b)^2, b the half-length of the surface."""
+    """The patterns times 1 - (y / b)^2, b the half-length of the surface."""
     x = np.asarray(mesh.points)
     y = x[:, 1]
     on = y[np.unique(np.asarray(mesh.surfaces[surface]))]
@@ -98,7 +99,7 @@ def _on_the_middle(patterns: Floats, mesh: _engine.TetMesh, surface: str) -> Flo
 
 
 def _drive(path: Path, heights: int, scene: Scene, seen: Observation, lead: int) -> Floats:
-    """(steps, q) Pa at the times of the steps' loads; before the recording it rises to its first value."""
+    """(steps, q) Pa at the times of the steps' loads; before the recording it ramps up to its first value."""
     times, values = _table(path, heights)
     step, rate = scene.time.step, seen.frame_rate
     ratio = round(1 / (step * rate))
@@ -129,15 +130,15 @@ def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
     except OSError as error:
         raise InvalidInput(f"{path}: cannot be read: {error.strerror}.") from None
     except ValueError:
-        raise InvalidInput(f"{path.name}: below its heading must have numbers in all cells.") from None
+        raise InvalidInput(f"{path.name}: all cells below the heading must be numbers.") from None
     if found.ndim != 2 or len(found) < 2 or found.shape[1] != heights + 1:
         columns = len(rows[-1]) if rows else 0
         raise InvalidInput(
-            f"{path.name}: has {len(rows)} lines, the last of {columns} columns; must have {heights + 1}: "
+            f"{path.name}: has {len(rows)} lines, the last with {columns} columns; must have {heights + 1}: "
             f"time (s) and a pressure (Pa) at each of {heights} heights, with a heading and two rows or more."
         )
     if not np.isfinite(found).all() or not (np.diff(found[:, 0]) > 0).all():
-        raise InvalidInput(f"{path.name}: times must increase, and all numbers be finite.")
+        raise InvalidInput(f"{path.name}: times must increase, and all numbers must be finite.")
     return found[:, 0], found[:, 1:]
 
 

@@ -1,4 +1,4 @@
-"""The report of an identification: one HTML page that fetches nothing, warnings first."""
+"""The report of an identification: one self-contained HTML page, warnings first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from plica._engine import build_info
 from plica.identify import wording
-from plica.identify.figures import hardly_learned, sections
+from plica.identify.figures import close_to_prior, sections
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification
 from plica.report.wording import number
@@ -58,7 +58,7 @@ def write_report(found: Identification) -> Path:
 
 
 def remark(found: Identification) -> str:
-    """What was used, in one line."""
+    """A one-line summary of the data and the estimate."""
     picture, posterior = found.picture, found.posterior
     used = len(picture.observed) - picture.lead
     missing = np.isnan(picture.observed[picture.lead :]).mean()
@@ -72,9 +72,9 @@ def remark(found: Identification) -> str:
     parts += [
         f"{100 * missing:.0f} % missing",
         f"{int(picture.closed.sum())} frames closed",
-        f"flow's error {posterior.noise.flow:.2g} times as stated ({np.median(picture.sd):.2g} px)",
-        *([f"gains of the points of {posterior.noise.gain:.2g}"] if posterior.noise.gain else []),
-        f"unknown pressures of {posterior.noise.pressure:.3g} Pa",
+        f"flow error {posterior.noise.flow:.2g} times as stated ({np.median(picture.sd):.2g} px)",
+        *([f"sd of the points' gains {posterior.noise.gain:.2g}"] if posterior.noise.gain else []),
+        f"sd of the unknown pressures {posterior.noise.pressure:.3g} Pa",
         f"{posterior.iterations} iterations",
         *([wording.started(posterior)] if posterior.starts > 1 else []),
     ]
@@ -82,7 +82,7 @@ def remark(found: Identification) -> str:
 
 
 def rows(found: Identification) -> list[Row]:
-    """A line a parameter; an sd that the mesh belies is refused."""
+    """One line per parameter; an sd that is smaller than the mesh shift is refused."""
     posterior = found.posterior
     interval, spread = posterior.interval(), 1.959964 * posterior.prior_sd
     ends = np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread])
@@ -92,17 +92,18 @@ def rows(found: Identification) -> list[Row]:
         prior = np.exp(ends[j]) if relative else ends[j]
         sd = f"{100 * posterior.sd[j]:.1f} %" if relative else number(float(posterior.sd[j]), 2)
         if not found.picture.carried:
-            verdict = "not carried by the data: the model does not follow the motion"
+            verdict = "not supported by the data: the model does not follow the motion"
         elif posterior.fed_back:
-            verdict = "how far off is not known: the motion makes its own pressures"
-        elif hardly_learned(posterior)[j]:
-            verdict = "hardly learned: this is the prior"
+            verdict = "of unknown error: the motion generates its own pressures"
+        elif close_to_prior(posterior)[j]:
+            verdict = "hardly informed by the data: close to the prior"
         elif posterior.belied[j]:
-            verdict = "the mesh shifts it by more than its noise"
+            verdict = "the shift between meshes exceeds its sd"
         elif abs(posterior.mean[j] - posterior.prior_mean[j]) > spread[j]:
-            verdict = "beyond what was believed before"
+            verdict = "outside the prior interval"
         else:
-            verdict = "learned" if posterior.residuals.passed else "learned, but the residual test failed"
+            informed = "informed by the data"
+            verdict = informed if posterior.residuals.passed else f"{informed}, but the residual test failed"
         made.append(
             Row(
                 name,
@@ -120,10 +121,11 @@ def rows(found: Identification) -> list[Row]:
 def _identifiable(posterior: Posterior) -> str:
     values = posterior.information_eigenvalues
     weak = int((values < 1).sum())
-    said = "every combination" if not weak else f"{len(values) - weak} of {len(values)} combinations"
+    count = "every combination" if not weak else f"{len(values) - weak} of {len(values)} combinations"
     return (
-        f"The recording tells more than the prior of {said} of the parameters. It tells least of "
-        f"{wording.weakest(posterior)}: {number(float(values[0]), 2)} times what the prior tells."
+        f"The recording is more informative than the prior on {count} of the parameters. It is least "
+        f"informative on {wording.weakest(posterior)}: {number(float(values[0]), 2)} times the prior's "
+        "information."
     )
 
 
@@ -133,8 +135,8 @@ def _residuals(posterior: Posterior) -> str:
     shown = ", ".join(f"{name} {score:+.1f}" for name, score in scores.items())
     verdict = "passed" if test.passed else "failed"
     return (
-        f"Residual test {verdict}: scores {shown} of {test.count} residuals; each is within 3.3 where the "
-        f"model and the stated errors hold.{_widened(posterior)}"
+        f"Residual test {verdict}: scores {shown} of {test.count} residuals; each is within 3.3 if the model "
+        f"and the stated errors hold.{_widened(posterior)}"
     )
 
 

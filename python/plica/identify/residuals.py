@@ -1,4 +1,4 @@
-"""Whether the residuals are what the model says: independent and of one variance."""
+"""Test of the residuals: independent and of equal variance if the model holds."""
 
 from __future__ import annotations
 
@@ -16,29 +16,30 @@ __all__ = ["ResidualTest", "image_positions", "innovations", "residual_test", "w
 
 Array = NDArray[np.float64]
 LIMIT = 3.3
-"""Standard scores beyond which a test fails: once in a thousand where the model holds."""
-_DECIDED = 10.0
-"""Times what it varies by at most with a known start: what varies by more finds the start, no error."""
+"""Standard score beyond which a test fails: once in a thousand if the model holds."""
+_LARGEST_VARIANCE = 10.0
+"""Largest variance of an innovation, relative to that with a known initial state. One with a larger variance
+determines the initial state and tests nothing."""
 
 
 @dataclass(frozen=True)
 class ResidualTest:
-    """Scores of the whitened residuals, each standard normal where the model holds."""
+    """Scores of the whitened residuals, each standard normal if the model holds."""
 
     count: int
-    """Residuals."""
+    """Number of residuals."""
     in_time: float
-    """Of the product of residuals of one row in consecutive frames."""
+    """Score of the product of residuals of one row in consecutive frames."""
     in_space: float
-    """Of neighbouring points in one frame."""
+    """Score of the product of residuals of neighbouring points in one frame."""
     tails: float
-    """Of the fourth moment."""
+    """Score of the fourth moment."""
     level: float
-    """Of the second moment in the later half against the earlier."""
+    """Score of the second moment in the second half against that in the first."""
     correlation_in_time: float
-    """[-] Of those behind the first score, in [-1, 1]."""
+    """[-] Correlation between consecutive frames, in [-1, 1]."""
     correlation_in_space: float
-    """[-] Of those behind the second."""
+    """[-] Correlation between neighbouring points, in [-1, 1]."""
 
     @property
     def passed(self) -> bool:
@@ -46,47 +47,46 @@ class ResidualTest:
         return max(abs(s) for s in (self.in_time, self.in_space, self.tails, self.level)) <= LIMIT
 
     def sentences(self) -> list[str]:
-        """What failed, in plain words."""
-        told = []
+        """A warning for each score that failed."""
+        warnings = []
         if abs(self.in_time) > LIMIT:
-            told.append(
+            warnings.append(
                 f"The residuals of consecutive frames are correlated ({self.correlation_in_time:+.2f}, score "
-                f"{self.in_time:+.1f}): the motion has a part that the model does not follow."
+                f"{self.in_time:+.1f}): the model does not follow a part of the motion."
             )
         if abs(self.in_space) > LIMIT:
-            told.append(
+            warnings.append(
                 f"The residuals of neighbouring points are correlated ({self.correlation_in_space:+.2f}, "
                 f"score {self.in_space:+.1f}): the flow's error is smooth, so there are fewer independent "
                 "measurements than points. Thin the points until this passes."
             )
         if abs(self.tails) > LIMIT:
-            told.append(
-                f"The residuals have {'long' if self.tails > 0 else 'short'} tails (score "
-                f"{self.tails:+.1f}): some of the flow is wrong by more than its stated error, or the "
-                "stated errors differ too little."
+            warnings.append(
+                f"The residuals have {'heavy' if self.tails > 0 else 'light'} tails (score "
+                f"{self.tails:+.1f}): some of the flow is wrong by more than its stated error, or the stated "
+                "errors vary too little."
             )
         if abs(self.level) > LIMIT:
-            told.append(
-                f"The residuals grow or shrink over the recording (score {self.level:+.1f}): the flow's "
-                "error, or the pressure's, is not of one level."
+            warnings.append(
+                f"The residuals grow or shrink over the recording (score {self.level:+.1f}): the level of "
+                "the flow's error or of the pressures is not constant."
             )
-        return told
+        return warnings
 
 
 def whitened(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
-    """The innovations of one frame after the other over the Cholesky factor of their covariance, (N, m); nan
-    where y is missing or finds the start.
+    """The innovations frame by frame, divided by the Cholesky factor of their covariance, (N, m); nan where y
+    is missing or determines the initial state.
 
-    The recursion runs over the posterior of the inputs, of which a frame sees those before it alone.
+    The recursion updates the posterior of the inputs; a frame depends only on those up to it.
     O(N m (N q)^2).
     """
     return innovations(likelihood, at, likelihood.error(at)[..., None])[..., 0] / at.noise.flow
 
 
 def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) -> Array:
-    """What `whitened` does to y - mu, done to columns (N, m', k) of the rows that the likelihood takes: their
-    part in independent numbers of variance sigma_v^2, (N, m, k) of the observed rows, nan where missing
-    or where they find the start.
+    """Apply the whitening of y - mu to columns (N, m', k) of the rows of the likelihood. Returns (N, m, k)
+    for the observed rows, scaled to variance sigma_v^2; nan where missing or used for the initial state.
     """
     space, solved = likelihood.inputs, likelihood.solved(at)
     weights, chosen, scale = space.weights, space.chosen, space.scale
@@ -119,7 +119,7 @@ def innovations(likelihood: MarginalLikelihood, at: Evaluation, columns: Array) 
         gain = linalg.solve_triangular(factor, PT.T, lower=True)
         mean[:i] += gain.T @ z
         P -= gain.T @ gain
-        z[np.diag(factor) ** 2 > _DECIDED * known] = np.nan
+        z[np.diag(factor) ** 2 > _LARGEST_VARIANCE * known] = np.nan
         out[k, seen] = z
     if likelihood.whitening is None:
         return out
@@ -135,7 +135,7 @@ def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTes
     neighbour = _nearest(image_positions(likelihood))
     by_point = z.reshape(frames, -1, 2)
     time = (z[1:] * z[:-1]).ravel()
-    # A point alone has no neighbour to be correlated with.
+    # A single point has no neighbour.
     space = (by_point * by_point[:, neighbour]).ravel() if len(neighbour) > 1 else np.full(1, np.nan)
     finite = z[np.isfinite(z)]
     squares = np.nanmean(np.where(np.isfinite(z), z**2, np.nan)[np.isfinite(z).any(axis=1)], axis=1)
@@ -145,7 +145,7 @@ def residual_test(likelihood: MarginalLikelihood, at: Evaluation) -> ResidualTes
     late = float(np.average(squares[half:], weights=counts[half:]))
     early = float(np.average(squares[:half], weights=counts[:half])) if half else late
     level = (late - early) / math.sqrt(2 / n1 + 2 / n2) if half else 0.0
-    mutual = 1 + np.mean(neighbour[neighbour] == np.arange(len(neighbour)))  # such pairs count twice
+    mutual = 1 + np.mean(neighbour[neighbour] == np.arange(len(neighbour)))  # mutual neighbours count twice
     return ResidualTest(
         count=len(finite),
         in_time=_score(time),
@@ -163,7 +163,7 @@ def _score(products: Array) -> float:
 
 
 def _correlation(first: Array, second: Array) -> float:
-    """Of values of mean 0, where both are there."""
+    """Correlation of values of mean 0, where both are finite."""
     there = np.isfinite(first * second)
     a, b = first[there], second[there]
     size = math.sqrt(float(a @ a) * float(b @ b))
@@ -180,7 +180,7 @@ def image_positions(likelihood: MarginalLikelihood) -> Array:
 
 
 def _nearest(image: Array) -> NDArray[np.intp]:
-    """The nearest other point of each; of one point itself."""
+    """The nearest other point of each point; of a single point itself."""
     if len(image) == 1:
         return np.zeros(1, dtype=np.intp)
     square = np.asarray(np.sum((image[:, None] - image) ** 2, axis=2))

@@ -1,4 +1,4 @@
-"""posterior.h5 and posterior.csv, written whole and read back."""
+"""Write and read the results of an identification: posterior.h5 and posterior.csv."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ _UNITS = {
     "recording/sd": "px",
     "recording/pressures": "Pa",
     "recording/heights": "m",
-}  # others are pure numbers
+}  # other quantities are dimensionless
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What was seen of the tissue, and what the model makes of it."""
+    """The observed motion of the tissue and the model's prediction of it."""
 
     name: str
     kind: str
     frame_rate: float
     """[Hz]"""
     first: int
-    """Frame of the recording that follows the lead."""
+    """Index of the first frame of the recording that is used."""
     lead: int
-    """Missing frames before it."""
+    """Number of missing frames before it."""
     spacing: float
     """[px] between points"""
     correlation: float | None
@@ -63,20 +63,20 @@ class Picture:
     predicted: Floats
     """(N, r, 2) px a frame, at the last point of the iteration, with the expected unknown pressures"""
     whitened: Floats
-    """(N, r, 2) residuals that are independent and of variance 1 where the model holds"""
+    """(N, r, 2) residuals that are independent and of variance 1 if the model holds"""
     sd: Floats
-    """(N, r) px, as it was stated"""
+    """(N, r) px, as stated"""
     closed: NDArray[np.bool_]
     """(N)"""
     pressures: Floats
-    """(N, q) Pa, expected, of the unknown pressures; those of collisions last"""
+    """(N, q) Pa, expected values of the unknown pressures; those of collisions last"""
     heights: Floats
     """(q) m"""
     known_drive: bool
 
     @property
     def time(self) -> Floats:
-        """(N) s from the recording's first frame in use to the end of each frame's motion."""
+        """(N) s from the first frame used to the end of each frame's motion."""
         return (np.arange(len(self.observed)) + 1 - self.lead) / self.frame_rate
 
     @property
@@ -87,44 +87,44 @@ class Picture:
 
     @property
     def carried(self) -> bool:
-        """Whether the model follows half of the motion or more; else no estimate is carried by the data."""
+        """Whether the model explains half of the motion or more; else the data support no estimate."""
         return self.explained >= FOLLOWED
 
 
 @dataclass(frozen=True)
 class Identification:
-    """What is in the directory of an identification."""
+    """The results in the directory of an identification."""
 
     directory: Path
     posterior: Posterior
     picture: Picture
     iterations: Floats
     """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh; densities of
-    start 0 are those of another error of the flow"""
+    start 0 use the learned error of the flow"""
     starts: NDArray[np.int_]
-    """(i) which start each of these is of; 0: none of them, but the estimate on the flow's learned error; -1:
-    not stored, in files of an earlier version"""
+    """(i) start number of each of these; 0: the estimate with the learned error of the flow; -1: not stored,
+    in files of an earlier version"""
     settings: dict[str, Any]
     scene_text: str
 
     @property
     def table(self) -> str:
-        """As text, a line a parameter."""
+        """The posterior's table as text, one line per parameter."""
         return self.posterior.table()
 
     @property
     def warnings(self) -> list[str]:
-        """What must be known before the table is believed."""
+        """What to know before trusting the table."""
         return self.posterior.warnings()
 
 
 def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Iterates, scene: Scene) -> None:
-    """posterior.h5 and posterior.csv, each whole or not at all."""
+    """Write posterior.h5 and posterior.csv, each completely or not at all."""
 
     def write(draft: Path) -> None:
         with h5py.File(draft, "w", locking=False) as file:
             file.attrs["plica_version"] = build_info()["version"]
-            file.attrs["settings"] = json.dumps(iterates.marks.settings)
+            file.attrs["settings"] = json.dumps(iterates.inputs.settings)
             file.attrs["scene"] = scene.text()
             _fill(file.create_group("posterior"), _plain(posterior))
             group = file["posterior"]
@@ -141,35 +141,35 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
             _fill(group.create_group("derived"), derived)
             _fill(file.create_group("recording"), {f.name: getattr(picture, f.name) for f in fields(picture)})
             points = iterates.points["scene"]
-            gone = {
+            history = {
                 "value_and_step": np.array([(p["value"], p["step"]) for p in points]),
                 "start": np.array([p["start"] for p in points]),
             }
-            _fill(file.create_group("iterations"), gone)
+            _fill(file.create_group("iterations"), history)
 
     replaced(directory / "posterior.h5", write)
     replaced(directory / "posterior.csv", lambda draft: _write_csv(draft, posterior))
 
 
 def load(directory: str | Path) -> Identification:
-    """The identification in a directory; raises InvalidInput where there is none, or it has not ended."""
+    """The identification in a directory; raises InvalidInput if there is none, or it has not finished."""
     where = Path(directory)
     path = where / "posterior.h5"
     if not path.exists():
-        begun = (where / "iterates.json").exists()
+        resumed = (where / "iterates.json").exists()
         raise InvalidInput(
-            f"{where}: the identification has not ended. Continue it with --resume."
-            if begun
+            f"{where}: the identification has not finished. Continue it with --resume."
+            if resumed
             else f"{where}: has no posterior.h5; must be the directory of an identification."
         )
     check_result_file(path)
     with storage_errors(path, "read"), h5py.File(path, "r", locking=False) as file:
         if "posterior" not in file or "recording" not in file:
-            raise InvalidInput(f"{path}: is no result of plica identify; must be.")
+            raise InvalidInput(f"{path}: is not a result of plica identify; must be one.")
         if "fed_back" not in file["posterior"].attrs:
             raise InvalidInput(
-                f"{path}: is of an earlier version, which did not say whether the intervals of a voice can "
-                "be believed; must be estimated again (plica identify)."
+                f"{path}: is from an earlier version, which did not store whether the intervals of a voice "
+                "can be trusted; must be estimated again (plica identify)."
             )
         points = _read(file["iterations"])
         return Identification(
@@ -200,7 +200,7 @@ def _posterior(stored: dict[str, Any]) -> Posterior:
 
 
 def _fill(group: Any, values: dict[str, Any]) -> None:
-    """Numbers and texts as attributes, lists of texts and arrays as data sets, None as nothing."""
+    """Write numbers and strings as attributes, lists of strings and arrays as data sets; None is omitted."""
     for name, value in values.items():
         if value is None:
             continue
@@ -248,8 +248,8 @@ _COLUMNS = (
 
 
 def _write_csv(path: Path, posterior: Posterior) -> None:
-    """A row a parameter, in its unit; sd_log is the sd of the logarithm, but of an angle its own. An sd
-    that is refused is an empty cell, and so is an interval that is not `answered`."""
+    """One row per parameter, in its unit; sd_log is the sd of the logarithm, or of an angle itself. A refused
+    sd is an empty cell, and so is an interval that is not `answered`."""
     spread = 1.959964 * posterior.prior_sd
     prior = posterior.values(np.column_stack([posterior.prior_mean - spread, posterior.prior_mean + spread]))
     interval, shift = posterior.interval(), posterior.shift_in_sd

@@ -1,11 +1,10 @@
-"""How much wider the intervals are where the residuals are correlated: the sandwich of V. P. Godambe.
+"""Inflation of the intervals if residuals are correlated: the sandwich covariance of V. P. Godambe.
 
-The estimate is where the parts of frames and points in the gradient, and the prior's, sum to zero. Its
-covariance is (I + P)^-1 (J + P) (I + P)^-1 with J that of the sum; where the model holds, J = I. What the
-parts themselves tell of J: products of parts that are near in space, whatever the lag, and of such that are
-near in time, whatever the points (T. G. Conley, J. Econometrics 92, 1999; W. K. Newey, K. D. West,
-Econometrica 55, 1987; both ways together as in A. C. Cameron, J. B. Gelbach, D. L. Miller, J. Bus. Econ.
-Stat. 29, 2011).
+At the estimate the scores of frames and points, and that of the prior, sum to zero. Its covariance is
+(I + P)^-1 (J + P) (I + P)^-1 with J the covariance of that sum; J = I if the model holds. J is estimated from
+products of scores that are near in space, at any lag, and of scores that are near in time, at any points
+(T. G. Conley, J. Econometrics 92, 1999; W. K. Newey, K. D. West, Econometrica 55, 1987; combined as in
+A. C. Cameron, J. B. Gelbach, D. L. Miller, J. Bus. Econ. Stat. 29, 2011).
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 def inflation(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
-    """(p) sd of the sandwich over that of the information, not below 1."""
+    """(p) sd by the sandwich covariance over that by the information, not below 1."""
     alone = np.linalg.inv(at.information + np.diag(1 / likelihood.prior_sd**2))
     columns = np.concatenate([likelihood.error(at)[..., None], likelihood.sensitivities(at)], axis=2)
     white = np.nan_to_num(innovations(likelihood, at, columns)) / at.noise.flow
@@ -38,7 +37,8 @@ def inflation(likelihood: MarginalLikelihood, at: Evaluation) -> Array:
 
 
 def two_way(parts: Array, image: Array) -> Array:
-    """(p, p) of parts (N, r, p) at places (r, 2): sum over pairs, weighted by ks + kt - ks kt.
+    """(p, p) covariance of the sum of scores (N, r, p) at positions (r, 2), weighting pairs by
+    ks + kt - ks kt.
 
     ks = exp(-d^2 / (2 l^2)), l the median distance to the nearest point; kt = 1 - lag / (L + 1) up to the lag
     L = 4 (N / 100)^(2/9).

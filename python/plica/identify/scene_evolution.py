@@ -1,4 +1,4 @@
-"""From a scene without contact to the matrices and the evolution of its free unknowns."""
+"""Matrices and evolution of the free unknowns of a scene without contact."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SceneMatrices:
-    """M, C, K of the free unknowns of a scene, and where these are.
+    """M, C, K of the free unknowns of a scene, and the indices of these.
 
     Attributes
     ----------
     mesh : TetMesh
     free : (m,) int
-        Their numbers among the 3 n displacement components, node by node.
+        Indices among the 3 n displacement components, node by node.
     M, C, K : (m, m) sparse
     """
 
@@ -42,19 +42,19 @@ class SceneMatrices:
 
 
 def scene_matrices(scene: Scene) -> SceneMatrices:
-    """Matrices of a scene without contact. Its airflow and its loads are forces, which the caller hands in.
+    """Matrices of a scene without contact. Its airflow and loads are forces, which the caller provides.
 
     Raises
     ------
     InvalidInput
-        Where the scene has a contact.
+        If the scene has contact.
     SceneError
-        Where it names what its mesh does not have.
+        If the scene names something that its mesh does not have.
     """
     if scene.contact is not None:
         raise InvalidInput(
             "scene_matrices: the scene has contact; must have none. Contact is not linear in the state, so "
-            "that no evolution G holds; let forces of the frames in which folds touch be unknown inputs."
+            "there is no evolution G. Model the forces of frames in which folds touch as unknown inputs."
         )
     mesh = build_mesh(scene.mesh, scene.source)
     assembly = _engine.Assembly(mesh, *materials_of(scene, mesh))
@@ -72,7 +72,7 @@ def scene_matrices(scene: Scene) -> SceneMatrices:
 
 
 def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
-    """The evolution of a scene without contact over one of its time steps, by its own scheme.
+    """The evolution of a scene without contact over one time step, by the scene's own scheme.
 
     Raises InvalidInput with central differences.
     """
@@ -85,7 +85,7 @@ def scene_evolution(scene: Scene) -> tuple[Evolution, SceneMatrices]:
         options["newmark"] = scheme.beta, scheme.gamma
     else:
         raise InvalidInput(
-            f"{scene.source}: time.scheme = central_differences; must be hht or newmark: explicit steps have "
-            "no evolution here."
+            f"{scene.source}: time.scheme = central_differences; must be hht or newmark. Explicit schemes "
+            "have no evolution here."
         )
     return hht_evolution(matrices.M, matrices.C, matrices.K, **options), matrices

@@ -1,4 +1,4 @@
-"""Fisher scoring: uphill from one start to a maximum of the posterior density, and the Gaussian there."""
+"""Fisher scoring: from one start to a maximum of the posterior density, with a Gaussian approximation."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.posterior import Posterior
 from plica.identify.residuals import residual_test
 
-__all__ = ["NOT_THERE", "Iteration", "Scoring", "climb"]
+__all__ = ["UNDEFINED_DENSITY", "Iteration", "Scoring", "climb"]
 
 Array = NDArray[np.float64]
 NEAR = 2.0
-"""[posterior sd] From a step shorter than this on, the curvature is the information at that point,
-corrected by what the gradients since have shown (BFGS): where the residuals are not the model's it differs
-from the information, and plain scoring would swing about the maximum."""
+"""[posterior sd] Once a step is shorter than this, the curvature is the information at that point with BFGS
+updates from the gradients: if the model does not hold, the curvature differs from the information, and plain
+scoring would oscillate about the maximum."""
 
-NOT_THERE = (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError)
-"""What is raised where the density is not there: where a material would store no energy, a camera would look
-up, a solve fails or a number overflows."""
+UNDEFINED_DENSITY = (InvalidInput, SolveFailed, np.linalg.LinAlgError, ArithmeticError)
+"""Exceptions raised where the density is undefined: a material is not positive definite, a camera looks up, a
+solve fails or a number overflows."""
 
 LARGEST_BOOST = 64.0
-"""Far from the maximum the unknown pressures are taken for large, and the information, which is that of large
-pressures, for more than there is. Near it, where the density is not concave, it has no curvature to tell.
-Steps by the information that gain more than they promise are lengthened."""
+"""Largest factor on a scoring step. Far from the maximum the unknown pressures are estimated as large, and
+the information, which is that of large pressures, is then too large. Scoring steps that gain more than
+predicted are lengthened."""
 
 
 @dataclass(frozen=True)
 class Scoring:
-    """Options of the iteration."""
+    """Options of Fisher scoring."""
 
     max_iterations: int = 40
     """>= 1"""
     tolerance: float = 0.05
-    """[posterior sd] > 0; the last step is shorter than this."""
+    """[posterior sd] > 0; stops when a step is shorter than this."""
     longest_step: float = 1.0
-    """[-] > 0; of a log parameter in one iteration."""
+    """[-] > 0; largest change of a log parameter in one iteration."""
     max_halvings: int = 12
-    """Of a step that does not raise the posterior density, >= 1."""
+    """>= 1; of a step that does not increase the posterior density."""
     starts: int = 3
-    """>= 1; at most so many, while the residuals fail their test and no two starts end at one place"""
+    """>= 1; largest number of starts, used while the residuals fail their test and no two ends agree"""
 
     def __post_init__(self) -> None:
         for name in ("max_iterations", "tolerance", "longest_step", "max_halvings", "starts"):
@@ -57,18 +57,18 @@ class Scoring:
 
 @dataclass(frozen=True)
 class Iteration:
-    """One accepted point, for whoever watches."""
+    """One accepted point, as passed to progress callbacks."""
 
     number: int
     value: float
     """log posterior density, up to a constant"""
     point: Array
     step: float
-    """[posterior sd] of the step proposed from here; nan of a tissue that is only compared with others"""
+    """[posterior sd] length of the proposed step; nan for a prior sample that is only compared with others"""
     start: int = 1
-    """Which of several; 0: none of them, but an estimate that stands on what they left"""
+    """Start number; 0: an estimate with the flow error learned after the starts"""
     share: float = 1.0
-    """Of the frames that show something; less than 1 on the way to a graduated start"""
+    """Share of the frames with data that is used; less than 1 on the way to a graduated start"""
 
 
 def climb(
@@ -77,11 +77,11 @@ def climb(
     options: Scoring,
     progress: Callable[[Iteration], None] | None = None,
 ) -> Posterior:
-    """The maximum uphill of `start` (p), with the Gaussian that fits it there.
+    """The maximum reached uphill from `start` (p), with the Gaussian approximation there.
 
     Each step solves (I + P) dx = g, I the Fisher information, P the prior's precision, g the gradient of
-    the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until
-    the density rises. The last one, which is short, is taken if it does. Raises as `estimate`.
+    the log posterior; near the end I is corrected by the changes of the gradient. A step is halved until the
+    density increases. The last, short step is taken if it increases the density. Raises as `estimate`.
     """
     precision = np.diag(1 / likelihood.prior_sd**2)
     x = np.array(start, dtype=float)
@@ -109,14 +109,14 @@ def climb(
         if plain:
             step *= boost
         step *= min(1.0, options.longest_step / np.abs(step[likelihood.logarithmic]).max())
-        promised = float(step @ gradient)
-        found = _line_search(likelihood, x, step, value, promised, options)
+        predicted = float(step @ gradient)
+        found = _line_search(likelihood, x, step, value, predicted, options)
         if isinstance(found, str):
             raise SolveFailed(
-                f"estimate: iteration {number}: no step of {length:.3g} sd raised the posterior density. "
-                f"{found or 'Is the start far from the data, or the tolerance of the model too wide?'}"
+                f"estimate: iteration {number}: no step of {length:.3g} sd increased the posterior density. "
+                f"{found or 'Is the start far from the data, or the tolerance of the model too large?'}"
             )
-        gain = (found[2] - value) / promised  # 1/2 where the information is the curvature
+        gain = (found[2] - value) / predicted  # 1/2 if the information is the curvature
         boost = min(2 * boost, LARGEST_BOOST) if gain > 0.6 else max(1.0, boost / 2)
         moved = found[0] - x
         x, now, value = found
@@ -124,37 +124,38 @@ def climb(
             change = gradient - (now.gradient - precision @ (x - likelihood.prior_mean))
             curvature = _updated(curvature, moved, change)
     raise SolveFailed(
-        f"estimate: after {options.max_iterations} iterations a step is still {length:.3g} posterior sd; "
-        f"must be < {options.tolerance:g}. Start nearer, or raise max_iterations."
+        f"estimate: step after {options.max_iterations} iterations = {length:.3g} posterior sd; must be < "
+        f"{options.tolerance:g}. Start nearer to the maximum, or increase max_iterations."
     )
 
 
 def _length(step: Array, information: Array) -> float:
-    """[posterior sd]; infinite, so not near the end, where the information is negative along the step."""
+    """[posterior sd]; infinite if the information is negative along the step."""
     square = float(step @ information @ step)
     return math.sqrt(square) if square >= 0 else math.inf
 
 
 def _require_definite(information: Array, number: int) -> None:
-    """Raises SolveFailed where an estimate would end on an information that is not positive definite."""
+    """Raises SolveFailed if the information at the end of an estimate is not positive definite."""
     try:
         np.linalg.cholesky(information)
     except np.linalg.LinAlgError:
         raise SolveFailed(
-            f"estimate: iteration {number}: the information is not positive definite; must be where an "
-            "estimate ends. Start elsewhere, or leave out a parameter that the data do not tell."
+            f"estimate: iteration {number}: the information is not positive definite; must be at the end "
+            "of an estimate. Start elsewhere, or leave out a parameter that the data do not determine."
         ) from None
 
 
 def _posterior(
     likelihood: MarginalLikelihood, now: Evaluation, value: float, step: Array, iterations: int
 ) -> Posterior:
-    """At the end of a last step from a point of this log density, or at that point if the density falls."""
+    """The posterior after the last step from a point of log density `value`, or at that point if the density
+    decreases."""
 
     def density(x: Array) -> float:
         try:
             return likelihood.value(x) + likelihood.log_prior(x)
-        except NOT_THERE:
+        except UNDEFINED_DENSITY:
             return -math.inf
 
     reached = density(now.point + step)
@@ -178,7 +179,7 @@ def _posterior(
 
 
 def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
-    """BFGS: with curvature change along step; None where the density is not concave there."""
+    """BFGS update so that the curvature maps step to change; None if the density is not concave there."""
     image = curvature @ step
     if step @ change <= 1e-2 * (step @ image):
         return None
@@ -191,18 +192,18 @@ def _updated(curvature: Array, step: Array, change: Array) -> Array | None:
 def _line_search(
     likelihood: MarginalLikelihood, x: Array, step: Array, value: float, slope: float, options: Scoring
 ) -> tuple[Array, Evaluation, float] | str:
-    """The first of step, step / 2, ... that raises the density by 1e-4 of what the slope promises.
+    """The first of step, step / 2, ... that increases the density by 1e-4 of what the slope predicts.
 
-    A step is too long, too, where the density is not there (`NOT_THERE`). If no step is short enough: what
-    failed last, or an empty text.
+    A step to an undefined density (`UNDEFINED_DENSITY`) is too long. If no step is short enough, returns the
+    message of the last failure, or an empty string.
     """
     share, last = 1.0, ""
     for _ in range(options.max_halvings):
         candidate = x + share * step
         try:
             there = likelihood.evaluate(candidate)
-        except NOT_THERE as error:
-            share, last = share / 2, f"The last that could not be evaluated: {error}"
+        except UNDEFINED_DENSITY as error:
+            share, last = share / 2, f"The last point that could not be evaluated: {error}"
             continue
         reached = there.value + likelihood.log_prior(candidate)
         if reached >= value + 1e-4 * share * slope:
@@ -212,10 +213,10 @@ def _line_search(
 
 
 def _require_dependence(likelihood: MarginalLikelihood, at: Evaluation) -> None:
-    told = np.diag(at.information) * likelihood.prior_sd**2
-    for name, share in zip(likelihood.names, told, strict=True):
+    shares = np.diag(at.information) * likelihood.prior_sd**2
+    for name, share in zip(likelihood.names, shares, strict=True):
         if not share > 1e-10:
             raise InvalidInput(
-                f'estimate: nothing in the data depends on "{name}": its information is '
-                f"{max(share, 0.0):.2g} of the prior's. Leave it out, or observe what it moves."
+                f'estimate: the data do not depend on "{name}": its information is '
+                f"{max(share, 0.0):.2g} of the prior's. Leave it out, or observe the tissue it affects."
             )

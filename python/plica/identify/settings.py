@@ -1,4 +1,4 @@
-"""What a recording is identified with: what is estimated, which pressures act, where the camera stands."""
+"""Settings of an identification: estimated parameters, pressures, frames, points and camera."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ LogSd = Annotated[Number, Field(gt=0, le=WIDEST)]
 Share = Annotated[Number, Field(ge=0, le=1)]
 Degrees = Annotated[Number, Field(gt=-90, lt=90)]
 MOST_POINTS = 400
-"""Each point costs two rows of every frame; beyond it they say the same again."""
+"""Each point adds two rows to every frame; more points add no independent information."""
 
 MOST_STARTS = 18
-"""As many as there are: the first, that again by parts of the recording, and 16 tissues of the prior."""
+"""All available starts: the first, its graduated start, and 16 prior samples."""
 
 
 def _listed(value: object) -> object:
@@ -36,21 +36,21 @@ Targets = Annotated[tuple[str, ...], BeforeValidator(_listed), Field(min_length=
 
 
 class Estimated(Part):
-    """One positive number of the tissue and what was believed of it: ``"cover.mu_fibre"``, or a table."""
+    """One positive tissue parameter and its prior: ``"cover.mu_fibre"``, or a table."""
 
     targets: Targets
-    """``"layer.field"`` or ``"layer.side.field"``; of several, all keep their ratio in the scene."""
+    """``"layer.field"`` or ``"layer.side.field"``; several keep the ratios they have in the scene."""
     name: str = ""
-    """Left out: the first target."""
+    """Default: the first target."""
     median: float | str | None = None
-    """Of the prior, in SI or as text with a unit, ``"10 kPa"``; left out: the scene's value."""
+    """Median of the prior, in SI or as text with a unit, ``"10 kPa"``; default: the scene's value."""
     log_sd: LogSd | None = None
-    """[-] Prior standard deviation of the logarithm; left out: that of the settings."""
+    """[-] Prior standard deviation of the logarithm; default: that of the settings."""
 
     positional: ClassVar[tuple[str, ...]] = ("targets",)
 
     @model_validator(mode="after")
-    def _a_number_of_its_unit(self) -> Self:
+    def _median_in_si(self) -> Self:
         if self.median is None:
             return self
         field = self.targets[0].rpartition(".")[2]
@@ -69,88 +69,89 @@ def _as_table(value: object) -> object:
 
 
 class Settings(Part):
-    """What a recording is identified with; the table ``[identify]`` of a settings file.
+    """Settings of an identification; the table ``[identify]`` of a settings file.
 
-    Nothing of it is random: the same input gives the same estimate.
+    The estimate is deterministic: the same input gives the same result.
     """
 
     parameters: tuple[Annotated[Estimated, BeforeValidator(_as_table)], ...] = ()
-    """What is estimated; left out: the viscosity of all layers together, ``mu_fibre`` and ``E_fibre`` of each
+    """The estimated parameters; default: one viscosity of all layers, ``mu_fibre`` and ``E_fibre`` of each
     layer with fibres, ``E`` of each without."""
     log_sd: LogSd = 0.7
-    """[-] Prior standard deviation of log theta where a parameter has none of its own: 0.7 is a factor of
-    four up or down, with 95 % probability."""
+    """[-] Prior standard deviation of log theta for parameters without their own: 0.7 is a factor of four up
+    or down, with 95 % probability."""
 
     surface: str | None = None
-    """On which the pressures act; left out: that of the scene's airflow, or ``airway``."""
+    """Surface on which the pressures act; default: that of the scene's airflow, or ``airway``."""
     seen: str | None = None
-    """Surface that the camera sees; left out: `surface`."""
+    """Surface that the camera sees; default: `surface`."""
     heights: Annotated[tuple[Length, ...], Field(min_length=2)] | None = None
-    """[m] z of the pressures, upward; each falls linearly to zero at the next ones. Left out: three, over the
-    medial part of a larynx, over all of another surface."""
+    """[m] z of the pressures, upward; each decreases linearly to zero at the adjacent ones. Default: three,
+    over the medial part of a larynx, or over the whole surface of another mesh."""
     drive: Path | None = None
-    """CSV of the pressures that are known up to a factor: a column of times (s, 0 at the recording's first
-    frame), then one a height (Pa). Left out: the unknown pressures do everything."""
+    """CSV file of pressures that are known up to a factor: a column of times (s, 0 at the recording's first
+    frame), then one column per height (Pa). Default: all pressures are unknown."""
     gain_sd: Annotated[Number, Field(ge=0)] = 0.3
     """[-] Prior standard deviation of the logarithm of that factor."""
     voiced: bool | None = None
-    """Whether the folds' own motion makes the pressures that move them, as in a voice. Sd and intervals are
-    then refused, as unknown pressures are taken for independent of the motion and from frame to frame. Left
-    out: yes of a scene with an airflow, and of a larynx without `drive`."""
+    """Whether the folds' motion generates the pressures that drive them, as in phonation. Sd and intervals
+    are then refused, because the model treats unknown pressures as independent of the motion and between
+    frames. Default: true for a scene with an airflow, and for a larynx without `drive`."""
     closed_below: Share = 0.05
-    """[-] Frames whose glottal area is less than this times the largest are closed: there unknown forces push
-    apart what touches. 0: none."""
+    """[-] Frames with a glottal area below this times the largest are closed: unknown contact forces then act
+    on the medial surface. 0: none."""
 
     first: Annotated[int, Field(ge=0)] = 0
     """First frame that is used."""
     last: Annotated[int, Field(ge=1)] | None = None
-    """Last one; left out: the recording's."""
+    """Last frame that is used; default: the recording's last."""
     from_rest: bool = False
-    """Whether the first frame shows the tissue at rest. If not, points are placed by the mean of their paths,
-    and unknown pressures bring the model into motion before the first frame."""
+    """Whether the first frame shows the tissue at rest. If not, the rest position of a point is the mean of
+    its trajectory, and unknown pressures set the model in motion before the first frame."""
     lead: Annotated[Time, Field(gt=0, le=1)] = 0.005
-    """[s] For how long, at least 16 frames, where the recording does not begin at rest. Nothing is believed
-    of the size of these pressures: the longer, the more states they can make, and the less of the recording
-    is left for the tissue."""
+    """[s] Duration of these pressures, at least 16 frames, if the recording does not start at rest. Their
+    prior is diffuse: the longer the lead, the more initial states they allow, and the less of the recording
+    informs the tissue."""
 
     spacing: Annotated[Number, Field(ge=1)] | None = None
-    """[px] Between points; left out: as far as the flow's error is correlated, at least 8."""
+    """[px] Between points; default: the correlation length of the flow's error, at least 8."""
     most_points: Annotated[int, Field(ge=1, le=MOST_POINTS)] = 120
-    """Points are farther apart if there would be more."""
+    """Largest number of points; the spacing is increased if there would be more."""
     points: Annotated[tuple[tuple[Number, Number], ...], Field(min_length=1)] | None = None
     """[px] Column and row in the first frame, instead of a grid."""
     sd: Positive | None = None
-    """[px] Of the flow's error; left out: the recording's trust times `trust_factor`, else 0.1."""
+    """[px] Sd of the flow's error; default: from the recording's trust map times `trust_factor`, else 0.1."""
     trust_factor: Annotated[Number, Field(ge=1)] = 10.0
-    """[-] Trust maps are lower bounds of the error, six to fifteen times too small on synthetic folds."""
+    """[-] Factor on trust maps, which are lower bounds of the error: six to fifteen times too small on
+    synthetic folds."""
 
     fps: Positive | None = None
-    """[Hz] Frame rate; left out: the recording's."""
+    """[Hz] Frame rate; default: the recording's."""
     mm_per_px: Positive | None = None
-    """[mm] Size of a pixel; left out: the recording's."""
+    """[mm] Size of a pixel; default: the recording's."""
     centre: tuple[Length, Length, Length] | None = None
-    """[m] Place in the mesh that is in the middle of the picture; left out: the recording's, or so that the
-    glottis of the picture lies on that of the mesh."""
+    """[m] Point of the mesh at the centre of the image; default: the recording's, or such that the glottis of
+    the image is on that of the mesh."""
     tilt: Degrees | None = None
-    """[degrees] Camera towards +y."""
+    """[degrees] Inclination of the camera towards +y."""
     lean: Degrees | None = None
-    """[degrees] Camera towards +x."""
+    """[degrees] Inclination of the camera towards +x."""
     roll: Annotated[Number, Field(ge=-360, le=360)] | None = None
-    """[degrees] Turn of the picture, anticlockwise as seen; left out: so that the glottis is along y."""
+    """[degrees] Rotation of the image, anticlockwise; default: such that the glottis is along y."""
     tilt_sd: Annotated[Number, Field(ge=0, lt=45)] | None = None
-    """[degrees] Prior standard deviation of tilt and lean, which are then estimated; left out: 6, or 0 where
-    the recording says where the camera stood."""
+    """[degrees] Prior standard deviation of tilt and lean, which are then estimated; default: 6, or 0 if the
+    recording contains the pose of the camera."""
 
     coarser: str = "auto"
-    """Scene file with a coarser mesh for the shift under refinement; ``"auto"``: made from the scene's where
-    it can be (a block with half the divisions, a larynx of a coarser preset); ``"none"``: one mesh only,
-    which a warning says."""
+    """Scene file with a coarser mesh, to measure the shift under refinement; ``"auto"``: made from the
+    scene's if possible (a block with half the divisions, a larynx of a coarser preset); ``"none"``: one mesh
+    only, with a warning."""
     max_iterations: Count = 40
-    """Of Fisher scoring."""
+    """Largest number of iterations of Fisher scoring."""
     starts: Annotated[Count, Field(le=MOST_STARTS)] = 3
-    """At most so many on the first mesh that is estimated. Where the residuals fail their test, which a false
-    maximum's do, the estimate is begun again: on the first quarter of the recording, then on more of it, and
-    after that likewise from other tissues of the prior, until two starts end at one place. 1: it never is."""
+    """Largest number of starts on the first mesh that is estimated. If the residuals fail their test, as
+    they do at a false maximum, the estimate is restarted on the first quarter of the recording, then on more
+    of it, and then likewise from prior samples, until two starts end at the same maximum. 1: no restart."""
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:
@@ -187,7 +188,7 @@ class Settings(Part):
             raise SceneError(describe(error, path.name, ("identify",))) from None
 
     def tissue_parameters(self, scene: Scene) -> list[TissueParameter]:
-        """Those that are estimated, with their priors; the scene's values are the medians left out."""
+        """The estimated parameters with their priors; the default median is the scene's value."""
         return [
             TissueParameter(p.targets, name=p.name, prior=self._prior(p, scene))
             for p in self.parameters or default_parameters(scene)
@@ -202,7 +203,7 @@ class Settings(Part):
 
 
 def default_parameters(scene: Scene) -> list[Estimated]:
-    """One viscosity; shear and stretch along the fibre of each layer that has it, else its stiffness."""
+    """One viscosity; ``mu_fibre`` and ``E_fibre`` of each layer with fibres, ``E`` of each without."""
     layers = list(scene.tissue)
     found = [Estimated(targets=tuple(f"{name}.viscosity" for name in layers), name="viscosity")]
     if not all((scene_value(scene, f"{name}.viscosity") or 0) > 0 for name in layers):
@@ -214,8 +215,8 @@ def default_parameters(scene: Scene) -> list[Estimated]:
 
 
 def scene_value(scene: Scene, target: str) -> float | None:
-    """The scene's number at ``layer.field`` or ``layer.side.field``; None where there is none, which the
-    estimator says better."""
+    """The scene's value at ``layer.field`` or ``layer.side.field``; None if there is none, for which the
+    estimator has the better error message."""
     layer, _, field = target.rpartition(".")
     name, _, side = layer.partition(".")
     tissue: Any = scene.tissue.get(name)

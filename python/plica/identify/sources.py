@@ -1,4 +1,4 @@
-"""Where motion in pixels is read from: an analysis by ``plica video``, a film's truth, a file of flow."""
+"""Read motion in pixels from a ``plica video`` analysis, a film's ground truth or a file of flow."""
 
 from __future__ import annotations
 
@@ -24,53 +24,53 @@ Mask = NDArray[np.bool_]
 Glottis = tuple[tuple[float, float], tuple[float, float]]
 
 TRUSTED = 0.5
-"""px: flow that misses by more after going to the next frame and back is taken as missing."""
+"""[px] Flow with a larger forward-backward error is treated as missing."""
 
 
 @dataclass(frozen=True)
 class PixelMotion:
-    """The motion of every pixel from each frame to the next, right and down, and what is known beside it."""
+    """The motion of every pixel from frame to frame, right and down, with metadata of the recording."""
 
     name: str
     kind: str
-    """In words, for the report."""
+    """Description for the report."""
     pairs: int
-    """Of frames: one fewer than frames."""
+    """Number of frame pairs: one fewer than frames."""
     shape: tuple[int, int]
-    """px: height and width."""
+    """[px] Height and width."""
     flow: Callable[[int], NDArray[Any]]
-    """(h, w, 2) px of a pair; may be nan where nothing is known."""
+    """(h, w, 2) px of a pair; nan where unknown."""
     visible: Callable[[int], Mask]
-    """(h, w) where the flow of a pair is to be taken for that of the tissue."""
+    """(h, w) Where the flow of a pair is that of the tissue."""
     error: Callable[[int], Floats] | None = None
-    """(h, w, 2) px of a pair, nan where unknown: the trust map, a lower bound; None: there is none."""
+    """(h, w, 2) px of a pair, nan where unknown: the trust map, a lower bound of the error; None: no map."""
     sd: Callable[[int], Floats] | None = None
-    """(h, w) px of a pair: the flow's sd as the file states it; None: it does not."""
+    """(h, w) px of a pair: the sd of the flow stated in the file; None: not stated."""
     fps: float | None = None
     mm_per_px: float | None = None
     camera: Camera | None = None
-    """Where it is known."""
+    """None: unknown."""
     area: Floats | None = None
-    """(pairs + 1) of the glottis, in any unit; nan where unknown"""
+    """(pairs + 1) Glottal area, in any unit; nan where unknown."""
     glottis: Glottis | None = None
-    """px: the anterior and the posterior end of the midline (column, row)"""
+    """[px] The anterior and the posterior end of the midline (column, row)."""
     preset: str | None = None
-    """Of the flow, where `plica.video` found it."""
+    """Preset of the flow, if `plica.video` computed it."""
     notes: tuple[str, ...] = ()
-    """What was assumed."""
+    """Assumptions that were made."""
 
 
 def open_motion(path: str | Path) -> PixelMotion:
-    """What is at `path`: the directory of an analysis, or a file of flow (HDF5 or NPZ).
+    """Open the directory of a ``plica video`` analysis, or a file of flow (HDF5 or NPZ).
 
     A file has ``flow`` (n, h, w, 2) px, and may have ``visible`` (n, h, w), ``sd`` (n, h, w) px,
     ``glottal_area`` (n + 1) or ``glottis`` (n + 1, h, w), ``projection`` (3, 4), ``fps`` and ``mm_per_px``,
-    these two as attributes or data sets: the truth of ``plica film`` is such a file.
+    the last two as attributes or data sets. The ground truth of ``plica film`` is such a file.
 
     Raises
     ------
     InvalidInput
-        Where it is none of these, or its shapes do not fit.
+        If it is none of these, or its shapes do not fit.
     """
     path = Path(path)
     if not path.exists():
@@ -86,10 +86,10 @@ def open_motion(path: str | Path) -> PixelMotion:
     if path.suffix not in (".h5", ".hdf5"):
         raise InvalidInput(
             f"{path}: must be the directory of a plica video analysis, or a file of flow (.h5, .hdf5, .npz). "
-            "Pictures go through plica video first."
+            "Run plica video first to analyse images."
         )
     check_result_file(path)
-    file = h5py.File(path, "r", locking=False)  # stays open while its flow is read
+    file = h5py.File(path, "r", locking=False)  # stays open while the flow is read
     return _of_arrays(path, file, file.attrs)
 
 
@@ -99,19 +99,19 @@ def _of_analysis(found: Analysis) -> PixelMotion:
     notes: tuple[str, ...] = ()
     if settings.anterior is None:
         notes = (
-            "Which end of the glottis is the anterior one is not known; the upper one of the picture is "
-            "taken. Say so with plica video --anterior.",
+            "The anterior end of the glottis is not specified; the upper end in the image is assumed. "
+            "Specify it with plica video --anterior.",
         )
     if settings.anterior == "lower":
         ends = ends[::-1]
 
     def visible(pair: int) -> Mask:
-        missed = np.hypot(*np.moveaxis(found.round_trip(pair), -1, 0))
-        return np.asarray(missed < TRUSTED)  # not where it is nan: glottis, highlights, lost frames
+        errors = np.hypot(*np.moveaxis(found.round_trip(pair), -1, 0))
+        return np.asarray(errors < TRUSTED)  # false where nan: glottis, highlights, lost frames
 
     return PixelMotion(
         name=found.directory.name,
-        kind="flow found in a recording, with its trust",
+        kind="flow computed from a recording, with its trust map",
         pairs=found.count - 1,
         shape=(len(found.mask(0)), found.mask(0).shape[1]),
         flow=found.flow,
@@ -135,7 +135,7 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
             f"{path}: flow has shape {tuple(flow.shape)}; must be (frames - 1, height, width, 2)."
         )
     if flow.dtype.kind not in "iuf":
-        raise InvalidInput(f"{path}: flow has numbers of type {flow.dtype}; must be real, px.")
+        raise InvalidInput(f"{path}: flow has type {flow.dtype}; must be real numbers in px.")
     pairs, *size = flow.shape[:3]
 
     def checked(name: str, shape: tuple[int, ...]) -> Any:
@@ -169,7 +169,7 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
 
     return PixelMotion(
         name=path.name,
-        kind="true flow of a film" if projection is not None and visible is not None else "flow of a file",
+        kind="ground truth of a film" if projection is not None and visible is not None else "flow of a file",
         pairs=pairs,
         shape=(size[0], size[1]),
         flow=lambda pair: np.asarray(flow[pair]),
@@ -183,7 +183,7 @@ def _of_arrays(path: Path, data: Mapping[str, Any], attributes: Mapping[str, Any
 
 
 def _camera(path: Path, projection: Floats, shape: tuple[int, int]) -> Camera:
-    """That of a projection, the errors naming the file."""
+    """The camera of a projection; errors name the file."""
     try:
         return Camera.of_projection(projection, shape)
     except InvalidInput as error:

@@ -1,9 +1,9 @@
-"""Where an estimate begins: where it is told to, then, should that end at a false maximum, elsewhere.
+"""Starting points of an estimate: the given one, then others in case that ends at a false maximum.
 
-False maxima come from cycles that are skipped: over a long recording a tissue of another eigenfrequency can
-keep step with a wrong cycle of the motion. The first frames hold too few cycles for that. A graduated start
-therefore climbs on the first quarter of what is seen, goes on from there on the first half, and ends where
-the whole recording is begun (for seismograms: C. Bunks et al., Geophysics 60, 1995, there by frequency).
+False maxima are due to cycle skipping: over a long recording a tissue of another eigenfrequency can match a
+wrong cycle of the motion. The first frames contain too few cycles for that. A graduated start therefore
+climbs on the first quarter of the frames with data, then on the first half, and the result is the starting
+point for the whole recording (for seismograms, by frequency: C. Bunks et al., Geophysics 60, 1995).
 """
 
 from __future__ import annotations
@@ -19,70 +19,72 @@ from scipy.stats import qmc
 
 from plica.errors import InvalidInput
 from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.scoring import NOT_THERE, Iteration, Scoring, climb
+from plica.identify.scoring import UNDEFINED_DENSITY, Iteration, Scoring, climb
 from plica.identify.settings import MOST_STARTS
 
-__all__ = ["Watcher", "begins", "graduated", "numbered"]
+__all__ = ["ProgressCallback", "graduated", "start_points", "with_start_number"]
 
 Array = NDArray[np.float64]
-Watcher = Callable[[Iteration], None]
+ProgressCallback = Callable[[Iteration], None]
 _SHARES = (0.25, 0.5)
-"""Of the frames that show something."""
+"""Of the frames with data."""
 _ROUGH = 0.5
-"""[posterior sd] to which the climbs on a part of the recording go."""
-_SCANNED = MOST_STARTS - 2
-"""Tissues of the prior whose densities on the first quarter are compared."""
+"""[posterior sd] Tolerance of the climbs on a part of the recording."""
+_SAMPLES = MOST_STARTS - 2
+"""Number of prior samples whose densities on the first quarter are compared."""
 
 
-def begins(
+def start_points(
     likelihood: MarginalLikelihood,
     first: Array,
     options: Scoring,
-    progress: Watcher | None = None,
+    progress: ProgressCallback | None = None,
     kept: Mapping[int, Array] | None = None,
 ) -> Iterator[Array]:
-    """(p) each: `first`; the graduated start from it; the graduated starts from tissues that are spread over
-    the prior, the most probable on the first quarter of the recording before the others.
+    """(p) each: `first`; the graduated start from it; the graduated starts from samples of the prior, in the
+    order of their density on the first quarter of the recording.
 
     progress: called with each point on the way to a graduated start.
-    kept: by their numbers, points at which starts that were begun before go on.
+    kept: for each start number of an interrupted estimate, the point from which it is resumed.
     """
     kept = kept or {}
     yield kept.get(1, first)
-    yield kept[2] if 2 in kept else graduated(likelihood, first, options, numbered(progress, 2))
+    yield kept[2] if 2 in kept else graduated(likelihood, first, options, with_start_number(progress, 2))
     fresh = 3
     while fresh in kept:
         yield kept[fresh]
         fresh += 1
-    others = _scanned(likelihood, numbered(progress, fresh))[fresh - 3 :]
+    others = _ranked_prior_samples(likelihood, with_start_number(progress, fresh))[fresh - 3 :]
     for number, point in enumerate(others, start=fresh):
-        yield graduated(likelihood, point, options, numbered(progress, number))
+        yield graduated(likelihood, point, options, with_start_number(progress, number))
 
 
-def numbered(progress: Watcher | None, start: int, share: float = 1.0) -> Watcher | None:
-    """Who watches all starts, told of one of them, or of a part of the recording in it."""
+def with_start_number(
+    progress: ProgressCallback | None, start: int, share: float = 1.0
+) -> ProgressCallback | None:
+    """A progress callback that adds the number of a start, and the share of the recording that it uses."""
     if progress is None:
         return None
-    watcher = progress
-    return lambda at: watcher(replace(at, start=max(start, at.start), share=min(share, at.share)))
+    callback = progress
+    return lambda at: callback(replace(at, start=max(start, at.start), share=min(share, at.share)))
 
 
 def graduated(
-    likelihood: MarginalLikelihood, start: Array, options: Scoring, progress: Watcher | None = None
+    likelihood: MarginalLikelihood, start: Array, options: Scoring, progress: ProgressCallback | None = None
 ) -> Array:
-    """(p) The end of climbs on the first quarter and the first half; `start` where neither has one."""
+    """(p) The end of climbs on the first quarter and the first half; `start` if neither converges."""
     rough = replace(options, tolerance=max(options.tolerance, _ROUGH))
     for share in _SHARES:
         try:
             short = likelihood.of_first(_frames(likelihood, share))
-            start = climb(short, start, rough, numbered(progress, 1, share)).mean
-        except NOT_THERE:
-            continue  # too short to tell all parameters, or without an end: the next one is longer
+            start = climb(short, start, rough, with_start_number(progress, 1, share)).mean
+        except UNDEFINED_DENSITY:
+            continue  # too short for all parameters, or not converged: the next one is longer
     return start
 
 
-def _scanned(likelihood: MarginalLikelihood, progress: Watcher | None) -> list[Array]:
-    """(p) each, the most probable first; without those that would store no energy. None where the first
+def _ranked_prior_samples(likelihood: MarginalLikelihood, progress: ProgressCallback | None) -> list[Array]:
+    """Prior samples (p), the most probable first, without those of undefined density. Empty if the first
     quarter is too short or shows no motion."""
     share = _SHARES[0]
     try:
@@ -90,13 +92,13 @@ def _scanned(likelihood: MarginalLikelihood, progress: Watcher | None) -> list[A
     except InvalidInput:
         return []
     mean, sd = likelihood.prior_mean, likelihood.prior_sd
-    places = qmc.Halton(len(mean), scramble=False).random(_SCANNED + 1)[1:]  # the first is a corner
+    places = qmc.Halton(len(mean), scramble=False).random(_SAMPLES + 1)[1:]  # the first is a corner
     found: list[tuple[float, Array]] = []
     for number, place in enumerate(places):
         point = mean + sd * math.sqrt(2) * special.erfinv(2 * place - 1)
         try:
             density = quarter.value(point) + quarter.log_prior(point)
-        except NOT_THERE:
+        except UNDEFINED_DENSITY:
             continue
         found.append((density, point))
         if progress is not None:
@@ -105,6 +107,6 @@ def _scanned(likelihood: MarginalLikelihood, progress: Watcher | None) -> list[A
 
 
 def _frames(likelihood: MarginalLikelihood, share: float) -> int:
-    """The first frames that hold this share of those that show something."""
+    """The number of first frames that contain this share of the frames with data."""
     seen = np.flatnonzero(likelihood.inputs.weights.any(axis=1))
     return int(seen[math.ceil(share * len(seen)) - 1]) + 1

@@ -1,4 +1,4 @@
-"""When a recursion of covariances has come to rest."""
+"""Detect when a recursion of covariances is steady."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ Array = NDArray[np.float64]
 
 
 class Settling:
-    """Watches a recursion of positive semidefinite matrices; changes are in units of sqrt(P_ii P_jj).
+    """Convergence test of a recursion of positive semidefinite matrices, in units of sqrt(P_ii P_jj).
 
-    From the geometric rate rho of the last changes of the diagonal, what is still to come after a change d is
-    d rho / (1 - rho); the recursion has settled where that is within the tolerance, for all entries.
+    With the geometric rate rho of the last changes of the diagonal, the remaining change after a change d is
+    d rho / (1 - rho); the recursion is steady when that is within the tolerance for all entries.
 
     Parameters
     ----------
@@ -25,18 +25,18 @@ class Settling:
     """
 
     _window = 8
-    _slowest = 0.999  # a rate beyond it is noise of round-off
+    _slowest = 0.999  # larger rates are round-off
 
     def __init__(self, tolerance: float) -> None:
         self._tolerance = tolerance
         self._changes: deque[float] = deque(maxlen=self._window)
 
     def restart(self) -> None:
-        """Forgets the changes so far: the recursion is another one from here."""
+        """Forget the previous changes: another recursion starts."""
         self._changes.clear()
 
     def settled(self, now: Array, before: Array) -> bool:
-        """Whether `now`, which came from `before`, is within the tolerance of the limit. (n, n) both."""
+        """Whether `now`, computed from `before`, is within the tolerance of the limit; both (n, n)."""
         if self._tolerance == 0.0:
             return False
         diagonal = np.diagonal(now)

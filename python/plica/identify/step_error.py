@@ -1,4 +1,4 @@
-"""By how much the time step makes an estimate too stiff: HHT-alpha lengthens every period."""
+"""Bias of an estimated stiffness by the time step: HHT-alpha lengthens every period."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ Floats = NDArray[np.float64]
 
 
 def period_error(angle: float, alpha: float) -> float:
-    """Relative lengthening of an oscillator's period, w h = angle > 0, without damping.
+    """Relative lengthening of the period of an undamped oscillator, w h = angle > 0.
 
-    From the eigenvalue of one step's (u, h v, h^2 a); with alpha = 0 it is angle^2 / 12 for small angles.
+    From the eigenvalues of one step of (u, h v, h^2 a); with alpha = 0 it is angle^2 / 12 for small angles.
     """
     _, beta, gamma = _engine.scheme_coefficients(_engine.HilberHughesTaylor(alpha=alpha))
     u = np.array([1.0, 1.0, 0.5 - beta])
     a = -(angle**2) * ((1 + alpha) * u - [alpha, 0.0, 0.0]) / (1 + (1 + alpha) * angle**2 * beta)
     step = np.array([u + beta * a, [0.0, 1.0, 1 - gamma] + gamma * a, a])
     values = np.linalg.eigvals(step)
-    turning = values[values.imag > 1e-12 * np.abs(values)]  # the third is real, and no motion
-    return angle / float(np.angle(turning[np.argmax(np.abs(turning))])) - 1
+    oscillating = values[values.imag > 1e-12 * np.abs(values)]  # the third is real: no oscillation
+    return angle / float(np.angle(oscillating[np.argmax(np.abs(oscillating))])) - 1
 
 
 def angular_frequency(motion: Floats, rate: float) -> float:
-    """Root mean square angular frequency (rad/s) of motion (N, r, 2) at `rate` frames/s, nan if missing."""
+    """Root mean square angular frequency (rad/s) of motion (N, r, 2), nan if missing, at `rate` frames/s."""
     change = np.diff(motion, axis=0)
     both = np.isfinite(change)
     size = 0.5 * np.where(both, motion[:-1] ** 2 + motion[1:] ** 2, 0.0).sum()
@@ -36,10 +36,10 @@ def angular_frequency(motion: Floats, rate: float) -> float:
 
 
 def stiffness_error(motion: Floats, rate: float, step: float, alpha: float) -> float:
-    """By how much a stiffness that gives this motion its frequency comes out too high, relative.
+    """Relative overestimate of a stiffness that reproduces the frequency of this motion.
 
-    The frequency is that of the changes of motion from frame to frame, as it is by accelerations, in which
-    faster parts weigh more, that stiffness is told from mass. An estimate of the size, no correction.
+    The frequency is that of the frame-to-frame changes of motion, which weights faster parts more, because
+    accelerations distinguish stiffness from mass. An estimate of the size, not a correction.
     """
     angle = angular_frequency(np.diff(motion, axis=0), rate) * step
     return (1 + period_error(angle, alpha)) ** 2 - 1 if angle > 0 else 0.0

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
-from plica.identify.em import check_limits, extended
+from plica.identify.em import append_log_likelihood, check_limits
 from plica.identify.kalman import kalman_filter
 from plica.identify.linear_gaussian import LinearGaussian, checked_matrix
 from plica.identify.moments import Moments, expected_moments
@@ -30,9 +30,9 @@ class StructuredResult:
     ----------
     theta : (q,)
     thetas : (i, q)
-        Of the start and after each iteration.
+        The initial value and that after each iteration.
     log_likelihoods : (i,)
-        log p(y) of `thetas`; it never falls.
+        log p(y) of `thetas`; it never decreases.
     converged : bool
     """
 
@@ -45,7 +45,7 @@ class StructuredResult:
     def rate(self) -> float:
         """|theta_i - theta_{i-1}| / |theta_{i-1} - theta_{i-2}| of the last two iterations, or NaN.
 
-        An error takes log(10) / (1 - rate) iterations or so to lose a digit.
+        An error takes about log(10) / (1 - rate) iterations to fall by a digit.
         """
         if len(self.thetas) < 3:
             return float("nan")
@@ -67,23 +67,23 @@ def structured_em(
     Parameters
     ----------
     model_of : function
-        theta (q,) to the model and its input f (N, n) or None. H, Gamma_v, m0 and P0 must not depend on
-        theta.
+        Maps theta (q,) to the model and its input f (N, n) or None. H, Gamma_v, m0 and P0 must not depend
+        on theta.
     theta : (q,)
-        Where it begins.
+        Initial value.
     y : (N, p)
     noise_rows : (r,) int, optional
-        States that carry process noise of their own, with a positive definite covariance among them; the
-        other rows of the evolution follow from these without knowing theta. Of z = (u, v, a) with force noise
-        in all unknowns: the rows of a. All if None.
+        States with process noise of their own, whose covariance is positive definite; the other rows of the
+        evolution follow from these without knowing theta. For z = (u, v, a) with force noise in all
+        unknowns: the rows of a. All if None.
     iterations, tolerance :
         As of `em`.
 
     Raises
     ------
     InvalidInput
-        Where what must not depend on theta does, or the noise of these rows is singular (then theta cannot
-        move).
+        If H, Gamma_v, m0 or P0 depend on theta, or the noise of these rows is singular (then theta cannot
+        change).
     """
     check_limits("structured_em", iterations, tolerance)
     theta = checked_matrix(theta, "structured_em", "theta", (None,))
@@ -96,7 +96,7 @@ def structured_em(
         model, f = model_of(theta)
         _check_same(first, model)
         filtered = kalman_filter(model, y, f)
-        converged = extended("structured_em", history, filtered.log_likelihood, tolerance)
+        converged = append_log_likelihood("structured_em", history, filtered.log_likelihood, tolerance)
         thetas.append(theta)
         if converged or len(history) > iterations:
             break
@@ -132,8 +132,8 @@ def _minimised(model_of: ModelOf, moments: Moments, theta: Array, rows: NDArray[
     before = objective(theta)
     if not np.isfinite(before):
         raise InvalidInput(
-            "structured_em: the process noise of noise_rows is singular; must be positive definite, else the "
-            "expected objective binds theta to where it is."
+            "structured_em: the process noise of noise_rows is singular; must be positive definite. "
+            "Otherwise the expected objective keeps theta at its initial value."
         )
     scale = np.maximum(np.abs(theta), 1e-3)
     found = minimize(

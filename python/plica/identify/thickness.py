@@ -1,4 +1,4 @@
-"""Layers of another thickness than the mesh's: how far the estimate would move, which no residual shows."""
+"""Sensitivity of the estimate to the thickness of the layers, which no residual reveals."""
 
 from __future__ import annotations
 
@@ -15,27 +15,28 @@ from plica import _engine
 from plica.identify.likelihood import MarginalLikelihood
 from plica.identify.model import MotionModel
 from plica.identify.posterior import Posterior
-from plica.identify.scoring import NOT_THERE
+from plica.identify.scoring import UNDEFINED_DENSITY
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.tetrahedron import EDGES
 from plica.view.faces import lattice, shapes
 
-__all__ = ["layers_below", "thicker", "thickness_doubts", "thickness_shift"]
+__all__ = ["layers_below", "thicker", "thickness_shift", "thickness_warnings"]
 
 Array = NDArray[np.float64]
 
 FACTOR = 1.1
-TOLD = 0.5
-"""Posterior sd that a shift must have to be told."""
-_STEPS = 2  # of scoring; one is off by a factor of two where the problem is not linear
-_SAMPLES = 4  # of a side of a face, where the nearest place of the surface is looked for
-_STACKED = 0.3  # of the median depth of an interface, below which less than a tenth of its nodes lie
-_UNCHANGED = 2.0  # depths of the deepest interface, below which nothing moves
+REPORTED_SHIFT = 0.5
+"""[posterior sd] Larger shifts give a warning."""
+_STEPS = 2  # of scoring; one is wrong by up to a factor of two for a nonlinear problem
+_SAMPLES = 4  # per side of a face, to find the nearest point of the surface
+_STACKED = 0.3  # of the median depth of an interface; fewer than a tenth of its nodes are above that
+_UNCHANGED = 2.0  # times the depth of the deepest interface, below which nothing moves
 
 
 def layers_below(mesh: _engine.TetMesh, surface: str) -> dict[str, NDArray[np.intp]]:
-    """The layers under a surface that lie upon another one, from above downward, and the nodes that each
-    shares with the next. Layers side by side, whose interface comes up to the surface, are none."""
+    """The layers under a surface that are on top of another one, from the surface downward, and the nodes
+    that each shares with the next. Layers side by side, whose interface reaches the surface, are not
+    included."""
     cells, of_cell = np.asarray(mesh.cells), np.asarray(mesh.cell_layer)
     depth = _depth(mesh, surface)
     nodes = {int(k): np.unique(cells[of_cell == k]) for k in np.unique(of_cell)}
@@ -49,11 +50,11 @@ def layers_below(mesh: _engine.TetMesh, surface: str) -> dict[str, NDArray[np.in
 
 
 def thicker(mesh: _engine.TetMesh, surface: str, layer: str, factor: float = FACTOR) -> _engine.TetMesh:
-    """The mesh with a layer of `layers_below` thicker by a factor, at the cost of the deepest tissue.
+    """The mesh with a layer of `layers_below` thicker by a factor, at the expense of the deepest tissue.
 
-    The layer's lower side moves away from its upper one, the sides of layers below go along, the surface and
-    all beyond twice the depth of the deepest stay, and nodes between follow smoothly (a harmonic motion on
-    the cells' edges). Cells and their layers are as they were.
+    The lower side of the layer moves away from its upper one, and interfaces below move with it. The surface
+    and all nodes below twice the depth of the deepest interface stay, and nodes between follow smoothly (a
+    harmonic displacement on the edges). Cells and their layers are unchanged.
     """
     interfaces = layers_below(mesh, surface)
     points = np.asarray(mesh.points, dtype=float)
@@ -74,8 +75,8 @@ def thicker(mesh: _engine.TetMesh, surface: str, layer: str, factor: float = FAC
 
 
 def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
-    """(n, 3) of which the known rows stay, and of others each is the mean of its neighbours', weighted by the
-    inverse length of the edge between."""
+    """(n, 3) with the known rows unchanged; each other row is the mean of its neighbours, weighted by the
+    inverse edge lengths."""
     cells, points = np.asarray(mesh.cells), np.asarray(mesh.points)
     ends = np.concatenate([cells[:, [i, j]] for i, j in EDGES])
     if cells.shape[1] == 10:
@@ -93,8 +94,8 @@ def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
 
 
 def thickness_shift(posterior: Posterior, likelihood: MarginalLikelihood, model: MotionModel) -> Array:
-    """(p) By how much log theta would move with the model of other layers: two scoring steps there, each a
-    sweep. `likelihood` is that of the posterior, whose error of the flow is kept; levels are found anew."""
+    """(p) Shift of log theta with a model of other layers, by two scoring steps of one sweep each. The flow
+    error of `likelihood`, that of the posterior, is kept; noise levels are estimated again."""
     other = MarginalLikelihood(model, likelihood.fixed_noise, flow_error=likelihood.flow_error)
     point, precision = posterior.mean, posterior.prior_sd**-2.0
     for _ in range(_STEPS):
@@ -104,50 +105,50 @@ def thickness_shift(posterior: Posterior, likelihood: MarginalLikelihood, model:
     return point - posterior.mean
 
 
-def thickness_doubts(
+def thickness_warnings(
     posterior: Posterior,
     likelihood: MarginalLikelihood,
     mesh: _engine.TetMesh,
     surface: str,
     model_on: Callable[[_engine.TetMesh], MotionModel],
 ) -> tuple[str, ...]:
-    """In a sentence a layer: which numbers would move by more than half an sd, were it 10 % thicker."""
-    told = []
+    """A warning for each layer that, if 10 % thicker, would move parameters by more than half an sd."""
+    warnings = []
     for layer in layers_below(mesh, surface):
         try:
             shift = thickness_shift(posterior, likelihood, model_on(thicker(mesh, surface, layer)))
-        except NOT_THERE as error:
-            told.append(f'What a thicker layer "{layer}" would change cannot be told: {error}')
+        except UNDEFINED_DENSITY as error:
+            warnings.append(f'The effect of a thicker layer "{layer}" is not known: {error}')
             continue
         parts = [
-            f'"{name}" would come out {_change(d, logarithmic)} ({d / sd:+.1f} of its sd)'
+            f'"{name}" would be {_change(d, logarithmic)} ({d / sd:+.1f} of its sd)'
             for name, d, sd, logarithmic in zip(
                 posterior.names, shift, posterior.sd, likelihood.logarithmic, strict=True
             )
-            if abs(d) > TOLD * sd
+            if abs(d) > REPORTED_SHIFT * sd
         ]
         if parts:
-            told.append(
-                f'The thickness of the layer "{layer}" is taken from the mesh; how well it is known is not '
-                f"in the intervals. Were it {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}, and the "
-                "residual test need not fail."
+            warnings.append(
+                f'The thickness of the layer "{layer}" is that of the mesh; its uncertainty is not in the '
+                f"intervals. If it were {100 * (FACTOR - 1):.0f} % thicker, {', '.join(parts)}, and the "
+                "residual test might still pass."
             )
-    return tuple(told)
+    return tuple(warnings)
 
 
 def _change(shift: float, logarithmic: bool) -> str:
     if not logarithmic:
-        return f"{shift:+.1f} degrees elsewhere"
+        return f"shifted by {shift:+.1f} degrees"
     return f"{100 * abs(np.expm1(shift)):.0f} % {'higher' if shift > 0 else 'lower'}"
 
 
 def _places(mesh: _engine.TetMesh, surface: str) -> Array:
-    """(k, 3) m, spread over a surface, its nodes among them."""
+    """(k, 3) m, points spread over a surface, including its nodes."""
     points, faces = np.asarray(mesh.points, dtype=float), np.asarray(mesh.surfaces[surface])
     inner = np.einsum("pk,fkc->fpc", shapes(faces.shape[1], lattice(_SAMPLES)), points[faces])
     return np.concatenate([points[np.unique(faces)], inner.reshape(-1, 3)])
 
 
 def _depth(mesh: _engine.TetMesh, surface: str) -> Array:
-    """(n) m from each node to the nearest of these places."""
+    """(n) m from each node to the nearest of these points."""
     return np.asarray(KDTree(_places(mesh, surface)).query(np.asarray(mesh.points, dtype=float))[0])

@@ -1,4 +1,4 @@
-"""Observations with unit noise, frames of the same seen rows together, reduced to what the state explains."""
+"""Whitened observations, grouped by which rows are observed and collapsed to the dimension of the state."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Array = NDArray[np.float64]
 
 
 def checked_observations(model: LinearGaussian, y: ArrayLike, where: str) -> Array:
-    """(N, p), NaN where a row is missing."""
+    """(N, p), NaN where a row is missing; raises InvalidInput if they do not fit the model."""
     array = np.asarray(y, dtype=float)
     if array.ndim != 2 or array.shape[1] != model.rows or len(array) == 0:
         raise InvalidInput(
-            f"{where}: y has shape {array.shape}; must be (frames, {model.rows}), one column a row of H."
+            f"{where}: y has shape {array.shape}; must be (frames, {model.rows}), one column per row of H."
         )
     if np.isinf(array).any():
         frame, row = np.argwhere(np.isinf(array))[0]
@@ -34,7 +34,7 @@ def checked_observations(model: LinearGaussian, y: ArrayLike, where: str) -> Arr
 
 
 def checked_input(model: LinearGaussian, f: ArrayLike | None, frames: int, where: str) -> Array | None:
-    """(N, n) or None."""
+    """(N, n) or None; raises InvalidInput if the shape does not fit."""
     if f is None:
         return None
     array = np.asarray(f, dtype=float)
@@ -48,18 +48,18 @@ def checked_input(model: LinearGaussian, f: ArrayLike | None, frames: int, where
 
 @dataclass(frozen=True, eq=False)
 class WhitenedFrames:
-    """Frames with the same rows seen, as data = matrix z[columns] + unit noise.
+    """Frames with the same observed rows, as data = matrix z[columns] + unit noise.
 
-    Where more rows are seen than columns of H count, they are collapsed to as many as those columns by the
-    orthogonal factor of the whitened H (B. Jungbacker, S. J. Koopman, Econometrics Journal 18, 2015); what is
-    left of the data does not depend on the state and is in `constant`.
+    If more rows are observed than H has nonzero columns, they are collapsed to that number by the orthogonal
+    factor of the whitened H (B. Jungbacker, S. J. Koopman, Econometrics Journal 18, 2015); the rest of the
+    data does not depend on the state and is in `constant`.
 
     Attributes
     ----------
     seen : (p,) bool
     matrix : (r, c)
     columns : slice
-        The c states that H looks at, from its first to its last column that is not zero.
+        The c states that H observes, from its first to its last nonzero column.
     frames : (m,) int
     data : (m, r)
     constant : (m,)
@@ -80,7 +80,7 @@ class WhitenedFrames:
 
 
 def whiten(model: LinearGaussian, y: Array) -> list[WhitenedFrames]:
-    """The frames of y (N, p), by which rows are seen."""
+    """The frames of y (N, p), grouped by which rows are observed."""
     seen = ~np.isnan(y)
     patterns, which = np.unique(seen, axis=0, return_inverse=True)
     which = which.reshape(-1)
@@ -103,8 +103,12 @@ def _group(
         _engine.solve_lower(R, H)
         _engine.solve_lower(R, data)
         log_determinant = 2.0 * float(np.log(np.diag(R)).sum())
-    looked_at = np.flatnonzero(np.any(model.H != 0, axis=0))
-    columns = slice(int(looked_at[0]), int(looked_at[-1]) + 1) if len(looked_at) else slice(0, 0)
+    observed_columns = np.flatnonzero(np.any(model.H != 0, axis=0))
+    columns = (
+        slice(int(observed_columns[0]), int(observed_columns[-1]) + 1)
+        if len(observed_columns)
+        else slice(0, 0)
+    )
     matrix = H[:, columns]
     rest = np.zeros(len(frames))
     if len(rows) > matrix.shape[1]:

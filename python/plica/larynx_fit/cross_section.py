@@ -6,7 +6,7 @@ is the ellipse of half-axes (half_width, r_in); at z0, z1, z4 and z5 the circle.
 opening is what the airway's sections at all heights have in common, cut at P0.
 
 Paper D closes the ends by circular sectors of angles alpha_R, alpha_L and epsilon, which its text does not
-define; here the ellipse goes through, and `anterior_angles` and `posterior_angle` are told beside it.
+define; here the ellipse is complete, and `anterior_angles` and `posterior_angle` are computed in addition.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["CrossSection", "Rays"]
 
 Floats = NDArray[np.float64]
 
-_BETWEEN = 6  # heights in a slope of the airway, both ends among them
+_BETWEEN = 6  # heights in a slope of the airway, including both ends
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,12 @@ class Rays:
 
     @classmethod
     def of(cls, count: int) -> Rays:
-        """So many, evenly turned."""
+        """Rays at equal angles."""
         angle = 2 * np.pi * (np.arange(count) + 0.5) / count
         return cls(np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
     def ellipse(self, offset: Floats, axes: Floats) -> Floats:
-        """(k) how far the ellipse of half-axes (2) about `offset` (2) reaches, all in the rays' units.
+        """(k) distance to the ellipse of half-axes (2) about `offset` (2) along the rays, in their units.
 
         |(s d - offset) / axes| = 1, the larger root; 0 where O is outside.
         """
@@ -57,15 +57,15 @@ class Rays:
 
 @dataclass(frozen=True)
 class CrossSection:
-    """What a frame and the predefined lengths say of a larynx; lengths in m.
+    """Cross-section of a larynx from a frame and the predefined lengths; lengths in m.
 
     Attributes
     ----------
     settings : FitSettings
     camera : Camera
-        That took the frame, with the larynx's origin O at the height z = 0.
+        Camera of the frame, with the larynx's origin O at the height z = 0.
     half_width : float
-        Of the glottis at mid-length.
+        Half-width of the glottis at mid-length.
     r_in : float
     """
 
@@ -96,7 +96,7 @@ class CrossSection:
 
     @cached_property
     def picture(self) -> tuple[Floats, Floats]:
-        """M (2, 2) and o (2): what lies at (x, y, z3), x and y in `axes`, is at o + M (x, y) px."""
+        """M (2, 2) and o (2): the point (x, y, z3), x and y in `axes`, is at o + M (x, y) px."""
         projection = self.camera.projection
         origin = projection[:2, 2] * self.settings.heights[3] + projection[:2, 3]
         return projection[:2, :2] * self.axes, origin
@@ -107,29 +107,30 @@ class CrossSection:
         return np.asarray(points / self.axes @ matrix.T + origin)
 
     def inside(self, pixels: Floats) -> Floats:
-        """(n, 2) m in the plane z = z3 of places (n, 2) px; the inverse of `place`."""
+        """(n, 2) m in the plane z = z3 of positions (n, 2) px; the inverse of `place`."""
         matrix, origin = self.picture
         return np.asarray(np.linalg.solve(matrix, (pixels - origin).T).T * self.axes)
 
     @cached_property
     def climb(self) -> Floats:
-        """(2) by how much a point moves in the picture with its height, in the rays' units per m."""
+        """(2) shift of a point in the picture with its height, in the rays' units per m."""
         matrix, _ = self.picture
         return np.asarray(np.linalg.solve(matrix, self.camera.projection[:2, 2]))
 
     @property
     def middle(self) -> float:
-        """m, height of the glottis' middle, where the rays begin: the opening is seen symmetric about it."""
+        """m, height of the glottis' middle, where the rays start: the visible opening is symmetric about
+        it."""
         return 0.5 * (self.settings.heights[2] + self.settings.heights[3])
 
     @property
     def centre(self) -> Floats:
-        """(2) px, where the rays begin."""
+        """(2) px, where the rays start."""
         matrix, origin = self.picture
         return np.asarray(origin + matrix @ self.climb * (self.middle - self.settings.heights[3]))
 
     def from_centre(self, pixels: Floats) -> Floats:
-        """(n, 2) places (n, 2) px as seen from `centre`, in the rays' units; the inverse of `outline`."""
+        """(n, 2) positions (n, 2) px relative to `centre`, in the rays' units; the inverse of `outline`."""
         matrix, _ = self.picture
         return np.asarray(np.linalg.solve(matrix, (pixels - self.centre).T).T)
 
@@ -146,7 +147,7 @@ class CrossSection:
         return tuple(zip(self.settings.heights, (circle, circle, slit, slit, circle, circle), strict=True))
 
     def reach(self, rays: Rays) -> Floats:
-        """(k) how far the visible opening reaches along the rays, in their units."""
+        """(k) extent of the visible opening along the rays, in their units."""
         heights, minors = np.array(self.sections).T
         z = np.concatenate(
             [heights[[0, 2, 5]], *(np.linspace(heights[k], heights[k + 1], _BETWEEN) for k in (1, 3))]
@@ -158,21 +159,21 @@ class CrossSection:
         return self.cut(rays, reach)
 
     def cut(self, rays: Rays, reach: Floats) -> Floats:
-        """(k) the same, but not beyond P0."""
+        """(k) the extent limited at P0."""
         if self.l_occ == 0:
             return reach
         end = self.l_occ / self.r_in - 1 + self.climb[1] * (self.settings.heights[3] - self.middle)
         return np.asarray(np.minimum(reach, end / np.minimum(rays.direction[:, 1], -1e-12)))
 
     def outline(self, rays: Rays, reach: Floats) -> Floats:
-        """(k, 2) px: the opening's edge, around it once."""
+        """(k, 2) px: the edge of the opening, once around."""
         matrix, _ = self.picture
         return np.asarray((rays.direction * reach[:, None]) @ matrix.T + self.centre)
 
     def anterior_angles(self, contour: Floats) -> tuple[float, float]:
         """(left, right) rad: between the midline and the line from A to each fold's most lateral point.
 
-        contour (n, 2) px; left and right are the patient's. They differ as the folds do.
+        contour (n, 2) px; left and right are the patient's.
         """
         x, y = self.inside(contour).T
         left, right = int(np.argmin(x)), int(np.argmax(x))

@@ -1,4 +1,4 @@
-"""How far outlines lie apart in a picture."""
+"""Distances between outlines in a picture."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ def to_outline(points: Floats, outline: Floats) -> Floats:
 
 
 def contour_error(contour: Floats, edge: Floats, spacing: float = 0.5) -> ContourError:
-    """Of the contour (n, 2) px and an edge (m, 2) px, both closed, at points `spacing` px apart."""
-    apart = np.concatenate(
+    """Distances of the contour (n, 2) px and an edge (m, 2) px, both closed, at points `spacing` px apart."""
+    distances = np.concatenate(
         [to_outline(_even(contour, spacing), edge), to_outline(_even(edge, spacing), contour)]
     )
-    return ContourError(float(apart.mean()), float(np.percentile(apart, 95)), float(apart.max()))
+    return ContourError(float(distances.mean()), float(np.percentile(distances, 95)), float(distances.max()))
 
 
 def _even(outline: Floats, spacing: float) -> Floats:
-    """Points along a closed polygon, evenly apart."""
+    """Equidistant points along a closed polygon."""
     closed = np.concatenate([outline, outline[:1]])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     at = np.linspace(0, length[-1], max(8, int(length[-1] / spacing)), endpoint=False)

@@ -1,4 +1,4 @@
-"""The glottal edge of a mesh as a camera sees it, and which pixel shows what of its surface."""
+"""The glottal edge of a mesh as a camera sees it, and the points of its surface at the pixels."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _RAYS = 720
-_NEAR = 1.2  # units of the rays, of which the glottis' edge is 1 away: sides beyond cannot be the opening's
+_NEAR = 1.2  # in the rays' units, with the glottis' edge at 1: sides beyond cannot bound the opening
 _BATCH = 60  # rays at a time
 
 
 @dataclass(frozen=True)
 class MeshSeen:
-    """A larynx before a camera: its nodes in the picture, and the picture's pixels on its surface."""
+    """A larynx as a camera sees it: its nodes in the picture, and the picture's pixels on its surface."""
 
     mesh: TetMesh
     camera: Camera
@@ -49,14 +49,14 @@ class MeshSeen:
 
     @cached_property
     def places(self) -> Floats:
-        """(h, w, 3) m, the place of the airway's surface that each pixel's centre shows; NaN where none."""
+        """(h, w, 3) m, point of the airway's surface at each pixel's centre; NaN without surface."""
         found = np.full((*self.camera.shape, 3), np.nan)
         found.reshape(-1, 3)[self._view.raster.pixels] = self._view.of(self._sight.points)
         return found
 
     @cached_property
     def visible(self) -> NDArray[np.bool_]:
-        """(k) whether the nodes `superior` lie in the picture and behind nothing else."""
+        """(k) whether the nodes `superior` lie in the picture and are not occluded."""
         from plica.film.raster import highest
 
         seen = self.camera.project(np.asarray(self.mesh.points, dtype=float)[self.superior])
@@ -90,8 +90,8 @@ class MeshSeen:
 def glottal_edge(seen: MeshSeen, section: CrossSection) -> Floats:
     """(k, 2) px: the edge of the opening that the camera sees through the mesh, to P0.
 
-    Along rays from the glottis' middle, in units in which the glottis is round, the first side of the
-    airway's triangles that is met; exact where the opening is star-shaped about it.
+    Along rays from the glottis' middle, in units in which the glottis is round, the first intersection with a
+    side of the airway's triangles; exact if the opening is star-shaped about the middle.
     """
     corners, triangles = seen.corners
     place = section.from_centre(corners)

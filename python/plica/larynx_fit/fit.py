@@ -26,7 +26,7 @@ from plica.view.camera import Camera
 __all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
 
 Floats = NDArray[np.float64]
-_MISSED = 0.5  # of the half-width, by which the edge may miss the contour without a warning
+_LARGEST_EDGE_ERROR = 0.5  # of the half-width, beyond which there is a warning
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class MeshQuality:
     least_mean_ratio: float
     """1: regular."""
     least_jacobian: float
-    """det dx/dxi at its least, of the straight cell's; 1 for linear tetrahedra."""
+    """Smallest det dx/dxi, relative to the straight cell's; 1 for linear tetrahedra."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class LarynxFit:
     larynx : Larynx
         The mesh's part of a scene.
     edge : (k, 2) px
-        Of the opening that the camera sees through the mesh.
+        Edge of the opening that the camera sees through the mesh.
     error : ContourError
         Between `edge` and the contour.
     """
@@ -76,12 +76,12 @@ class LarynxFit:
 
     @property
     def camera(self) -> Camera:
-        """That took the frame."""
+        """The camera of the frame."""
         return self.section.camera
 
     @cached_property
     def quality(self) -> MeshQuality:
-        """Of the mesh."""
+        """Quality of the mesh."""
         points, cells = np.asarray(self.mesh.points), np.asarray(self.mesh.cells)
         ratios = _engine.least_jacobian_ratios(points, cells) if self.mesh.order == 2 else np.ones(1)
         return MeshQuality(
@@ -94,8 +94,8 @@ class LarynxFit:
 
     @property
     def asymmetry(self) -> float:
-        """(right - left) / (right + left) of the contour's areas beside the midline; the larynx has 0. Unless
-        the commissures are given the midline is fitted, and this is next to 0 whatever the folds."""
+        """(right - left) / (right + left) of the contour's areas beside the midline; 0 for the larynx. Unless
+        the commissures are given the midline is fitted, and this is close to 0 for any folds."""
         return self.section.asymmetry(self.contour.points)
 
     @property
@@ -105,18 +105,18 @@ class LarynxFit:
 
     @property
     def warnings(self) -> list[str]:
-        """What must be known before the larynx is used, in sentences."""
-        if self.missed_width <= _MISSED:
+        """Warnings about the use of the larynx, as sentences."""
+        if self.missed_width <= _LARGEST_EDGE_ERROR:
             return []
         return [
             f"The mesh's glottal edge misses the contour by {self.error.percentile_95:.1f} px (95th "
-            f"percentile), {100 * self.missed_width:.0f} % of the half-width: this glottis is no ellipse. "
-            "The length of the larynx may be used. Its width is not that of the frame, and flow and contact "
-            "depend on it."
+            f"percentile), {100 * self.missed_width:.0f} % of the half-width: this glottis is not elliptic. "
+            "The length of the larynx can be used; its width differs from that in the frame, and flow and "
+            "contact depend on it."
         ]
 
     def scene_text(self) -> str:
-        """The mesh of a scene file, in SI: one line at its top level, below which anything may stand."""
+        """The mesh of a scene file, in SI units: one line at the file's top level."""
         return toml_line("mesh", self.larynx.model_dump(mode="json", exclude_none=True))
 
 
@@ -134,17 +134,17 @@ def fit_larynx(
     frame : (h, w) grey, or None
         None: the mask's outline is the contour.
     mask : (h, w) bool, optional
-        True in the glottis. Left out: the frame is segmented.
+        True in the glottis. None: the frame is segmented.
     settings : FitSettings, optional
     **changed
-        Fields of `FitSettings`, in place of `settings`.
+        Fields of `FitSettings`, instead of `settings`.
 
     Raises
     ------
     InvalidInput
-        Where the frame or its mask has no usable glottis (`glottal_contour`), where a length is out of range,
-        where the parametric larynx, symmetric and elliptic, is too far off the contour, and where no mesh
-        can be made of the geometry.
+        If the frame or its mask has no usable glottis (`glottal_contour`), a length is out of range, the
+        parametric larynx, symmetric and elliptic, is too far from the contour, or the geometry cannot be
+        meshed.
 
     Examples
     --------
@@ -153,7 +153,9 @@ def fit_larynx(
     >>> scene = plica.Scene(fitted.larynx, tissue)
     """
     if settings is not None and changed:
-        raise InvalidInput(f"Larynx fit: {', '.join(changed)} beside settings; must be one or the other.")
+        raise InvalidInput(
+            f"Larynx fit: settings and {', '.join(changed)} are both given; must be one or the other."
+        )
     chosen = settings or FitSettings(**changed)
     contour = glottal_contour(frame, mask)
     section = fit_cross_section(contour, chosen, contour.mask.shape)
@@ -161,7 +163,7 @@ def fit_larynx(
     mesh = build_mesh(larynx, "Larynx fit")
     seen = MeshSeen(mesh, section.camera, chosen.heights[3], chosen.heights[4])
     edge = glottal_edge(seen, section)
-    made = LarynxFit(
+    fitted = LarynxFit(
         None if frame is None else np.asarray(frame, dtype=float),
         contour,
         section,
@@ -170,8 +172,8 @@ def fit_larynx(
         edge,
         contour_error(contour.points, edge),
     )
-    _check_error(made)
-    return made
+    _check_error(fitted)
+    return fitted
 
 
 def larynx_of(section: CrossSection) -> Larynx:
@@ -191,16 +193,18 @@ def larynx_of(section: CrossSection) -> Larynx:
     )
 
 
-def _check_error(made: LarynxFit) -> None:
-    """InvalidInput where the 95th percentile of the contour error is beyond what the settings allow."""
-    ends = made.section.commissures
+def _check_error(fitted: LarynxFit) -> None:
+    """Raises InvalidInput if the 95th percentile of the contour error exceeds the limit in the settings."""
+    ends = fitted.section.commissures
     length = float(np.hypot(*(ends[0] - ends[1])))
-    limit = made.section.settings.largest_error * length
-    if made.error.percentile_95 > limit:
-        uneven = "" if made.section.settings.commissures is None else f" (asymmetry {made.asymmetry:+.2f})"
+    limit = fitted.section.settings.largest_error * length
+    if fitted.error.percentile_95 > limit:
+        uneven = (
+            "" if fitted.section.settings.commissures is None else f" (asymmetry {fitted.asymmetry:+.2f})"
+        )
         raise InvalidInput(
-            f"Larynx fit: contour error (95th percentile) = {made.error.percentile_95:.2f} px; must be <= "
-            f"{limit:.2f} px, {made.section.settings.largest_error:g} of the visible length. The larynx is "
-            f"elliptic and symmetric, and this glottis is not{uneven}. Are the commissures right? Else take "
-            "another frame."
+            f"Larynx fit: contour error (95th percentile) = {fitted.error.percentile_95:.2f} px; must be <= "
+            f"{limit:.2f} px, {fitted.section.settings.largest_error:g} of the visible length. The larynx is "
+            f"elliptic and symmetric, and this glottis is not{uneven}. Are the commissures right? "
+            "Otherwise use another frame."
         )

@@ -14,17 +14,17 @@ __all__ = ["overlay"]
 Floats = NDArray[np.float64]
 
 _WIDE = 6.0  # inches
-_AROUND = 1.4  # of r_in, shown of the picture
+_AROUND = 1.4  # of r_in: the part of the picture shown
 
 
 def overlay(fitted: LarynxFit) -> Drawing:
     """The frame, the contour, the mesh's superior surface and glottal edge, A, P0 and P, as SVG."""
     error, camera = fitted.error, fitted.camera
     caption = (
-        f"Contour and glottal edge of the mesh are {error.mean:.2f} px apart in the mean, 95 % at most "
-        f"{error.percentile_95:.2f} px, at most {error.largest:.2f} px. Half-width "
+        f"Distance between contour and glottal edge of the mesh: mean {error.mean:.2f} px, 95th percentile "
+        f"{error.percentile_95:.2f} px, largest {error.largest:.2f} px. Half-width "
         f"{1e3 * fitted.section.half_width:.3g} mm, r_in {1e3 * fitted.section.r_in:.3g} mm, "
-        f"{camera.mm_per_px:.3g} mm a pixel."
+        f"{camera.mm_per_px:.3g} mm per pixel."
     )
     (left, top), (right, bottom) = _shown(fitted)
     size = (_WIDE, float(np.clip(_WIDE * (bottom - top) / (right - left), 3.0, 9.0)) + 0.4)
@@ -63,7 +63,7 @@ def _paint(figure: Figure, fitted: LarynxFit) -> None:
 
 
 def _shown(fitted: LarynxFit) -> tuple[Floats, Floats]:
-    """Least and greatest column and row, px: the picture about the circle of radius r_in."""
+    """Smallest and largest column and row, px: the picture around the circle of radius r_in."""
     section = fitted.section
     reach = _AROUND * section.r_in / section.camera.pixel
     middle = section.place(np.zeros((1, 2)))[0]

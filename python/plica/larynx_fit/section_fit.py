@@ -1,4 +1,4 @@
-"""The cross-section whose visible opening lies nearest to a contour."""
+"""Fit of the cross-section whose visible opening is closest to a contour."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ _POINTS = 300  # of the contour, at most
 def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int, ...]) -> CrossSection:
     """Least squares of the distances between the contour and the visible opening's edge, both ways.
 
-    Unknown are the half-width and, unless the commissures are given, A and P0: where O is, how the picture is
-    turned, how long the visible glottis is. Gauss and Newton's method in a trust region, from the contour's
+    Unknown are the half-width and, unless the commissures are given, A and P0: position of O, rotation of the
+    picture, length of the visible glottis. Gauss-Newton in a trust region, starting from the contour's
     midline.
 
     Raises
     ------
     InvalidInput
-        Where the glottis is as wide as half its length, or its hidden end as long as what is visible.
+        If the glottis is as wide as half its length, or its hidden end as long as its visible part.
     """
     from scipy import optimize
 
@@ -49,34 +49,34 @@ def fit_cross_section(contour: Contour, settings: FitSettings, shape: tuple[int,
     points = contour.points[:: len(contour.points) // _POINTS + 1]
     rays = Rays.of(_RAYS)
 
-    def section(values: Floats) -> CrossSection:
+    def section_of(values: Floats) -> CrossSection:
         every = start.copy()
         every[free] = values
         return _section(settings, shape, every, begin)
 
     def residuals(values: Floats) -> Floats:
-        made = section(values)
-        edge = made.outline(rays, made.reach(rays))
+        section = section_of(values)
+        edge = section.outline(rays, section.reach(rays))
         apart = to_outline(points, edge)
-        off = np.where(_beyond(made, points), apart, -apart) * _share(points)
+        off = np.where(_beyond(section, points), apart, -apart) * _share(points)
         return np.concatenate([off, to_outline(edge, points) * _share(edge)])
 
     found: Any = optimize.least_squares(
         residuals, start[free], x_scale=np.array([1.0, 1.0, 0.01, 0.01, 0.1])[free]
     )
     if not found.success:
-        raise SolveFailed(f"Larynx fit: {found.message} Is the contour that of one opening?")
-    made = section(found.x)
-    if not made.half_width < 0.5 * made.r_in:
+        raise SolveFailed(f"Larynx fit: {found.message} Is the contour that of a single opening?")
+    section = section_of(found.x)
+    if not section.half_width < 0.5 * section.r_in:
         raise InvalidInput(
-            f"Larynx fit: half-width = {1e3 * made.half_width:.3g} mm; must be < r_in / 2 = "
-            f"{500 * made.r_in:.3g} mm. Is this a glottis with the folds near each other?"
+            f"Larynx fit: half-width = {1e3 * section.half_width:.3g} mm; must be < r_in / 2 = "
+            f"{500 * section.r_in:.3g} mm. Is this a glottis with the folds near each other?"
         )
-    return made
+    return section
 
 
 def _start(contour: Contour, settings: FitSettings, ends: tuple[Floats, Floats]) -> Floats:
-    """The unknowns of `_section` by the contour's ends and area, and by what the camera's lean hides."""
+    """Initial unknowns of `_section` from the contour's ends and area, and the width hidden by the lean."""
     length = float(np.hypot(*(ends[0] - ends[1])))
     pixel = 2 * settings.metres("r_in") / length if settings.mm_per_px is None else 1e-3 * settings.mm_per_px
     depth = settings.heights[3] - settings.heights[2]
@@ -86,7 +86,8 @@ def _start(contour: Contour, settings: FitSettings, ends: tuple[Floats, Floats])
 
 
 def _section(settings: FitSettings, shape: tuple[int, ...], values: Floats, begin: float) -> CrossSection:
-    """Of A and P0: middle column and row px, turn rad, log of their distance px; log of the half-width px."""
+    """The cross-section of values: column and row of the middle of A and P0, px, their direction, rad, log of
+    their distance, px; log of the half-width, px."""
     column, row, turn, length, width = values
     upright = Camera(tilt=settings.tilt, lean=settings.lean)
     seen = upright.axes[:2, 1]  # of y: right and up in the picture
@@ -106,7 +107,7 @@ def _section(settings: FitSettings, shape: tuple[int, ...], values: Floats, begi
 
 
 def _share(outline: Floats) -> Floats:
-    """(n) root of the share of a closed polygon's length that is each corner's."""
+    """(n) root of each corner's share of a closed polygon's length."""
     side = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
     return np.asarray(np.sqrt(0.5 * (side + np.roll(side, 1)) / max(float(side.sum()), 1e-300)))
 
@@ -116,15 +117,15 @@ def _turn(to_anterior: Floats) -> float:
     return float(np.arctan2(-to_anterior[1], to_anterior[0]))
 
 
-def _beyond(made: CrossSection, points: Floats) -> NDArray[np.bool_]:
+def _beyond(section: CrossSection, points: Floats) -> NDArray[np.bool_]:
     """(n) whether points (n, 2) px lie outside the visible opening."""
-    place = made.from_centre(points)
+    place = section.from_centre(points)
     far = np.maximum(np.hypot(*place.T), 1e-12)
-    return np.asarray(far > made.reach(Rays(place / far[:, None])))
+    return np.asarray(far > section.reach(Rays(place / far[:, None])))
 
 
 def _check_hidden(settings: FitSettings, length: float) -> None:
-    """InvalidInput where the hidden end is as long as the visible glottis (px)."""
+    """Raises InvalidInput if the hidden end is as long as the visible glottis (px)."""
     if settings.mm_per_px is None:
         return
     visible = 1e-3 * settings.mm_per_px * length

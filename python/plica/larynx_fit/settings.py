@@ -1,4 +1,4 @@
-"""What has to be said of a larynx that a picture of its folds does not show."""
+"""Settings of a larynx fit: geometry that a picture of the folds does not show."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class FitSettings:
-    """Predefined geometry of Paper D, Sec. 2.3, and how the larynx is meshed; lengths in m, or with a unit.
+    """Predefined geometry of Paper D, Sec. 2.3, and the mesh of the larynx; lengths in m, or with a unit.
 
-    One of `mm_per_px` and `r_in` gives the scale: with the pixel's size the length is measured, with the
-    length predefined, as in the thesis, the pixel's size.
+    Either `mm_per_px` or `r_in` gives the scale: the length follows from the pixel's size or, as in the
+    thesis, the pixel's size from a predefined length.
 
     Raises
     ------
     InvalidInput
-        For a field that is out of range, and where neither or both of `mm_per_px` and `r_in` are given.
+        For a field that is out of range, and if not exactly one of `mm_per_px` and `r_in` is given.
     """
 
     mm_per_px: float | None = None
@@ -37,7 +37,7 @@ class FitSettings:
     wall: Length = 1e-3
     """r_out - r_in: from the airway's circle to the outer boundary, > 0."""
     l_occ: Length = 0.0
-    """Length of the folds' posterior end that cartilage hides, in [0, r_in)."""
+    """Length of the folds' posterior end hidden by cartilage, in [0, r_in)."""
     z: tuple[Length, Length, Length, Length, Length, Length] = (
         -12e-3,
         -7e-3,
@@ -46,31 +46,31 @@ class FitSettings:
         2e-3,
         12e-3,
     )
-    """z0 ... z5, ascending: lower end, end of the lower tube, lower and upper edge of the glottis, begin of
+    """z0 ... z5, ascending: lower end, end of the lower tube, lower and upper edge of the glottis, start of
     the upper tube, upper end."""
     layer_thickness: Length = 0.5e-3
-    """Of cover and of ligament, > 0."""
+    """Thickness of cover and of ligament, > 0."""
     tilt: float = 0.0
-    """Degrees by which the camera stands towards anterior, in (-45, 45)."""
+    """Tilt of the camera towards anterior, degrees, in (-45, 45)."""
     lean: float = 0.0
-    """Degrees by which it stands towards the right fold, in (-45, 45)."""
+    """Tilt of the camera towards the right fold, degrees, in (-45, 45)."""
     anterior: Literal["upper", "lower"] = "upper"
-    """End of the glottis in the picture that is the anterior one."""
+    """The anterior end of the glottis in the picture."""
     commissures: tuple[Point, Point] | None = None
     """Points A and P0 (column, row) px, where the visible glottis ends; None: fitted."""
     larynx: Literal["coarse", "demo", "fine", "finest"] = "demo"
-    """Preset whose sizes of cells are taken."""
+    """Preset that defines the cell sizes."""
     order: Literal[1, 2] = 2
     """2: quadratic tetrahedra."""
     largest_error: float = 0.05
-    """A larynx whose glottal edge is off the contour by more, the 95th percentile as a share of the visible
-    length, is refused; in (0, 1]."""
+    """Largest distance between glottal edge and contour, 95th percentile relative to the visible length, in
+    (0, 1]; a larynx with a larger one is refused."""
 
     def __post_init__(self) -> None:
         if (self.mm_per_px is None) == (self.r_in is None):
             raise InvalidInput(
                 f"Larynx fit: mm_per_px = {self.mm_per_px}, r_in = {self.r_in}; must be exactly one of the "
-                "two. A picture does not tell its scale: give the size of a pixel, or half the folds' length."
+                "two. A picture has no scale: give the size of a pixel, or half the folds' length."
             )
         if self.mm_per_px is not None:
             self._number("mm_per_px", 1e-4, 10.0, "mm")
@@ -98,7 +98,7 @@ class FitSettings:
             self._points()
 
     def metres(self, name: str) -> float:
-        """A length as the number it was read to, m."""
+        """A length as a number, m."""
         return float(getattr(self, name))
 
     @property
@@ -107,7 +107,7 @@ class FitSettings:
         return tuple(float(z) for z in self.z)
 
     def camera(self, mm_per_px: float, shape: tuple[int, ...], centre: Point, roll: float) -> Camera:
-        """The camera that shows (0, 0, z3), amid the folds' upper edges, at `centre` (column, row)."""
+        """The camera that shows (0, 0, z3), between the folds' upper edges, at `centre` (column, row)."""
         own = Camera(
             mm_per_px=mm_per_px,
             height=shape[0],

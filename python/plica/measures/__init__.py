@@ -1,1 +1,1 @@
-"""What is measured of a waveform, simulated or filmed: cycles, and quantities with their spread."""
+"""Measures of simulated or recorded waveforms: cycles, and quantities with their spread."""

@@ -1,7 +1,7 @@
-"""What is measured: every quantity with its unit, its definition and the choices that it rests on.
+"""Catalogue of all measures: name, unit, definition and thresholds.
 
-Runs, recordings, reports, command tables and docs/scene.md read it: a quantity is named, defined and given
-its unit here and nowhere else.
+Runs, recordings, reports, command tables and docs/scene.md use it: names, definitions and units are defined
+only here.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ __all__ = ["CATALOGUE", "Quantity", "Source", "quantity"]
 
 Source = Literal["run", "video", "both"]
 
-closed_share = 0.05  # of a cycle's largest area: up to it the glottis counts as closed
-closed_share_1_percent = 0.01  # the same in open_quotient_1_percent and in opening and closing samples
-contact_share = 0.01  # of a steady cycle's peak force: above it the folds are in contact
-bridged_share = 0.25  # of the period: losses of contact up to this long are within a collision
-bridged_of_record = 0.05  # the same without cycles, of the record
-open_levels = (0.2, 0.5)  # of the way from a cycle's least to its largest area: further open quotients
+closed_share = 0.05  # of a cycle's largest area, up to which the glottis is closed
+closed_share_1_percent = 0.01  # the same for open_quotient_1_percent and for opening and closing samples
+contact_share = 0.01  # of a steady cycle's peak force, above which the folds are in contact
+bridged_share = 0.25  # of the period: losses of contact up to this long belong to a collision
+bridged_of_record = 0.05  # the same for runs without cycles, as a share of the record
+open_levels = (0.2, 0.5)  # levels of further open quotients, in the range of a cycle's area
 pressure_window = 0.2e-3  # s, averaging time of the peak contact pressure
 
 
@@ -34,21 +34,21 @@ class Quantity:
     Attributes
     ----------
     name : str
-        In the API and in measures.json.
+        Name in the API and in measures.json.
     label : str
-        For people.
+        Name in reports and tables.
     unit : str
-        SI, "1" for a pure number; of a recording without a scale it is `Scale.unit` of this.
+        SI, "1" for a pure number; in a recording without a scale it is `Scale.unit` of this.
     meaning : str
-        The definition with its level, averaging time and sign; empty where the label says all.
+        The definition with its level, averaging time and sign; empty if the label is sufficient.
     group : str
-        Heading under which people find it.
+        Heading in reports.
     source : {"run", "video", "both"}
-        What it is measured of.
+        Kind of record that has it.
     symbol : str
-        What people call it in short.
+        Common abbreviation.
     shown : str
-        The unit that people read, where it is not the usual one of `unit`.
+        Unit in reports, if it is not the usual one for `unit`.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Quantity:
     shown: str = ""
 
     def people(self, scale: Scale = SI) -> tuple[float, str]:
-        """Factor and unit in which people read what is in the unit of that scale."""
+        """Factor to the unit used in reports, and that unit, for a record with this scale."""
         unit = scale.unit(self.unit)
         return shown_unit(unit, self.shown if unit == self.unit else "")
 
@@ -449,11 +449,11 @@ _QUANTITIES = (
 )
 
 CATALOGUE = {entry.name: entry for entry in _QUANTITIES}
-"""Every quantity by name, in the order in which people read them."""
+"""All quantities by name, in the order of reports."""
 
 
 def quantity(name: str) -> Quantity:
-    """The entry of that name; UnknownName where there is none."""
+    """The entry of that name; raises UnknownName if there is none."""
     if name not in CATALOGUE:
         raise UnknownName("Measures", name, CATALOGUE)
     return CATALOGUE[name]

@@ -1,4 +1,4 @@
-"""What is to be known before a number is believed."""
+"""Cautions: what to check before trusting a number."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ __all__ = ["Caution", "write_cautions"]
 
 @dataclass(frozen=True)
 class Caution:
-    """One doubt about a run; as text, what was seen and what to do, in one line.
+    """One caution about a run; as text, the observation and the advice on one line.
 
     Attributes
     ----------
     name : str
-        Its kind, as in docs/cautions.md.
+        Kind of the caution, as in docs/cautions.md.
     seen : str
-        What was seen, with figures and units.
+        The observation, with values and units.
     advice : str
         What to check or to do.
     """
@@ -34,13 +34,13 @@ class Caution:
 
 
 def write_cautions(cautions: Sequence[Caution], path: Path) -> Path:
-    """Write cautions as JSON, ``[{name, seen, advice}]``; an empty list where there are none.
+    """Write cautions as JSON, ``[{name, seen, advice}]``; an empty list if there are none.
 
     Parameters
     ----------
     cautions : sequence of Caution
     path : Path
-        Replaced as a whole: a reader sees the old file or the new one.
+        Replaced atomically.
 
     Returns
     -------

@@ -12,22 +12,22 @@ from plica.measures.record import Floats
 def circular_mean(angles: Floats) -> tuple[float, float]:
     """Mean direction of angles and their spread about it.
 
-    With R exp(i mean) the mean of exp(i angle) over n angles, there is no mean direction where R is less
-    than 1/2 and than sqrt(3 / n): that is Rayleigh's test, which takes n R^2 < 3 for uniform at a level of
-    5 %, and which few angles can never pass, so that these are told by R alone.
+    With R exp(i mean) the mean of exp(i angle) over n angles, there is no mean direction if R is less than
+    both 1/2 and sqrt(3 / n). The latter is Rayleigh's test, which treats n R^2 < 3 as uniform at a level of
+    5 %; few angles can never pass it, so they are tested by R alone.
 
     Parameters
     ----------
     angles : (n) rad
-        Those that are not finite are left out.
+        Non-finite values are ignored.
 
     Returns
     -------
     mean : float
-        rad, in (-pi, pi]; NaN where there is no mean direction or no angle.
+        rad, in (-pi, pi]; NaN if there is no mean direction or no angle.
     spread : float
-        rad, standard deviation (n - 1) of the angles, each unwrapped to within pi of the mean direction: the
-        common one where the angles lie close together. NaN without a mean and for a single angle.
+        rad, standard deviation (n - 1) of the angles, each unwrapped to within pi of the mean direction. NaN
+        without a mean and for a single angle.
     """
     angles = np.asarray(angles, dtype=float)
     angles = angles[np.isfinite(angles)]
@@ -44,6 +44,6 @@ def circular_mean(angles: Floats) -> tuple[float, float]:
 
 
 def principal(angle: float) -> float:
-    """The same direction in (-pi, pi]; what is within rounding (1e-12 rad) of -pi is pi."""
+    """The same direction in (-pi, pi]; values within round-off (1e-12 rad) of -pi become pi."""
     turned = math.remainder(angle, 2 * math.pi)
     return turned if turned > 1e-12 - math.pi else math.pi

@@ -1,4 +1,4 @@
-"""Measures of two records beside each other, each difference with an interval of its own."""
+"""Comparison of the measures of two records, with an interval of each difference."""
 
 from __future__ import annotations
 
@@ -15,14 +15,15 @@ from plica.measures.measure import Measure, Measures
 __all__ = ["METHOD", "SIDED", "Change", "changes"]
 
 METHOD = (
-    "A difference is after less before. Its 95 % interval is that of the differences between 2000 bootstrap "
-    "replicates of either side, its cycles drawn with replacement and independently of the other's (with "
-    "Welch's degrees of freedom); it is not read off the two intervals beside it. It covers how cycles "
-    "scatter within each recording. It does not cover how a voice differs from one day or one phonation to "
-    "the next, nor an outline that is drawn too wide or too narrow in one of the two, unless a caution says "
-    "that it is not sharp. Of twenty measures that did not change, one interval leaves zero out by chance."
+    "A difference is after minus before. Its 95 % interval is that of the differences between 2000 bootstrap "
+    "replicates of each side, with cycles drawn with replacement and independently of the other side (with "
+    "Welch's degrees of freedom); it does not follow from the two intervals beside it. It covers the "
+    "variation of cycles within each recording. It does not cover the variation of a voice from one day or "
+    "one phonation to the next, nor an outline that is too wide or too narrow in one of the two, unless a "
+    "caution says that it is not sharp. Of twenty measures that did not change, one interval excludes zero "
+    "by chance."
 )
-"""For people."""
+"""Description of the method in reports."""
 
 SIDED = frozenset(
     {
@@ -38,7 +39,7 @@ SIDED = frozenset(
         "mucosal_wave_speed_right",
     }
 )
-"""Measures that tell left from right."""
+"""Measures that depend on which side is left."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,14 @@ class Change:
     ----------
     before, after : Measure
     difference : float or None
-        After less before, of angles the turn in (-pi, pi]; None where it has no meaning (`withheld`).
+        After minus before, for angles in (-pi, pi]; None if it is meaningless (`withheld`).
     interval : (float, float) or None
-        Of the difference at 95 %; None where one side has no replicates: of runs, and of what is measured of
-        a whole recording.
+        95 % interval of the difference; None if one side has no replicates: for runs, and for measures of a
+        whole recording.
     withheld : str
-        Why there is no difference; empty where there is one.
+        Why there is no difference; empty if there is one.
     cautions : tuple of str
-        What speaks against it, each with the side that it is of.
+        Cautions, each with its side.
     """
 
     before: Measure
@@ -68,21 +69,21 @@ class Change:
 
     @property
     def name(self) -> str:
-        """In the catalogue."""
+        """Name in the catalogue."""
         return self.before.name
 
     @property
     def beyond_scatter(self) -> bool:
-        """Whether the interval of the difference leaves zero out."""
+        """Whether the interval of the difference excludes zero."""
         return self.interval is not None and not self.interval[0] <= 0 <= self.interval[1]
 
     @property
     def said(self) -> tuple[str, ...]:
-        """Why there is no difference, or what speaks against it."""
+        """Why there is no difference, or its cautions."""
         return (self.withheld,) if self.withheld else self.cautions
 
     def as_json(self) -> dict[str, Any]:
-        """The entry of comparison.json; values in the unit of their own record."""
+        """The entry of comparison.json; values in the units of their records."""
         entry: dict[str, Any] = {"difference": self.difference}
         if self.interval is not None:
             entry["interval"] = list(self.interval)
@@ -98,13 +99,13 @@ class Change:
 
 
 def changes(before: Measures, after: Measures, withheld: Mapping[str, str] | None = None) -> list[Change]:
-    """Every measure that both have, in the order of `before`.
+    """The changes of all measures that both have, in the order of `before`.
 
     Parameters
     ----------
     before, after : Measures
     withheld : mapping, optional
-        Measures whose difference would mean nothing, each with the reason in words.
+        Measures whose difference is meaningless, each with the reason.
     """
     reasons = withheld or {}
     return [
@@ -130,7 +131,7 @@ def _change(before: Measure, after: Measure, withheld: str) -> Change:
 
 
 def _cautions(before: Measure, after: Measure) -> tuple[str, ...]:
-    """Of either, what both have once."""
+    """The cautions of both sides; common ones once."""
     both = [text for text in before.cautions if text in after.cautions]
     of_one = [
         f"{side}: {text}"

@@ -1,14 +1,14 @@
-"""Cycles of a waveform: where they begin, which of them are stationary, and what the voice does.
+"""Cycles of a waveform: their starts, which of them are stationary, and the kind of vibration.
 
-A cycle is one pulse (:mod:`plica.measures.pulses` tells where it begins), also where pulses alternate.
+A cycle is one pulse (its start is defined in :mod:`plica.measures.pulses`), also if pulses alternate.
 
-The voice has ended if no cycle begins in the last stretch of the record, longer than 1.5 of the longest of
-the six periods before it. Of periods and peak-to-peak amplitudes, :mod:`plica.measures.stationary` tells
-which are the stationary ones up to the end: all of those are used. Without any the voice is changing, and
-the last three cycles are used. A stationary voice is steady if its periods scatter by no more than 2 % and
-its amplitudes by 5 % (standard deviation), subharmonic if they have a pattern of 2 to 4 pulses, else
-irregular. Over the cycles that are used its periods change by no more than 2 % and its amplitudes by 5 %, and
-by 0.5 % and 1 % a cycle; where they change by more, but their scatter may explain it, the note says how much.
+The vibration has ended if no cycle starts in the last part of the record, longer than 1.5 of the longest of
+the six periods before it. :mod:`plica.measures.stationary` determines from periods and peak-to-peak
+amplitudes which cycles up to the end are stationary: all of those are used. Without any the vibration is
+changing, and the last three cycles are used. A stationary vibration is steady if the standard deviation is
+at most 2 % for periods and 5 % for amplitudes, subharmonic if they have a pattern of 2 to 4 pulses, else
+irregular. Over the cycles used, periods change by at most 2 % and amplitudes by 5 %, and by 0.5 % and 1 %
+per cycle; if they change by more, but within their scatter, the note states the change.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ Verdict = Literal[
     "aperiodic",
 ]
 
-weak = 0.10  # range over the last third, relative to the largest magnitude there
-silent = 0.01  # range over the last third, relative to the largest magnitude of the record
-over = 1.5  # of the longest period: a voice that is silent for longer has ended
+weak = 0.10  # range in the last third, relative to the largest magnitude there
+silent = 0.01  # range in the last third, relative to the largest magnitude of the record
+longest_silence = 1.5  # in longest periods; after a longer silence the vibration has ended
 
 
 @dataclass(frozen=True)
@@ -58,20 +58,20 @@ class Cycles:
 
     Attributes
     ----------
-    starts : (c + 1) s, the beginning of each cycle and the end of the last; empty without cycles
+    starts : (c + 1) s, the start of each cycle and the end of the last; empty without cycles
     note : str
-        Why there are none, or what is unusual about them; empty for a steady voice that does not drift.
+        Why there are none, or what is unusual about them; empty for a steady vibration without drift.
     verdict : Verdict
-        "steady"; "subharmonic": pulses alternate in a pattern that repeats itself; "irregular": stationary,
-        but its cycles differ; "changing": it grows, decays or glides, the last three cycles are used;
-        "ended": it is silent at the end of the record, these are the cycles before; "none": no cycles. Of a
-        recording "regular", "diplophonic", "aperiodic" or "none".
+        "steady"; "subharmonic": pulses alternate in a repeating pattern; "irregular": stationary, but cycles
+        differ; "changing": amplitude or frequency change, the last three cycles are used; "ended": silent at
+        the end of the record, these are the cycles before; "none": no cycles. For a recording "regular",
+        "diplophonic", "aperiodic" or "none".
     pattern : int
-        Pulses after which a subharmonic or diplophonic voice repeats itself; else 1.
+        Number of pulses after which a subharmonic or diplophonic vibration repeats; else 1.
     recorded : bool
-        Of a person's voice: what is averaged over them gets a bootstrap interval.
+        Whether they are from a recording: averages then have a bootstrap interval.
     left_out : tuple of int
-        Cycles of a recording, counted from 0, over which nothing is averaged.
+        Indices of cycles of a recording that are excluded from averages.
     """
 
     starts: Floats
@@ -82,14 +82,14 @@ class Cycles:
     left_out: tuple[int, ...] = ()
 
     def used(self, values: Floats) -> Floats:
-        """(c) values of each cycle, not a number where the cycle is left out."""
+        """(c) values of each cycle, NaN for excluded cycles."""
         found = np.array(values, dtype=float)
         found[list(self.left_out)] = np.nan
         return found
 
     @property
     def settled(self) -> bool:
-        """Whether the voice repeats itself to the end of the record: steady or subharmonic."""
+        """Whether the vibration is steady or subharmonic to the end of the record."""
         return self.verdict in ("steady", "subharmonic")
 
     @property
@@ -106,7 +106,7 @@ class Cycles:
     def frequency(self) -> float:
         """Cycles per second, c / (t_c - t_0) for c cycles; NaN without cycles.
 
-        Not the mean of 1 / T, which is larger where periods differ.
+        Not the mean of 1 / T, which is larger if periods differ.
         """
         return self.count / float(self.starts[-1] - self.starts[0]) if self.count else float("nan")
 
@@ -115,28 +115,28 @@ class Cycles:
         return _slices(time, self.starts)
 
     def extent(self, time: Floats) -> slice:
-        """Samples of all cycles together; without cycles all of a recording, of a run the last third."""
+        """Samples of all cycles; without cycles all of a recording, or the last third of a run."""
         if not self.count:
             return slice(0 if self.recorded else time.size - max(time.size // 3, 1), time.size)
         return slice(int(np.searchsorted(time, self.starts[0])), int(np.searchsorted(time, self.starts[-1])))
 
 
 def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Scale = SI) -> Cycles:
-    """Find the stationary cycles of a signal (the rule stands at the head of this module).
+    """Find the stationary cycles of a signal (see the module docstring).
 
     Parameters
     ----------
     time : (k) s, ascending
     signal : (k), finite
     name : str
-        What the signal is, for the notes.
+        Name of the signal in the notes.
     scale : Scale
         Whether the time is in s or in frames, for the notes.
 
     Returns
     -------
     Cycles
-        At least three cycles, or none and a note that says why.
+        At least three cycles, or none and a note with the reason.
     """
     if signal.size < 8:
         return _none(f"too short: {signal.size} samples")
@@ -150,8 +150,10 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
     if starts.size <= fewest:
         count = max(starts.size - 1, 0)
         return _none(too_few(count, name, fewest))
-    found = _judged(time, signal, starts, scale)
-    found = replace(found, note="; ".join(filter(None, (found.note, _again(time, signal, found, name)))))
+    found = _classified(time, signal, starts, scale)
+    found = replace(
+        found, note="; ".join(filter(None, (found.note, _extra_rises(time, signal, found, name))))
+    )
     varies = float(np.ptp(tail)) / float(np.abs(tail).max())
     if varies >= weak:
         return found
@@ -160,7 +162,7 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
 
 
 def too_few(count: int, name: str, fewest: int) -> str:
-    """Why so few complete cycles of the signal of this name are not measured."""
+    """The reason for not measuring this number of complete cycles."""
     cycles = "cycle" if count == 1 else "cycles"
     return f"too short: {count} complete {cycles} of the {name}; at least {fewest} are needed"
 
@@ -169,8 +171,8 @@ def _none(reason: str) -> Cycles:
     return Cycles(np.empty(0), reason, "none")
 
 
-def _judged(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> Cycles:
-    """The cycles to use and what the voice does."""
+def _classified(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> Cycles:
+    """The cycles to use and the kind of vibration."""
     periods = np.diff(starts)
     amplitudes = np.array([_amplitude(time, signal, part) for part in _slices(time, starts)])
     first = stationary_from([(periods, of_period), (amplitudes, of_amplitude)])
@@ -182,7 +184,7 @@ def _judged(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> Cycle
         lines = fit(periods[first:], of_period), fit(amplitudes[first:], of_amplitude)
         found = _regular(starts[first:], *lines, scale.unit("Hz"))
     last, until = float(starts[-1]), float(time[-1])
-    if until - last <= over * float(periods[-2 * fewest :].max()):
+    if until - last <= longest_silence * float(periods[-2 * fewest :].max()):
         return found
     apart = np.flatnonzero(np.abs(signal - signal[-1]) > 0.1 * np.ptp(signal[_slices(time, starts)[-1]]))
     silence = float(time[apart[-1]])
@@ -192,21 +194,21 @@ def _judged(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> Cycle
     return replace(found, note=f"{end}; {before}", verdict="ended")
 
 
-def _again(time: Floats, signal: Floats, found: Cycles, name: str) -> str:
-    """That the signal comes up more than once a cycle, from 10 to 20 % of its range."""
+def _extra_rises(time: Floats, signal: Floats, found: Cycles, name: str) -> str:
+    """A note if the signal rises more than once per cycle, from 10 to 20 % of its range."""
     part = found.extent(time)
     low, reach = float(signal[part].min()), float(np.ptp(signal[part]))
     instants = rises(time[part], signal[part], low + 0.1 * reach, low + 0.15 * reach, low + 0.2 * reach)
-    count = instants.size + 1  # the first one lies before the first cycle's beginning
+    count = instants.size + 1  # the first one is before the start of the first cycle
     if count < 1.5 * found.count:
         return ""
     return f"the {name} rises {count / found.count:.2g} times a cycle; lesser rises are not counted as cycles"
 
 
 def _regular(starts: Floats, period: Fit, amplitude: Fit, unit: str) -> Cycles:
-    """Of stationary cycles: steady, subharmonic or irregular."""
+    """Classify stationary cycles as steady, subharmonic or irregular."""
     pattern = max(period.pattern, amplitude.pattern)
-    starts = starts[(starts.size - 1) % pattern :]  # whole patterns, or their odd pulse would tilt the mean
+    starts = starts[(starts.size - 1) % pattern :]  # whole patterns, so that no extra pulse biases the mean
     frequency = (starts.size - 1) / float(starts[-1] - starts[0])
     notes = []
     if pattern > 1:
@@ -221,11 +223,11 @@ def _regular(starts: Floats, period: Fit, amplitude: Fit, unit: str) -> Cycles:
         if line.spread > same.scatter
     ]
     for line, same, what in scatter:
-        if not wide and exceeds(line, same):  # not by more than chance, or it were not stationary
-            way = "rise" if line.rate > 0 else "fall"
+        if not wide and exceeds(line, same):  # within chance, as the cycles are stationary
+            trend = "rise" if line.rate > 0 else "fall"
             notes.append(
-                f"the {what} {way} by {100 * abs(line.rate):.2g} % a cycle, which their scatter about "
-                f"that line may explain, over {line.residual.size} cycles: a longer run tells"
+                f"the {what} {trend} by {100 * abs(line.rate):.2g} % a cycle over {line.residual.size} "
+                "cycles, which is within their scatter: a longer run would clarify this"
             )
     if wide:
         notes.append(f"irregular: {' and '.join(wide)} (standard deviation)")
@@ -234,21 +236,21 @@ def _regular(starts: Floats, period: Fit, amplitude: Fit, unit: str) -> Cycles:
 
 
 def _trend(periods: Floats, amplitudes: Floats) -> str:
-    """What changes over a record, as lines through the logarithms have it."""
-    said = []
+    """The trends of frequency and amplitude over a record, as text, from lines through the logarithms."""
+    trends = []
     if drifts(fit(periods, of_period), of_period):
         rate = np.expm1(slope(-np.log(periods)))
-        said.append(f"the frequency {'rises' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
+        trends.append(f"the frequency {'rises' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
     if drifts(fit(amplitudes, of_amplitude), of_amplitude):
         rate = np.expm1(slope(np.log(amplitudes)))
-        said.append(f"the amplitude {'grows' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
-    if not said:
+        trends.append(f"the amplitude {'grows' if rate > 0 else 'falls'} by {100 * abs(rate):.2g} %")
+    if not trends:
         return "periods or amplitudes scatter more in one part of the record than in another"
-    return " and ".join(said) + " a cycle"
+    return " and ".join(trends) + " a cycle"
 
 
 def _amplitude(time: Floats, signal: Floats, part: slice) -> float:
-    """Peak to peak; the top by a parabola, since samples beside it would alternate as a voice does."""
+    """Peak to peak; the maximum by a parabola, since sampled maxima would alternate like a voice."""
     peak = part.start + int(np.argmax(signal[part]))
     return highest(time, signal, peak)[1] - float(signal[part].min())
 

@@ -1,4 +1,4 @@
-"""Measures as a file."""
+"""Write and read measures.json."""
 
 from __future__ import annotations
 
@@ -15,34 +15,35 @@ from plica.storage.json_file import write_json
 __all__ = ["read_measures", "write_measures"]
 
 
-_SAID = "recording"  # no measure has this name
+_RECORDING = "recording"  # key of the label and date; not the name of a measure
 
 
-def write_measures(measures: Measures, path: Path, said: Mapping[str, str] | None = None) -> Path:
+def write_measures(measures: Measures, path: Path, recording: Mapping[str, str] | None = None) -> Path:
     """Write measures as JSON, ``{name: {value, unit, spread, cycles}}``.
 
-    Of a recording's cycles an entry has the value's interval too. It has the definition where the name
-    does not say all, a note where this record adds to it or gives no value, and cautions where something
-    speaks against the value.
+    An entry of a recording also has the interval of the value. An entry has the definition unless the name is
+    sufficient, a note if this record adds to it or gives no value, and cautions if there are any.
 
     Parameters
     ----------
     measures : Measures
-    said : mapping, optional
-        Of the recording, label and day say: an entry ``recording`` before the others.
+    recording : mapping, optional
+        Label and date of the recording: an entry ``recording`` before the others.
     path : Path
-        Replaced as a whole: a reader sees the old file or the new one.
+        Replaced atomically.
 
     Returns
     -------
     Path
         The file.
     """
-    return write_json({_SAID: dict(said), **measures.as_json()} if said else measures.as_json(), path)
+    return write_json(
+        {_RECORDING: dict(recording), **measures.as_json()} if recording else measures.as_json(), path
+    )
 
 
 def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
-    """The entries of a file; None where there is none, a damaged one, or one with other definitions."""
+    """The entries of a file; None if there is none, if it is damaged or has other definitions."""
     if not path.is_file():
         return None
     with storage_errors(path, "read"):
@@ -51,7 +52,7 @@ def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
         found: dict[str, dict[str, Any]] = json.loads(text)
     except ValueError:
         return None
-    found.pop(_SAID, None)
+    found.pop(_RECORDING, None)
     for name, entry in found.items():
         if name not in CATALOGUE or entry.get("definition", "") != CATALOGUE[name].meaning:
             return None

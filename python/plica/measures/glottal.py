@@ -1,4 +1,4 @@
-"""What is measured of a glottal area, simulated or filmed: frequency, extent, quotients."""
+"""Measures of a simulated or recorded glottal area: frequency, extent, quotients."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from plica.measures.quotients import quotients
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 
-apart = 0.02  # relative difference to the autocorrelation's frequency: more is said
-few = 20  # samples a cycle: with fewer, quotients are more than a twelfth off, which is said
+largest_difference = 0.02  # relative, of the frequencies by cycles and by autocorrelation, without a caution
+few = 20  # samples per cycle; with fewer, quotients are off by more than a twelfth and get a caution
 
 
 def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scale = SI) -> list[Measure]:
-    """Fundamental frequency, period, growth, and the frequency once more by autocorrelation."""
+    """Fundamental frequency, period, growth, and the frequency by autocorrelation."""
     names = (
         "fundamental_frequency",
         "period",
@@ -31,26 +31,26 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     if not cycles.count:
         return [absent(name, cycles.note) for name in names]
     other = autocorrelation_frequency(signal[cycles.extent(time)], time_step(time))
-    said = [cycles.note] if cycles.note else []
+    cautions = [cycles.note] if cycles.note else []
     differs = []
-    if not abs(other / cycles.frequency - 1.0) < apart:
+    if not abs(other / cycles.frequency - 1.0) < largest_difference:
         differs = [f"the autocorrelation gives {other:.4g} {scale.unit('Hz')}: the cycles are not all alike"]
     return [
         cycle_frequency(cycles, differs),
         per_cycle("period", cycles, cycles.periods),
-        _growth(time, signal, cycles, said),
-        whole("fundamental_frequency_autocorrelation", other, cautions=said),
+        _growth(time, signal, cycles, cautions),
+        whole("fundamental_frequency_autocorrelation", other, cautions=cautions),
     ]
 
 
 def over_cycles(
     name: str, time: Floats, signal: Floats, cycles: Cycles, reduce: Callable[[Floats], float]
 ) -> Measure:
-    """A reduction of the signal in each cycle; without cycles over their extent, which is said."""
+    """A reduction of the signal in each cycle; without cycles over the record, with a caution."""
     if not cycles.count:
         part = "whole" if cycles.recorded else "last third of the"
-        said = f"over the {part} record; {cycles.note}"
-        return whole(name, reduce(signal[cycles.extent(time)]), cautions=[said])
+        caution = f"over the {part} record; {cycles.note}"
+        return whole(name, reduce(signal[cycles.extent(time)]), cautions=[caution])
     return per_cycle(name, cycles, np.array([reduce(signal[part]) for part in cycles.samples(time)]))
 
 
@@ -65,29 +65,29 @@ def area_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
 def quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measure]:
     """Open quotient (open time / period), speed quotient (opening / closing time), closing quotient."""
     found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
-    said = few_samples(time, cycles)
+    cautions = few_samples(time, cycles)
     return [
-        per_cycle("open_quotient", cycles, np.array([one.open for one in found]), cautions=said),
-        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found]), cautions=said),
-        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found]), cautions=said),
+        per_cycle("open_quotient", cycles, np.array([one.open for one in found]), cautions=cautions),
+        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found]), cautions=cautions),
+        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found]), cautions=cautions),
     ]
 
 
 def few_samples(time: Floats, cycles: Cycles) -> list[str]:
-    """That instants between samples are guessed from too few of them."""
+    """A caution if there are too few samples per cycle to interpolate instants."""
     if not cycles.count:
         return []
     samples = float(np.median(cycles.periods)) / time_step(time)
     if samples > few - 0.5:
         return []
     return [
-        f"only {samples:.3g} samples a cycle: of 15, speed and closing quotient may be a quarter off and the "
-        "open quotient a twentieth, of 10 half and a seventh"
+        f"only {samples:.3g} samples per cycle: with 15, speed and closing quotient may be off by a "
+        "quarter and the open quotient by a twentieth; with 10, by half and a seventh"
     ]
 
 
-def _growth(time: Floats, signal: Floats, cycles: Cycles, said: list[str]) -> Measure:
-    """Slope of a line through the cycles' peak-to-peak amplitudes, over their mean."""
+def _growth(time: Floats, signal: Floats, cycles: Cycles, cautions: list[str]) -> Measure:
+    """Slope of the line through the cycles' peak-to-peak amplitudes, divided by their mean."""
     amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
     slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
     return Measure(
@@ -95,6 +95,6 @@ def _growth(time: Floats, signal: Floats, cycles: Cycles, said: list[str]) -> Me
         float(slope / amplitudes.mean()),
         None,
         cycles.count,
-        cautions=tuple(said),
+        cautions=tuple(cautions),
         replicates=of_slope(amplitudes) if cycles.recorded else None,
     )

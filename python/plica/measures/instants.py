@@ -1,4 +1,4 @@
-"""Instants between samples: where a signal passes a level, and where a pulse is highest."""
+"""Instants between samples: level crossings and maxima of pulses."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 
 from plica.measures.record import Floats
 
-top_share = 0.9  # of a pulse's range: above it lie the samples that tell where it is highest
+top_share = 0.9  # of a pulse's range, above which samples are used to locate its maximum
 
 
 def crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
-    """Instant at which the signal, linear between samples k - 1 and k, passes the level."""
+    """Instant at which the signal, linear between samples k - 1 and k, crosses the level."""
     part = (level - signal[k - 1]) / (signal[k] - signal[k - 1])
     return float(time[k - 1] + part * (time[k] - time[k - 1]))
 
@@ -27,13 +27,13 @@ def highest(time: Floats, signal: Floats, peak: int) -> tuple[float, float]:
 
 
 def summit(time: Floats, signal: Floats, peak: int, floor: float) -> float:
-    """Instant at which a pulse turns from rising to falling, also where its flanks differ.
+    """Instant of the maximum of a pulse, also for flanks of different slope.
 
-    (A parabola through three samples errs by a fifth of a step where one flank bends twice as much as the
-    other.) Near its top the pulse is h - a |t - t0|^p before t0 and h - b |t - t0|^p after, through samples
-    m and 2 m before and after the largest one; p is 2, or 1 (a corner) where that comes nearer to the largest
-    sample. m is the greatest for which all of them are above 90 % of the way from `floor` to the largest.
-    Of three or more samples that are equally high, `peak` the first, it is the middle.
+    (A parabola through three samples is off by a fifth of a step if one flank is curved twice as much as the
+    other.) Near its maximum the pulse is h - a |t - t0|^p before t0 and h - b |t - t0|^p after, through
+    samples m and 2 m before and after the largest one; p is 2, or 1 (a corner) if that is nearer to the
+    largest sample. m is the largest for which all of them are above 90 % of the range from `floor` to the
+    largest. For three or more equal largest samples, `peak` being the first, it is their middle.
     """
     lower = np.flatnonzero(signal[peak:] != signal[peak])
     flat = int(lower[0]) if lower.size else 1

@@ -1,17 +1,16 @@
-"""Bootstrap intervals of what is averaged over cycles, and of its difference between two recordings.
+"""Bootstrap intervals of averages over cycles, and of their differences between two recordings.
 
-Cycles are drawn with replacement; from thirty on in blocks of n^(1/3) that follow each other (the last one
-by the first: Politis and Romano, 1992), since neighbours are alike. What noise of the frames does to single
-cycles is part of their scatter and so of the interval; what it does to all of them alike is not. A
-percentile interval of few cycles is too narrow: its levels are those of Hesterberg's expanded percentiles
-(Am. Stat. 69, 2015), the normal distribution at sqrt(n / (n - 1)) times Student's quantile, n being the
-number of blocks.
+Cycles are resampled with replacement; from thirty cycles on in circular blocks of n^(1/3) (Politis and
+Romano, 1992), since neighbours are correlated. The interval includes noise of the frames that affects single
+cycles, but not noise that affects all of them alike. A percentile interval of few cycles is too narrow: the
+levels are those of Hesterberg's expanded percentiles (Am. Stat. 69, 2015), the normal distribution at sqrt(n
+/ (n - 1)) times Student's quantile, with n the number of blocks.
 
-The interval of a difference is that of the differences between both recordings' replicates, drawn
-independently: never what two intervals leave between them. Each side's replicates are first spread by its
-own sqrt(n / (n - 1)), and Student's quantile is that of Welch's degrees of freedom,
-(v + w)^2 / (v^2 / (n - 1) + w^2 / (m - 1)) for variances v, w of n and m blocks. Where one side does not
-scatter, it is the interval of the other.
+The interval of a difference is that of the differences between the replicates of both recordings, resampled
+independently; it does not follow from the two intervals. The replicates of each side are first scaled by its
+sqrt(n / (n - 1)), and Student's quantile is that of Welch's degrees of freedom,
+(v + w)^2 / (v^2 / (n - 1) + w^2 / (m - 1)) for variances v, w of n and m blocks. If one side has no scatter,
+it is the interval of the other.
 """
 
 from __future__ import annotations
@@ -29,17 +28,17 @@ __all__ = ["Replicates", "difference_interval", "of_mean", "of_ratio", "of_slope
 coverage = 0.95
 _DRAWS = 2000
 _SEED = 20210
-_MANY = 30  # cycles from which blocks are drawn
+_MANY = 30  # cycles from which blocks are used
 
 
 @dataclass(frozen=True, eq=False)
 class Replicates:
-    """What a value over n blocks of cycles comes to when they are drawn again and again.
+    """Bootstrap replicates of a value over n blocks of cycles.
 
     Attributes
     ----------
     values : (draws)
-        In the order of the draws, which is no order.
+        In the order of the draws.
     blocks : float
         n, >= 3.
     """
@@ -49,23 +48,23 @@ class Replicates:
 
     @cached_property
     def interval(self) -> tuple[float, float]:
-        """Of the value at 95 %: expanded percentiles."""
+        """95 % interval of the value, by expanded percentiles."""
         return _ends(self.values, np.sqrt(self.blocks / (self.blocks - 1)), self.blocks - 1)
 
     def mapped(self, change: Callable[[Floats], Floats]) -> Replicates:
-        """Those of a function of the value."""
+        """Replicates of a function of the value."""
         return Replicates(change(self.values), self.blocks)
 
 
 def difference_interval(before: Replicates, after: Replicates) -> tuple[float, float]:
-    """Of `after` less `before` at 95 %, both from cycles of their own (the rule stands at the head)."""
+    """95 % interval of `after` minus `before` (see the module docstring)."""
     sides, variances, freedoms = [], [], []
     for side in (before, after):
         wide = np.sqrt(side.blocks / (side.blocks - 1))
         sides.append(side.values.mean() + wide * (side.values - side.values.mean()))
         variances.append(float(sides[-1].var()))
         freedoms.append(side.blocks - 1)
-    # Equal numbers of cycles are drawn alike: shuffled, two recordings have nothing in common.
+    # Equal numbers of cycles have identical draws; shuffling makes both sides independent.
     random = np.random.default_rng([_SEED, 2])
     first, second = (random.choice(side, _DRAWS, replace=side.size < _DRAWS) for side in sides)
     together = sum(variances)
@@ -74,24 +73,24 @@ def difference_interval(before: Replicates, after: Replicates) -> tuple[float, f
 
 
 def of_mean(values: Floats) -> Replicates | None:
-    """Of the mean of one value per cycle; None for fewer than three."""
+    """Replicates of the mean of one value per cycle; None for fewer than three."""
     return of_ratio(values, np.ones(values.size))
 
 
 def of_slope(values: Floats) -> Replicates | None:
-    """Of the slope of the line through the values of successive cycles over their mean; None for fewer than
-    four. Cycles are drawn with their numbers."""
+    """Replicates of the slope of the line through the values of successive cycles, divided by their mean;
+    None for fewer than four. Cycles are drawn with their indices."""
     n = values.size
     if n < 4:
         return None
-    drawn = np.random.default_rng([_SEED, n, 1]).integers(0, n, (_DRAWS, n))
-    drawn = drawn[np.ptp(drawn, axis=1) > 0]
-    number, value = drawn - drawn.mean(axis=1, keepdims=True), values[drawn]
+    indices = np.random.default_rng([_SEED, n, 1]).integers(0, n, (_DRAWS, n))
+    indices = indices[np.ptp(indices, axis=1) > 0]
+    number, value = indices - indices.mean(axis=1, keepdims=True), values[indices]
     return Replicates((number * value).sum(axis=1) / (number**2).sum(axis=1) / value.mean(axis=1), n)
 
 
 def of_ratio(top: Floats, bottom: Floats) -> Replicates | None:
-    """Of sum(top) / sum(bottom) over cycles, each drawn as a pair; None for fewer than three.
+    """Replicates of sum(top) / sum(bottom) over cycles, drawn as pairs; None for fewer than three.
 
     Parameters
     ----------
@@ -103,13 +102,13 @@ def of_ratio(top: Floats, bottom: Floats) -> Replicates | None:
     length = round(n ** (1 / 3)) if n >= _MANY else 1
     random = np.random.default_rng([_SEED, n])
     begins = random.integers(0, n, (_DRAWS, -(-n // length)))
-    drawn = ((begins[..., None] + np.arange(length)) % n).reshape(_DRAWS, -1)[:, :n]
-    bottoms = bottom[drawn].sum(axis=1)
-    return Replicates(top[drawn].sum(axis=1)[bottoms != 0] / bottoms[bottoms != 0], n / length)
+    indices = ((begins[..., None] + np.arange(length)) % n).reshape(_DRAWS, -1)[:, :n]
+    bottoms = bottom[indices].sum(axis=1)
+    return Replicates(top[indices].sum(axis=1)[bottoms != 0] / bottoms[bottoms != 0], n / length)
 
 
 def _ends(found: Floats, wide: float, freedom: float) -> tuple[float, float]:
-    """Percentiles of what was drawn at the normal levels of so many times Student's quantile."""
+    """Percentiles of the draws at the normal levels of `wide` times Student's quantile."""
     from scipy import special
 
     tail = float(special.ndtr(wide * special.stdtrit(freedom, (1 - coverage) / 2)))

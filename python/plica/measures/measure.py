@@ -1,6 +1,6 @@
-"""One measured quantity with its spread between cycles, and all of them by name.
+"""A measured quantity with its spread between cycles, and measures by name.
 
-The catalogue has the unit and the definition of each: who measures gives the name and the number.
+The catalogue has the unit and the definition of each.
 """
 
 from __future__ import annotations
@@ -37,27 +37,27 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Measure:
-    """What was measured of one quantity.
+    """The measured value of one quantity.
 
     Attributes
     ----------
     name : str
-        In the catalogue.
+        Name in the catalogue.
     value : float or None
-        Mean over the cycles where there are cycles, of angles the circular one; None where it has no
-        meaning (the note says why).
+        Mean over the cycles if there are any, circular for angles; None if undefined (the note has the
+        reason).
     spread : float or None
-        Standard deviation between cycles (n - 1); None where nothing was averaged.
+        Standard deviation between cycles (n - 1); None without averaging.
     cycles : int
         Number of cycles (or collisions) averaged; 0 for a quantity of the whole record.
     note : str
-        What this record adds to the definition, or why there is no value.
+        Addition to the definition for this record, or why there is no value.
     cautions : tuple of str
-        What speaks against the value.
+        Reasons to doubt the value.
     scale : Scale
         The units of the record.
     replicates : Replicates or None
-        Of the value, by bootstrap over the cycles of a recording; None of a run.
+        Bootstrap replicates of the value over the cycles of a recording; None for a run.
     """
 
     name: str
@@ -79,12 +79,12 @@ class Measure:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Of the value at 95 %; None where there are no replicates."""
+        """95 % interval of the value; None without replicates."""
         return None if self.replicates is None else self.replicates.interval
 
     @property
     def unit(self) -> str:
-        """SI, "1" for a pure number; px and frames of a recording whose scale is not known."""
+        """SI, "1" for a pure number; px and frames for a recording of unknown scale."""
         return self.scale.unit(self.quantity.unit)
 
     def as_json(self) -> dict[str, Any]:
@@ -107,7 +107,7 @@ class Measure:
 
 
 class ByName(dict[str, Item]):
-    """By the names of the catalogue; a name that is not there is answered with the nearest and the list."""
+    """A dict by names of the catalogue; a missing name raises UnknownName with the nearest and all names."""
 
     def __missing__(self, name: str) -> Item:
         meant = [
@@ -123,14 +123,14 @@ class Measures(ByName[Measure]):
     ----------
     found : iterable of Measure
     scale : Scale
-        The units of the record that they are of.
+        The units of their record.
     """
 
     def __init__(self, found: Iterable[Measure] = (), scale: Scale = SI) -> None:
         super().__init__((item.name, replace(item, scale=scale)) for item in found)
 
     def as_json(self) -> dict[str, dict[str, Any]]:
-        """What measures.json holds."""
+        """The content of measures.json."""
         return {name: item.as_json() for name, item in self.items()}
 
 
@@ -145,7 +145,7 @@ def absent(name: str, reason: str) -> Measure:
 
 
 def average(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
-    """Mean and standard deviation of one value per cycle; those that are not finite are left out."""
+    """Mean and standard deviation of one value per cycle; non-finite values are ignored."""
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     if not finite.size:
@@ -157,7 +157,7 @@ def average(name: str, values: Floats, note: str = "", cautions: Iterable[str] =
 def per_cycle(
     name: str, cycles: Cycles, values: Floats, note: str = "", cautions: Iterable[str] = ()
 ) -> Measure:
-    """Average over cycles with what is unusual about them, or no value and why there are no cycles."""
+    """Average over cycles with their note as a caution, or no value and why there are no cycles."""
     if not cycles.count:
         return absent(name, cycles.note)
     values = cycles.used(values)
@@ -171,7 +171,7 @@ def per_cycle(
 def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
     """Mean direction of one angle (rad) per cycle, in (-pi, pi], and the spread about it.
 
-    Angles that are not finite are left out; without a value where they point in all directions
+    Non-finite angles are ignored; there is no value if they have no mean direction
     (:func:`plica.measures.circular.circular_mean`).
     """
     finite = np.asarray(values, dtype=float)
@@ -184,7 +184,7 @@ def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[
 
 
 def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -> Measure:
-    """Mean direction over cycles with what is unusual about them, or why there are no cycles."""
+    """Mean direction over cycles with their note as a caution, or why there are no cycles."""
     if not cycles.count:
         return absent(name, cycles.note)
     values = cycles.used(values)
@@ -201,11 +201,11 @@ def _joined(*texts: str) -> str:
 
 
 def cycle_frequency(cycles: Cycles, cautions: Iterable[str] = ()) -> Measure:
-    """Number of cycles over their time, c / (t_c - t_0); its spread is the standard deviation of 1 / T."""
+    """Number of cycles per time, c / (t_c - t_0); its spread is the standard deviation of 1 / T."""
     name = "fundamental_frequency"
     if not cycles.count:
         return absent(name, cycles.note)
     spread = float(np.std(1.0 / cycles.periods, ddof=1)) if cycles.count > 1 else None
-    said = tuple(filter(None, [cycles.note, *cautions]))
-    drawn = of_ratio(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
-    return Measure(name, cycles.frequency, spread, cycles.count, cautions=said, replicates=drawn)
+    all_cautions = tuple(filter(None, [cycles.note, *cautions]))
+    resampled = of_ratio(np.ones(cycles.count), cycles.periods) if cycles.recorded else None
+    return Measure(name, cycles.frequency, spread, cycles.count, cautions=all_cautions, replicates=resampled)

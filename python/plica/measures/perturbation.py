@@ -1,4 +1,4 @@
-"""How cycles differ from their neighbours, and how much of a glottal area is noise.
+"""Perturbation measures of cycles, and noise measures of the glottal area.
 
 With T_k the periods and A_k the heights (largest less least area) of c cycles, a mean over k and a bar over
 all of them: jitter is mean |T_k - T_(k+1)| / T, shimmer mean |A_k - A_(k+1)| / A; the perturbation quotients
@@ -21,20 +21,20 @@ from plica.measures.recorded import heights
 
 points = 5  # cycles of a perturbation quotient
 _HALF = points // 2
-few_cycles = 20  # with fewer, a perturbation is known to a fifth at best
-frame_jitter = 0.005  # of a regular voice, filmed at 20 frames a cycle: docs/verification/video.md
-_BELOW_SAMPLING = 10.0  # dB: nearer to what samples show of a voice without noise, they have a part in it
-_NEAR = 0.3  # of the period: where the cepstrum's peak is sought about it
-_FIRST = 4  # frames: shorter quefrencies tell of the spectrum's envelope
+few_cycles = 20  # with fewer, the uncertainty of a perturbation is a fifth or more
+frame_jitter = 0.005  # of a regular voice, recorded at 20 frames per cycle: docs/verification/video.md
+_BELOW_SAMPLING = 10.0  # dB below the ratio of a sampled noise-free signal; above that, sampling contributes
+_NEAR = 0.3  # of the period: search range of the cepstral peak
+_FIRST = 4  # frames: shorter quefrencies belong to the spectral envelope
 
 
 def local_perturbation(values: Floats) -> tuple[Floats, Floats]:
-    """(c - 1) each: differences of neighbours, and the mean of the two that they are relative to."""
+    """(c - 1) each: absolute differences of neighbours, and their means."""
     return np.abs(np.diff(values)), 0.5 * (values[1:] + values[:-1])
 
 
 def quotient_perturbation(values: Floats) -> tuple[Floats, Floats]:
-    """(c - 4) each: differences from the mean of five about each, and the value itself."""
+    """(c - 4) each: absolute differences from the mean of five, and the value itself."""
     smooth = np.convolve(values, np.full(points, 1 / points), mode="valid")
     return np.abs(values[_HALF:-_HALF] - smooth), values[_HALF:-_HALF]
 
@@ -49,7 +49,7 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
     for every, (local, quotient) in ((cycles.periods, names[:2]), (tops, names[2:])):
         values = cycles.used(every)
         item = _relative(local, *local_perturbation(values), float(np.nanmean(values)), cycles)
-        found.append(_floored(item) if local == "jitter" else item)
+        found.append(_with_frame_jitter_caution(item) if local == "jitter" else item)
         if values.size < points + 2:
             few = f"only {values.size} cycles: at least {points + 2} are needed"
             found.append(absent(quotient, few))
@@ -61,28 +61,28 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
 
 
 def _relative(name: str, top: Floats, bottom: Floats, mean: float, cycles: Cycles) -> Measure:
-    said = [cycles.note] if cycles.note else []
+    cautions = [cycles.note] if cycles.note else []
     if cycles.count < few_cycles:
-        said.append(f"only {cycles.count} cycles: perturbations need some {few_cycles}")
+        cautions.append(f"only {cycles.count} cycles: perturbations need about {few_cycles}")
     known = np.isfinite(top) & np.isfinite(bottom)
     top, bottom = top[known], bottom[known]
     if not top.size:
-        return absent(name, "no cycles follow each other whose frames are all known")
+        return absent(name, "no consecutive cycles with all frames known")
     return Measure(
         name,
         float(top.mean() / mean),
         None,
         cycles.count,
-        cautions=tuple(said),
+        cautions=tuple(cautions),
         replicates=of_ratio(top, bottom),
     )
 
 
-def _floored(jitter: Measure) -> Measure:
+def _with_frame_jitter_caution(jitter: Measure) -> Measure:
     if jitter.value is None or jitter.value >= 2 * frame_jitter:
         return jitter
-    said = f"pixels and frames make some {100 * frame_jitter:.1g} % by themselves, added in squares"
-    return replace(jitter, cautions=(*jitter.cautions, said))
+    caution = f"pixels and frames contribute about {100 * frame_jitter:.1g} %, added in quadrature"
+    return replace(jitter, cautions=(*jitter.cautions, caution))
 
 
 def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure]:
@@ -90,36 +90,37 @@ def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure
     names = ("harmonics_to_noise", "cepstral_peak_prominence")
     if not cycles.count:
         return [absent(name, cycles.note) for name in names]
-    said = (cycles.note,) if cycles.note else ()
+    cautions = (cycles.note,) if cycles.note else ()
     part, step = cycles.extent(time), time_step(time)
     ratio = harmonics_to_noise(signal[part], step)
-    drawn = _noise_replicates(time, signal, cycles)
+    resampled = _noise_replicates(time, signal, cycles)
     peak = cepstral_peak(signal[part], 1.0 / cycles.frequency / step)
     limited = _limited_by_sampling(ratio, time[part], cycles.frequency, step)
     return [
-        Measure(name, value, None, cycles.count, cautions=(*said, *further), replicates=replicates)
+        Measure(name, value, None, cycles.count, cautions=(*cautions, *further), replicates=replicates)
         if np.isfinite(value)
         else absent(name, why)
         for name, value, replicates, further, why in (
-            (names[0], ratio, drawn, limited, "the record is periodic to rounding, or has no period"),
+            (names[0], ratio, resampled, limited, "the record is periodic to round-off, or has no period"),
             (names[1], peak, None, (), "the record is too short for a cepstrum"),
         )
     ]
 
 
 def _limited_by_sampling(ratio: float, time: Floats, frequency: float, step: float) -> tuple[str, ...]:
-    """Where a ratio (dB) is near that of noise-free pulses, half sines, with as many samples a cycle."""
+    """A caution if a ratio (dB) is near that of noise-free half-sine pulses with as many samples per
+    cycle."""
     most = harmonics_to_noise(np.maximum(np.sin(2 * np.pi * frequency * (time - time[0])), 0.0), step)
     if not (np.isfinite(most) and ratio > most - _BELOW_SAMPLING):
         return ()
     return (
-        f"{1 / frequency / step:.2g} samples a cycle show no more than about {most:.0f} dB of a voice "
-        "without noise: compare recordings of one frame rate only",
+        f"{1 / frequency / step:.2g} samples per cycle limit the ratio to about {most:.0f} dB even without "
+        "noise: compare only recordings of the same frame rate",
     )
 
 
 def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicates | None:
-    """Of the ratio: the autocorrelation's products at the period are summed cycle by cycle, and drawn."""
+    """Replicates of the ratio, from the autocorrelation's products at the period, summed per cycle."""
     part, step = cycles.extent(time), time_step(time)
     frequency, height = autocorrelation_peak(signal[part], step)
     if not np.isfinite(frequency):
@@ -131,16 +132,16 @@ def _noise_replicates(time: Floats, signal: Floats, cycles: Cycles) -> Replicate
         for k in cycles.samples(time)
     ]
     top, bottom = np.array([pair for pair in found if np.isfinite(pair).all()]).reshape(-1, 2).T
-    drawn = of_ratio(top, bottom)
-    if drawn is None:
+    resampled = of_ratio(top, bottom)
+    if resampled is None:
         return None
-    shift = height - float(top.sum() / bottom.sum())  # what interpolating between samples costs
+    shift = height - float(top.sum() / bottom.sum())  # effect of interpolating between samples
 
     def decibels(values: Floats) -> Floats:
         r = np.clip(values + shift, 1e-9, 1 - 1e-9)
         return np.asarray(10 * np.log10(r / (1 - r)))
 
-    return drawn.mapped(decibels)
+    return resampled.mapped(decibels)
 
 
 def harmonics_to_noise(signal: Floats, step: float) -> float:
@@ -162,7 +163,7 @@ def cepstral_peak(signal: Floats, period: float) -> float:
     ----------
     signal : (k)
     period : float
-        Samples; the peak is sought within 30 % of it.
+        In samples; the peak is searched within 30 % of it.
     """
     windowed = (signal - signal.mean()) * np.hamming(signal.size)
     power = np.abs(np.fft.fft(windowed)) ** 2

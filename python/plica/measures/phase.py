@@ -7,8 +7,8 @@ import numpy as np
 from plica.measures.circular import principal
 from plica.measures.record import Floats
 
-harmonics = 5  # that are fitted at most, so that they do not leak into the fundamental
-still = 1e-6  # of the larger of two motions: what moves less does not move
+harmonics = 5  # largest number fitted, so that they do not leak into the fundamental
+still = 1e-6  # of the larger of two motions; a smaller motion is treated as zero
 
 
 def fundamental(time: Floats, signal: Floats, start: float, end: float) -> complex:
@@ -16,7 +16,7 @@ def fundamental(time: Floats, signal: Floats, start: float, end: float) -> compl
 
     The signal has the part Re(c exp(i w (t - start))): A cos(w (t - start) - lag) has c = A exp(-i lag).
     Least squares over the n samples with start <= t < end, of a constant, the fundamental and harmonics up
-    to the n / 4-th, at most the fifth: exact for what these span, at any instants and however few they are.
+    to the n / 4-th, at most the fifth: exact for signals in their span, at any instants.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def fundamental(time: Floats, signal: Floats, start: float, end: float) -> compl
 def phase_lag(first: complex, second: complex) -> float:
     """Angle by which the second fundamental lags behind the first, in (-pi, pi].
 
-    Positive where the second comes later; NaN where one of them does not move.
+    Positive if the second is later; NaN if one of them does not move.
     """
     small, large = sorted((abs(first), abs(second)))
     if not small > still * large:

@@ -1,12 +1,12 @@
-"""Pulses of a waveform: where they begin.
+"""Start instants of the pulses of a waveform.
 
-Let r be the range of the signal in the last half of the record, and m its mean there. A pulse begins where
+Let r be the range of the signal in the last half of the record, and m its mean there. A pulse starts where
 the signal rises through m after it was below m - q, if it then reaches m + q before it falls below m - q
-again; q = r / 10, less where m lies near an end of the range. The instant is interpolated linearly between
-samples. Where the autocorrelation's period is more than 1.1 of the mean one, ripples may have been taken for
-pulses: unless the crossings are evenly spaced as pulses are, even alternating ones (no interval above 1.4 of
-the mean), the search is repeated with limits halfway from m to the least and to the largest value, and its
-result is taken if it is nearer to the autocorrelation's period.
+again; q = r / 10, or less if m is near an end of the range. The instant is interpolated linearly between
+samples. If the autocorrelation's period is more than 1.1 of the mean one, ripples may have been mistaken for
+pulses: unless the crossings are evenly spaced like pulses, even alternating ones (no interval above 1.4 of
+the mean), the search is repeated with limits halfway from m to the smallest and to the largest value, and
+its result is used if it is nearer to the autocorrelation's period.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ even = 1.4  # longest interval between pulses, relative to the mean one
 
 
 def pulses(time: Floats, signal: Floats) -> Floats:
-    """Instants (s) at which pulses begin (the rule stands at the head of this module)."""
+    """Instants (s) at which pulses start (see the module docstring)."""
     starts = rising_crossings(time, signal)
     if starts.size < 3:
         return starts
@@ -40,7 +40,7 @@ def pulses(time: Floats, signal: Floats) -> Floats:
 def rising_crossings(time: Floats, signal: Floats, share: float = 0.1) -> Floats:
     """Instants (s) at which the signal rises through its mean, with hysteresis, both from its last half.
 
-    The limits lie `share` of the range from the mean, but at most halfway to the least and largest value.
+    The limits are `share` of the range from the mean, but at most halfway to the smallest and largest value.
     """
     half = signal[signal.size // 2 :]
     low, high, level = float(half.min()), float(half.max()), float(half.mean())
@@ -50,7 +50,7 @@ def rising_crossings(time: Floats, signal: Floats, share: float = 0.1) -> Floats
 
 
 def rises(time: Floats, signal: Floats, below: float, level: float, above: float) -> Floats:
-    """Instants (s) at which the signal passes the level on its way from `below` to `above`."""
+    """Instants (s) at which the signal crosses the level while rising from `below` to `above`."""
     starts: list[float] = []
     armed = False
     candidate = 0.0

@@ -1,15 +1,15 @@
-"""Open, speed and closing quotient of one cycle of a glottal area, simulated or filmed.
+"""Open, speed and closing quotient of one cycle of a simulated or recorded glottal area.
 
-The glottis is open where its area is above a level, a stated share of the cycle's largest area. Between two
-samples the area is linear, with one exception: an area of exactly zero is contact, which ended the opening
-somewhere within the step. The line through the two open samples before tells where, if it comes down to the
-level within the step; else the area fell in a jump, which is put into the middle.
+The glottis is open where its area is above a level, a given share of the cycle's largest area. Between two
+samples the area is linear, with one exception: an area of exactly zero means contact, which ended the
+opening somewhere within the step. The instant is that at which the line through the two open samples before
+reaches the level, if that is within the step; else the area has jumped, and the middle of the step is used.
 
 The speed quotient is opening time over closing time, the closing quotient closing time over the period; the
-opening ends and the closing begins where the pulse is highest. They begin and end at the level nearest to it
-on either side. Where the area stays above the level on one side (a leaky closure), a level is taken that both
-sides pass: 10 % of the way from the higher of the least areas on the two sides to the largest area. (The
-instant of the least area itself would be anywhere in a flat closure.)
+opening ends and the closing starts at the maximum of the pulse. They start and end at the crossing of the
+level nearest to it on each side. If the area stays above the level on one side (incomplete closure), a level
+that both sides cross is used: 10 % of the range from the larger of the minimum areas of the two sides to the
+largest area. (The instant of the minimum itself is undefined in a flat closure.)
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import numpy as np
 from plica.measures.instants import crossing, summit
 from plica.measures.record import Floats
 
-leak_level = 0.10  # of the way from the least to the largest area: where flanks end without closure
+leak_level = 0.10  # of the range of the area: level at which flanks end without closure
 
 
 @dataclass(frozen=True)
 class Quotients:
-    """Pure numbers of one cycle; NaN where a flank is not in the record.
+    """Quotients of one cycle; NaN if a flank is not in the record.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Quotients:
 
 
 def quotients(time: Floats, area: Floats, start: float, end: float, level: float) -> Quotients:
-    """The quotients of the cycle from `start` to `end` (the rules stand at the head of this module).
+    """The quotients of the cycle from `start` to `end` (see the module docstring).
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ def quotients(time: Floats, area: Floats, start: float, end: float, level: float
         return Quotients(0.0 if last > first else float("nan"), float("nan"), float("nan"))
     peak = first + int(np.argmax(area[first:last]))
     opened = open_quotient(time, area, start, end, level)
-    if area[peak] < area[max(peak - 1, 0) : peak + 2].max():  # highest at its end: not a pulse
+    if area[peak] < area[max(peak - 1, 0) : peak + 2].max():  # maximum at its end: not a pulse
         return Quotients(opened, float("nan"), float("nan"))
     opens, closes, floor = _flanks(time, area, peak, end - start, level)
     top = summit(time, area, peak, floor)
-    if top <= opens or top >= closes:  # flanks shorter than a step tell no more than the largest sample
+    if top <= opens or top >= closes:  # for flanks shorter than a step, use the largest sample
         top = float(time[peak])
     return Quotients(opened, float((top - opens) / (closes - top)), float((closes - top) / (end - start)))
 
@@ -84,14 +84,15 @@ def open_quotient(time: Floats, area: Floats, start: float, end: float, level: f
     inner = range(max(first, 1), min(last, time.size - 1) + 1)
     turns = [k for k in inner if opened[k] != opened[k - 1]]
     instants = [start, *(min(max(_edge(time, area, k, limit), start), end) for k in turns), end]
-    # Open and closed intervals follow each other; the first is as the sample before the cycle's first turn.
+    # Open and closed intervals alternate; the state of the first is that of the sample before the first
+    # change.
     state = bool(opened[turns[0] - 1]) if turns else bool(opened[first])
     total = sum(b - a for a, b in zip(instants[1 - state :: 2], instants[2 - state :: 2], strict=False))
     return float(total / (end - start))
 
 
 def _flanks(time: Floats, area: Floats, peak: int, period: float, level: float) -> tuple[float, float, float]:
-    """Where the opening begins and the closing ends, and the area that counts as the pulse's foot."""
+    """Start of the opening, end of the closing, and the base area of the pulse."""
     reach = max(round(period / float(time[1] - time[0])), 1)
     before, after = area[max(peak - reach, 0) : peak], area[peak + 1 : peak + 1 + reach]
     if not (before.size and after.size):
@@ -103,14 +104,14 @@ def _flanks(time: Floats, area: Floats, peak: int, period: float, level: float) 
         limit = floor + leak_level * (largest - floor)
         cut = peak - reach < 0 or peak + 1 + reach > area.size
         if cut and foot > min(before.min(), after.min()) + leak_level * (largest - foot):
-            return float("nan"), float("nan"), floor  # the record has no more than a part of that flank
+            return float("nan"), float("nan"), floor  # the record has only a part of that flank
     opened = peak - int(np.argmax(before[::-1] <= limit))
     closed = peak + 1 + int(np.argmax(after <= limit))
     return _edge(time, area, opened, limit), _edge(time, area, closed, limit), floor
 
 
 def _edge(time: Floats, area: Floats, k: int, level: float) -> float:
-    """Instant between samples k - 1 and k, one open and one closed, at which the area passes the level."""
+    """Instant between samples k - 1 and k, one open and one closed, at which the area crosses the level."""
     inward = -1 if area[k] <= level else 1  # from the closed sample to the open ones
     shut, opened = (k, k - 1) if inward < 0 else (k - 1, k)
     if area[shut] > 0.0:

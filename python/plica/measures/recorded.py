@@ -1,6 +1,7 @@
-"""Cycles of a recording: all complete ones, and what kind of voice they are.
+"""Cycles of a recording: all complete ones, and the kind of voice.
 
-A person's voice is not to settle: what a clinic looks for is how its cycles differ, so none is left out.
+A recorded voice need not be steady: the differences between its cycles are of clinical interest, so no cycle
+is left out.
 
 A first search follows the voice's level. With T the autocorrelation's period of the whole record, limits
 are at 15, 25 and 35 % of the way from the least to the largest area within 1.25 T of each instant; where
@@ -11,10 +12,10 @@ through the four samples about it: so a mark depends on one pulse, and on neithe
 grid. (Lower, the slits that a lens closes would move it; higher, it would mix two cycles where the period
 changes between pulses.) The first and the last cycle are complete.
 
-The kind is that of Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles tell: *diplophonic*
-where pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* where no lag
-of the record has an autocorrelation of a half; else *regular*, however much its cycles scatter, which
-jitter and shimmer say.
+The kind follows Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles allow: *diplophonic* if
+pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* if no lag of the
+record has an autocorrelation of 0.5; else *regular*, however much its cycles vary, which jitter and shimmer
+measure.
 """
 
 from __future__ import annotations
@@ -30,31 +31,31 @@ from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 from plica.measures.stationary import drifts, fewest, fit, of_amplitude, of_period, slope
 
-mark_shares = (0.2, 0.3, 0.4)  # of a pulse's own height, about which its cycle begins
+mark_shares = (0.2, 0.3, 0.4)  # of a pulse's height, around which its cycle starts
 _LIMITS = (0.15, 0.25, 0.35)  # of the local range
-_REACH = 1.25  # periods on either side, over which the range is local
-_SILENT = 0.1  # of the whole range: less is no voice
+_REACH = 1.25  # periods on each side that define the local range
+_SILENT = 0.1  # of the whole range; a smaller local range is silence
 _PERIODIC = 0.5  # autocorrelation below which a voice is aperiodic
 _WEAK = 0.1  # range over the largest value
-_WHOLE = 6  # of the lesser pattern: cycles that name one
+_WHOLE = 6  # least number of cycles for a pattern
 
 
 def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Scale = SI) -> Cycles:
-    """All complete cycles of a recording (the rule stands at the head of this module).
+    """All complete cycles of a recording (see the module docstring).
 
     Parameters
     ----------
     time : (k) s, ascending, equidistant
     signal : (k), finite
     name : str
-        What the signal is, for the notes.
+        Name of the signal in the notes.
     scale : Scale
         Whether the time is in s or in frames, for the notes.
 
     Returns
     -------
     Cycles
-        Three or more, or none and a note that says why.
+        Three or more, or none and a note with the reason.
     """
     if signal.size < 8:
         return _none(f"too short: {signal.size} samples")
@@ -65,10 +66,10 @@ def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale
     count = max(starts.size - 1, 0)
     if count < fewest:
         return _none(too_few(count, name, fewest))
-    verdict, pattern, said = _kind(time, signal, starts, scale)
+    verdict, pattern, notes = _kind(time, signal, starts, scale)
     if size < _WEAK * largest:
-        said.insert(0, f"weak: the {name} varies by only {100 * size / largest:.2g} %")
-    return Cycles(starts, "; ".join(said), verdict, pattern, recorded=True)
+        notes.insert(0, f"weak: the {name} varies by only {100 * size / largest:.2g} %")
+    return Cycles(starts, "; ".join(notes), verdict, pattern, recorded=True)
 
 
 def _none(reason: str) -> Cycles:
@@ -76,7 +77,7 @@ def _none(reason: str) -> Cycles:
 
 
 def marks(time: Floats, signal: Floats) -> Floats:
-    """(c + 1) instants (s) at which cycles begin, and the end of the last."""
+    """(c + 1) instants (s) at which cycles start, and the end of the last."""
     from scipy import ndimage
 
     frequency = autocorrelation_frequency(signal, time_step(time))
@@ -96,7 +97,7 @@ def marks(time: Floats, signal: Floats) -> Floats:
         levels = [foot + share * height for share in mark_shares]
         lowest = top + int(np.flatnonzero(signal[top : peak + 1] == foot)[-1])
         if lowest == 0:
-            continue  # the record begins within the flank
+            continue  # the record starts within the flank
         below = [np.flatnonzero(signal[top:peak] < level) for level in levels]
         if below[0].size:  # the record has all of the flank
             places = [top + int(k[-1]) + 1 for k in below]
@@ -106,9 +107,10 @@ def marks(time: Floats, signal: Floats) -> Floats:
 
 
 def _crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
-    """Instant between samples k - 1 and k at which a cubic through the four about it passes the level.
+    """Instant between samples k - 1 and k at which a cubic through the four nearest samples crosses the
+    level.
 
-    Linear at the ends of the record, and where the cubic leaves the interval (beside a corner of the signal).
+    Linear at the ends of the record, and if the cubic leaves the interval (near a corner of the signal).
     """
     line = float((level - signal[k - 1]) / (signal[k] - signal[k - 1]))
     part = line
@@ -123,7 +125,7 @@ def _crossing(time: Floats, signal: Floats, k: int, level: float) -> float:
 
 
 def heights(time: Floats, signal: Floats, cycles: Cycles) -> Floats:
-    """(c) largest value of each cycle over its least, the top by a parabola."""
+    """(c) range of each cycle, with the maximum by a parabola."""
     found = []
     for part in cycles.samples(time):
         peak = part.start + int(np.argmax(signal[part]))
@@ -138,24 +140,24 @@ def _kind(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> tuple[V
         fit(heights(time, signal, Cycles(starts)), of_amplitude),
     )
     pattern = max(line.pattern for line in lines)
-    said = _trend(periods)
+    notes = _trend(periods)
     likeness = autocorrelation_peak(signal, time_step(time))[1]
     if not likeness >= _PERIODIC:
         shown = f"{likeness:.2g}" if np.isfinite(likeness) else "none"
-        return "aperiodic", 1, [f"aperiodic: the largest autocorrelation is {shown}", *said]
+        return "aperiodic", 1, [f"aperiodic: the largest autocorrelation is {shown}", *notes]
     if pattern > 1 and periods.size >= _WHOLE:
         frequency = periods.size / float(starts[-1] - starts[0])
         unit = scale.unit("Hz")
-        told = (
+        note = (
             f"diplophonic: the pulses ({frequency:.4g} {unit}) repeat in a pattern of {pattern} "
             f"({frequency / pattern:.4g} {unit}); measures are those of the pulses"
         )
-        return "diplophonic", pattern, [told, *said]
-    return "regular", 1, said
+        return "diplophonic", pattern, [note, *notes]
+    return "regular", 1, notes
 
 
 def _trend(periods: Floats) -> list[str]:
-    """That the frequency glides."""
+    """A note if the frequency changes."""
     if not drifts(fit(periods, of_period), of_period):
         return []
     rate = np.expm1(slope(-np.log(periods)))

@@ -1,4 +1,4 @@
-"""What is measured of the glottal area of a recording beside what a run has too: quotients, levels, gaps."""
+"""Measures of the glottal area that only recordings have: further quotients, levels, gaps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from plica.measures.record import Floats
 
 
 def count_measures(cycles: Cycles) -> list[Measure]:
-    """How many cycles there are, and over how many measures are taken."""
+    """Number of cycles, and number of cycles used for measures."""
     return [
         whole("cycles_found", cycles.count, cycles.note if not cycles.count else ""),
         whole("cycles_used", cycles.count - len(cycles.left_out), cycles.note if not cycles.count else ""),
@@ -37,8 +37,8 @@ def recorded_quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> li
         values[f"open_quotient_{100 * level:g}_percent"] = np.array(
             [_open_above(time, area, *ends, level) for ends in pairwise(cycles.starts)]
         )
-    said = few_samples(time, cycles)
-    return [per_cycle(name, cycles, of_cycle, cautions=said) for name, of_cycle in values.items()]
+    cautions = few_samples(time, cycles)
+    return [per_cycle(name, cycles, of_cycle, cautions=cautions) for name, of_cycle in values.items()]
 
 
 def gap_measures(time: Floats, area: Floats, cycles: Cycles, length: float | None) -> list[Measure]:
@@ -53,7 +53,7 @@ def gap_measures(time: Floats, area: Floats, cycles: Cycles, length: float | Non
 
 
 def _open_above(time: Floats, area: Floats, start: float, end: float, share: float) -> float:
-    """The open quotient above this share of the way from the cycle's least to its largest area."""
+    """The open quotient at a level given as a share of the range of the cycle's area."""
     first, last = (int(k) for k in np.searchsorted(time, (start, end)))
     low, high = float(area[first:last].min()), float(area[first:last].max())
     if not high > low:

@@ -1,4 +1,4 @@
-"""The units that a record is in, and those in which people read it."""
+"""Units of a record, and units in reports."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Literal
 
 __all__ = ["SI", "Scale", "shown_unit"]
 
-# Unit in which people read a quantity: how many of it are one SI unit.
+# Unit in reports: factor from the SI unit.
 _FACTORS = {
     "mm": 1e3,
     "um": 1e6,
@@ -24,7 +24,7 @@ _FACTORS = {
     "uJ": 1e6,
     "deg": 180 / math.pi,
 }
-# SI unit: the one that people read, where the quantity does not say another.
+# SI unit: usual unit in reports.
 _USUAL = {
     "m": "mm",
     "m^2": "mm^2",
@@ -41,13 +41,13 @@ _USUAL = {
 
 @dataclass(frozen=True)
 class Scale:
-    """What lengths and times of a record are in: pixels and frames where their size is not known."""
+    """Units of lengths and times of a record: pixels and frames if their size is unknown."""
 
     length: Literal["m", "px"] = "m"
     time: Literal["s", "frames"] = "s"
 
     def unit(self, si: str) -> str:
-        """The unit, in this record, of what is in `si` where the scale is known."""
+        """The unit in this record of a quantity with the SI unit `si`."""
         lengths = {} if self.length == "m" else {"m": "px", "m^2": "px^2"}
         times = {} if self.time == "s" else {"s": "frames", "Hz": "1/frame", "1/s": "1/frame"}
         if si == "m/s":
@@ -59,6 +59,6 @@ SI = Scale()
 
 
 def shown_unit(unit: str, chosen: str = "") -> tuple[float, str]:
-    """Factor and unit in which people read what is in `unit`; px, frames, Hz and numbers stay as they are."""
+    """Factor to the unit in reports, and that unit; px, frames, Hz and pure numbers are unchanged."""
     shown = chosen or _USUAL.get(unit, unit)
     return _FACTORS.get(shown, 1.0), shown

@@ -1,4 +1,4 @@
-"""What is measured of the motion of the left and the right fold, simulated or filmed."""
+"""Measures of the simulated or recorded motion of the left and the right fold."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _NAMES = ("amplitude_left", "amplitude_right", "amplitude_ratio", "amplitude_asy
 
 
 def amplitudes(time: Floats, signal: Floats, cycles: Cycles) -> Floats:
-    """(c) half the peak-to-peak of the signal in each cycle."""
+    """(c) half the peak-to-peak range of the signal in each cycle."""
     return np.array([0.5 * np.ptp(signal[part]) for part in cycles.samples(time)])
 
 
 def asymmetry(left: Floats, right: Floats) -> Floats:
-    """(right - left) / (right + left); NaN where neither moves."""
+    """(right - left) / (right + left); NaN if neither moves."""
     return ratio(right - left, right + left)
 
 
@@ -54,12 +54,12 @@ def side_measures(
     ----------
     time : (k)
     left, right : (k)
-        Distance of either fold's edge from the midline, both growing as the glottis opens.
+        Distance of each fold's edge from the midline, both increasing as the glottis opens.
     cycles : Cycles
     notes : (str, str)
-        What there is to say of the left and of the right amplitude.
+        Notes of the left and of the right amplitude.
     between : str
-        What there is to say of what compares them.
+        Note of the measures that compare them.
     """
     if not cycles.count:
         return [absent(name, cycles.note) for name in _NAMES]

@@ -1,26 +1,26 @@
-"""Which of a voice's cycles are stationary: periods and amplitudes without trend, about the same values.
+"""Stationary cycles of a vibration: periods and amplitudes without trend.
 
 A sequence is one value per cycle, relative to its mean. It *drifts* if the line through it rises or falls by
 more than is allowed, and by more than its scatter about the line explains (t-test, 0.5 %). Allowed from the
-first of n cycles to the last are 2 % of the period and 5 % of the amplitude, but no more than 0.5 % and 1 %
-a cycle. It is *uneven* if the scatter in one of its halves is beyond its tolerance, at least three times
-that of the other, and more than chance explains (F-test, 0.1 %). Else it is stationary, however irregular.
+first of n cycles to the last are 2 % of the period and 5 % of the amplitude, but at most 0.5 % and 1 % per
+cycle. It is *uneven* if the scatter in one of its halves exceeds the tolerance, is at least three times that
+of the other, and more than chance explains (F-test, 0.1 %). Else it is stationary, however irregular.
 
-A voice that repeats itself only every second, third or fourth cycle has a *pattern*: its cycles, sorted by
-their place in the pattern, scatter within tolerance, or half as much as unsorted and by less than chance
+A vibration that repeats only every second, third or fourth cycle has a *pattern*: its cycles, sorted by their
+position in the pattern, scatter within tolerance, or half as much as unsorted and by less than chance
 explains (F-test, 0.1 %). Drift and scatter are then those about the pattern.
 
-Of a whole record that is stationary, and of the last half, quarter, ... of one that is not, all cycles are
+In a whole record that is stationary, and in the last half, quarter, ... of one that is not, all cycles are
 used back to the first that departs from the last ones: by more than 2 % and 5 %, and by more than their
-scatter explains (prediction interval, 0.01 %; 1 % for the cycles that then come first). So cycles are never
-chosen for being alike, which would halve the spread of an irregular voice.
+scatter explains (prediction interval, 0.01 %; 1 % for the cycles that are then first). So cycles are never
+selected for being alike, which would halve the spread of an irregular vibration.
 
-Any short part of a trend looks stationary by itself. So the stationary end of a record that was changing is
-its settled end only if the voice did settle: either the whole record rises or falls at least three times as
-fast as its end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test,
-0.5 %; under a constant trend both are equally fast), or the cycles before, as many again, depart from the
-mean of the end at least six times as much as its own do (root mean square; 3.6 times under a constant trend),
-and by more than chance explains (F-test, 0.1 %).
+Any short part of a trend looks stationary. So the stationary end of a record that was changing is only used
+if the vibration became steady: either the whole record rises or falls at least three times as fast as its
+end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test, 0.5 %; under a
+constant trend both are equally fast), or the same number of cycles before depart from the mean of the end at
+least six times as much as its own do (root mean square; 3.6 times under a constant trend), and by more than
+chance explains (F-test, 0.1 %).
 """
 
 from __future__ import annotations
@@ -32,21 +32,22 @@ from numpy.typing import NDArray
 
 from plica.measures.record import Floats
 
-fewest = 3  # cycles that a statistic needs
+fewest = 3  # cycles needed for statistics
 longest_pattern = 4  # cycles
-slower = 3.0  # rate of the whole record over that of a settled end; 1 under a constant trend
-calmer = 6.0  # departure before over departure within a settled end; 3.6 under a constant trend
+slower = 3.0  # rate of the whole record over that of a steady end; 1 under a constant trend
+calmer = 6.0  # departure before over departure within a steady end; 3.6 under a constant trend
 uneven = 3.0  # scatter of one half over that of the other
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """What counts as the same, relative to the mean."""
+    """Tolerances relative to the mean."""
 
     scatter: float
-    """Standard deviation of a regular voice, drift over all cycles of a steady one."""
+    """Largest standard deviation of a regular vibration, and largest drift over all cycles of a steady
+    one."""
     rate: float
-    """Drift a cycle."""
+    """Largest drift per cycle."""
 
 
 of_period = Tolerance(0.02, 0.005)
@@ -55,20 +56,21 @@ of_amplitude = Tolerance(0.05, 0.01)
 
 @dataclass(frozen=True)
 class Fit:
-    """Line through a sequence of n values relative to their mean, with a level for each place in a pattern.
+    """Line through a sequence of n values relative to their mean, with a level for each position in a
+    pattern.
 
     Attributes
     ----------
     pattern : int
-        Places; 1 without one.
+        Length of the pattern; 1 without one.
     rate : float
         Slope, per cycle.
     error : float
         Standard error of the slope.
     spread : float
-        Standard deviation of the values about the pattern alone.
+        Standard deviation of the values about the pattern, without the line.
     residual : (n)
-        Values less line and pattern.
+        Values minus line and pattern.
     """
 
     pattern: int
@@ -84,7 +86,7 @@ class Fit:
 
 
 def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
-    """First of the stationary cycles up to the last one; None if the voice is still changing.
+    """Index of the first of the stationary cycles at the end; None if the vibration is still changing.
 
     Parameters
     ----------
@@ -108,7 +110,7 @@ def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
 
 
 def fit(values: Floats, tolerance: Tolerance) -> Fit:
-    """The line through a sequence, about its shortest pattern."""
+    """The line through a sequence, with its shortest pattern."""
     plain = _fit(values, 1)
     if plain.spread <= tolerance.scatter:
         return plain
@@ -127,13 +129,13 @@ def fit(values: Floats, tolerance: Tolerance) -> Fit:
 
 
 def exceeds(line: Fit, tolerance: Tolerance) -> bool:
-    """Whether the line through a sequence rises or falls by more than is allowed, whatever its scatter."""
+    """Whether the line through a sequence rises or falls by more than is allowed, regardless of scatter."""
     steps = line.residual.size - 1
     return abs(line.rate) * steps > min(tolerance.scatter, tolerance.rate * steps)
 
 
 def drifts(line: Fit, tolerance: Tolerance) -> bool:
-    """Whether a sequence rises or falls by more than is allowed and than its scatter explains."""
+    """Whether a sequence rises or falls by more than is allowed and more than its scatter explains."""
     from scipy import special
 
     return exceeds(line, tolerance) and bool(
@@ -156,7 +158,7 @@ def _fit(values: Floats, pattern: int) -> Fit:
 
 
 def _explains(sorted_: Fit, plain: Fit) -> bool:
-    """Whether sorting by place lowers the scatter about the line by more than chance does."""
+    """Whether sorting by position reduces the scatter about the line by more than chance."""
     from scipy import special
 
     left, all_ = float(sorted_.residual @ sorted_.residual), float(plain.residual @ plain.residual)
@@ -188,7 +190,7 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
 
 
 def _settles(values: Floats, first: int) -> bool:
-    """Whether the voice was changing before cycle `first` and then no more."""
+    """Whether the vibration was changing before cycle `first` and not after."""
     from scipy import special
 
     end = values[first:] / values[first:].mean()
@@ -209,10 +211,12 @@ def slope(values: Floats) -> float:
 
 
 def neighbours_scatter(values: Floats) -> float:
-    """Relative standard deviation of single values, from second differences, which know of no trend.
+    """Relative standard deviation of single values, from second differences, which are independent of a
+    trend.
 
-    By their median (for normal values 0.6745 of their standard deviation, and that the root of 6), so that
-    a few values apart count little; the least over differences of 1 to 4 cycles, so that no pattern counts.
+    From their median (for normal values 0.6745 of their standard deviation, which is sqrt(6) that of the
+    values), so that outliers have little effect; the minimum over differences of 1 to 4 cycles, so that a
+    pattern has none.
     """
     logarithm = np.log(values)
     lags = [lag for lag in range(1, longest_pattern + 1) if values.size > 4 * lag] or [1]
@@ -221,7 +225,7 @@ def neighbours_scatter(values: Floats) -> float:
 
 
 def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
-    """First of the cycles that are like those from `core` on and stationary together with them."""
+    """First of the cycles that agree with those from `core` on and are stationary together with them."""
     apart = np.flatnonzero(np.any([_departs(*pair, core, 1e-4) for pair in sequences], axis=0))
     first = int(apart[-1]) + 1 if apart.size else 0
     while first < core and not all(_is_stationary(values[first:], same) for values, same in sequences):
@@ -230,7 +234,7 @@ def _reach(sequences: list[tuple[Floats, Tolerance]], core: int) -> int:
 
 
 def _without_onset(sequences: list[tuple[Floats, Tolerance]], first: int, core: int) -> int:
-    """The first cycle from `first` on that is like those from `core` on."""
+    """The first cycle from `first` on that agrees with those from `core` on."""
     apart = np.any([_departs(*pair, core, 1e-2) for pair in sequences], axis=0)
     while first < core and apart[first]:
         first += 1
@@ -238,7 +242,7 @@ def _without_onset(sequences: list[tuple[Floats, Tolerance]], first: int, core: 
 
 
 def _departs(values: Floats, tolerance: Tolerance, core: int, chance: float) -> NDArray[np.bool_]:
-    """Which cycles before `core` lie off what is expected after those from there on."""
+    """Which cycles before `core` depart from those from `core` on."""
     from scipy import special
 
     end = values[core:]

@@ -1,4 +1,4 @@
-"""The numerical uncertainty of measures: what refinement says of each, and its file."""
+"""Numerical uncertainty of measures by refinement, and its file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FORMAT = 1
 
 @dataclass(frozen=True)
 class Refinement:
-    """What the levels of one kind, of the step or of the mesh, say of a quantity.
+    """Result of refining the step or the mesh for one quantity.
 
     Attributes
     ----------
@@ -29,11 +29,11 @@ class Refinement:
         "asymptotic", "monotone", "two levels", "scatter", "no convergence" or "unchanged"
         (docs/uncertainty.md).
     order : float or None
-        Observed, from three levels.
+        Observed order, from three levels.
     extrapolated : float or None
-        The limit, where three levels converge.
+        The limit, if three levels converge.
     values : dict of str to float
-        By level, the run's own among them.
+        Values by level, including the run itself.
     """
 
     uncertainty: float
@@ -45,18 +45,18 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Uncertain:
-    """One quantity of a run.
+    """One quantity of a run with its uncertainty.
 
     Attributes
     ----------
     name, unit : str
         SI.
     value : float
-        The run's.
+        Value of the run.
     step, mesh : Refinement or None
         None: not estimated.
     statistical : float or None
-        Of the mean over cycles, 95 %; None where nothing was averaged. No part of `numerical`.
+        95 % uncertainty of the mean over cycles; None without averaging. Not included in `numerical`.
     spread : float or None
         Standard deviation between cycles.
     cycles : int
@@ -73,19 +73,19 @@ class Uncertain:
 
     @property
     def numerical(self) -> float | None:
-        """Sum of those of step and mesh, as both may err to the same side; None where there is neither."""
+        """Sum of those of step and mesh, as both errors may have the same sign; None if there is neither."""
         parts = [part.uncertainty for part in (self.step, self.mesh) if part is not None]
         return sum(parts) if parts else None
 
     @property
     def alone(self) -> str:
-        """``step alone`` where only that is estimated, ``mesh alone`` likewise; else nothing."""
+        """``step alone`` or ``mesh alone`` if only that is estimated; else empty."""
         known = [name for name, part in (("step", self.step), ("mesh", self.mesh)) if part is not None]
         return f"{known[0]} alone" if len(known) == 1 else ""
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What speaks against the uncertainty, as text."""
+        """Reasons to doubt the uncertainty, as text."""
         parts = (("step", self.step), ("mesh", self.mesh))
         found = [name for name, part in parts if part is not None and part.verdict == "no convergence"]
         return (f"not in the asymptotic range of {' and '.join(found)}",) if found else ()
@@ -97,21 +97,21 @@ class Uncertain:
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Of a run: every quantity that has one, and where it came from.
+    """The uncertainties of a run and their sources.
 
     Attributes
     ----------
     steps : int
-        Of the run when it was estimated.
+        Steps of the run when it was estimated.
     source : str
-        One sentence: which levels, and how they were run.
+        One sentence on the levels and how they were run.
     levels : list of dict
         Each other level: name, kind, step, cells, steps, seconds, cycles, status.
     measures : dict of str to Uncertain
     waveforms : dict of str to Uncertain
-        Where the run was repeated from its start: relative L2 error, largest value and its instant.
+        If the run was repeated from its start: relative L2 error, largest value and its instant.
     remarks : list of str
-        What could not be estimated, and why.
+        Quantities that could not be estimated, and why.
     """
 
     steps: int
@@ -123,7 +123,7 @@ class Uncertainty:
     plica: str = ""
 
     def as_json(self) -> dict[str, Any]:
-        """What uncertainty.json holds."""
+        """The content of uncertainty.json."""
         tables = {"measures": self.measures, "waveforms": self.waveforms}
         return {
             "format": _FORMAT,
@@ -137,14 +137,15 @@ class Uncertainty:
 
 
 def write_uncertainty(found: Uncertainty, path: Path) -> Path:
-    """Write it as JSON; a reader sees the old file or the new one."""
+    """Write it as JSON; the file is replaced atomically."""
     return write_json(found.as_json(), path)
 
 
 def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
-    """That of the run of so many steps in a directory.
+    """The uncertainty of the run of this number of steps in a directory.
 
-    None where there is none, a damaged file, or one of another length of the run or of another format.
+    None if there is none, if the file is damaged, or if it is for another number of steps or of another
+    format.
     """
     path = directory / JSON_FILE
     if not path.is_file():

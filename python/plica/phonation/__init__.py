@@ -1,1 +1,1 @@
-"""A run from a scene: what is simulated, how it is stored and resumed, and what is measured on it."""
+"""Simulation of phonation: scenes, runs and their storage, measures and reports."""

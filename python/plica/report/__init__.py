@@ -1,1 +1,1 @@
-"""How figures and numbers are shown to people, in the reports of runs and of recordings."""
+"""Figures, tables and number formats of the reports of runs and recordings."""

@@ -1,4 +1,4 @@
-"""Two records beside each other as people read them: a table, a page, files for other programs."""
+"""Output of a comparison of two records: a table, a page, files for other programs."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ __all__ = ["ChangeRow", "Sheet", "comparison_table", "write_comparison"]
 
 @dataclass(frozen=True)
 class Sheet:
-    """What a comparison shows.
+    """The content of a comparison.
 
     Attributes
     ----------
     labels : (str, str)
-        What both are called.
+        Names of both records.
     facts : (mapping, mapping)
-        What is known of both, by name: for comparison.json, and in words for the page's head.
+        Metadata of both, by name, for comparison.json and the head of the page.
     remarks : sequence of str
-        What is to be minded, a sentence each.
+        Remarks, one sentence each.
     changes : sequence of Change
     sections : sequence of (heading, drawings)
     command : str
-        What makes it anew.
+        Command that repeats the comparison.
     """
 
     labels: tuple[str, str]
@@ -48,7 +48,7 @@ class Sheet:
 
 @dataclass(frozen=True)
 class ChangeRow:
-    """One line of the table, in the units that people read."""
+    """One line of the table, in common units."""
 
     before: Row
     after: Row
@@ -59,9 +59,9 @@ class ChangeRow:
 
 
 def change_row(change: Change, notes: list[str]) -> ChangeRow:
-    """A change as people read it: difference and interval to the second digit of the half-width.
+    """A change as text: difference and interval rounded to the second digit of the half-width.
 
-    What is to be said of it is numbered: its place, from 1, in `notes`, to which it is added where it is new.
+    Its notes are given as numbers, from 1, in `notes`, to which new ones are added.
     """
     factor, unit = change.after.quantity.people(change.after.scale)
     difference = interval = ""
@@ -85,18 +85,18 @@ def change_row(change: Change, notes: list[str]) -> ChangeRow:
 
 
 def _places(size: float, digits: int = 2) -> int:
-    """Decimal places that show so many digits of a size; none of what is nought."""
+    """Decimal places that show this number of digits of a size; 0 for zero."""
     return min(max(digits - 1 - math.floor(math.log10(abs(size))), 0), 12) if abs(size) > 1e-12 else 0
 
 
 def _signed(value: float, places: int) -> str:
-    """With its sign, but for nought."""
+    """The number with its sign, except for zero."""
     text = f"{value:+.{places}f}"
     return text.replace("-", "−") if float(text) else text[1:]
 
 
 def comparison_table(changes: Sequence[Change]) -> str:
-    """The changes for a terminal, a * where the interval leaves zero out; below, what is said of them."""
+    """The changes for a terminal, with a * if the interval excludes zero; notes below."""
     lines = [f"{'':<40} {'before':>12} {'after':>12} {'':<6} {'after - before':<14} 95 % interval"]
     notes: list[str] = []
     for change in changes:
@@ -119,7 +119,7 @@ def write_comparison(sheet: Sheet, directory: Path, *, pdf: bool = False) -> Pat
     ----------
     sheet : Sheet
     directory : Path
-        There already; files in it of these names are replaced, each as a whole.
+        Existing directory; files of these names are replaced.
     """
     groups: dict[str, list[ChangeRow]] = {}
     notes: list[str] = []
@@ -166,7 +166,7 @@ def _write_tables(sheet: Sheet, directory: Path) -> None:
         ]
     columns["not compared"] = [change.withheld for change in sheet.changes]
     columns["cautions"] = ["; ".join(change.cautions) for change in sheet.changes]
-    said = dict(zip(("before", "after"), sheet.labels, strict=True))
+    labels = dict(zip(("before", "after"), sheet.labels, strict=True))
     write_table(
-        directory / "comparison.csv", {name: np.array(values) for name, values in columns.items()}, said
+        directory / "comparison.csv", {name: np.array(values) for name, values in columns.items()}, labels
     )

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plica.measures.record import Floats
-from plica.report.progress import drawn
+from plica.report.progress import count_figure
 
 blue, red, green, purple, grey = "#3b82c4", "#d2603a", "#3f9b6c", "#8d66bf", "#8b8f96"
 tissue, air, rim = "#d8998a", "#1d222b", "#4a2f2a"
@@ -63,19 +63,19 @@ def draw(
     size: tuple[float, float],
     paint: Callable[[Figure], None],
 ) -> Drawing:
-    """Paint a figure of that size (inches) and return it as SVG without anything to fetch."""
+    """Draw a figure of this size (inches) and return it as self-contained SVG."""
     settings: Any = {**style, "svg.hashsalt": title}
     with mpl.rc_context(settings):
         figure = Figure(figsize=size, layout="constrained")
         paint(figure)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None})
-    drawn()
+    count_figure()
     return Drawing(title, caption, alt, inline_svg(buffer.getvalue(), alt))
 
 
 def inline_svg(text: str, alt: str) -> str:
-    """The <svg> element alone: no prolog, no metadata, no idle ids, scalable, named for screen readers."""
+    """The <svg> element without prolog, metadata and unused ids, scalable, labelled for screen readers."""
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
     text = re.sub(r'(<svg[^>]*?) width="[^"]*"', r"\1", text, count=1)
@@ -89,7 +89,7 @@ def inline_svg(text: str, alt: str) -> str:
 
 
 def over_time(*panels: tuple[Axes, str]) -> None:
-    """Name what each panel (axes, name) shows, and below the last one the time (ms) that all of them span."""
+    """Label each panel (axes, name), and the common time axis (ms) below the last one."""
     for axes, name in panels:
         axes.set_ylabel(name)
         axes.margins(x=0)
@@ -97,7 +97,7 @@ def over_time(*panels: tuple[Axes, str]) -> None:
 
 
 def line(axes: Axes, time: Floats, values: Floats, **options: Any) -> None:
-    """A line in which at most 1500 intervals keep their least and largest value."""
+    """A line reduced to the minimum and maximum of at most 1500 intervals."""
     most = 1500
     if time.size > 2 * most:
         edges = np.linspace(0, time.size, most + 1).astype(int)

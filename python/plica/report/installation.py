@@ -1,4 +1,4 @@
-"""What figures were made with: version, commit, compiler, processor, threads, date."""
+"""Description of this installation: version, commit, compiler, processor, threads, date."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _SOURCES = ("cpp", "python", "cmake", "CMakeLists.txt", "pyproject.toml")
 
 @dataclass(frozen=True)
 class Installation:
-    """What is named beside the rows."""
+    """The software and machine that computed the results."""
 
     version: str
     commit: str
-    """Empty where the package does not lie in its sources."""
+    """Empty if the package is not in a source tree."""
     compiler: str
     backend: str
     python: str
@@ -37,7 +37,7 @@ class Installation:
 
 
 def this_installation() -> Installation:
-    """Now and here."""
+    """The present installation and time."""
     built = _engine.build_info()
     return Installation(
         version=str(built["version"]),
@@ -53,7 +53,7 @@ def this_installation() -> Installation:
 
 
 def _commit() -> str:
-    """The last that changed the sources the package lies in, with a plus where they were changed since."""
+    """The last commit of the source tree of the package, with a plus if it has uncommitted changes."""
     package = Path(__file__).resolve().parents[1]
     root = package.parents[1]
     if not (root / "pyproject.toml").is_file() or not (root / ".git").exists():
@@ -67,9 +67,9 @@ def _commit() -> str:
 
 
 def _git(root: Path, *command: str) -> str:
-    """What git says of all that the engine and the package are made of."""
-    words = ["git", "-C", str(root), *command, "--", *_SOURCES]
-    return subprocess.run(words, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    """Output of a git command restricted to the sources of engine and package."""
+    arguments = ["git", "-C", str(root), *command, "--", *_SOURCES]
+    return subprocess.run(arguments, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
 
 
 def _processor() -> str:

@@ -1,4 +1,4 @@
-"""Pages of reports: one HTML file that fetches nothing, and the same paged as PDF."""
+"""Pages of reports: one self-contained HTML file, and the same as PDF."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ __all__ = ["pdf_of", "render", "require_pdf", "write_page"]
 
 
 def render(template: str, **values: Any) -> str:
-    """A template of a room, ``video/report.html.j2``, filled in; what is missing raises UndefinedError.
+    """Render a template of a package, ``video/report.html.j2``; missing values raise UndefinedError.
 
-    Those that extend ``report/base.html.j2`` need `title`, and `running`, the header of each printed page.
+    Templates that extend ``report/base.html.j2`` need `title`, and `running`, the header of each printed
+    page.
     """
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(_source),
@@ -31,17 +32,17 @@ def render(template: str, **values: Any) -> str:
 
 
 def _css(text: str) -> Markup:
-    """A string of a style sheet: what is no letter or figure by its number, so that nothing can end it."""
+    """A CSS string, with all characters except letters and digits escaped."""
     return Markup('"%s"') % Markup("".join(c if c.isalnum() else f"\\{ord(c):x} " for c in text))
 
 
 def _source(name: str) -> str:
-    room, _, file = name.rpartition("/")
-    return files(f"plica.{room.replace('/', '.')}").joinpath(file).read_text(encoding="utf-8")
+    package, _, file = name.rpartition("/")
+    return files(f"plica.{package.replace('/', '.')}").joinpath(file).read_text(encoding="utf-8")
 
 
 def write_page(text: str, path: Path) -> Path:
-    """Write a page and return its path; a reader sees the old one or the new one, whole."""
+    """Write a page, replacing it atomically, and return its path."""
 
     def fill(draft: Path) -> None:
         draft.write_text(text, encoding="utf-8")
@@ -51,12 +52,12 @@ def write_page(text: str, path: Path) -> Path:
 
 
 def require_pdf() -> Any:
-    """The library that makes PDFs (WeasyPrint).
+    """The library that writes PDFs (WeasyPrint).
 
     Raises
     ------
     InvalidInput
-        Where it is not installed, or lacks the system's Pango: to be asked before anything is computed.
+        If it is not installed, or Pango is missing; call this before a computation.
     """
     from PIL import ImageFile
 
@@ -69,16 +70,18 @@ def require_pdf() -> Any:
         ) from None
     except OSError as error:
         raise InvalidInput(
-            f"PDF: WeasyPrint does not find a library of the system ({str(error).splitlines()[0]}); must. "
-            "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0, or the like."
+            f"PDF: WeasyPrint does not find a system library ({str(error).splitlines()[0]}); must find it. "
+            "Install Pango: apt install libpango-1.0-0 libpangoft2-1.0-0 libharfbuzz-subset0, or similar."
         ) from None
     finally:
-        ImageFile.LOAD_TRUNCATED_IMAGES = truncated  # WeasyPrint's import lets Pillow take broken pictures
+        ImageFile.LOAD_TRUNCATED_IMAGES = (
+            truncated  # WeasyPrint's import makes Pillow accept truncated images
+        )
     return weasyprint
 
 
 def pdf_of(page: Path) -> Path:
-    """Write a page that :func:`write_page` wrote as PDF beside it, on A4 with a running header; its path.
+    """Convert a page of :func:`write_page` to PDF beside it, on A4 with a running header; returns its path.
 
     Raises
     ------
@@ -86,10 +89,10 @@ def pdf_of(page: Path) -> Path:
         As :func:`require_pdf`.
     """
     weasyprint, path = require_pdf(), page.with_suffix(".pdf")
-    within = weasyprint.urls.URLFetcher(allowed_protocols=("data",))  # the page fetches nothing
+    fetcher = weasyprint.urls.URLFetcher(allowed_protocols=("data",))  # the page is self-contained
 
     def fill(draft: Path) -> None:
-        weasyprint.HTML(string=page.read_text(encoding="utf-8"), url_fetcher=within).write_pdf(draft)
+        weasyprint.HTML(string=page.read_text(encoding="utf-8"), url_fetcher=fetcher).write_pdf(draft)
 
     replaced(path, fill)
     return path

@@ -1,4 +1,4 @@
-"""What a person sees while figures are drawn."""
+"""Progress bar while figures are drawn."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-__all__ = ["drawn", "figures_shown"]
+__all__ = ["count_figure", "figures_shown"]
 
 _AFTER = 2.0
-"""s, before which nothing is shown."""
+"""[s] Delay of the bar."""
 _bar: ContextVar[Any] = ContextVar("bar", default=None)
 
 
 @contextmanager
 def figures_shown(shown: bool = True) -> Iterator[None]:
-    """Within it, figures that are drawn are counted on standard error; not if they take less than 2 s."""
+    """Show a bar of drawn figures on standard error, if it takes more than 2 s."""
     if not shown:
         yield
         return
     from tqdm import tqdm
 
-    often = 0.5 if sys.stderr.isatty() else 10.0  # to a file, a line every ten seconds
-    with tqdm(desc="report", unit=" figures", mininterval=often, delay=_AFTER, file=sys.stderr) as bar:
+    interval = 0.5 if sys.stderr.isatty() else 10.0  # in a file, a line every ten seconds
+    with tqdm(desc="report", unit=" figures", mininterval=interval, delay=_AFTER, file=sys.stderr) as bar:
         before = _bar.set(bar)
         try:
             yield
@@ -32,8 +32,8 @@ def figures_shown(shown: bool = True) -> Iterator[None]:
             _bar.reset(before)
 
 
-def drawn() -> None:
-    """One figure more is drawn."""
+def count_figure() -> None:
+    """Advance the bar by one figure."""
     bar = _bar.get()
     if bar is not None:
         bar.update()

@@ -1,4 +1,4 @@
-"""Measures and waveforms as people read them: labels and units of the catalogue, and numbers."""
+"""Measures and waveforms as text: labels and units of the catalogue, and number formats."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ headline = (
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table: the note has what this record adds, and the definition of what has a value."""
+    """One line of the table; the note has that of the record, and the definition if there is a value."""
 
     name: str
     label: str
@@ -42,7 +42,7 @@ class Row:
 
 
 def typeset(unit: str) -> str:
-    """A unit of the catalogue with raised numbers and Greek letters; nothing for a pure number."""
+    """A unit of the catalogue with superscripts and Greek letters; empty for a pure number."""
     if unit == "1":
         return ""
     if unit == "deg":
@@ -52,13 +52,13 @@ def typeset(unit: str) -> str:
 
 
 def axis(label: str, entry: Waveform, scale: Scale = SI) -> tuple[float, str]:
-    """Factor and label with unit of an axis on which people read that waveform."""
+    """Factor and label with unit of an axis for a waveform."""
     factor, unit = shown_unit(scale.unit(entry.unit), entry.shown)
     return factor, f"{label} ({typeset(unit)})"
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number of so many significant digits, with a true minus and powers of ten where they are shorter."""
+    """A number with this many significant digits, with a typographic minus, and powers of ten if shorter."""
     if not math.isfinite(value):
         return "–"
     if value == 0:
@@ -76,7 +76,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6) -> int:
-    """Significant digits of a value that its interval allows: the last is that of the half-width's first."""
+    """Significant digits of a value by its interval: the last is that of the half-width's first digit."""
     if interval is None or value == 0:
         return most
     half = 0.5 * (interval[1] - interval[0])
@@ -87,7 +87,7 @@ def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6)
 
 
 def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
-    """A measure in the unit in which people read it, with its numerical uncertainty where there is one."""
+    """A measure in its common unit, with its numerical uncertainty if there is one."""
     factor, unit = item.quantity.people(item.scale)
     digits = 4 if item.value is None else min(digits_of(item.value, item.interval), 4)
     half = uncertain.numerical if uncertain is not None else None
@@ -118,7 +118,7 @@ def _decade(value: float) -> int:
 
 
 def _interval(item: Measure, factor: float, digits: int) -> str:
-    """ "0.61 to 0.64" to the place of the value's last digit, or nothing."""
+    """ "0.61 to 0.64", rounded to the value's last digit, or empty."""
     if item.interval is None or item.value is None:
         return ""
     ends = []
@@ -129,7 +129,7 @@ def _interval(item: Measure, factor: float, digits: int) -> str:
 
 
 def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
-    """The numbers, from 1, of these texts among `notes`, to which those are added that are new."""
+    """The numbers, from 1, of these texts in `notes`, to which new ones are added."""
     notes.extend(text for text in dict.fromkeys(texts) if text not in notes)
     return tuple(notes.index(text) + 1 for text in texts)
 
@@ -137,10 +137,10 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
 def tables(
     measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
 ) -> list[tuple[str, list[Row]]]:
-    """The measures that there are by group, in the order of the catalogue; why some have no value is said at
-    the first, which the others name."""
+    """The measures by group, in the order of the catalogue; a reason for a missing value is given once, and
+    other measures refer to that."""
     groups: dict[str, list[Row]] = {}
-    said: dict[str, str] = {}
+    first_labels: dict[str, str] = {}
     for name, entry in CATALOGUE.items():
         if name not in measures:
             continue
@@ -148,7 +148,7 @@ def tables(
         if (
             item.value is None
             and item.note
-            and (first := said.setdefault(item.note, made.label)) != made.label
+            and (first := first_labels.setdefault(item.note, made.label)) != made.label
         ):
             made = replace(made, note=made.note.replace(item.note, f"see {first}", 1))
         groups.setdefault(entry.group, []).append(made)
@@ -158,5 +158,5 @@ def tables(
 def headlines(
     measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
 ) -> Sequence[Row]:
-    """The few figures at the head of the page."""
+    """The main measures at the top of the page."""
     return [row(measures[name], uncertain.get(name)) for name in headline if name in measures]

@@ -1,1 +1,1 @@
-"""The border to the file system, for whatever is stored."""
+"""File system access: storage errors, atomic replacement, tables and result files."""

@@ -1,4 +1,4 @@
-"""The border to the file system: clear errors, atomic replacement, one writer a directory."""
+"""File system access: clear errors, atomic replacement, one writer per directory."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ __all__ = ["only_writer", "refuse_overwriting", "replaced", "require_space", "st
 
 @contextmanager
 def storage_errors(path: Path, action: str = "written") -> Iterator[None]:
-    """Turn the system's errors into one sentence that names the file."""
+    """Convert system errors to StorageFailed with a message that names the file."""
     try:
         yield
     except StorageFailed:
         raise
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else " ".join(str(error).split())
-        kept = action == "written" and error.errno  # HDF5's own complaint is of a file that is broken
-        hint = " What was stored before is kept, and can be gone on with." if kept and _begun(path) else ""
+        kept = action == "written" and error.errno  # without errno HDF5 reports a broken file
+        hint = " Earlier results are kept and can be continued." if kept and _has_results(path) else ""
         raise StorageFailed(f"{path}: cannot be {action}: {reason}.{hint}") from None
 
 
-def _begun(path: Path) -> bool:
-    """Whether something is there that a command goes on with: of a run, a recording or an identification."""
+def _has_results(path: Path) -> bool:
+    """Whether there are results that a command can continue: of a run, a recording or an identification."""
     try:
         directory = path if path.is_dir() else path.parent
         return any((directory / name).exists() for name in ("results.h5", "iterates.json"))
-    except OSError:  # the directory cannot be looked at
+    except OSError:  # the directory cannot be read
         return False
 
 
 def replaced(path: Path, write: Callable[[Path], None]) -> None:
-    """Let `write` make a file beside `path`, put it on the disk and move it to `path` in one step."""
+    """Let `write` create a temporary file, sync it to disk and rename it to `path` atomically."""
     draft = path.with_name(path.name + ".part")
     with storage_errors(path):
         try:
@@ -55,24 +55,24 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def refuse_overwriting(paths: Sequence[Path], overwrite: bool) -> None:
-    """Raises InvalidInput where one of the files is there, unless they are to be overwritten."""
+    """Raises InvalidInput if one of the files exists, unless `overwrite`."""
     present = [str(path) for path in paths if path.exists()]
     if present and not overwrite:
         raise InvalidInput(
-            f"{', '.join(present)} would be overwritten; must not be. Name another file, or ask for it: "
-            "--overwrite, in Python overwrite=True."
+            f"{', '.join(present)} would be overwritten; must not exist. Use another file name, or "
+            "--overwrite (in Python overwrite=True)."
         )
 
 
 def require_space(path: Path, needed: int, hint: str = "") -> None:
-    """Raise unless a file of `needed` bytes can be made at `path`: the disk, quotas and limits are asked."""
+    """Raise StorageFailed unless a file of `needed` bytes can be created at `path`."""
     try:
         with path.open("wb") as file:
             os.posix_fallocate(file.fileno(), 0, needed)
     except OSError as error:
         reason = os.strerror(error.errno or 0)
         raise StorageFailed(
-            f"{path.parent}: the results need {needed / 1e6:.1f} MB there: {reason}. Take another "
+            f"{path.parent}: the results need {needed / 1e6:.1f} MB there: {reason}. Use another "
             f"directory{hint}."
         ) from None
     finally:
@@ -81,7 +81,7 @@ def require_space(path: Path, needed: int, hint: str = "") -> None:
 
 @contextmanager
 def only_writer(directory: Path) -> Iterator[None]:
-    """Hold the directory; the system lets go when the process ends, however it ends."""
+    """Lock the directory; the system releases the lock when the process ends."""
     path = directory / ".lock"
     with storage_errors(directory):
         file = path.open("w")

@@ -1,4 +1,4 @@
-"""Small results as JSON."""
+"""Write small results as JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["write_json"]
 
 
 def write_json(content: Any, path: Path) -> Path:
-    """Write JSON, numbers finite, and return the path; a reader sees the old file or the new one, whole."""
+    """Write JSON with finite numbers, replacing the file atomically, and return the path."""
     text = json.dumps(content, indent=2, allow_nan=False)
 
     def fill(draft: Path) -> None:

@@ -1,4 +1,4 @@
-"""Data sets of HDF5 whose space is taken when the file is made."""
+"""HDF5 data sets that are allocated when the file is created."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["lay_out"]
 
 
 def lay_out(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, fill: Any) -> Any:
-    """A contiguous data set whose space is taken, and filled, at once."""
+    """Create a contiguous data set that is allocated and filled at once."""
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_layout(h5py.h5d.CONTIGUOUS)
     properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)

@@ -1,4 +1,4 @@
-"""results.h5 of a run or an analysis: what is no such file is refused before anything stands on it."""
+"""Check of results.h5 of a run or an analysis before it is used."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ __all__ = ["check_result_file"]
 
 
 def check_result_file(path: Path) -> None:
-    """Nothing where `path` opens as HDF5.
+    """Raise unless `path` opens as HDF5.
 
     Raises
     ------
     InvalidInput
-        Where it is something else, or was cut off or damaged.
+        If it is something else, truncated or damaged.
     StorageFailed
-        Where the system does not let it be read.
+        If the system refuses to read it.
     """
     try:
         with h5py.File(path, "r", locking=False):
@@ -28,8 +28,7 @@ def check_result_file(path: Path) -> None:
     except OSError as error:
         if error.errno:
             raise StorageFailed(f"{path}: cannot be read: {os.strerror(error.errno)}.") from None
-        reason = "damaged or cut off" if h5py.is_hdf5(path) else "no HDF5 file"
+        reason = "damaged or truncated" if h5py.is_hdf5(path) else "not an HDF5 file"
         raise InvalidInput(
-            f"{path}: not a result file of plica: it is {reason}. Nothing in it can be gone on with: "
-            "move it away, or take another directory."
+            f"{path}: is {reason}; must be a result file of plica. Move it away, or use another directory."
         ) from None

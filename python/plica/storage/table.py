@@ -1,4 +1,4 @@
-"""Waveforms as a table of text that every spreadsheet reads."""
+"""Tables of waveforms as CSV files."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ __all__ = ["heading", "write_table"]
 
 
 def heading(name: str, unit: str) -> str:
-    """A column's first cell: the name with its unit, ``flow (m^3/s)``; pure numbers have none."""
+    """The heading of a column: the name with its unit, ``flow (m^3/s)``; without a unit for pure numbers."""
     return f"{name} ({unit})" if unit not in ("", "1") else name
 
 
 def write_table(
-    path: Path, columns: Mapping[str, NDArray[Any]], said: Mapping[str, str] | None = None
+    path: Path, columns: Mapping[str, NDArray[Any]], comments: Mapping[str, str] | None = None
 ) -> None:
-    """Write columns (k) by heading as comma-separated values; what is not a number is an empty cell.
+    """Write columns (k) by heading as comma-separated values; NaN is an empty cell.
 
-    What is `said` of them stands first, a line each: ``# label: before``. The file is replaced as a whole.
-    Numbers read back to the same bits.
+    `comments` are written first, one line each: ``# label: before``. The file is replaced atomically. Numbers
+    are read back to the same bits.
     """
 
     def fill(draft: Path) -> None:
         with draft.open("w", newline="", encoding="utf-8") as out:
-            out.writelines(f"# {name}: {text}\r\n" for name, text in (said or {}).items())
+            out.writelines(f"# {name}: {text}\r\n" for name, text in (comments or {}).items())
             rows = csv.writer(out)
             rows.writerow(columns)
             rows.writerows(zip(*(_cells(values) for values in columns.values()), strict=True))

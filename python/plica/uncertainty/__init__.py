@@ -1,4 +1,4 @@
-"""How far the numbers of a run are from those of a finer step and a finer mesh."""
+"""Numerical uncertainty of a run, by comparison with finer steps and meshes."""
 
 from plica.uncertainty.estimate import estimate_uncertainty
 

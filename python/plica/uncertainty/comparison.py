@@ -1,4 +1,4 @@
-"""Levels against the run: each measure, and each waveform, with its uncertainty by step and by mesh."""
+"""Compare levels with the run: uncertainty of each measure and waveform by step and by mesh."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ __all__ = ["Computed", "compared_measures", "compared_waveforms"]
 
 _KINDS = ("step", "mesh")
 _RUN = "run"
-_APART = "relative_error"
+_ERROR = "relative_error"
 _WHOLE_STEPS = frozenset(("contact_duration",))
-"""Measures that are a number of steps: none is better known than a step."""
+"""Measures that are a number of steps: their uncertainty is at least a step."""
 _PRESSURES = frozenset(("peak_contact_pressure", "peak_contact_pressure_step"))
-"""Measures that grow as the step falls where surfaces in contact have mass: there they have no limit."""
+"""Measures that diverge as the step decreases if contact surfaces have mass."""
 
 
 @dataclass(frozen=True)
 class Computed:
-    """A level that was run, and what was measured of it."""
+    """A level that was run, and its measures."""
 
     level: PlannedLevel
     run: Run
@@ -38,15 +38,15 @@ class Computed:
 def compared_measures(
     run: Run, own: Sampled, late: Sampled, levels: Sequence[Computed]
 ) -> dict[str, Uncertain]:
-    """Every measure that the run and a level have.
+    """The uncertainties of all measures that the run and a level have.
 
     Parameters
     ----------
     run : Run
     own : Sampled
-        What is said of the run.
+        The measures of the run.
     late : Sampled
-        What levels are compared with: of the run's cycles those that are as late as theirs.
+        Measures of the run's later cycles, with which the levels are compared.
     levels : sequence of Computed
     """
     found = {}
@@ -69,7 +69,7 @@ def compared_measures(
             base = Level(_size(run, kind), compared.value, compared.scatter)
             floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
             part = _refinement(run.scene, kind, base, others, floor=floor)
-            if part is not None and kind == "step" and _has_no_limit(name, run.scene):
+            if part is not None and kind == "step" and _diverges(name, run.scene):
                 part = replace(part, verdict="no convergence", extrapolated=None)
             parts[kind] = part
         item = sample.measure
@@ -88,9 +88,9 @@ def compared_measures(
 
 
 def compared_waveforms(run: Run, levels: Sequence[Computed]) -> dict[str, Uncertain]:
-    """Of each main waveform the relative error in the L2 norm, the largest magnitude, and its instant.
+    """The uncertainties of each main waveform: relative L2 error, largest magnitude, and its instant.
 
-    Levels began as the run did, so that they are compared at the run's times.
+    Levels started like the run, so they are compared at the run's times.
     """
     times = np.asarray(run.time, dtype=float)[2:-2]
     if times.size < 2:
@@ -102,24 +102,24 @@ def compared_waveforms(run: Run, levels: Sequence[Computed]) -> dict[str, Uncert
         size = float(np.linalg.norm(wave.values))
         if not size > 0:
             continue
-        for what, (unit, value) in _said_of(wave, size).items():
+        for what, (unit, value) in _compared_values(wave, size).items():
             parts = {}
             for kind in _KINDS:
                 others = {
-                    one.level.name: Level(_size(one.run, kind), _said_of(its[name], size)[what][1])
+                    one.level.name: Level(_size(one.run, kind), _compared_values(its[name], size)[what][1])
                     for one, its in of_levels
                     if one.level.kind == kind and name in its
                 }
                 parts[kind] = _refinement(run.scene, kind, Level(_size(run, kind), value), others)
-            number = 0.0 if what == _APART else float(np.ravel(value)[0])
+            number = 0.0 if what == _ERROR else float(np.ravel(value)[0])
             found[f"{name}.{what}"] = Uncertain(f"{name}.{what}", unit, number, parts["step"], parts["mesh"])
     return found
 
 
-def _said_of(wave: Wave, size: float) -> dict[str, tuple[str, ArrayLike]]:
-    """Unit and value of what is compared of a waveform, itself in units of its `size`."""
+def _compared_values(wave: Wave, size: float) -> dict[str, tuple[str, ArrayLike]]:
+    """Unit and value of the compared quantities of a waveform; the waveform in units of its `size`."""
     return {
-        _APART: ("1", wave.values / size),
+        _ERROR: ("1", wave.values / size),
         "peak": (wave.unit, wave.peak),
         "peak_time": ("s", wave.instant),
     }
@@ -128,18 +128,18 @@ def _said_of(wave: Wave, size: float) -> dict[str, tuple[str, ArrayLike]]:
 def _refinement(
     scene: Scene, kind: str, run: Level, others: Mapping[str, Level], *, floor: float = 0.0
 ) -> Refinement | None:
-    """None where no level of this kind has the quantity."""
+    """The refinement of one kind; None if no level of this kind has the quantity."""
     if not others:
         return None
     found = converge(run, list(others.values()), *_orders(scene, kind))
     values = {_RUN: run, **others}
     numbers = {name: float(one.values[0]) for name, one in values.items() if one.values.size == 1}
-    if not numbers:  # of a waveform: how far each level is from the run
+    if not numbers:  # for a waveform: distance of each level from the run
         numbers = {name: float(np.linalg.norm(one.values - run.values)) for name, one in values.items()}
-    return _told(found, numbers, floor)
+    return _as_refinement(found, numbers, floor)
 
 
-def _told(found: Convergence, numbers: dict[str, float], floor: float) -> Refinement:
+def _as_refinement(found: Convergence, numbers: dict[str, float], floor: float) -> Refinement:
     return Refinement(
         uncertainty=max(found.uncertainty, floor),
         verdict=found.verdict,
@@ -150,12 +150,12 @@ def _told(found: Convergence, numbers: dict[str, float], floor: float) -> Refine
 
 
 def _orders(scene: Scene, kind: str) -> tuple[float, float]:
-    """The order that the levels surely have and the highest that theory allows (docs/uncertainty.md).
+    """The guaranteed order of convergence and the highest theoretical one (docs/uncertainty.md).
 
-    Of the step: 2 of HHT and of Newmark with gamma = 1/2, 1 of other Newmark schemes and where the load lags;
-    with contact, whose instants fall between steps, no more than 1 is sure. Of the mesh: displacements in the
-    mean have 2 on linear and 3 on quadratic cells where all is smooth. Corners, clamped edges and rims of
-    contact leave less: 2 is taken, and the factor of safety of 3 covers orders down to about 1.
+    Step: 2 for HHT and for Newmark with gamma = 1/2, 1 for other Newmark schemes and for lagged loads; with
+    contact, whose instants are between steps, only 1 is guaranteed. Mesh: displacements have 2 in the mean on
+    linear and 3 on quadratic cells for smooth solutions, less with corners, clamped edges and rims of
+    contact: 2 is used, and the safety factor of 3 covers orders down to about 1.
     """
     if kind == "mesh":
         return 2.0, 1.0 + scene.mesh.order
@@ -165,10 +165,10 @@ def _orders(scene: Scene, kind: str) -> tuple[float, float]:
     return 1.0 if first or scene.contact is not None else 2.0, 1.0 if first else 2.0
 
 
-def _has_no_limit(name: str, scene: Scene) -> bool:
+def _diverges(name: str, scene: Scene) -> bool:
     return name in _PRESSURES and scene.contact is not None and scene.contact.surface_mass == "kept"
 
 
 def _size(run: Run, kind: str) -> float:
-    """The step, or the edge of a cell by their number."""
+    """The step, or the edge length from the number of cells."""
     return run.scene.time.step if kind == "step" else float(len(run.mesh.cells) ** (-1 / 3))

@@ -1,4 +1,4 @@
-"""What a level will take: by the run's own step, on another mesh by a trial."""
+"""Expected computing time of a level: from the run's step, for another mesh from a trial."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from plica.units import clock
 
 __all__ = ["Cost", "Own", "cost_of"]
 
-_COST_GROWS = 1.3  # with the cells, where it is not worth measuring
-_HOPELESS = 8.0  # times the budget by that growth: not measured
+_COST_EXPONENT = 1.3  # of the number of cells, for a first estimate
+_HOPELESS = 8.0  # times the budget by that estimate, beyond which no trial is made
 
 
 @dataclass(frozen=True)
 class Own:
-    """What costs of levels are told from: the run's own.
+    """Data of the run from which costs of levels are estimated.
 
     Attributes
     ----------
     step : float
-        s, of one step.
+        Time of one step (s).
     mesh : TetMesh
     basis : (3 n, any) or None
-        Of a reduced scene.
+        Basis of a reduced scene.
     basis_seconds : float
-        That it took; 0 without, or where it is not known.
+        Time to compute it; 0 without, or if unknown.
     """
 
     step: float
@@ -43,18 +43,18 @@ class Own:
 
     @staticmethod
     def of(run: Run) -> Own:
-        """Raises InvalidInput where a reduced run has lost its basis."""
+        """Of a run; raises InvalidInput if a reduced run has lost its basis."""
         scene, step = run.scene, run.seconds / max(run.steps, 1)
         mesh = build_mesh(scene.mesh, scene.source)
         if scene.reduction is None:
             return Own(step, mesh, None, 0.0)
-        basis = kept_basis(run.directory, scene, mesh, begun=True)
+        basis = kept_basis(run.directory, scene, mesh, resumed=True)
         return Own(step, mesh, basis, basis_seconds(run.directory))
 
 
 @dataclass(frozen=True)
 class Cost:
-    """What a level will take (s), that in words, and the basis that was made for a trial of it."""
+    """Expected time of a level (s), a description, and the basis computed for its trial."""
 
     seconds: float
     note: str
@@ -62,29 +62,29 @@ class Cost:
 
 
 def cost_of(level: PlannedLevel, run: Run, start: Start | None, mine: Own, left: float) -> Cost:
-    """By the run's measured step; of another mesh, by the ratio measured now, unless it is far beyond the
-    seconds that are left."""
+    """From the run's measured step; for another mesh, from a measured ratio, unless a first estimate is far
+    beyond the seconds that are left."""
     steps = level.scene.time.steps
     if level.kind == "step":
-        return Cost(steps * mine.step, _words(steps, mine.step, 0.0), level.basis)
+        return Cost(steps * mine.step, _description(steps, mine.step, 0.0), level.basis)
     cells = len(level.mesh.cells) / len(run.mesh.cells)
-    growth = cells**_COST_GROWS
+    growth = cells**_COST_EXPONENT
     guess = growth * (mine.basis_seconds + steps * mine.step)
     if guess > _HOPELESS * max(left, 1.0) or growth * mine.basis_seconds > left:
-        return Cost(guess, f"{cells:.3g} times the cells would take some {clock(guess)}")
+        return Cost(guess, f"{cells:.3g} times the cells would take about {clock(guess)}")
     begin = time.perf_counter()
     basis = None if level.scene.reduction is None else basis_of(level.scene, level.mesh)
     making = 0.0 if basis is None else time.perf_counter() - begin
-    base = build_simulation(run.scene, mine.mesh, *_as_pair(start), mine.basis)
+    base = build_simulation(run.scene, mine.mesh, *_initial_fields(start), mine.basis)
     other = build_simulation(level.scene, level.mesh, *fields_of(level, run, start), basis)
     step = mine.step * step_cost(other) / step_cost(base)
-    return Cost(making + steps * step, _words(steps, step, making), basis)
+    return Cost(making + steps * step, _description(steps, step, making), basis)
 
 
-def _words(steps: int, step: float, making: float) -> str:
+def _description(steps: int, step: float, making: float) -> str:
     basis = f" after a basis of {clock(making)}" if making else ""
     return f"{steps} steps of {1e3 * step:.3g} ms{basis} are {clock(making + steps * step)}"
 
 
-def _as_pair(start: Start | None) -> tuple[Any, Any]:
+def _initial_fields(start: Start | None) -> tuple[Any, Any]:
     return (None, None) if start is None else (start.displacement, start.velocity)

@@ -1,4 +1,4 @@
-"""The numerical uncertainty of a run: its scene on other levels, run, measured and compared."""
+"""Estimate the numerical uncertainty of a run: run its scene on other levels, measure and compare."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from plica.storage.files import only_writer, storage_errors
 from plica.uncertainty.comparison import Computed, compared_measures, compared_waveforms
 from plica.uncertainty.level import PlannedLevel, fields_of, lengthened
 from plica.uncertainty.meshes import OtherMesh, given
-from plica.uncertainty.plan import Plan, fewest_cycles, made_plan, steps_measured, transient
+from plica.uncertainty.plan import Plan, fewest_cycles, plan_levels, steps_measured, transient
 from plica.uncertainty.sample import Sampled, sampled
 from plica.uncertainty.start import Start, kept_start
 from plica.uncertainty.text import planned, sentence, write_csv
@@ -32,8 +32,8 @@ from plica.uncertainty.text import planned, sentence, write_csv
 __all__ = ["estimate_uncertainty"]
 
 _FOLDER = "uncertainty"
-_SAME_PLACE = 1e-6  # of the mesh's extent
-_EXTENSIONS = 2  # of a level whose voice has not settled, each by as many cycles as it is measured over
+_SAME_POSITION = 1e-6  # of the mesh's extent
+_EXTENSIONS = 2  # of a level that is not steady, each by as many cycles as are measured
 
 
 def estimate_uncertainty(
@@ -43,26 +43,26 @@ def estimate_uncertainty(
     mesh: Scene | str | Path | Literal["auto", "none"] = "auto",
     progress: bool = True,
 ) -> Uncertainty:
-    """How far the measures of a run are from those of a finer step and a finer mesh.
+    """Estimate the discretisation error of the measures of a run.
 
-    The scene is computed with half the step and, as far as the budget goes, on a finer and a coarser mesh
-    and with a quarter of the step; a settled voice from its own orbit, anything else from its start. What is
-    computed is kept in ``DIR/uncertainty``, so that a call that was stopped goes on. Writes
-    ``uncertainty.json`` and ``uncertainty.csv``. docs/uncertainty.md says by which rule, and how often it
-    held.
+    The scene is computed with half the step and, as far as the budget allows, on a finer and a coarser mesh
+    and with a quarter of the step; a steady vibration from its own state, others from their start. Levels
+    are kept in ``DIR/uncertainty``, so that an interrupted call can be repeated to continue. Writes
+    ``uncertainty.json`` and ``uncertainty.csv``. docs/uncertainty.md describes the method and its
+    reliability.
 
     Parameters
     ----------
     directory : str or Path
-        Of a finished run, computed by this version.
+        Directory of a finished run, computed by this version.
     budget : float
-        What all levels together may take, in units of what the run took; a minute is always allowed, and so
-        is half the step.
+        Time for all levels, in units of the time of the run; a minute is always allowed, and so is half the
+        step.
     mesh : Scene, path, "auto" or "none"
-        A scene that differs in its mesh alone, to be compared with instead of a mesh that is made; "none":
-        the error of the mesh is not estimated.
+        A scene that differs only in its mesh, to compare with instead of a generated mesh; "none": the error
+        of the mesh is not estimated.
     progress : bool
-        Show the plan with its cost, and a bar for each level, on standard error.
+        Show the plan with its cost, and a progress bar for each level, on standard error.
 
     Returns
     -------
@@ -73,11 +73,11 @@ def estimate_uncertainty(
     InvalidInput
         There is no run, it is not finished, or another version computed it.
     KeyboardInterrupt
-        Stopped; the same call goes on.
+        Stopped; repeat the call to continue.
     """
     if not budget >= 0:
         raise InvalidInput(
-            f"estimate_uncertainty: budget = {budget:g}; must be >= 0, times the run's own time."
+            f"estimate_uncertainty: budget = {budget:g}; must be >= 0, in units of the run's time."
         )
     run = _finished(Path(directory))
     other = _other(run.scene, mesh)
@@ -85,11 +85,11 @@ def estimate_uncertainty(
     with storage_errors(folder):
         folder.mkdir(exist_ok=True)
     with only_writer(folder):
-        _say("plica: finding where levels begin and what they cost", shown=progress)
+        _print("plica: determining start and cost of the levels", shown=progress)
         own = sampled(run, of_cycles=False)
-        start = kept_start(run, folder / "start.h5") if _orbits(run, own) else None
-        plan = made_plan(run, own.cycles, start, folder, budget=budget, other=other)
-        _say(planned(plan, run, start), shown=progress)
+        start = kept_start(run, folder / "start.h5") if _ends_in_steady_state(run, own) else None
+        plan = plan_levels(run, own.cycles, start, folder, budget=budget, other=other)
+        _print(planned(plan, run, start), shown=progress)
         found, remarks = _computed(plan, run, own, start, folder, shown=progress)
         made = _compared(run, own, start, found, [*plan.remarks, *remarks])
         write_uncertainty(made, run.directory / JSON_FILE)
@@ -103,15 +103,15 @@ def _finished(directory: Path) -> Run:
         how = f": {run.failure}" if run.failure else ""
         raise InvalidInput(
             f"{directory}: its run is {run.status} after {run.steps} of {run.steps_asked} steps; must be "
-            f"finished{how}. Finish it (plica run --resume), or run a scene that comes to its end."
+            f"finished{how}. Finish it (plica run --resume), or run a scene that can be finished."
         )
     version = _engine.build_info()["version"]
     if run.versions["plica"] != version:
         raise InvalidInput(
-            f"{directory}: its run was computed by plica {run.versions['plica']}; must be {version}, this "
-            "one, or differences between versions would count as errors of the step. Run the scene anew."
+            f"{directory}: its run was computed by plica {run.versions['plica']}; must be this version, "
+            f"{version}. Otherwise differences between versions would count as errors. Run the scene again."
         )
-    if isinstance(run.scene.mesh, MeshFile):  # which may be another by now
+    if isinstance(run.scene.mesh, MeshFile):  # the file may have changed
         require_mesh(directory, run.scene, build_mesh(run.scene.mesh, run.scene.source))
     return run
 
@@ -124,8 +124,8 @@ def _other(scene: Scene, mesh: Scene | str | Path) -> OtherMesh | Literal["auto"
     return given(scene, mesh if isinstance(mesh, Scene) else Scene.load(mesh))
 
 
-def _orbits(run: Run, own: Sampled) -> bool:
-    """Whether the run ends in an orbit of its own, in which its levels may begin, whatever the time is."""
+def _ends_in_steady_state(run: Run, own: Sampled) -> bool:
+    """Whether the run ends in a steady, autonomous vibration, from which its levels can start at any time."""
     driven = any(load.frequency > 0 for load in run.scene.loads)
     settled = own.cycles.settled and own.cycles.count >= fewest_cycles
     return settled and "minimum_area" in run.waveforms and not driven
@@ -137,7 +137,7 @@ def _computed(
     found: list[Computed] = []
     remarks: list[str] = []
     for level in plan.levels:
-        _say(f"plica: {level.title}", shown=shown)
+        _print(f"plica: {level.title}", shown=shown)
         try:
             made = _run_level(level, run, own, start, folder, shown=shown)
         except (SceneError, SolveFailed) as error:
@@ -145,7 +145,7 @@ def _computed(
             continue
         if own.cycles.settled and not made.found.cycles.settled:
             why = made.found.cycles.note
-            remarks.append(f"{level.name} is left out, its cycles are not those of a settled voice: {why}")
+            remarks.append(f"{level.name} is left out, its cycles are not steady: {why}")
             continue
         found.append(made)
     return found, remarks
@@ -172,7 +172,7 @@ def _run_level(
 
 
 def _continued(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
-    """The level's run, as long as it asks for or as it is already."""
+    """The level's run, with the longer of its requested and its present duration."""
     scene = level.scene
     if (directory / "results.h5").is_file():
         longest = max(Run.load(directory).steps_asked, scene.time.steps)
@@ -181,13 +181,12 @@ def _continued(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *,
 
 
 def _made(level: PlannedLevel, directory: Path, fields: tuple[Any, Any], *, shown: bool) -> Run:
-    """The level's run; one that is there of another scene or version, or on a mesh that has changed, is no
-    longer it."""
+    """The level's run; an existing one of another scene, version or mesh is replaced."""
     try:
         if not _of_other_version(directory):
             return run_from(level.scene, directory, level.mesh, *fields, basis=level.basis, progress=shown)
-        _say(
-            f"plica: {level.name} was computed by another version of plica: it is computed anew", shown=shown
+        _print(
+            f"plica: {level.name} was computed by another version of plica: computing it again", shown=shown
         )
     except SceneError:
         if not holds_run(directory):
@@ -222,7 +221,8 @@ def _compared(
 
 
 def _late(run: Run, own: Sampled) -> Sampled:
-    """The run without the first of its settled cycles, where enough are left: it settles ever more slowly."""
+    """The run without the first of its steady cycles, if enough are left, as it approaches the steady
+    state."""
     first = min(transient, own.cycles.count - fewest_cycles)
     found = sampled(run.between(float(own.cycles.starts[first]), None), of_cycles=True)
     return found if found.cycles.settled else own
@@ -241,41 +241,41 @@ def _described(one: Computed) -> dict[str, Any]:
 
 
 def _reduced(run: Run) -> list[str]:
-    """Levels have a basis of as many vectors: what those leave out is in no difference between levels."""
+    """A remark for reduced runs: levels have as many basis vectors, so their error is not estimated."""
     if run.scene.reduction is None:
         return []
-    return [
-        "the error of the reduction's basis is in no uncertainty here: compare a full run (docs/reduction.md)"
-    ]
+    return ["the error of the reduced basis is not included: compare with a full run (docs/reduction.md)"]
 
 
 def _lacking(late: Sampled, levels: list[Computed]) -> list[str]:
-    """What the run has and a level has not, as collisions of folds that do not touch there."""
+    """Remarks on measures of the run that a level does not have, e.g. of collisions."""
     found = []
     for one in levels:
         names = [name for name in late.samples if name not in one.found.samples]
         if names:
-            found.append(f"{one.level.name} has no {', '.join(names)}: do not rely on what the run has of it")
+            found.append(
+                f"{one.level.name} has no {', '.join(names)}: do not rely on these measures of the run"
+            )
     return found
 
 
 def _displaced_probes(run: Run, levels: list[Computed], start: Start | None) -> list[str]:
-    """Probes are at nodes, which another mesh may have elsewhere; they count in runs from the start."""
+    """Remarks on probes whose nearest node is elsewhere on another mesh, for runs from the start."""
     if start is not None:
         return []
     found = []
     own = build_mesh(run.scene.mesh, run.scene.source)
     for one in levels:
         places = [np.asarray(each.points)[probe_nodes(run.scene, each)] for each in (own, one.level.mesh)]
-        apart = float(np.linalg.norm(places[0] - places[1], axis=1).max(initial=0.0))
-        if apart > _SAME_PLACE * float(np.ptp(np.asarray(run.mesh.points), axis=0).max()):
+        distance = float(np.linalg.norm(places[0] - places[1], axis=1).max(initial=0.0))
+        if distance > _SAME_POSITION * float(np.ptp(np.asarray(run.mesh.points), axis=0).max()):
             found.append(
-                f"on {one.level.name} the nearest node to a probe lies {1e3 * apart:.3g} mm from that of the "
-                "run: what is measured there differs by as much as the motion does between both"
+                f"on {one.level.name} the node nearest to a probe is {1e3 * distance:.3g} mm from that of "
+                "the run: its measures include the difference in motion between the two positions"
             )
     return found
 
 
-def _say(text: str, *, shown: bool) -> None:
+def _print(text: str, *, shown: bool) -> None:
     if shown:
         print(text, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""A level of a run: its scene, its mesh, where it begins and what it is expected to take."""
+"""A refinement level of a run: scene, mesh, initial state and expected time."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ class PlannedLevel:
     Attributes
     ----------
     name : str
-        Of its directory.
+        Name of its directory.
     kind : "step" or "mesh"
     factor : float
-        How many times as short its step, or its edges, are meant to be.
+        Refinement factor of its step or edges.
     scene : Scene
     other : OtherMesh or None
         None: the run's own mesh.
     seconds : float
-        What it is expected to take.
+        Expected time.
     basis : (3 n, any) or None
-        Of a reduced scene. By step the run's own, so that the step is all that differs. None: it is made when
-        the level is run.
+        Basis of a reduced scene. For a step level that of the run, so that only the step differs. None: it is
+        computed when the level is run.
     """
 
     name: str
@@ -54,12 +54,12 @@ class PlannedLevel:
 
     @cached_property
     def mesh(self) -> _engine.TetMesh:
-        """Built when it is asked for."""
+        """The mesh, built on first use."""
         return build_mesh(self.scene.mesh, self.scene.source) if self.other is None else self.other.build()
 
     @property
     def title(self) -> str:
-        """What it is, in two words."""
+        """A short title."""
         return f"step / {self.factor:g}" if self.kind == "step" else f"mesh x {self.factor:.3g}"
 
     def text(self) -> str:
@@ -72,12 +72,12 @@ class PlannedLevel:
 
 
 def lengthened(level: PlannedLevel, steps: int) -> PlannedLevel:
-    """The level for so many steps."""
+    """The level with another number of steps."""
     return replace(level, scene=level.scene.replace({"time.duration": steps * level.scene.time.step}))
 
 
 def fields_of(level: PlannedLevel, run: Run, start: Start | None) -> tuple[Any, Any]:
-    """Displacement and velocity in which a level begins; None, None where it begins as the scene does."""
+    """Initial displacement and velocity of a level; None, None if it starts like the scene."""
     if start is None:
         return None, None
     fixed = fixed_components(level.scene, level.mesh)

@@ -1,4 +1,4 @@
-"""Other meshes of the same body: finer and coarser ones, as nearly alike as a scene's mesh allows."""
+"""Finer and coarser meshes of the same body, as similar as a scene's mesh allows."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from plica.uncertainty.uniform import refined
 
 __all__ = ["OtherMesh", "coarser", "finer", "given"]
 
-_LEAST_LINES = 8  # around the airway, the engine's
+_LEAST_LINES = 8  # around the airway, limit of the engine
 
 
 @dataclass(frozen=True)
 class OtherMesh:
-    """A mesh that differs from the scene's in its edges alone, and as many more sections of the airflow.
+    """A mesh that differs from the scene's only in edge length, with a corresponding number of airflow
+    sections.
 
     Attributes
     ----------
     name : str
-        Of its level.
+        Name of its level.
     factor : float
-        How many times as short the edges are meant to be; below 1 they are longer.
+        Refinement factor of the edges; below 1 they are longer.
     scene : Scene
-        The scene with it; of a refined file, the scene's own mesh. The airflow's cut sections are `factor`
-        times as many, within what a scene may have.
+        The scene with this mesh; for a refined file, with the original mesh. The number of cut sections of
+        the airflow is multiplied by `factor`, within the limits of a scene.
     build : callable
         Builds it.
     """
@@ -42,7 +43,7 @@ class OtherMesh:
 
 
 def finer(scene: Scene) -> OtherMesh | None:
-    """The least refinement of the scene's mesh that keeps its shape, by 1.25 or more."""
+    """The smallest refinement of the scene's mesh, by 1.25 or more, that keeps its shape."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
         return OtherMesh(
@@ -54,7 +55,8 @@ def finer(scene: Scene) -> OtherMesh | None:
 
 
 def coarser(scene: Scene) -> OtherMesh | None:
-    """The least coarsening that keeps the mesh's shape, to edges 1.25 times as long or more; or None."""
+    """The smallest coarsening, with edges 1.25 times as long or more, that keeps the mesh's shape; or
+    None."""
     mesh = scene.mesh
     if isinstance(mesh, MeshFile):
         return None
@@ -64,13 +66,13 @@ def coarser(scene: Scene) -> OtherMesh | None:
 
 
 def given(scene: Scene, other: Scene) -> OtherMesh:
-    """The mesh of another scene, which must be the same in all but its mesh, its step and its output."""
+    """The mesh of another scene, which may differ only in mesh, time, output and solver."""
     ours, theirs = scene.resolved(), other.resolved()
     for name in sorted((ours.keys() | theirs.keys()) - {"mesh", "time", "output", "solver"}):
         if ours.get(name) != theirs.get(name):
             raise InvalidInput(
                 f"{other.source}: {name} differs from that of the run; must be the same: only the mesh may "
-                "be another."
+                "differ."
             )
     replaced = Scene.model_validate({**scene.resolved(), "mesh": theirs["mesh"]})
     built = build_mesh(replaced.mesh, other.source)
@@ -78,7 +80,7 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
     if 1 / 1.1 < ratio < 1.1:
         raise InvalidInput(
             f"{other.source}: its edges are {1 / ratio:.3g} times as long as those of the run; must be "
-            "shorter or longer by 1.1 or more, or the difference says nothing."
+            "shorter or longer by a factor of 1.1 or more. Otherwise the difference means nothing."
         )
     return OtherMesh(f"mesh-{replaced.digest()[:8]}", ratio, _sectioned(replaced, ratio), lambda: built)
 
@@ -93,7 +95,7 @@ def _larynx(scene: Scene, larynx: Larynx, factor: float) -> OtherMesh | None:
 
 
 def _triangulated(fields: dict[str, Any], factor: float) -> tuple[float, dict[str, Any]]:
-    """Lines around the airway come in fours: the next number of them sets the factor."""
+    """Lines around the airway are multiples of four: the next multiple sets the factor."""
     around, step = int(fields["around"]), 4 if factor > 1 else -4
     lines = around + step
     while lines > 0 and max(lines / around, around / lines) < max(factor, 1 / factor):
@@ -103,7 +105,7 @@ def _triangulated(fields: dict[str, Any], factor: float) -> tuple[float, dict[st
 
 
 def _in_levels(fields: dict[str, Any], factor: float) -> tuple[float, dict[str, Any]] | None:
-    """Levels, lines and rings are counted: all are doubled, or halved where that can be done."""
+    """Numbers of levels, lines and rings are all doubled, or halved if possible."""
     exact = 2.0 if factor > 1 else 0.5
     counts = {name: int(fields[name]) for name in ("around", "cover_rings", "ligament_rings", "body_rings")}
     levels = [int(n) for n in fields["levels"]]
@@ -135,12 +137,12 @@ def _changed(scene: Scene, factor: float, changes: dict[str, Any]) -> OtherMesh 
     try:
         other = _sectioned(scene.replace(changes), factor)
     except SceneError:
-        return None  # beyond what a mesh of that kind can have
+        return None  # beyond the limits of such a mesh
     return OtherMesh(f"mesh-{factor:.3g}", factor, other, lambda: build_mesh(other.mesh, scene.source))
 
 
 def _sectioned(scene: Scene, factor: float) -> Scene:
-    """The scene with `factor` times as many cut sections of its airflow, if it has them."""
+    """The scene with `factor` times as many cut sections of its airflow, if it has any."""
     cut = scene.airflow.area.cut if scene.airflow is not None else None
     if cut is None:
         return scene

@@ -1,4 +1,4 @@
-"""Which levels are computed, where they begin and what they cost, said before anything is."""
+"""Plan of the levels: which are computed, their initial state and their cost."""
 
 from __future__ import annotations
 
@@ -22,25 +22,26 @@ from plica.uncertainty.meshes import OtherMesh, coarser, finer
 from plica.uncertainty.start import Start
 from plica.units import clock
 
-__all__ = ["Plan", "made_plan", "steps_measured"]
+__all__ = ["Plan", "plan_levels", "steps_measured"]
 
 transient = 6
-"""Cycles at the begin of a level that are left out."""
+"""Cycles at the start of a level that are excluded."""
 most_cycles, fewest_cycles = 16, 8
-"""That a level is measured over, and that a run must have for its levels to begin in it."""
-least_budget = 60.0  # s, whatever the run took
-_SHORTER = " Meshes are compared at the run's step: run the scene anew with such a one."
+"""Largest number of cycles measured on a level, and least number of a run from whose state levels can
+start."""
+least_budget = 60.0  # s, for any run
+_SHORTER = " Meshes are compared at the run's step: run the scene again with that step."
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The levels, in the order in which they are computed, and what was left out."""
+    """The levels, in the order of computation, and remarks on omitted ones."""
 
     levels: tuple[PlannedLevel, ...]
     remarks: tuple[str, ...]
 
 
-def made_plan(
+def plan_levels(
     run: Run,
     cycles: Cycles,
     start: Start | None,
@@ -49,9 +50,10 @@ def made_plan(
     budget: float,
     other: OtherMesh | Literal["auto", "none"],
 ) -> Plan:
-    """The levels of a run: half the step, finer and coarser meshes and a quarter of the step, as they fit.
+    """Choose levels of a run within the budget: half the step, finer and coarser meshes, a quarter of the
+    step.
 
-    What was chosen is kept in the folder, so that a second call with the same options goes on with it.
+    The plan is stored in the folder, so that a second call with the same options continues it.
     """
     mine = Own.of(run)
     candidates = _candidates(run, cycles, start, other, mine.basis)
@@ -70,27 +72,27 @@ def made_plan(
     limit = max(budget * run.seconds, least_budget)
     chosen: list[PlannedLevel] = []
     remarks: list[str] = []
-    too_dear = set()
+    too_expensive = set()
     for level in candidates.values():
         left = limit - sum(one.seconds for one in chosen)
         try:
             cost = cost_of(level, run, start, mine, left)
         except InvalidInput as error:
             shorter = _SHORTER if "time.step = " in str(error) else ""
-            remarks.append(f"{_what(level)} is left out, it cannot be made: {error}{shorter}")
+            remarks.append(f"{_level_text(level)} is left out, it cannot be computed: {error}{shorter}")
             continue
         except SolveFailed as error:
-            remarks.append(f"{_what(level)} is left out, a step of its trial failed: {error}")
+            remarks.append(f"{_level_text(level)} is left out, a step of its trial failed: {error}")
             continue
         if cost.seconds > left and not (level.kind == "step" and not chosen):
             remarks.append(
-                f"{_what(level)} is left out: {cost.note}, of {clock(left)} that are left of the budget"
+                f"{_level_text(level)} is left out: {cost.note}, with {clock(left)} left of the budget"
             )
-            too_dear.add(level.kind)
+            too_expensive.add(level.kind)
             continue
         chosen.append(replace(level, seconds=cost.seconds, basis=cost.basis))
     if not any(level.kind == "mesh" for level in chosen):
-        remarks.append(_no_mesh(other, candidates, "mesh" in too_dear))
+        remarks.append(_no_mesh(other, candidates, "mesh" in too_expensive))
     content = {"options": options, "seconds": {one.name: one.seconds for one in chosen}, "remarks": remarks}
     write_json(content, path)
     return Plan(tuple(chosen), tuple(remarks))
@@ -103,7 +105,7 @@ def _candidates(
     other: OtherMesh | Literal["auto", "none"],
     basis: Basis | None,
 ) -> dict[str, PlannedLevel]:
-    """All levels that there could be, the one that is worth most first."""
+    """All possible levels, the most useful first."""
     scene = run.scene
     steps = scene.time.steps
     if start is not None:
@@ -126,7 +128,7 @@ def _step_level(scene: Scene, steps: int, divisor: int, basis: Basis | None) -> 
 
 
 def _scene(scene: Scene, steps: int, divisor: int) -> Scene:
-    """For so many of the run's steps, each divided; no fields are stored."""
+    """The scene for a number of the run's steps, each divided; without stored fields."""
     step = scene.time.step / divisor
     every = max(scene.output.checkpoint_every, step)
     return scene.replace(
@@ -139,7 +141,7 @@ def _scene(scene: Scene, steps: int, divisor: int) -> Scene:
 
 
 def steps_measured(level: PlannedLevel, cycles: Cycles) -> int:
-    """Steps of the cycles that a level is measured over."""
+    """Number of steps of the cycles that are measured on a level."""
     return round(min(cycles.count, most_cycles) * float(cycles.periods.mean()) / level.scene.time.step)
 
 
@@ -156,18 +158,18 @@ def _kept(path: Path, options: Mapping[str, Any], candidates: Mapping[str, Plann
         return None
 
 
-def _what(level: PlannedLevel) -> str:
+def _level_text(level: PlannedLevel) -> str:
     if level.kind == "step":
         return f"step / {level.factor:g}"
     return f"a mesh with edges {1 / level.factor:.2g} times as long"
 
 
-def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel], too_dear: bool) -> str:
+def _no_mesh(other: object, candidates: Mapping[str, PlannedLevel], too_expensive: bool) -> str:
     not_estimated = "the error of the mesh is not estimated: "
     if other == "none":
-        return not_estimated + "it was not asked for"
+        return not_estimated + "it was not requested"
     if not any(level.kind == "mesh" for level in candidates.values()):
-        return not_estimated + "no other mesh can be made of this one; give one (--mesh)"
-    if too_dear:
+        return not_estimated + "no other mesh can be made from this one; give one (--mesh)"
+    if too_expensive:
         return not_estimated + "allow more (--budget), or give another mesh (--mesh)"
-    return not_estimated + "no mesh that was tried can be used, for what is said above"
+    return not_estimated + "none of the meshes can be used, for the reasons above"

@@ -1,5 +1,4 @@
-"""What is compared between levels: measures with the statistical error of each, and waveforms at fixed
-times."""
+"""Quantities compared between levels: measures with their statistical error, and waveforms at fixed times."""
 
 from __future__ import annotations
 
@@ -21,11 +20,11 @@ __all__ = ["Sample", "Sampled", "Wave", "near", "sampled", "waves"]
 
 Floats = NDArray[np.float64]
 
-_BLOCK = 2  # cycles at least: neighbours are not independent, those of a period-doubled orbit alternate
+_BLOCK = 2  # least number of cycles: neighbours are correlated, and alternate in a period-doubled vibration
 _FEWEST_BLOCKS = 4
 _WAVES = ("probes", "minimum_area", "flow", "contact_force_first", "kinetic_energy", "elastic_energy")
 _AT_THE_LOAD = ("minimum_area", "flow")  # belong to t_{n+1+alpha}
-_NO_MODEL = frozenset(
+_EXCLUDED = frozenset(
     (
         "subglottal_pressure",
         "amplitude_growth",
@@ -38,53 +37,54 @@ _NO_MODEL = frozenset(
         "largest_multiplier",
     )
 )
-"""What is put in, or says how well the equations were solved: refinement has no limit of it to find."""
+"""Inputs, and measures of the accuracy of the solution, which have no limit under refinement."""
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A measure with the statistical error of its mean, 95 %; 0 where nothing was averaged."""
+    """A measure with the 95 % statistical error of its mean; 0 without averaging."""
 
     measure: Measure
     scatter: float
 
     @property
     def value(self) -> float:
-        """SI."""
+        """In SI units."""
         assert self.measure.value is not None
         return self.measure.value
 
 
 @dataclass(frozen=True)
 class Sampled:
-    """Cycles of a level, and its measures that have a value."""
+    """Cycles of a level, and its measures with a value."""
 
     cycles: Cycles
     samples: dict[str, Sample]
 
 
 def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
-    """The measures of a level that refinement can say something of.
+    """The measures of a level that converge under refinement.
 
     Parameters
     ----------
     run : RunData
     of_cycles : bool
-        Only what is averaged over cycles: levels that begin in different states have nothing else in common.
+        Only averages over cycles, for levels that start in different states.
     """
     cycles = steady_cycles(run)
     found = measure(run, cycles)
     scatter = _scatter(run, cycles, found) if cycles.settled else {}
     samples = {}
     for name, item in found.items():
-        left_out = name in _NO_MODEL or CATALOGUE[name].group == "Solver" or (of_cycles and not item.cycles)
+        left_out = name in _EXCLUDED or CATALOGUE[name].group == "Solver" or (of_cycles and not item.cycles)
         if item.value is not None and not left_out:
             samples[name] = Sample(item, scatter.get(name, 0.0) if item.cycles else 0.0)
     return Sampled(cycles, samples)
 
 
 def _scatter(run: RunData, cycles: Cycles, means: Mapping[str, Measure]) -> dict[str, float]:
-    """Student's interval of the means of blocks of cycles (batch means), or of single cycles if few."""
+    """Student's interval of the means of blocks of cycles (batch means), or of single cycles if there are
+    few."""
     from scipy import special
 
     size = max(_BLOCK, cycles.pattern)
@@ -105,7 +105,7 @@ def _scatter(run: RunData, cycles: Cycles, means: Mapping[str, Measure]) -> dict
 
 
 def near(value: float, to: float, unit: str) -> float:
-    """An angle as the one within half a turn of another; of another unit the value as it is."""
+    """An angle shifted to within half a turn of another; other values unchanged."""
     if unit != "rad":
         return value
     return to + float((value - to + np.pi) % (2 * np.pi) - np.pi)
@@ -113,13 +113,13 @@ def near(value: float, to: float, unit: str) -> float:
 
 @dataclass(frozen=True)
 class Wave:
-    """A waveform at fixed times, its largest magnitude and the instant of it.
+    """A waveform at fixed times, its largest magnitude and its instant.
 
     Attributes
     ----------
     unit : str
     values : (k)
-        All components, one after the other.
+        All components, concatenated.
     peak, instant : float
     """
 
@@ -130,7 +130,7 @@ class Wave:
 
 
 def waves(run: RunData, units: dict[str, str], scene: Scene, times: Floats) -> Iterator[tuple[str, Wave]]:
-    """The main waveforms of a run at times (s) within it, each taken at the instants that it is of."""
+    """The main waveforms of a run, interpolated at times (s), each with its own instants."""
     from scipy.interpolate import CubicSpline
 
     own = np.asarray(run.time, dtype=float)

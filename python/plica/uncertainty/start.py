@@ -1,7 +1,8 @@
-"""Where the levels of a settled voice begin: the widest opening after the newest checkpoint of the run.
+"""Initial state of the levels of a steady vibration: the widest opening after the newest checkpoint of the
+run.
 
-There nothing touches, so that displacement and velocity can be taken to another mesh. The orbits of the
-levels lie near that of the run, and what is left of the way to them dies out within a few cycles.
+Without contact, displacement and velocity can be transferred to another mesh. The steady states of the
+levels are near that of the run, and the transient decays within a few cycles.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.symmetry import mirrored_mean, symmetry_planes
 from plica.storage.files import replaced, storage_errors
-from plica.uncertainty.transfer import taken_over
+from plica.uncertainty.transfer import transferred
 
 __all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
 
@@ -42,7 +43,7 @@ class Start:
     Attributes
     ----------
     time : float
-        s, of the run.
+        Time of the run (s).
     displacement, velocity : (n, 3) m and m/s
     """
 
@@ -53,22 +54,22 @@ class Start:
     def on(
         self, mesh: Any, points: Floats, fixed: NDArray[np.bool_], symmetry: str | None = None
     ) -> tuple[Floats, Floats]:
-        """Displacement and velocity at another mesh's points, zero where held, with the scene's symmetry;
-        `mesh` is the run's."""
+        """Displacement and velocity at another mesh's points, zero where fixed, with the scene's symmetry;
+        `mesh` is that of the run."""
         if points.shape == np.shape(mesh.points) and np.array_equal(points, mesh.points):
             return self.displacement, self.velocity
         planes = symmetry_planes(symmetry)
         displacement, velocity = (
             np.where(fixed, 0.0, mirrored_mean(field, points, planes))
-            for field in taken_over(mesh, (self.displacement, self.velocity), points)
+            for field in transferred(mesh, (self.displacement, self.velocity), points)
         )
         return displacement, velocity
 
 
 def widest_opening(run: Run, limit: float | None = None) -> Start | None:
-    """The state at the next largest glottal area without contact after the newest checkpoint.
+    """The state at the next maximum of the glottal area without contact after the newest checkpoint.
 
-    None where there is no checkpoint that this version continues, or no such opening within `limit` s of it
+    None if there is no checkpoint that this version can continue, or no such opening within `limit` s of it
     (default: two cycles of 50 Hz).
     """
     held = checkpoint.newest(run.directory)
@@ -76,7 +77,7 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
         return None
     scene: Scene = run.scene
     mesh = build_mesh(scene.mesh, scene.source)
-    basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, begun=True)
+    basis = None if scene.reduction is None else kept_basis(run.directory, scene, mesh, resumed=True)
     simulation = build_simulation(scene, mesh, basis=basis)
     if held.state.keys() != simulation.state().keys():
         return None
@@ -94,10 +95,10 @@ def widest_opening(run: Run, limit: float | None = None) -> Start | None:
 
 
 def kept_start(run: Run, path: Path) -> Start | None:
-    """The widest opening as it was first found, from a file beside the levels that began there.
+    """The widest opening, from the file of an earlier call if there is one.
 
-    Where the file is of another scene, length or version of plica, it goes, and plan and levels with it;
-    InvalidInput where it is damaged.
+    A file of another scene, length or version of plica is removed with its plan and levels; raises
+    InvalidInput if the file is damaged.
     """
     identity = _identity(run)
     if path.is_file():
@@ -112,7 +113,7 @@ def kept_start(run: Run, path: Path) -> Start | None:
 
 
 def _read(path: Path, identity: Mapping[str, str | int]) -> Start | None:
-    """The state in a file, or None where it is of another run."""
+    """The state in a file, or None if it is of another run."""
     try:
         with h5py.File(path, "r", locking=False) as file:
             if any(file.attrs.get(name) != value for name, value in identity.items()):
@@ -120,18 +121,18 @@ def _read(path: Path, identity: Mapping[str, str | int]) -> Start | None:
             return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
     except (OSError, KeyError, RuntimeError):
         raise InvalidInput(
-            f"{path}: is damaged; must be as plica uncertainty wrote it. Remove the directory {path.parent}, "
-            "and all levels are computed anew."
+            f"{path}: is damaged; must be as plica uncertainty wrote it. Remove the directory {path.parent} "
+            "to compute all levels again."
         ) from None
 
 
 def _identity(run: Run) -> dict[str, str | int]:
-    """What a state of a run, and the levels that begin in it, belong to."""
+    """Identity of the run of a state and of the levels that start from it."""
     return {"scene": run.scene.digest(), "steps": run.steps, "plica": run.versions["plica"]}
 
 
 def _forget(path: Path) -> None:
-    """Remove a state with its plan and its levels, itself last: what is stopped here begins here again."""
+    """Remove a state with its plan and levels; the state last, so that an interrupted removal is repeated."""
     with storage_errors(path.parent):
         for level in path.parent.glob("orbit-*"):
             if holds_run(level):
@@ -150,7 +151,7 @@ def _write(start: Start, identity: Mapping[str, str | int], path: Path) -> None:
 
 
 def step_cost(simulation: _engine.Simulation, steps: int = 6) -> float:
-    """s a step, measured: the least of two stretches after the first steps."""
+    """Measured time per step (s): the smaller of two measurements after the first steps."""
     simulation.advance(2)
     found = []
     for _ in range(2):

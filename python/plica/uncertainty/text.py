@@ -1,4 +1,4 @@
-"""What is said of an estimate: the plan, the sentence where it comes from, the table, and its file."""
+"""Text output of an estimate: plan, source, table, and CSV file."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ def planned(plan: Plan, run: Run, start: Start | None) -> str:
     where = (
         "from the start of the scene"
         if start is None
-        else f"from the settled voice at {1e3 * start.time:.4g} ms, its first {transient} cycles left out"
+        else f"from the steady vibration at {1e3 * start.time:.4g} ms, without the first {transient} cycles"
     )
     lines = [
         f"plica: {len(plan.levels)} level{'s' * (len(plan.levels) != 1)} {where}: about {clock(total)}, "
-        f"{total / max(run.seconds, 1e-9):.2g} times what the run took",
+        f"{total / max(run.seconds, 1e-9):.2g} times the time of the run",
         *(f"plica:   {level.text()}" for level in plan.levels),
         *(f"plica:   {remark}" for remark in plan.remarks),
     ]
@@ -39,9 +39,9 @@ def planned(plan: Plan, run: Run, start: Start | None) -> str:
 
 
 def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
-    """Where the uncertainties come from."""
+    """The source of the uncertainties, as one sentence."""
     if not levels:
-        return "No level could be computed: nothing is known of the numerical error."
+        return "No level could be computed: the numerical error is unknown."
     cells = len(run.mesh.cells)
     named = [
         f"1/{one.level.factor:g} of the step"
@@ -53,17 +53,18 @@ def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
     where = (
         "each from the start of the scene"
         if start is None
-        else f"each from the settled voice at {1e3 * start.time:.4g} ms without its first {transient} cycles"
+        else f"each from the steady vibration at {1e3 * start.time:.4g} ms without the first {transient} "
+        "cycles"
     )
     return f"By comparison with {', '.join(named)}, {where} (docs/uncertainty.md)."
 
 
 def uncertainty_table(found: Uncertainty) -> str:
-    """Measures with uncertainties in the units of the field; a line a waveform; the source and remarks."""
+    """Measures with uncertainties in common units; one line per waveform; source and remarks."""
     head = f"{'':<40} {'value':<12} {'+-':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
     lines = [head]
     for item in found.measures.values():
-        factor, unit = _people(item)
+        factor, unit = _shown_unit(item)
         numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
         statistical = "" if item.statistical is None else f"{factor * item.statistical:.2g}"
         value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
@@ -81,43 +82,43 @@ def uncertainty_table(found: Uncertainty) -> str:
 
 
 def _waveform_lines(waveforms: Mapping[str, Uncertain]) -> list[str]:
-    """How far each is from that of a finer level, and its largest value with the instant of it."""
+    """The error of each waveform, and its largest value with its instant."""
     names = dict.fromkeys(key.rpartition(".")[0] for key in waveforms)
     if not names:
         return []
     lines = ["", f"{'waveform, at fixed times':<40} {'off by':<12} {'largest value':<32} at"]
     for name in names:
         off = waveforms[f"{name}.relative_error"].numerical
-        said = "?" if off is None else f"{float(f'{100 * off:.2g}'):g} %"
+        error = "?" if off is None else f"{float(f'{100 * off:.2g}'):g} %"
         peak, instant = (_with_error(waveforms[f"{name}.{what}"]) for what in ("peak", "peak_time"))
-        lines.append(f"{name:<40} {said:<12} {peak:<32} {instant}")
+        lines.append(f"{name:<40} {error:<12} {peak:<32} {instant}")
     return lines
 
 
 def _with_error(item: Uncertain) -> str:
-    factor, unit = _people(item)
+    factor, unit = _shown_unit(item)
     numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
     value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
     return f"{value} +- {numerical} {'' if unit == '1' else unit}".rstrip()
 
 
-def _people(item: Uncertain) -> tuple[float, str]:
+def _shown_unit(item: Uncertain) -> tuple[float, str]:
     return CATALOGUE[item.name].people() if item.name in CATALOGUE else shown_unit(item.unit, "")
 
 
 def _part(part: Refinement | None, factor: float) -> str:
     if part is None:
         return "not estimated"
-    said: str = part.verdict
-    if part.order is not None and said == "asymptotic":
-        said = f"order {part.order:.1f}"
-    elif part.order is not None and said == "monotone":
-        said = f"monotone, {part.order:.1f}"
-    return f"{factor * part.uncertainty:.2g} ({said})"
+    verdict: str = part.verdict
+    if part.order is not None and verdict == "asymptotic":
+        verdict = f"order {part.order:.1f}"
+    elif part.order is not None and verdict == "monotone":
+        verdict = f"monotone, {part.order:.1f}"
+    return f"{factor * part.uncertainty:.2g} ({verdict})"
 
 
 def _rounded(value: float, half: float) -> str:
-    """To the place of the uncertainty's second digit, at most six digits."""
+    """Rounded to the uncertainty's second digit, at most six digits."""
     if value == 0 or not half > 0:
         return f"{value:.6g}"
     digits = math.floor(math.log10(abs(value)) + 1e-12) - math.floor(math.log10(half)) + 2
@@ -125,7 +126,8 @@ def _rounded(value: float, half: float) -> str:
 
 
 def write_csv(found: Uncertainty, path: Path) -> None:
-    """A row a quantity, in SI: value, uncertainties, orders and verdicts; empty where there is none."""
+    """Write one row per quantity, in SI: value, uncertainties, orders and verdicts; empty if there is
+    none."""
     rows = list(_rows(found))
     names = rows[0] if rows else ()
     write_table(path, {name: np.array([row[name] for row in rows], dtype=object) for name in names})

@@ -1,4 +1,4 @@
-"""Nodal fields of one mesh at the nodes of another."""
+"""Transfer of nodal fields from one mesh to another."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from plica.tetrahedron import shape_functions
 
-__all__ = ["taken_over"]
+__all__ = ["transferred"]
 
 Floats = NDArray[np.float64]
 
-_NEAR = 60  # cells by their centres, among which the one that holds a point is looked for
-_BEYOND = 0.2  # of a cell: no further outside it is a field continued
+_NEAR = 60  # nearest cells by their centres that are searched for a point
+_BEYOND = 0.2  # of a cell: limit of extrapolation
 
 
-def taken_over(mesh: Any, fields: Sequence[Floats], points: Floats) -> list[Floats]:
-    """Nodal fields (n, 3) of a mesh at points (k, 3), by the cell that each is in or nearest to.
+def transferred(mesh: Any, fields: Sequence[Floats], points: Floats) -> list[Floats]:
+    """Nodal fields (n, 3) of a mesh at points (k, 3), from the cell that each is in or nearest to.
 
-    Cells count as straight when a point is looked for, and a point outside the mesh takes the field of the
-    nearest cell, continued by up to 0.2 of it: good to start from, not to measure.
+    Cells are treated as straight when locating a point, and a point outside the mesh gets the field of the
+    nearest cell, extrapolated by up to 0.2 of it: sufficient for an initial state, not for measures.
     """
     from scipy.spatial import cKDTree
 

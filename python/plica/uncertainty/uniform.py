@@ -1,8 +1,7 @@
-"""Uniform refinement: every tetrahedron becomes eight, every face of a surface four, and the shape stays.
+"""Uniform refinement: every tetrahedron is divided into eight, every face of a surface into four.
 
-Straight cells stay straight: the body stays the polyhedron that it is. A quadratic cell is a quadratic map;
-each of the eight is a part of that map, which is quadratic itself, so its nodes are taken from there and
-curved sides stay where they are.
+The shape is unchanged: straight cells stay straight, and the eight children of a quadratic cell use its
+quadratic map, so that curved sides are kept.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from plica.tetrahedron import EDGES, shape_functions
 
 __all__ = ["refined"]
 
-# Of a quadratic cell's nodes: a tetrahedron at each corner, and four around the line from node 6 to node 8
-# through the octahedron that is left.
+# By nodes of a quadratic cell: a tetrahedron at each corner, and four around the line from node 6 to node 8
+# through the remaining octahedron.
 _CHILDREN = np.array(
     [
         (0, 4, 6, 7),
@@ -35,7 +34,7 @@ _FACE_CHILDREN = np.array([(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)])  # of a 
 
 
 def refined(mesh: Any) -> _engine.TetMesh:
-    """A mesh of the same order and shape with eight tetrahedra for each, and all its names.
+    """A mesh of the same order and shape with eight tetrahedra for each, and the same names.
 
     Parameters
     ----------
@@ -45,7 +44,7 @@ def refined(mesh: Any) -> _engine.TetMesh:
     Raises
     ------
     InvalidInput
-        Of a quadratic cell so curved that not all of the eight are good ones.
+        If a quadratic cell is so curved that one of its children is invalid.
     """
     parent = mesh if np.asarray(mesh.cells).shape[1] == 10 else _engine.to_quadratic(mesh)
     cells = np.asarray(parent.cells)
@@ -68,7 +67,7 @@ def refined(mesh: Any) -> _engine.TetMesh:
 
 
 def _on_the_map(linear: _engine.TetMesh, parent: Any) -> _engine.TetMesh:
-    """Quadratic cells, the middles of their sides where the map of the parent has them."""
+    """Quadratic cells with edge midpoints from the map of the parent."""
     fine = _engine.to_quadratic(linear)
     cells, points = np.asarray(parent.cells), np.array(fine.points)
     corners = np.eye(4)

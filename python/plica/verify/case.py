@@ -1,4 +1,4 @@
-"""What a case of verification is: checks of values against references, and the rows that they become."""
+"""Cases of verification: checks of values against references, and their result rows."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["Case", "Check", "Row", "judged", "worst"]
+__all__ = ["Case", "Check", "Row", "run_case", "worst"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Check:
-    """One value beside its reference."""
+    """A value and its reference."""
 
     name: str
     """Within the case."""
@@ -28,7 +28,7 @@ class Check:
     because: str
     """The reason of the tolerance: rounding, an order of convergence, a sampling."""
     of: Literal["reference", "unit"] = "reference"
-    """What error and tolerance are counted in: the reference's size, or the unit."""
+    """Unit of error and tolerance: relative to the reference, or absolute."""
 
     @property
     def error(self) -> float:
@@ -39,19 +39,19 @@ class Check:
 
 @dataclass(frozen=True)
 class Case:
-    """What is computed, and what it proves."""
+    """A computation, and what it proves."""
 
     name: str
     proves: str
     """One sentence."""
     source: str
-    """Where the reference comes from."""
+    """Source of the reference."""
     checks: Callable[[], Iterable[Check]]
 
 
 @dataclass(frozen=True)
 class Row:
-    """A check as it is reported; a case that failed before its checks has one without a value."""
+    """Result of a check; a case that failed before its checks has one row without a value."""
 
     name: str
     subject: str
@@ -75,8 +75,8 @@ class Row:
         return fields
 
 
-def judged(subject: str, case: Case) -> list[Row]:
-    """The rows of a case: of every check that it yields, and of what stopped it, if something did."""
+def run_case(subject: str, case: Case) -> list[Row]:
+    """Run a case: a row for each check, and one for an error if it was raised."""
     rows: list[Row] = []
     try:
         for check in case.checks():
@@ -118,9 +118,9 @@ def _finite(number: float) -> float | None:
 
 
 def worst(values: ArrayLike, references: ArrayLike) -> tuple[float, float]:
-    """The value that is furthest from its reference, in units of that, and the reference."""
+    """The value with the largest relative error, and its reference."""
     found, exact = np.ravel(np.asarray(values, float)), np.ravel(np.asarray(references, float))
     if found.shape != exact.shape or not found.size:
-        raise ValueError(f"{found.size} values beside {exact.size} references")
-    k = int(np.argmax(np.abs(found - exact) / np.abs(exact)))  # a value that is not a number is the worst
+        raise ValueError(f"{found.size} values, {exact.size} references")
+    k = int(np.argmax(np.abs(found - exact) / np.abs(exact)))  # NaN counts as the largest error
     return float(found[k]), float(exact[k])

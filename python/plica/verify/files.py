@@ -33,19 +33,21 @@ _LABELS = {
 
 
 def write(
-    made: Sequence[tuple[Case, Sequence[Row]]], installation: Installation, seconds: float, directory: Path
+    results: Sequence[tuple[Case, Sequence[Row]]], installation: Installation, seconds: float, directory: Path
 ) -> Path:
     """Write verification.json, .csv, .md and .html to the directory; returns the path of the page."""
-    rows = [row for _, theirs in made for row in theirs]
+    rows = [row for _, theirs in results for row in theirs]
     with storage_errors(directory, "made"):
         directory.mkdir(parents=True, exist_ok=True)
     write_json([row.as_json() for row in rows], directory / "verification.json")
     replaced(directory / "verification.csv", lambda draft: _table(rows, draft))
-    _text(as_markdown(made, installation), directory / "verification.md")
+    _text(as_markdown(results, installation), directory / "verification.md")
     template = files("plica.verify").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     page = environment.from_string(template).render(
-        subjects=[(name, said, _of(name, made)) for name, said in SUBJECTS.items() if _of(name, made)],
+        subjects=[
+            (name, topic, _of(name, results)) for name, topic in SUBJECTS.items() if _of(name, results)
+        ],
         conclusion=conclusion(rows, seconds),
         good=all(row.passed for row in rows),
         installation=[(_LABELS[name], value or "not known") for name, value in asdict(installation).items()],
@@ -55,16 +57,16 @@ def write(
     return _text(page, directory / "verification.html")
 
 
-def _of(subject: str, made: Sequence[tuple[Case, Sequence[Row]]]) -> list[tuple[Case, Sequence[Row]]]:
-    return [(case, rows) for case, rows in made if rows[0].subject == subject]
+def _of(subject: str, results: Sequence[tuple[Case, Sequence[Row]]]) -> list[tuple[Case, Sequence[Row]]]:
+    return [(case, rows) for case, rows in results if rows[0].subject == subject]
 
 
 def _table(rows: Sequence[Row], path: Path) -> None:
-    made = [row.as_json() for row in rows]
+    objects = [row.as_json() for row in rows]
     with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(made[0]))
+        writer = csv.DictWriter(file, fieldnames=list(objects[0]))
         writer.writeheader()
-        writer.writerows(made)
+        writer.writerows(objects)
 
 
 def _text(text: str, path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""The subjects of verification, and their cases judged one after the other."""
+"""The subjects of verification, and their cases, run one after the other."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import importlib
 from collections.abc import Iterator, Sequence
 
 from plica.errors import InvalidInput, nearest, one_of
-from plica.verify.case import Case, Row, judged
+from plica.verify.case import Case, Row, run_case
 
-__all__ = ["SUBJECTS", "cases", "chosen", "verify"]
+__all__ = ["SUBJECTS", "cases", "selected", "verify"]
 
 SUBJECTS: dict[str, str] = {
     "tissue": "constant strains, rigid motion, moduli, creep, natural frequencies",
@@ -18,27 +18,27 @@ SUBJECTS: dict[str, str] = {
     "video": "motion between frames, the glottis, pitch, quotients and phases",
     "identification": "filter, smoother, likelihood, gradient, a tissue found again",
 }
-"""Each a package of this room, with what is in it."""
+"""Packages of cases, with their content."""
 
 
-def chosen(asked: Sequence[str] | None) -> list[str]:
-    """Those asked for in their order, all where none is; raises InvalidInput for one that is not known."""
-    for name in asked or ():
+def selected(requested: Sequence[str] | None) -> list[str]:
+    """The requested subjects in their order, all for None; raises InvalidInput for an unknown one."""
+    for name in requested or ():
         if name not in SUBJECTS:
             raise InvalidInput(
                 f'verify: --subject = "{name}"; must be {one_of(SUBJECTS)}.{nearest(name, SUBJECTS)}'
             )
-    return [name for name in SUBJECTS if name in (asked or SUBJECTS)]
+    return [name for name in SUBJECTS if name in (requested or SUBJECTS)]
 
 
 def cases(subject: str) -> tuple[Case, ...]:
-    """Those of a subject, which is imported now."""
+    """The cases of a subject, which is imported on demand."""
     found: tuple[Case, ...] = importlib.import_module(f"plica.verify.{subject}").CASES
     return found
 
 
 def verify(subjects: Sequence[str]) -> Iterator[tuple[Case, list[Row]]]:
-    """Each case with its rows, as it is done."""
+    """Run each case; yields it with its rows."""
     for subject in subjects:
         for case in cases(subject):
-            yield case, judged(subject, case)
+            yield case, run_case(subject, case)

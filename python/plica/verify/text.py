@@ -1,4 +1,4 @@
-"""The rows of a verification as text for a terminal, and as a page of Markdown."""
+"""The rows of a verification as text for a terminal and as Markdown."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from plica.verify.case import Case, Row
 
 __all__ = ["as_markdown", "case_lines", "conclusion", "shown", "within"]
 
-Judged = Sequence[tuple[Case, Sequence[Row]]]
+Results = Sequence[tuple[Case, Sequence[Row]]]
 
 
 def shown(number: float | None, digits: int = 6) -> str:
@@ -18,13 +18,13 @@ def shown(number: float | None, digits: int = 6) -> str:
 
 
 def within(row: Row) -> tuple[str, str]:
-    """Error and tolerance with what they are counted in, which goes without saying for a pure number."""
+    """Error and tolerance with their unit, none for a pure number."""
     unit = {"reference": " rel.", "unit": f" {row.unit}" if row.unit != "1" else ""}.get(row.error_of, "")
     return shown(row.error, 2) + unit, shown(row.tolerance, 2) + unit
 
 
 def case_lines(case: Case, rows: Sequence[Row]) -> list[str]:
-    """What a case proves, and its rows below it."""
+    """What a case proves, followed by its rows."""
     lines = [f"{case.name}: {case.proves}"]
     for row in rows:
         if row.failure and row.value is None:
@@ -41,17 +41,17 @@ def case_lines(case: Case, rows: Sequence[Row]) -> list[str]:
 
 
 def conclusion(rows: Sequence[Row], seconds: float) -> str:
-    """How many pass, and which do not."""
+    """Number of rows that pass, and names of those that fail."""
     failed = [row.name for row in rows if not row.passed]
-    said = f"{len(rows) - len(failed)} of {len(rows)} pass, in {seconds:.0f} s."
-    return said if not failed else f"{said} Failed: {', '.join(failed)}."
+    text = f"{len(rows) - len(failed)} of {len(rows)} pass, in {seconds:.0f} s."
+    return text if not failed else f"{text} Failed: {', '.join(failed)}."
 
 
-def as_markdown(made: Judged, installation: Installation) -> str:
-    """A table for each subject, with the engine that made it named above."""
+def as_markdown(results: Results, installation: Installation) -> str:
+    """A table for each subject, below the engine's version."""
     lines = [f"Made by {installation}."]
     subject = ""
-    for _, rows in made:
+    for _, rows in results:
         for row in rows:
             if row.subject != subject:
                 subject = row.subject

@@ -30,7 +30,7 @@ from plica.video.drift import Drift, Steadied
 from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
 from plica.video.flow_origin import FlowOrigin
-from plica.video.glottal_area import GlottalArea
+from plica.video.glottal_area import GlottalArea, LostToBlur
 from plica.video.glottis import read_masks
 from plica.video.midline import Midline
 from plica.video.modes import Modes
@@ -220,10 +220,21 @@ class Analysis:
     def area(self) -> GlottalArea:
         """px^2, px."""
         names = ("left", "right", "left_edge", "right_edge")
-        if not self._inner:
-            return GlottalArea(*(self[f"sides/{name}"] for name in names))
-        inner = GlottalArea(*(self[f"sides/inner_{name}"] for name in names))
-        return GlottalArea(*(self[f"sides/{name}"] for name in names), inner=inner)
+
+        def part(kind: str, **further: Any) -> GlottalArea | None:
+            """The four of a kind; None in an analysis of an earlier version."""
+            if f"sides/{kind}left" not in self:
+                return None
+            return GlottalArea(*(self[f"sides/{kind}{name}"] for name in names), **further)
+
+        outline, of_inner = part("lost_"), part("inner_lost_")
+        lost = None
+        if outline is not None and of_inner is not None:
+            further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
+            lost = LostToBlur(outline, of_inner, *further)
+        found = part("", inner=part("inner_"), lost=lost)
+        assert found is not None
+        return found
 
     @property
     def _inner(self) -> bool:
@@ -449,6 +460,8 @@ class Analysis:
             "phase": np.array(self.phase),
             "flags": np.array(self.flags),
         }
+        if area.lost is not None:
+            found["area_hidden"] = size**2 * area.lost.outline.total
         if area.inner is not None:
             found["inner_edge_left"] = size * area.inner.left_edge
             found["inner_edge_right"] = size * area.inner.right_edge

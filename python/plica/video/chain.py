@@ -31,6 +31,7 @@ from plica.video.glottal_area import GlottalArea, areas
 from plica.video.glottis import learn
 from plica.video.kymogram import kymogram
 from plica.video.midline import Midline, find_midline, pixels
+from plica.video.midline_grey import MidlineGrey
 from plica.video.modes import modes
 from plica.video.network import Network
 from plica.video.outline import Finder
@@ -39,6 +40,7 @@ from plica.video.recording import Grey, Recording, spread
 from plica.video.results import Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
+from plica.video.slits import lost_to_blur
 from plica.video.trajectories import follow, spacing
 from plica.video.waveforms import measures
 from plica.video.waves import fundamental
@@ -190,12 +192,13 @@ class Chain:
             if self._network is not None and tissue.all():
                 raise VideoError(_found_nothing(self._network, self._count))
             fill(group, always=always, left_out=finder.left_out(~tissue))
+            fill(group, blur=np.array(finder.blur))
             fill(group, least=band[:, 0], largest=band[:, 1], border=border, confined=confined, tissue=tissue)
 
         self._results.change(add)
 
     def _sides(self) -> None:
-        if "glottis/inner" not in self._results:  # an analysis that an earlier version began
+        if "glottis/blur" not in self._results:  # an analysis that an earlier version began
             self._results.change(lambda _: None, without=("glottis",))
             self._glottis()
         ends = self._settings.midline
@@ -203,7 +206,8 @@ class Chain:
         inner = areas(self._results.masks(name="inner"), midline)
         (tissue,), lost = self._results.read("glottis/tissue"), self._drifted().lost
         area = self._areas(midline)
-        unknown = lost & ~np.isin(np.arange(self._count), list(self._results.drawn()))
+        drawn = np.isin(np.arange(self._count), list(self._results.drawn()))
+        unknown = lost & ~drawn
         sides = {
             f"{part}{name}": np.where(unknown, np.nan, values)
             for part, of in (("", area), ("inner_", inner))
@@ -211,18 +215,27 @@ class Chain:
         }
         folds = (tissue > 0) & _near(midline, self._shape)
         light: list[tuple[float, float]] = []
-        profiles = EdgeProfiles(midline)
+        profiles, across = EdgeProfiles(midline), MidlineGrey(midline, folds)
 
         def seen() -> Iterator[Grey]:
             frames = self._watched("kymograms", self._steady().frames(), self._count)
             for frame, glottis in zip(frames, self._results.masks(), strict=True):
                 light.append(_light(frame, folds))
                 profiles.add(frame, glottis)
+                across.add(frame, glottis)
                 yield frame
 
         half = max(0.25 * min(self._shape), _beyond(midline, tissue > 0))
         lines = kymogram(seen(), midline, self._settings.places, half)
         sharpness, saturated = np.array(light).T
+        denoising = float(self._results.read("glottis/blur")[0])
+        halfway = np.isfinite(denoising) & ~drawn & ~lost
+        lost_of = lost_to_blur(across.lines(), float(np.hypot(profiles.blur, denoising)), halfway)
+        sides |= {
+            f"{part}{name}": values
+            for part, of in (("lost_", lost_of.outline), ("inner_lost_", lost_of.inner))
+            for name, values in of.parts.items()
+        }
         self._results.store(
             "sides",
             **sides,
@@ -231,6 +244,9 @@ class Chain:
             sharpness=sharpness,
             saturated=saturated,
             blur=np.array(profiles.blur),
+            blur_band=lost_of.band,
+            lost_most=lost_of.most,
+            lost_shade=np.array(lost_of.shade),
             kymogram=lines.astype(np.float32),
         )
 

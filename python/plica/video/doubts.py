@@ -87,8 +87,9 @@ def doubts(seen: WholeGlottis) -> list[str]:
     if seen.blur is not None and seen.blur > _BLURRED:
         found.append(
             f"the edges of the glottis are blurred by {seen.blur:.2g} px (standard deviation): where a lens "
-            "or motion blurs them, slits and pointed ends are lost, and area, open quotient and amplitudes "
-            "come out too small; where they lie in shade, too large. Focus, or take a shorter exposure"
+            "or motion blurs them, slits and pointed ends are measured by their darkness alone, and area and "
+            "amplitudes may come out too small; where they lie in shade, too large. Focus, or take a shorter "
+            "exposure"
         )
     frequency = autocorrelation_frequency(known, 1.0) if known.size >= 8 else float("nan")
     if frequency > 1 / _COARSE:

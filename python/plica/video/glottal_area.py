@@ -6,17 +6,19 @@ Left and right are those of the image.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from plica.video.midline import Midline, pixels
 
-__all__ = ["GlottalArea", "areas", "middle"]
+__all__ = ["GlottalArea", "LostToBlur", "areas", "middle"]
 
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+
+_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.12, with it from 0.37 on
 
 
 @dataclass(frozen=True)
@@ -31,13 +33,17 @@ class GlottalArea:
         Mean distance of the folds' edges from the midline, over the middle tenth of its length.
     inner : GlottalArea or None
         The same of the darkest part of the glottis; None: not known.
+    lost : LostToBlur or None
+        What blur takes from it; None: not known.
     """
 
     left: Floats
     right: Floats
     left_edge: Floats
     right_edge: Floats
-    inner: GlottalArea | None = field(default=None, kw_only=True)
+    _: KW_ONLY
+    inner: GlottalArea | None = None
+    lost: LostToBlur | None = None
 
     @property
     def parts(self) -> dict[str, Floats]:
@@ -48,24 +54,91 @@ class GlottalArea:
     @property
     def mirrored(self) -> GlottalArea:
         """Left and right changed."""
-        inner = None if self.inner is None else self.inner.mirrored
-        return GlottalArea(self.right, self.left, self.right_edge, self.left_edge, inner=inner)
+        return GlottalArea(
+            self.right,
+            self.left,
+            self.right_edge,
+            self.left_edge,
+            inner=None if self.inner is None else self.inner.mirrored,
+            lost=None if self.lost is None else self.lost.mirrored,
+        )
 
     @property
     def total(self) -> Floats:
         """(frames) px^2."""
         return self.left + self.right
 
+    @property
+    def unblurred(self) -> GlottalArea:
+        """With what blur takes from it; the darkest part is no larger than all of it."""
+        if self.lost is None:
+            return self
+        lost = self.lost.outline
+        found = [np.maximum(part + lost.parts[name], 0.0) for name, part in self.parts.items()]
+        if self.inner is None:
+            return GlottalArea(*found)
+        lost, parts = self.lost.inner, self.inner.parts
+        inner = [
+            np.minimum(parts[name] + lost.parts[name], most) for name, most in zip(parts, found, strict=True)
+        ]
+        return GlottalArea(*found, inner=GlottalArea(*inner))
+
     def filled(self) -> GlottalArea:
         """With frames whose area is not known (not a number) between their neighbours."""
         known = np.isfinite(self.total)
-        if known.all() or not known.any():
-            return self
-        frames = np.arange(known.size)
-        inner = None if self.inner is None else self.inner.filled()
+        return self if known.all() or not known.any() else self.between(known)
+
+    def between(self, known: Mask) -> GlottalArea:
+        """With all frames but these between their neighbours."""
         return GlottalArea(
-            *(np.interp(frames, frames[known], part[known]) for part in self.parts.values()), inner=inner
+            *(_between(part, known) for part in self.parts.values()),
+            inner=None if self.inner is None else self.inner.between(known),
+            lost=None if self.lost is None else self.lost.between(known),
         )
+
+
+@dataclass(frozen=True)
+class LostToBlur:
+    """What blur takes from the outline (:mod:`plica.video.slits`).
+
+    Attributes
+    ----------
+    outline, inner : GlottalArea
+        px^2 and px, to be added to the outline halfway and to that of the darkest part.
+    band : (frames) px^2
+        How far apart blur alone puts the areas between which the true one lies.
+    most : (frames) px^2
+        What may be open besides where the folds seem closed: slits that are hidden all the time.
+    shade : float
+        Share of what darkens the midline that darkens the tissue beside it as much, as no slit does; not a
+        number where the folds never close.
+    """
+
+    outline: GlottalArea
+    inner: GlottalArea
+    band: Floats
+    most: Floats
+    shade: float
+
+    @property
+    def by_blur_alone(self) -> bool:
+        """Whether slits are what darkens the midline, and no shade between folds that close."""
+        return self.shade < _SHADED
+
+    @property
+    def mirrored(self) -> LostToBlur:
+        """Left and right changed."""
+        return LostToBlur(self.outline.mirrored, self.inner.mirrored, self.band, self.most, self.shade)
+
+    def between(self, known: Mask) -> LostToBlur:
+        """With all frames but these between their neighbours."""
+        parts = self.outline.between(known), self.inner.between(known)
+        return LostToBlur(*parts, _between(self.band, known), _between(self.most, known), self.shade)
+
+
+def _between(values: Floats, known: Mask) -> Floats:
+    frames = np.arange(known.size)
+    return np.interp(frames, frames[known], values[known])
 
 
 def middle(place: Floats, midline: Midline) -> Mask:

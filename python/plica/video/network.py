@@ -92,6 +92,8 @@ class Network:
     ----------
     threshold : float
         Probability from which a pixel is glottis.
+    blur : float
+        Not a number: a network draws no outline halfway from the dark to the tissue.
 
     Raises
     ------
@@ -99,6 +101,8 @@ class Network:
         Where ONNX Runtime is not installed; for a file that is no model, or one whose input, output or
         metadata are others than stated in docs/recording_files.md.
     """
+
+    blur = float("nan")
 
     def __init__(self, path: str | Path) -> None:
         self.name = Path(path).name

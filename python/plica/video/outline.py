@@ -37,7 +37,18 @@ class Outline:
 
 
 class Finder(Protocol):
-    """What finds the glottis in the frames of one recording: how it looks there, or a network."""
+    """What finds the glottis in the frames of one recording: how it looks there, or a network.
+
+    Attributes
+    ----------
+    blur : float
+        px, by which frames are blurred against noise before the outline is drawn where grey is halfway from
+        the glottis' dark to the tissue; not a number where it is drawn by something else.
+    """
+
+    @property
+    def blur(self) -> float:
+        """px."""
 
     def outline(self, frame: npt.NDArray[np.float32], index: int) -> Outline:
         """The glottis of the frame of this number, (h, w) grey, 0 to 255 on the recording's scale."""

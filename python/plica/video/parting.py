@@ -3,7 +3,7 @@
 A slit that opens from closed comes into sight, and one that closes goes out of sight: its brightness is found
 again nowhere in the other frame, and smoothness across the line in which the folds meet joins tissue that
 moves apart. The masks know both: which side of the midline a pixel is on, and how far each edge moves. A slit
-too narrow for a mask still darkens the line (docs/recordings.md, "Folds that part and meet").
+too narrow for a mask still darkens the line (docs/recordings_motion.md, "Folds that part and meet").
 """
 
 from __future__ import annotations

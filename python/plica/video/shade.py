@@ -146,10 +146,12 @@ def is_shaded(measures: Iterable[Measure]) -> bool:
     return any(said.startswith(_SAID) for item in measures for said in item.cautions)
 
 
-def is_wide(total: Floats, band: tuple[Floats, Floats]) -> bool:
-    """Whether the band of the glottal area, (frames) each, tells of shade beside the folds."""
+def is_wide(total: Floats, band: tuple[Floats, Floats], by_blur: Floats | None = None) -> bool:
+    """Whether the band of the glottal area, (frames) each, tells of shade beside the folds: by how much it is
+    wider than blur makes it, where that is known."""
     mean = float(np.nanmean(total)) if np.isfinite(total).any() else 0.0
-    return mean > 0 and float(np.nanmean(band[1] - band[0])) > _WIDE * mean
+    width = band[1] - band[0] if by_blur is None else band[1] - band[0] - by_blur
+    return mean > 0 and float(np.nanmean(width)) > _WIDE * mean
 
 
 def _apart(value: float | None, other: float | None) -> float | None:

@@ -24,7 +24,9 @@ from plica.measures.scale import Scale
 from plica.measures.sides import amplitudes, asymmetry, side_measures
 from plica.video.glottal_area import GlottalArea
 from plica.video.grid import with_grain
+from plica.video.midline_error import with_midline_error
 from plica.video.shade import between_outlines, by_light, is_shaded, is_wide, turn_left
+from plica.video.slit_measures import open_besides, with_hidden_slits, with_open_slits
 
 __all__ = ["measures", "phases", "scale_of", "wide_share"]
 
@@ -107,8 +109,9 @@ def measures(
     Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
     they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
     speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
-    which outlines it lies, which is said, and is in the intervals, where there is shade. `cycles` are all
-    complete ones unless given.
+    which outlines it lies, which is said, and is in the intervals, where there is shade. Slits that blur
+    hides are counted where they are known (`area.lost`). `cycles` are all complete ones, by the outline,
+    unless given.
     """
     known = np.isfinite(area.total)
     area = area.filled()
@@ -123,17 +126,26 @@ def measures(
         lost = "" if left_out else _lost(known, time, cycles)
         said = filter(None, (cycles.note, apart, lost))
         cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
-    halfway, inner = (
-        None if part is None else _of_sides(part, time, cycles, size, length, sides)
-        for part in (area, area.inner)
+    clear = area.lost is not None and area.lost.by_blur_alone
+    sharp = area.unblurred if clear else area
+
+    def of_sides(counted: GlottalArea, outlined: GlottalArea) -> list[Measure]:
+        found = (_of_sides(part, time, cycles, size, length, sides) for part in (counted, outlined))
+        return [
+            with_midline_error(item, counted, cycles, time) if item.name == "left_right_phase" else item
+            for item in with_hidden_slits(*found)
+        ]
+
+    halfway = of_sides(sharp, area)
+    wide = band is not None and is_wide(
+        area.total, band, area.lost.band if area.lost is not None and clear else None
     )
-    assert halfway is not None
-    wide = band is not None and is_wide(area.total, band)
-    if inner is None or area.inner is None:
+    if sharp.inner is None or area.inner is None:
         of_folds = halfway
     else:
-        left = turn_left(area.inner.left_edge, area.left_edge, cycles, time)
-        right = turn_left(area.inner.right_edge, area.right_edge, cycles, time)
+        left = turn_left(sharp.inner.left_edge, sharp.left_edge, cycles, time)
+        right = turn_left(sharp.inner.right_edge, sharp.right_edge, cycles, time)
+        inner = of_sides(sharp.inner, area.inner)
         of_folds = by_light(halfway, inner, wide=wide, turns=(left, right))
 
     def of_area(total: Floats) -> list[Measure]:
@@ -148,7 +160,9 @@ def measures(
             found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
         return found
 
-    by_area = of_area(total)
+    by_area = with_hidden_slits(of_area(size**2 * area.unblurred.total), of_area(total), shaded=not clear)
+    if area.lost is not None and (besides := open_besides(sharp.total, area.lost.most, cycles, time)):
+        by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), besides)
     if band is not None and (wide or is_shaded(of_folds)):
         outlines = [np.where(np.isfinite(edge), edge, area.total) for edge in band]
         by_area = between_outlines(

@@ -1,1 +1,1 @@
-"""Where a camera stands, and which point of a surface it sees at a pixel."""
+"""Cameras, and the points of surfaces that they see at pixels."""

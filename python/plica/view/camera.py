@@ -1,4 +1,4 @@
-"""Where the camera stands and what it makes of a point of the larynx."""
+"""The camera's position and its projection of points of the larynx."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _MOST = 4096  # px, of a side
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera far away (orthographic) that looks down on the folds.
+    """An orthographic camera that looks down on the folds.
 
-    Places in the picture are column and row, px, rows downwards, the middle of the first pixel at (0, 0);
-    motion in it is to the right and down. The larynx's x is to the right and its y up in the picture, so that
-    with x towards the right fold and z up, as the parametric larynx has it, the right fold is on the right;
-    ``roll = 180`` turns it as most endoscopes show it.
+    Positions in the picture are column and row, px, rows downwards, with the middle of the first pixel at
+    (0, 0); motion is to the right and down. The larynx's x is to the right and its y up in the picture, so
+    that the right fold of the parametric larynx (x towards the right fold, z up) is on the right;
+    ``roll = 180`` turns the picture as most endoscopes show it.
 
     Raises
     ------
@@ -39,13 +39,13 @@ class Camera:
     height: int = 256
     """px, 16 to 4096."""
     centre: tuple[float | str, float | str, float | str] = (0.0, 0.0, 0.0)
-    """The point (x, y, z) of the larynx that is in the middle of the picture, m."""
+    """Point (x, y, z) of the larynx in the middle of the picture, m."""
     tilt: float = 0.0
-    """Degrees, in (-90, 90), about the larynx's x axis; above 0 the camera stands towards +y."""
+    """Degrees, in (-90, 90), about the larynx's x axis; > 0: the camera is tilted towards +y."""
     lean: float = 0.0
-    """Degrees, in (-90, 90), about the tilted y axis; above 0 the camera stands towards +x."""
+    """Degrees, in (-90, 90), about the tilted y axis; > 0: the camera is tilted towards +x."""
     roll: float = 0.0
-    """Degrees by which the picture is turned, anticlockwise as seen."""
+    """Rotation of the picture, degrees, anticlockwise."""
 
     def __post_init__(self) -> None:
         number("Camera", "mm_per_px", self.mm_per_px, 1e-4, 10.0, "mm")
@@ -90,14 +90,15 @@ class Camera:
 
     @classmethod
     def of_projection(cls, projection: Floats, shape: tuple[int, int]) -> Camera:
-        """The camera whose `projection` begins with the rows P (2, 4) or more, of a picture of (h, w) px.
+        """The camera with the first rows P (2 or 3, 4) of a `projection`, for a picture of (h, w) px.
 
-        `centre` is the point nearest to the larynx's origin of those in the middle of the picture.
+        `centre` is the point closest to the larynx's origin on the line of sight in the middle of the
+        picture.
 
         Raises
         ------
         InvalidInput
-            Where the rows are not orthogonal and of one length, or look up on the folds.
+            If the rows are not orthogonal and of equal length, or look at the folds from below.
         """
         rows = np.asarray(projection, dtype=float)[:2]
         square = rows[:, :3] @ rows[:, :3].T
@@ -135,7 +136,7 @@ class Camera:
         return np.asarray(points @ projection[:, :3].T + projection[:, 3])
 
     def tilt_derivatives(self) -> tuple[Floats, Floats]:
-        """(3, 4) each: of `projection` by `tilt` and by `lean`, a degree."""
+        """(3, 4) each: derivatives of `projection` with respect to `tilt` and `lean`, per degree."""
         roll, lean, tilt = self._rotations()
         about_x = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
         about_y = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
@@ -145,7 +146,7 @@ class Camera:
         return by_tilt, by_lean
 
     def _rotations(self) -> tuple[Floats, Floats, Floats]:
-        """(3, 3) of roll, lean and tilt, which acts first."""
+        """(3, 3) rotations of roll, lean and tilt; tilt is applied first."""
         tilt, lean, roll = (math.radians(angle) for angle in (self.tilt, self.lean, self.roll))
         return (
             np.array([[math.cos(roll), -math.sin(roll), 0], [math.sin(roll), math.cos(roll), 0], [0, 0, 1]]),
@@ -154,6 +155,7 @@ class Camera:
         )
 
     def _projected(self, axes: Floats) -> Floats:
-        """(3, 4) of axes (3, 3) or of their derivative: without the picture's middle."""
+        """(3, 4) projection of axes (3, 3) or their derivative, without the offset of the picture's
+        middle."""
         rows = axes * (np.array([1.0, -1.0, self.pixel]) / self.pixel)[:, None]
         return np.column_stack([rows, -rows @ np.array(self.centre, dtype=float)])

@@ -1,4 +1,4 @@
-"""Where lines of sight meet the faces of a surface, flat or curved."""
+"""Intersections of lines of sight with the faces of a surface, flat or curved."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Met", "lattice", "meet", "refined", "shapes"]
+__all__ = ["Intersections", "lattice", "meet", "refined", "shapes"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 
 INSIDE = 1e-9
-"""Of the coordinates in a face: no gap between neighbours."""
-_CLOSE = 1e-9  # px, at which an iteration has met the pixel
-_STEPS = 20  # of Newton's iteration, which doubles its digits in each
-_LONGEST = 0.5  # of one of them, in coordinates of the face
-_BEGINNINGS = 4  # divisions of a curved face's sides: a line of sight may meet it up to four times
+"""Tolerance of the coordinates in a face, so that there is no gap between neighbours."""
+_CLOSE = 1e-9  # px, at which an iteration has converged
+_STEPS = 20  # of Newton's iteration, which converges quadratically
+_LONGEST = 0.5  # length of a step, in coordinates of the face
+_START_DIVISIONS = 4  # divisions of a curved face's sides: a line of sight may intersect it up to four times
 _BATCH = 2_000_000  # pairs of a pixel and a face at a time
 
 
 @dataclass(frozen=True)
-class Met:
-    """What each of p lines of sight meets first.
+class Intersections:
+    """The first intersection of each of p lines of sight.
 
     Attributes
     ----------
@@ -55,14 +55,14 @@ def shapes(nodes: int, place: Floats) -> Floats:
 
 
 def refined(faces: Floats, face: Ints, pixels: Floats, place: Floats) -> tuple[Floats, Mask]:
-    """Places (p, 2) at which faces are seen at pixels, by Newton's iteration from `place` (p, 2).
+    """Coordinates (p, 2) in faces at pixels, by Newton's iteration from `place` (p, 2).
 
     faces (f, 3 or 6, 3) are nodes' column px, row px and height; face (p) the one of each of pixels (p, 2),
-    column and row. Also (p) whether the iteration has ended inside it, on a side that looks at the camera.
+    column and row. Also (p) whether the iteration converged inside the face, on a side facing the camera.
     """
     terms, (x, y), (r, s) = _polynomial(faces[..., :2])[:, face], pixels.T, place.T
-    ended, found = place.copy(), np.zeros(len(pixels), dtype=bool)
-    going = np.arange(len(pixels))
+    solution, found = place.copy(), np.zeros(len(pixels), dtype=bool)
+    active = np.arange(len(pixels))
     for _ in range(_STEPS):
         one_x, one_y, r_x, r_y, s_x, s_y, rr_x, rr_y, rs_x, rs_y, ss_x, ss_y = terms
         off_x = x - (one_x + r * (r_x + r * rr_x + s * rs_x) + s * (s_x + s * ss_x))
@@ -72,11 +72,11 @@ def refined(faces: Floats, face: Ints, pixels: Floats, place: Floats) -> tuple[F
         area = by_r[0] * by_s[1] - by_r[1] * by_s[0]
         close = np.maximum(np.abs(off_x), np.abs(off_y)) < _CLOSE
         inside = np.minimum(np.minimum(r, s), 1 - r - s) >= -INSIDE
-        done = going[close]
-        ended[done, 0], ended[done, 1] = r[close], s[close]
+        done = active[close]
+        solution[done, 0], solution[done, 1] = r[close], s[close]
         found[done] = (inside & (area < 0))[close]  # rows count downwards
-        going = going[~close]
-        if not going.size:
+        active = active[~close]
+        if not active.size:
             break
         area = np.where(np.abs(area) > 1e-12, area, 1e-12)
         step_r = (off_x * by_s[1] - off_y * by_s[0]) / area
@@ -85,7 +85,7 @@ def refined(faces: Floats, face: Ints, pixels: Floats, place: Floats) -> tuple[F
         r, s = r + short * step_r, s + short * step_s
         if close.any():
             terms, x, y, r, s = terms[:, ~close], x[~close], y[~close], r[~close], s[~close]
-    return ended, found
+    return solution, found
 
 
 def _polynomial(flat: Floats) -> Floats:
@@ -100,8 +100,8 @@ def _polynomial(flat: Floats) -> Floats:
     return np.ascontiguousarray(np.concatenate([term.T for term in terms]))
 
 
-def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
-    """The nearest face that each line of sight meets from its outer side.
+def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Intersections:
+    """The nearest face that each line of sight intersects from its outer side.
 
     Parameters
     ----------
@@ -110,12 +110,12 @@ def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
     faces : (f, 3) or (f, 6)
         Rows of nodes, anticlockwise seen from outside; six with the middles of the sides 12, 23, 31.
     pixels : (p, 2)
-        Column and row; a line of sight with a nan meets nothing.
+        Column and row; a line of sight with NaN has no intersection.
 
     Notes
     -----
-    A curved face lies in the hull of its Bezier points, so that no face that is met is left out; within a
-    face, Newton's iteration begins at fifteen places.
+    A curved face lies in the hull of its Bezier points, so that no intersected face is missed; within a face,
+    Newton's iteration starts at fifteen points.
     """
     kind = faces.shape[1]
     corners = nodes[faces]
@@ -124,7 +124,7 @@ def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
         ends = hull[:, :3]
         hull = np.concatenate([ends, 2 * hull[:, 3:] - 0.5 * (ends + ends[:, [1, 2, 0]])], axis=1)
     low, high = hull.min(axis=1) - 1e-6, hull.max(axis=1) + 1e-6
-    begin = np.array([[1 / 3, 1 / 3]]) if kind == 3 else lattice(_BEGINNINGS)
+    begin = np.array([[1 / 3, 1 / 3]]) if kind == 3 else lattice(_START_DIVISIONS)
     face, place = np.full(len(pixels), -1, dtype=np.int64), np.zeros((len(pixels), 2))
     for part in np.array_split(np.arange(len(pixels)), max(1, len(pixels) * len(faces) // _BATCH)):
         at = pixels[part, None]
@@ -137,4 +137,4 @@ def meet(nodes: Floats, faces: NDArray[Any], pixels: Floats) -> Met:
         order = np.argsort(z, kind="stable")  # of equal indices the last assignment stays: the nearest
         pixel, own, there = pixel[order], own[order], there[order]
         face[pixel], place[pixel] = own, there
-    return Met(face, place)
+    return Intersections(face, place)

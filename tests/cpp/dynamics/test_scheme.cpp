@@ -73,7 +73,7 @@ TEST_CASE("an eigenmode of a block steps as the closed form says") {
       const SchemeCoefficients s = coefficients(scheme);
       const Matrix3 A = amplification(s, omega);
       Vector3 exact(1, 0, -omega * omega), force = Vector3::Zero();
-      if (const double excess = s.beta - s.gamma / 2; excess > 0) {  // theory.md, "The first step"
+      if (const double excess = s.beta - s.gamma / 2; excess > 0) {  // docs/theory/time.md, "The first step"
         const double k = (1 + s.alpha) * s.beta * omega * omega, p = -omega * omega / (1 + k), d = p - p / (1 + k);
         exact[2] = p + d;
         // The shift counts as a displacement, but not as what the elastic force of the step before was of.

@@ -8,7 +8,7 @@ from plica.bench.extremes.probe import Probe
 __all__ = ["COLUMNS", "PROBES", "SUBJECTS"]
 
 COLUMNS = ("subject", "extreme", "reference", "verdict", "error", "allowed", "note")
-"""Of their table, printed and in docs/extremes.md."""
+"""Of their table, printed and in docs/extremes_tables.md."""
 SUBJECTS: dict[str, list[Probe]] = {
     "tissue": solids.PROBES,
     "voice": voices.PROBES,

@@ -1,4 +1,4 @@
-"""What a probe of an extreme is, and the verdict on what it finds."""
+"""Probes of extreme inputs, and verdicts on their results."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from pydantic import ValidationError
 from plica.errors import InvalidInput, SolveFailed
 from plica.phonation.scene.problems import describe
 
-__all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "judged"]
+__all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "run_probe"]
 
 Word = Literal["right", "said", "refused", "WRONG", "NaN", "CRASH", "HANG"]
 
 FORBIDDEN: tuple[Word, ...] = ("WRONG", "NaN", "CRASH", "HANG")
 LONGEST = 900
-"""Characters of a refusal that a person still reads."""
+"""Longest acceptable error message, characters."""
 
 
 class Wrong(Exception):  # noqa: N818 (what was found)
-    """What a probe holds against a reference does not hold."""
+    """The result of a probe contradicts its reference."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A number held against its reference."""
+    """Error of a result against its reference."""
 
     error: float
     allowed: float
     cautions: tuple[str, ...] = ()
-    """Names of those that a user would have been given."""
+    """Names of the cautions that a user would get."""
     note: str = ""
 
 
@@ -42,17 +42,17 @@ class Probe:
 
     name: str
     reference: str
-    """What its error is taken against."""
+    """Reference of its error."""
     find: Callable[[], Found]
     small: bool = False
-    """Whether the small size has it."""
+    """Whether it is part of the small size."""
     limit: float = 180.0
     """s; longer is a hang."""
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a probe has ended."""
+    """Outcome of a probe."""
 
     word: Word
     note: str
@@ -60,8 +60,9 @@ class Verdict:
     allowed: float | None = None
 
 
-def judged(find: Callable[[], Found]) -> Verdict:
-    """Right within what is allowed, said by a caution, or refused in words, with the right exception."""
+def run_probe(find: Callable[[], Found]) -> Verdict:
+    """Run a probe: right within the allowed error, announced by a caution, or refused with a proper
+    exception."""
     try:
         found = find()
     except (InvalidInput, SolveFailed) as refusal:
@@ -82,8 +83,8 @@ def judged(find: Callable[[], Found]) -> Verdict:
     return Verdict("WRONG", found.note, *numbers)
 
 
-def _refused(said: str) -> Verdict:
-    text = " ".join(said.split())
+def _refused(message: str) -> Verdict:
+    text = " ".join(message.split())
     if len(text) > LONGEST:
         return Verdict("WRONG", f"refused in {len(text)} characters: {text[:200]} ...")
     return Verdict("refused", text)

@@ -183,55 +183,55 @@ def _probes() -> list[Probe]:
     soft, usual = isotropic(1e3), isotropic(1e4)
     cases: list[tuple[str, Callable[[], Found], bool]] = []
     for order in (1, 2):
-        said, add = f"P{order}", partial(partial, swing, order=order)
+        label, add = f"P{order}", partial(partial, swing, order=order)
         for nu in (0.49, 0.499, 0.4999, 0.49999):
             cases.append(
-                (f"{said}, Poisson's ratio {nu}", add(isotropic(1e4, nu), isotropic(1e3, nu)), nu == 0.4999)
+                (f"{label}, Poisson's ratio {nu}", add(isotropic(1e4, nu), isotropic(1e3, nu)), nu == 0.4999)
             )
         for ratio in (1e2, 1e4, 1e6, 1e8):
             cases.append(
                 (
-                    f"{said}, held layer {ratio:g} times as stiff",
+                    f"{label}, held layer {ratio:g} times as stiff",
                     add(isotropic(1e3 * ratio), soft),
                     ratio == 1e8,
                 )
             )
             cases.append(
-                (f"{said}, free layer {ratio:g} times as stiff", add(soft, isotropic(1e3 * ratio)), False)
+                (f"{label}, free layer {ratio:g} times as stiff", add(soft, isotropic(1e3 * ratio)), False)
             )
         for ratio in (10.0, 100.0):
             cases.append(
                 (
-                    f"{said}, E'/E = {ratio:g}",
+                    f"{label}, E'/E = {ratio:g}",
                     add(fibrous(ratio, ratio / 0.4), fibrous(ratio, ratio / 0.4)),
                     False,
                 )
             )
             cases.append(
-                (f"{said}, E'/mu' = {ratio:g}", add(fibrous(10, ratio), fibrous(10, ratio)), ratio == 100)
+                (f"{label}, E'/mu' = {ratio:g}", add(fibrous(10, ratio), fibrous(10, ratio)), ratio == 100)
             )
         for viscosity in (0.0, 500.0):
             tissue = isotropic(1e4, viscosity=viscosity)
-            cases.append((f"{said}, viscosity {viscosity:g} Pa s", add(tissue, tissue), False))
+            cases.append((f"{label}, viscosity {viscosity:g} Pa s", add(tissue, tissue), False))
         for one, other in ((1.0, 1.0), (1.0, 1e5), (1e5, 1.0), (1e5, 1e5)):
             tissues = isotropic(1e4, density=one), isotropic(1e4, density=other)
-            cases.append((f"{said}, densities {one:g} and {other:g} kg/m^3", add(*tissues), False))
+            cases.append((f"{label}, densities {one:g} and {other:g} kg/m^3", add(*tissues), False))
         for share in (1e-3, 1e-6, 1e-11):
             found = add(soft, usual, moved=_sliver(share))
-            cases.append((f"{said}, slivers of {share:g} of the median volume", found, share == 1e-6))
+            cases.append((f"{label}, slivers of {share:g} of the median volume", found, share == 1e-6))
         found = add(soft, usual, divisions=(10, 3, 3), moved=_graded(1e3, 10))
-        cases.append((f"{said}, cell sizes of 1:1000", found, False))
+        cases.append((f"{label}, cell sizes of 1:1000", found, False))
         for corner in (1.0, 1e3, 1e6, 1e9):
             cases.append(
-                (f"{said}, {corner:g} m from the origin", add(soft, usual, corner=corner), corner >= 1e6)
+                (f"{label}, {corner:g} m from the origin", add(soft, usual, corner=corner), corner >= 1e6)
             )
         for step in (1e-7, 1e-3, 1e-2):
-            cases.append((f"{said}, step of {1e6 * step:g} us", add(soft, usual, step=step), False))
+            cases.append((f"{label}, step of {1e6 * step:g} us", add(soft, usual, step=step), False))
         for size in (1e-6, 1.0, 1e3):
             found = add(soft, usual, size=size, step=5e-3 * size)
-            cases.append((f"{said}, a cube of {size:g} m", found, False))
+            cases.append((f"{label}, a cube of {size:g} m", found, False))
         stiff = add(soft, isotropic(1e7), solver=engine.ConjugateGradients())
-        cases.append((f"{said}, conjugate gradients, 10000 times as stiff", stiff, False))
+        cases.append((f"{label}, conjugate gradients, 10000 times as stiff", stiff, False))
     statics: list[tuple[str, Callable[[], Found], bool]] = [
         (
             f"statics, nu = {nu}, {ratio:g} times as stiff",

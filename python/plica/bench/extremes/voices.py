@@ -134,7 +134,7 @@ def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
     """
     changes = {name.replace("__", "."): value for name, value in changes.items()}
     span = step * steps
-    waves, said = ran(larynx(changes | {"time.step": step, "time.duration": span}))
+    waves, cautions = ran(larynx(changes | {"time.step": step, "time.duration": span}))
     fine = larynx({"time.step": step / finer, "time.duration": span})
     found = build_simulation(fine).advance(steps * finer)
     exact = {name: np.asarray(found[name], float)[finer - 1 :: finer] for name in _SMOOTH}
@@ -142,7 +142,7 @@ def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
         name: float(np.linalg.norm(waves[name] - exact[name]) / np.linalg.norm(exact[name]))
         for name in _SMOOTH
     }
-    about = tuple(name for name in said if name in _OF_STEPS)
+    about = tuple(name for name in cautions if name in _OF_STEPS)
     note = ", ".join(f"{name.replace('_', ' ')} {error:.1e}" for name, error in errors.items())
     return Found(float(np.max([*errors.values()])), 0.05, about, note)
 
@@ -152,8 +152,8 @@ def another_larynx(scale: float) -> Found:
     options: dict[str, Any] = {"major": 7e-3 * scale, "radius": 8e-3 * scale, "layer_thickness": 5e-4 * scale}
     sections = [[scale * z, scale * x] for z, x in larynx_fields(Larynx(larynx="thesis_coarse"))["sections"]]
     options |= {**COARSE, "sections": sections}
-    said = ran(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
-    return Found(1.0, 0.0, tuple(name for name in said if name in ("fold_length", "mesh_size")))
+    cautions = ran(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
+    return Found(1.0, 0.0, tuple(name for name in cautions if name in ("fold_length", "mesh_size")))
 
 
 _HARD: Mapping[str, Mapping[str, Any]] = {
@@ -238,10 +238,12 @@ def _probes() -> list[Probe]:
             probes.append(Probe(f"{coupling} coupling, step of {1e3 * step:g} ms", finer, find))
         find = partial(coarse, 4e-4, 40, 8, airflow__coupling=coupling)
         probes.append(Probe(f"{coupling} coupling, step of 0.4 ms", finer, find, coupling == "extrapolated"))
-    for scale, said in ((1e3, "millimetres taken for metres"), (1e-3, "metres taken for millimetres")):
+    for scale, mistake in ((1e3, "millimetres taken for metres"), (1e-3, "metres taken for millimetres")):
         probes.append(
             Probe(
-                f"mesh in the wrong unit: {said}", "none: a caution must ask", partial(another_larynx, scale)
+                f"mesh in the wrong unit: {mistake}",
+                "none: a caution must ask",
+                partial(another_larynx, scale),
             )
         )
     return probes

@@ -98,7 +98,7 @@ CASES = (
             Claim("the default's penetration is below 1e-4 edges", at_most(DEFAULT, 1e-4, "penetration")),
         ),
         threads=(1,),
-        apart=False,
+        own_process=False,
     ),
     Case(
         name="rattle",
@@ -118,6 +118,6 @@ CASES = (
             Claim("the default keeps the momentum", at_most(DEFAULT, 1e-5, "momentum")),
         ),
         threads=(1,),
-        apart=False,
+        own_process=False,
     ),
 )

@@ -87,8 +87,8 @@ CONTACT_SOLVER = Case(
         "full": tuple({"cells": 8, "tolerance": tolerance} for tolerance in (1e-4, 1e-6, 1e-8, 1e-10)),
     },
     methods=tuple(
-        Method(said, partial(_contact, name), fits=partial(_reached, name))
-        for said, name in (
+        Method(label, partial(_contact, name), fits=partial(_reached, name))
+        for label, name in (
             ("condensed", "condensed"),
             ("saddle point", "saddle"),
             ("GMRES, Eq. (29)", "gmres"),

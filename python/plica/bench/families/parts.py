@@ -156,7 +156,7 @@ def _import_case(module: str) -> Case:
         judge=partial(_unneeded, module),
         claims=(Claim(f"importing {module} brings nothing unneeded", at_most(module, 0.0, "unneeded")),),
         threads=(1,),
-        apart=False,
+        own_process=False,
     )
 
 

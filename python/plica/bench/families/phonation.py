@@ -91,8 +91,8 @@ def _truth(level: Level) -> dict[str, Array]:
 
 def _judge(level: Level, found: Mapping[str, Array], truth: Mapping[str, Array]) -> dict[str, float]:
     return {
-        said: float(np.linalg.norm(found[name] - truth[name]) / np.linalg.norm(truth[name]))
-        for said, name in (("area", "minimum_area"), ("flow", "flow"))
+        label: float(np.linalg.norm(found[name] - truth[name]) / np.linalg.norm(truth[name]))
+        for label, name in (("area", "minimum_area"), ("flow", "flow"))
     }
 
 

@@ -1,1 +1,1 @@
-"""What is measured of a run."""
+"""Measures of a run."""

@@ -1,9 +1,9 @@
 """Measures of the collisions between the folds.
 
-A collision lasts as long as the contact force on the left (first) fold exceeds a share of a steady cycle's
-peak (the catalogue has the levels), the median over the cycles with contact, so that a violent start does not
-hide what follows; without such cycles, of its largest value. Short losses of contact are part of it: where
-the folds close in parts, one after the other, that is one collision.
+A collision lasts while the contact force on the left (first) fold exceeds a share (see the catalogue) of the
+peak of a steady cycle, the median over the cycles with contact, so that a violent onset does not hide later
+collisions; without such cycles, of the largest value. Short losses of contact are bridged: folds that close
+in parts, one after the other, make one collision.
 Forces belong to whole steps: an impulse is the sum of force times step, a duration is a number of steps.
 """
 
@@ -27,14 +27,14 @@ def collisions(time: Floats, force: Floats, level: float, gap: float) -> list[sl
     time : (k) s
     force : (k) N, magnitude
     level : float
-        N, >= 0, contact is above it.
+        N, >= 0; contact is where the force is above it.
     gap : float
-        s, losses of contact up to this long are bridged.
+        s; losses of contact up to this long are bridged.
 
     Returns
     -------
     list of slice
-        Without a collision that is still going on at the end of the record, or was at its beginning.
+        Without collisions that are incomplete at the start or the end of the record.
     """
     touching = np.flatnonzero(force > level)
     if not touching.size:
@@ -55,16 +55,16 @@ def moving_average(values: Floats, count: int) -> Floats:
 def contact_measures(
     time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, fold_length: float | None
 ) -> list[Measure]:
-    """Forces, impulses, durations, areas, pressures and the quality of the enforcement.
+    """Forces, impulses, durations, areas, pressures and the accuracy of the contact.
 
     Parameters
     ----------
     time, waveforms
-        Of the steps that were computed.
+        Of the computed steps.
     cycles : Cycles
         Steady cycles, possibly none.
     fold_length : float or None
-        m, anteroposterior length of the folds; None where the scene does not tell.
+        m, anteroposterior length of the folds; None if unknown.
     """
     left = np.asarray(waveforms["contact_force_first"], dtype=float)
     right = np.asarray(waveforms["contact_force_second"], dtype=float)

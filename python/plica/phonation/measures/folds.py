@@ -1,9 +1,9 @@
 """Measures of the motion of the two folds in the mid-coronal plane.
 
-Half-widths are the distances of the right and of the left fold's point from the midline, which the folds
-themselves give: meshes lie where they lie. Both grow as the glottis opens.
-The glottal canal is the range of sections about the narrowest one whose width at rest is at most 1.5 times
-the least; its lowest section is the lower edge and its highest the upper edge.
+Half-widths are the distances of the points of the right and of the left fold from the midline, which is
+computed from the folds, wherever the mesh is. Both increase as the glottis opens.
+The glottal canal is the range of sections around the narrowest one whose width at rest is at most 1.5 times
+the smallest; its lowest section is the lower edge and its highest the upper edge.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ canal_width = 1.5  # largest width of the glottal canal at rest, relative to the
 
 
 def midline(waveforms: Mapping[str, Array]) -> tuple[float, float]:
-    """x (m) halfway between the folds at the first record, and 1 where x grows to the right, else -1."""
+    """x (m) halfway between the folds in the first step, and 1 if x increases to the right, else -1."""
     right, left = (
         np.asarray(waveforms[f"coronal_{side}"], dtype=float)[0, :, 0] for side in ("right", "left")
     )
@@ -40,10 +40,10 @@ def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
 
 
 def rest_width(run: RunData) -> Floats:
-    """Width (s) m of the airway in its mid-coronal plane, at the sections, in the reference position.
+    """Width (s) m of the airway in its mid-coronal plane at the sections, in the reference position.
 
-    Cut from the surface named airway, halfway between its least and its largest y; the fold of larger x is
-    the one whose faces look toward smaller x. Without that surface, the width at the first record.
+    Cut from the surface named airway, halfway between its smallest and largest y; the fold at larger x is
+    the one whose faces point to smaller x. Without that surface, the width in the first step.
     """
     surface = run.mesh.surfaces.get("airway")
     if surface is None:
@@ -53,10 +53,10 @@ def rest_width(run: RunData) -> Floats:
     y = points[corners, 1]
     middle = 0.5 * (y.min() + y.max())
     u, v = (points[corners[:, k]] - points[corners[:, 0]] for k in (1, 2))
-    looks = np.sign(u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1])
+    facing = np.sign(u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1])
     width = np.zeros(len(run.section_height))
     for side in (-1.0, 1.0):
-        own = corners[looks == side]
+        own = corners[facing == side]
         edges = np.concatenate((own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]))
         y = points[edges, 1] - middle
         crossing = (y.min(axis=1) <= 0) & (y.max(axis=1) >= 0) & (np.ptp(y, axis=1) > 0)
@@ -68,7 +68,7 @@ def rest_width(run: RunData) -> Floats:
 
 
 def glottal_canal(width: Floats) -> slice:
-    """Range of sections that form the glottal canal, from the widths at rest (see the module's head)."""
+    """Range of sections that form the glottal canal, from the widths at rest (see the module docstring)."""
     narrow = width <= canal_width * width.min()
     low = high = int(np.argmin(width))
     while low > 0 and narrow[low - 1]:
@@ -81,7 +81,7 @@ def glottal_canal(width: Floats) -> slice:
 def motion_measures(
     time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, canal: slice
 ) -> list[Measure]:
-    """Amplitudes of both folds, their ratio and asymmetry, the phase between them and between the edges."""
+    """Amplitudes of both folds, their ratio and asymmetry, and phases between folds and between edges."""
     right, left = half_widths(waveforms)
     steady = cycles.extent(time)
     section = int(np.argmax(np.ptp(right[steady], axis=0) + np.ptp(left[steady], axis=0)))

@@ -1,4 +1,4 @@
-"""Measures of a run without airflow: frequency and damping of its most mobile probe."""
+"""Measures of a run without airflow: frequency and damping of the probe that moves most."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from plica.measures.pulses import rising_crossings
 from plica.measures.record import Array, Floats
 from plica.measures.stationary import fewest, of_period, stationary_from
 
-faded = 0.02  # of the largest excursion: a free vibration is evaluated down to here
-one_mode = 0.05  # standard deviation of the logarithmic amplitude about its line: more is said
+least_excursion = 0.02  # of the largest one: a free vibration is evaluated down to this
+largest_deviation = 0.05  # standard deviation of the logarithmic amplitude from a line, of a single mode
 
 
 def most_mobile(probes: Array) -> tuple[int, int]:
@@ -25,14 +25,14 @@ def most_mobile(probes: Array) -> tuple[int, int]:
 
 
 def vibrating_part(signal: Floats) -> slice:
-    """Samples up to the last excursion from the mean of the last fifth that is above 2 % of the largest."""
+    """Samples up to the last excursion above 2 % of the largest, relative to the mean of the last fifth."""
     excursion = np.abs(signal - signal[-max(signal.size // 5, 1) :].mean())
-    alive = np.flatnonzero(excursion > faded * excursion.max())
+    alive = np.flatnonzero(excursion > least_excursion * excursion.max())
     return slice(0, int(alive[-1]) + 1 if alive.size else 0)
 
 
 def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[list[Measure], Cycles]:
-    """Frequency of the probe component that moves most, and its damping ratio if no load does work.
+    """Frequency of the probe component that moves most, and its damping ratio if loads do no work.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[list[Me
 
 
 def _decaying(starts: Floats) -> Cycles:
-    """All cycles whose period is stationary: the amplitude may decay."""
+    """All cycles with a stationary period; the amplitude may decay."""
     first = stationary_from([(np.diff(starts), of_period)])
     if first is None:
         note = f"free vibration: amplitude and frequency change; the last {fewest} cycles are used"
@@ -84,10 +84,10 @@ def _damping_ratio(time: Floats, signal: Floats, cycles: Cycles) -> Measure:
     cautions = []
     found = rising_crossings(time, signal).size - 1
     if cycles.count < 0.5 * found:
-        cautions.append(f"of {cycles.count} of {found} cycles: the others have other periods or amplitudes")
-    apart = float(np.std(logarithm - start - slope * number))
-    if apart > one_mode:
+        cautions.append(f"from {cycles.count} of {found} cycles: the others differ in period or amplitude")
+    deviation = float(np.std(logarithm - start - slope * number))
+    if deviation > largest_deviation:
         cautions.append(
-            f"the amplitude departs from an exponential by {100 * apart:.2g} %: not one mode alone"
+            f"the amplitude deviates from an exponential by {100 * deviation:.2g} %: not a single mode"
         )
     return Measure("damping_ratio", float(ratio), None, cycles.count, cautions=tuple(cautions))

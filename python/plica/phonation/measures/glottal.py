@@ -22,13 +22,13 @@ def open_area(waveforms: Mapping[str, Array]) -> Floats:
 
 
 def strict_open_quotient(time: Floats, area: Floats, cycles: Cycles) -> Measure:
-    """The open quotient at the level of the thesis."""
+    """The open quotient at the level used in the thesis."""
     values = [open_quotient(time, area, *ends, closed_share_1_percent) for ends in pairwise(cycles.starts)]
     return per_cycle("open_quotient_1_percent", cycles, np.array(values), cautions=few_samples(time, cycles))
 
 
 def flow_measures(time: Floats, flow: Floats, cycles: Cycles) -> list[Measure]:
-    """Peak, mean and least flow."""
+    """Peak, mean and minimum flow."""
     return [
         over_cycles("peak_flow", time, flow, cycles, np.max),
         over_cycles("mean_flow", time, flow, cycles, np.mean),

@@ -30,7 +30,7 @@ def steady_cycles(run: RunData) -> Cycles:
     Returns
     -------
     Cycles
-        Empty, with a note that says why, where there are fewer than three.
+        Empty, with a note that gives the reason, if there are fewer than three.
     """
     time, waveforms = reached(run)
     if not time.size:
@@ -44,20 +44,20 @@ def steady_cycles(run: RunData) -> Cycles:
 
 
 def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
-    """Everything that is measured of a run, in SI units.
+    """All measures of a run, in SI units.
 
     Parameters
     ----------
     run : RunData
-        Finished, interrupted or failed; the steps that were computed are used.
+        Finished, interrupted or failed; the computed steps are used.
     cycles : Cycles, optional
-        Of the glottal area, to average over; the steady ones unless given.
+        Cycles of the glottal area to average over; default: the steady ones.
 
     Returns
     -------
     Measures
         By name. A part that the scene does not have gives no entries; a quantity that this run does not
-        determine has the value None and a note that says why.
+        determine has the value None and a note with the reason.
     """
     time, waveforms = reached(run)
     if not time.size:
@@ -84,7 +84,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
 
 
 def fold_length(run: RunData) -> float | None:
-    """Anteroposterior length of the folds (m): that of the section narrowest at rest, or else of the airway.
+    """Anteroposterior length of the folds (m): of the section that is narrowest at rest, else of the airway.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def fold_length(run: RunData) -> float | None:
     Returns
     -------
     float or None
-        None where there is neither an airflow nor a surface named airway.
+        None if there is neither an airflow nor a surface named airway.
     """
     major = np.asarray(run.section_major, dtype=float)
     if major.size and len(run.time):
@@ -109,5 +109,5 @@ def _subglottal_pressure(scene_text: str) -> list[Measure]:
         airflow = tomllib.loads(scene_text).get("airflow", {})
         value = read_quantity(airflow["subglottal_pressure"], "Pa")
     except (tomllib.TOMLDecodeError, KeyError, ValueError):
-        return []  # a run that was not made from a scene file does not tell
+        return []  # unknown for a run that was not made from a scene file
     return [whole("subglottal_pressure", value)]

@@ -1,4 +1,4 @@
-"""What measures and report need of a run: a protocol, so that both also serve runs made elsewhere."""
+"""The protocol of a run that measures and reports use, so that they also work for runs from elsewhere."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class MeshData(Protocol):
 
     @property
     def layer_names(self) -> Sequence[str]:
-        """E.g. body, ligament, cover."""
+        """Names of the layers, e.g. body, ligament, cover."""
 
     @property
     def surfaces(self) -> Mapping[str, Array]:
@@ -38,18 +38,17 @@ class MeshData(Protocol):
 class RunData(Protocol):
     """A run, finished or not, with its results in SI units.
 
-    Arrays hold the steps and frames that were computed, however many were asked for. A waveform may be NaN
-    where it has no meaning. A part that the scene does not have
-    (airflow, contact) has no entries.
+    Arrays hold the computed steps and frames. A waveform may be NaN where it is undefined. A part that the
+    scene does not have (airflow, contact) has no entries.
     """
 
     @property
     def time(self) -> Array:
-        """(k) s, of the steps that were computed."""
+        """(k) s, of the computed steps."""
 
     @property
     def waveforms(self) -> Mapping[str, Array]:
-        """What the simulation returned for every step, leading axis k."""
+        """Waveforms of the simulation by name, leading axis k."""
 
     @property
     def fields(self) -> Mapping[str, Array]:
@@ -57,7 +56,7 @@ class RunData(Protocol):
 
     @property
     def whole(self) -> RunData:
-        """The run of which this is a part; itself where it is whole."""
+        """The run of which this is a part; the run itself if it is not a part."""
 
     @property
     def mesh(self) -> MeshData:
@@ -69,30 +68,30 @@ class RunData(Protocol):
 
     @property
     def section_major(self) -> Array:
-        """(s) m, half the anteroposterior extent of the airway there; empty without airflow."""
+        """(s) m, half the anteroposterior extent of the airway at the sections; empty without airflow."""
 
     @property
     def scene_text(self) -> str:
-        """The scene that made the run, as resolved TOML."""
+        """The scene of the run, as resolved TOML."""
 
     @property
     def scene_cautions(self) -> Sequence[Caution]:
-        """What of that scene is beyond anything that is a larynx."""
+        """Cautions on quantities of the scene that no larynx has."""
 
     @property
     def steps_asked(self) -> int:
-        """How many steps the scene asks for."""
+        """Number of steps of the scene."""
 
     @property
     def failure(self) -> str:
-        """Why the run ended before its time, as text; empty if it did not fail."""
+        """Why the run failed; empty if it did not."""
 
     @property
     def versions(self) -> Mapping[str, str]:
-        """What computed the run by name: versions, and with contact its solver."""
+        """Versions of the software that computed the run, and with contact its solver."""
 
 
 def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:
-    """Time (k) s and the waveforms, each with leading axis k, of the steps that were computed."""
+    """Time (k) s and the waveforms, each with leading axis k, of the computed steps."""
     waveforms = {name: np.asarray(values) for name, values in run.waveforms.items() if name != "time"}
     return np.asarray(run.time, dtype=float), waveforms

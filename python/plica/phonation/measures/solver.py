@@ -1,4 +1,4 @@
-"""Energies at the end of a run and how hard its steps were."""
+"""Energies at the end of a run and the effort of its steps."""
 
 from __future__ import annotations
 

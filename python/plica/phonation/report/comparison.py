@@ -1,4 +1,4 @@
-"""Two runs beside each other: a simulation does not scatter, so differences have no interval."""
+"""Comparison of two runs: simulations are deterministic, so differences have no interval."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ __all__ = ["RunComparison", "compare_runs"]
 
 @dataclass(frozen=True)
 class RunComparison:
-    """Two runs that came to their end, and their directories."""
+    """Two finished runs and their directories."""
 
     runs: tuple[RunData, RunData]
     directories: tuple[Path, Path]
 
     @cached_property
     def changes(self) -> list[Change]:
-        """Every measure that both have."""
+        """The changes of all measures that both have."""
         before, after = (measure(run) for run in self.runs)
         return changes(before, after)
 
     @cached_property
     def remarks(self) -> list[str]:
-        """What is to be minded, a sentence each."""
+        """Remarks and cautions."""
         before, after = (directory.resolve() for directory in self.directories)
-        found = ["Both are the same run: every difference is 0, and says nothing."] if before == after else []
+        found = ["Both are the same run, so every difference is 0."] if before == after else []
         for side, run in zip(("BEFORE", "AFTER"), self.runs, strict=True):
             found += [f"{side}: {caution}" for caution in cautions(run)]
         return found
@@ -47,7 +47,7 @@ class RunComparison:
     def sheet(self) -> Sheet:
         """The page: each figure that both reports have, one after the other."""
         names = tuple(directory.resolve().name for directory in self.directories)
-        words = [
+        arguments = [
             "plica",
             "compare",
             *(str(directory.resolve()) for directory in self.directories),
@@ -64,17 +64,17 @@ class RunComparison:
             for title, one in of_both[0].items()
             if title in of_both[1]
         ]
-        command = shlex.join(words)
+        command = shlex.join(arguments)
         return Sheet((names[0], names[1]), (facts[0], facts[1]), self.remarks, self.changes, command, shown)
 
 
 def compare_runs(runs: Sequence[RunData], directories: Sequence[Path]) -> RunComparison:
-    """Two runs beside each other; InvalidInput where one has not come to its end."""
+    """Compare two runs; raises InvalidInput if one is not finished."""
     for run, directory in zip(runs, directories, strict=True):
         if run.failure or run.time.size < run.steps_asked:
             raise InvalidInput(
-                f"Compare: the run in {directory} came to {run.time.size} of {run.steps_asked} steps; must "
-                f"be finished. Go on with it: plica run SCENE -o {directory} --resume."
+                f"Compare: the run in {directory} has {run.time.size} of {run.steps_asked} steps; must be "
+                f"finished. Continue it: plica run SCENE -o {directory} --resume."
             )
     return RunComparison((runs[0], runs[1]), (directories[0], directories[1]))
 
@@ -84,6 +84,6 @@ def _drawings(run: RunData) -> list[Drawing]:
 
 
 def _named(side: str, mark: str, drawing: Drawing) -> Drawing:
-    """With the side in its caption, and names within the picture that are not those of the other side's."""
+    """The drawing with its side in the caption and with SVG ids that differ from the other side's."""
     svg = re.sub(r'((?: id="|href="#|url\(#))', rf"\g<1>{mark}", drawing.svg)
     return replace(drawing, caption=f"{side}. {drawing.caption}", svg=svg)

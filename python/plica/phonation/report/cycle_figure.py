@@ -1,4 +1,4 @@
-"""One cycle in eight pictures, coronal and from above."""
+"""One cycle in eight views, coronal and superior."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ contact = "#c8102e"
 
 
 def phase_instants(reading: Reading) -> Floats:
-    """Eight instants (s) evenly through the last cycle, or through the last twentieth without cycles."""
+    """Eight equidistant instants (s) of the last cycle, or of the last twentieth of a run without cycles."""
     if reading.cycles.count:
         start, end = (float(t) for t in reading.cycles.starts[-2:])
     else:
@@ -29,7 +29,7 @@ def phase_instants(reading: Reading) -> Floats:
 
 
 def nearest_frames(reading: Reading, instants: Floats) -> list[int]:
-    """The frame nearest to each instant; as in stroboscopy any steady cycle may lend one of that phase."""
+    """The frame nearest to each instant; as in stroboscopy, frames of that phase from any steady cycle."""
     frames = np.asarray(reading.run.fields.get("time", np.empty(0)), dtype=float)
     frames = frames[np.isfinite(frames)]
     if not frames.size:
@@ -44,14 +44,14 @@ def nearest_frames(reading: Reading, instants: Floats) -> list[int]:
     phase = (frames[usable] - starts[cycle]) / periods[cycle]
     chosen = []
     for wanted in np.arange(phases) / phases:
-        apart = np.abs((phase - wanted + 0.5) % 1.0 - 0.5)
-        best = np.flatnonzero(apart <= apart.min() + 0.01)
-        chosen.append(int(usable[best[-1]]))  # the latest of equals
+        distance = np.abs((phase - wanted + 0.5) % 1.0 - 0.5)
+        best = np.flatnonzero(distance <= distance.min() + 0.01)
+        chosen.append(int(usable[best[-1]]))  # the latest of the nearest
     return chosen
 
 
 def medial_edge(points: Floats, faces: Array, y: Floats, side: float) -> Floats:
-    """Most medial x (m) of a surface at each y, NaN where it does not reach.
+    """Most medial x (m) of a surface at each y; NaN beyond its ends.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def medial_edge(points: Floats, faces: Array, y: Floats, side: float) -> Floats:
     faces : (f, 3) node numbers
     y : (g) m
     side : float
-        1 for the right fold (least x), -1 for the left one (largest x).
+        1 for the right fold (smallest x), -1 for the left one (largest x).
     """
     edges = np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]))
     edges = np.unique(np.sort(edges, axis=1), axis=0)
@@ -94,7 +94,7 @@ def coronal_cycle(reading: Reading) -> Drawing:
 
 
 def superior_cycle(reading: Reading) -> Drawing | None:
-    """Eight views from above through one cycle; None where the run has no frames or no named surfaces."""
+    """Eight views from above through one cycle; None if the run has no frames or no named surfaces."""
     if not {"airway_left", "airway_right"} <= reading.run.mesh.surfaces.keys():
         return None
     frames = nearest_frames(reading, phase_instants(reading))
@@ -130,7 +130,7 @@ class Outline:
 
     @classmethod
     def of(cls, reading: Reading, frame: int) -> Outline:
-        """From the displaced surfaces; where the edges cross they are drawn at their middle."""
+        """From the displaced surfaces; where the edges cross, both are at their middle."""
         mesh, fields = reading.run.mesh, reading.run.fields
         rest = np.asarray(mesh.points, dtype=float)
         points = rest + np.asarray(fields["displacement"][frame], dtype=float)

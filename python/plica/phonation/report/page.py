@@ -1,4 +1,4 @@
-"""The page: what is said first, the figures, the tables, the scene."""
+"""The page of a report: status, cautions, figures, tables and scene."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from plica.report.wording import headlines, number, numbered, tables
 
 
 def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = None) -> Path:
-    """Write the report of a run as one HTML page that fetches nothing.
+    """Write the report of a run as one self-contained HTML page.
 
     Parameters
     ----------
     run : RunData
-        Finished, interrupted or failed; the page says which.
+        Finished, interrupted or failed; the page shows which.
     path : Path
-        The page; replaced as a whole.
+        Path of the page, which is replaced as a whole.
     uncertainty : Uncertainty, optional
-        Of its measures: they are shown as value +- uncertainty, with where it came from.
+        Uncertainty of its measures: shown as value +- uncertainty, with its sources.
 
     Returns
     -------
@@ -57,18 +57,18 @@ def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = Non
 
 
 def banner(reading: Reading) -> str:
-    """What a reader must know first: that the run did not come to its end; empty where it did."""
+    """A note if the run is not finished, else empty."""
     done, asked = reading.time.size, reading.run.steps_asked
-    came = f"{done} of {asked} steps" + (f", to {number(1e3 * float(reading.time[-1]))} ms" if done else "")
+    extent = f"{done} of {asked} steps" + (f", to {number(1e3 * float(reading.time[-1]))} ms" if done else "")
     if reading.run.failure:
-        return f"This run failed after {came}. {reading.run.failure}"
+        return f"This run failed after {extent}. {reading.run.failure}"
     if done < asked:
-        return f"This run is not complete: it came to {came}. The figures below are of that part."
+        return f"This run is not complete: it has {extent}. The figures below show that part."
     return ""
 
 
 def remark(reading: Reading) -> str:
-    """Which cycles the measures use, or why there are none."""
+    """The cycles that the measures use, or why there are none."""
     cycles = reading.cycles
     if not cycles.count:
         return f"No cycles: {cycles.note}."
@@ -79,7 +79,7 @@ def remark(reading: Reading) -> str:
 
 
 def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
-    """The figures that this run has something for, by section."""
+    """The figures for the data of this run, by section."""
     found: list[tuple[str, list[Drawing]]] = []
     if reading.has("minimum_area", "flow"):
         found.append(("Glottis", [glottal_waveforms(reading), kymogram(reading), whole_run(reading)]))

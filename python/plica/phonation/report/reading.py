@@ -1,4 +1,4 @@
-"""A run read once for the report: its waveforms, cycles and measures, and the ranges worth showing."""
+"""The data of a run for its report: waveforms, cycles, measures, and the ranges to show."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from plica.phonation.measures.run_data import RunData, reached
 
 @dataclass(frozen=True)
 class Reading:
-    """What the figures and tables draw from."""
+    """The data that figures and tables use."""
 
     run: RunData
     time: Floats
@@ -42,7 +42,7 @@ class Reading:
         )
 
     def midline(self) -> tuple[float, float]:
-        """x (m) of the midline, and 1 where x grows toward the right fold, else -1."""
+        """x (m) of the midline, and 1 if x increases towards the right fold, else -1."""
         return midline(self.waveforms) if "coronal_right" in self.waveforms else (0.0, 1.0)
 
     def last_cycles(self, count: int) -> slice:
@@ -58,7 +58,7 @@ class Reading:
         return glottal_canal(rest_width(self.run))
 
     def height_range(self) -> tuple[float, float]:
-        """Heights worth drawing (m): the glottal canal with some of the airway below and above it."""
+        """Range of heights (m) to show: the glottal canal with some of the airway below and above it."""
         height = np.asarray(self.run.section_height, dtype=float)
         canal = self.canal()
         low, high = float(height[canal.start]), float(height[canal.stop - 1])

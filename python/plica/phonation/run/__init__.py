@@ -1,1 +1,1 @@
-"""How a scene runs, and what is stored of it."""
+"""Running a scene and storing its results."""

@@ -1,4 +1,4 @@
-"""The basis of a reduced run, kept beside its results: a run that goes on moves in the same one."""
+"""The basis of a reduced run, stored with its results: a resumed run uses the same basis."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ BASIS = "basis.h5"
 
 
 def kept_basis(
-    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, begun: bool = False, shown: bool = False
+    directory: Path, scene: Scene, mesh: _engine.TetMesh, *, resumed: bool = False, shown: bool = False
 ) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene, from its run's directory; made and stored where there are none.
+    """The vectors (3 n, any) of a scene from its run's directory; computed and stored if there are none.
 
-    begun: the run has states, which are coordinates in its basis and mean nothing in another; InvalidInput
-    where that one is gone. shown: say on standard error when one is being made, as it takes a while.
+    resumed: the run has states, which are coordinates in its basis; raises InvalidInput if that basis is
+    missing. shown: print on standard error that a basis is computed, which takes time.
     """
     digest = _digest(scene, mesh)
-    if begun:
-        return _begun(directory / BASIS, digest)
+    if resumed:
+        return _required(directory / BASIS, digest)
     motion = _motion(scene)
     found = _read(directory / BASIS, digest, motion)
     if found is None:
         begin = time.perf_counter()
-        found = basis_of(scene, mesh, _say if shown else None)
+        found = basis_of(scene, mesh, _print_notice if shown else None)
         _write(directory / BASIS, found, digest, motion, time.perf_counter() - begin)
     return found
 
 
-def _say() -> None:
-    print("plica: the basis of [reduction] is made and kept", file=sys.stderr, flush=True)
+def _print_notice() -> None:
+    print("plica: computing and storing the basis of [reduction]", file=sys.stderr, flush=True)
 
 
 def basis_seconds(directory: Path) -> float:
-    """s that the basis of a run took to make; 0 where that was not stored."""
+    """Time (s) that the basis of a run took to compute; 0 if not stored."""
     with storage_errors(directory / BASIS, "read"), h5py.File(directory / BASIS, "r", locking=False) as file:
         return float(file.attrs.get("seconds", 0.0))
 
@@ -58,12 +58,12 @@ def write_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh, basis: NDA
     _write(directory / BASIS, basis, _digest(scene, mesh), _motion(scene), 0.0)
 
 
-def _begun(path: Path, digest: str) -> NDArray[np.float64]:
+def _required(path: Path, digest: str) -> NDArray[np.float64]:
     found = _read(path, digest, None)
     if found is None:
         raise InvalidInput(
-            f"{path}: is missing, damaged or of another mesh or tissue; must be the basis that the run began "
-            "in, for its states are coordinates in that. Start the scene in another directory."
+            f"{path}: is missing, damaged or of another mesh or tissue; must be the basis that the run "
+            "started with, in which its states are coordinates. Start the scene in another directory."
         )
     return found
 
@@ -81,7 +81,8 @@ def _write(path: Path, basis: NDArray[np.float64], digest: str, motion: str, sec
 
 
 def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
-    """Of what the basis depends on, and more: how long the scene runs and how it starts does not matter."""
+    """Digest of everything that the basis may depend on: all of the scene but its duration and initial
+    values."""
     found = hashlib.sha256(
         scene.replace({"time.duration": scene.time.step, "initial": None}).digest().encode()
     )
@@ -92,13 +93,13 @@ def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
 
 
 def _motion(scene: Scene) -> str:
-    """Digest of the motion that the scene takes its vectors from; empty without."""
-    taken = None if scene.reduction is None else scene.reduction.full_run
-    return "" if taken is None else motion_digest(taken)
+    """Digest of the motion from which the vectors are computed; empty without one."""
+    full_run = None if scene.reduction is None else scene.reduction.full_run
+    return "" if full_run is None else motion_digest(full_run)
 
 
 def _read(path: Path, digest: str, motion: str | None) -> NDArray[np.float64] | None:
-    """The vectors in a file, or None where there are none of this scene and motion or the file is damaged."""
+    """The vectors in a file; None if it has none of this scene and motion or is damaged."""
     try:
         with h5py.File(path, "r", locking=False) as file:
             if str(file.attrs["scene"]) != digest or motion not in (None, str(file.attrs["motion"])):

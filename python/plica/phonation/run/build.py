@@ -1,4 +1,4 @@
-"""From a scene to the engine's simulation: only what the scene names is constructed."""
+"""Build the engine's simulation of a scene: only the parts that the scene has are constructed."""
 
 from __future__ import annotations
 
@@ -34,32 +34,32 @@ def build_simulation(
     velocity: NDArray[np.float64] | None = None,
     basis: NDArray[np.float64] | None = None,
 ) -> _engine.Simulation:
-    """The simulation of a scene at t = 0, to be stepped by whoever owns the loop.
+    """The simulation of a scene at t = 0, to be advanced by the caller.
 
     Parameters
     ----------
     scene : Scene
     mesh : TetMesh, optional
-        The scene's mesh where it is built already.
+        The scene's mesh, if it is already built.
     displacement, velocity : (n, 3) m and m/s, optional
-        Where the tissue begins, in place of what the scene says; zero where a node is held.
+        Initial values instead of those of the scene; zero at fixed nodes.
     basis : (3 n, any), optional
-        Of a scene with a reduction: the vectors that displacements are combinations of, in place of those
-        that it asks for.
+        For a scene with a reduction: the vectors whose combinations are the displacements, instead of those
+        that the scene specifies.
 
     Returns
     -------
     Simulation
-        ``advance(steps)`` returns all waveforms of these steps (`plica.waveforms`), ``advance(steps,
-        ["flow", "minimum_area"])`` these alone, which costs less; where a step has no solution it raises
-        `plica.StepFailed`, which carries those of the steps before. ``set_external_force(force)`` adds a
-        nodal force (n, 3) N to the loads until it is replaced; it counts at t + (1 + alpha) h of a step from
+        ``advance(steps)`` returns all waveforms of these steps (docs/scene.md), ``advance(steps, ["flow",
+        "minimum_area"])`` only these, which is faster; if a step has no solution it raises
+        `plica.StepFailed`, which carries those of the previous steps. ``set_external_force(force)`` adds a
+        nodal force (n, 3) N to the loads until it is replaced; it acts at t + (1 + alpha) h of a step from
         t to t + h (with Newmark, alpha = 0, at its end).
 
     Raises
     ------
     SceneError
-        Where the scene names what its mesh does not have.
+        If the scene names something that its mesh does not have.
     """
     mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
     body = _body(scene, mesh)
@@ -98,16 +98,16 @@ def build_simulation(
 
 
 def basis_of(
-    scene: Scene, mesh: _engine.TetMesh, begun: Callable[[], None] | None = None
+    scene: Scene, mesh: _engine.TetMesh, on_start: Callable[[], None] | None = None
 ) -> NDArray[np.float64]:
-    """The vectors (3 n, any) of a scene with a reduction; `begun` is called when they are about to be made.
+    """The vectors (3 n, any) of a scene with a reduction; `on_start` is called before they are computed.
 
-    Raises SceneError where it asks for more than the mesh has.
+    Raises SceneError if it asks for more vectors than the mesh has.
     """
     reduction = scene.reduction
     if reduction is None:
         raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
-    from plica.phonation.run.reduction import reduction_basis  # with SciPy, which no other scene needs
+    from plica.phonation.run.reduction import reduction_basis  # needs SciPy, which no other scene does
 
     try:
         return reduction_basis(
@@ -122,14 +122,14 @@ def basis_of(
             sides=None if scene.contact is None else _sides(scene.contact, mesh),
             reach=reduction.contact_reach,
             planes=symmetry_planes(scene.symmetry),
-            begun=begun,
+            on_start=on_start,
         )
     except InvalidInput as error:
         raise _located(scene, error) from None
 
 
 def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
-    """The displacements (frames, n, 3) m of a full run; InvalidInput where it does not fit the scene."""
+    """The displacements (frames, n, 3) m of a full run; raises InvalidInput if it does not fit the scene."""
     try:
         run = Run.load(directory)
     except InvalidInput as error:
@@ -137,13 +137,13 @@ def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.
     motion = stored_motion(run, mesh)
     if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
         raise InvalidInput(
-            f"reduction.full_run = {directory} holds other nodes; must have the scene's supports."
+            f"reduction.full_run = {directory} has other fixed nodes; must have the scene's supports."
         )
     if run.scene.symmetry not in (None, scene.symmetry):
         own = "none" if scene.symmetry is None else f'none or "{scene.symmetry}"'
         raise InvalidInput(
-            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, as '
-            "the scene has: its displacements show no motion that leaves its symmetry."
+            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, like '
+            "the scene: its displacements contain no motion outside its symmetry."
         )
     return motion
 
@@ -151,8 +151,8 @@ def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.
 def equilibrium(scene: Scene) -> NDArray[np.float64]:
     """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
 
-    Airflow, contact and the initial fields are left out. Raises SceneError where the supports let a body move
-    without strain, or the scene names what its mesh does not have.
+    Airflow, contact and initial values are ignored. Raises SceneError if the supports allow a rigid motion,
+    or the scene names something that its mesh does not have.
     """
     return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source)))
 
@@ -165,7 +165,7 @@ def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
 
 
 def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
-    """What stands without airflow and contact: mesh, tissue, supports, loads, gravity."""
+    """Arguments that do not depend on airflow and contact: mesh, tissue, supports, loads, gravity."""
     materials, names, cell_material = materials_of(scene, mesh)
     return {
         "mesh": mesh,
@@ -193,7 +193,7 @@ def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
 def materials_of(
     scene: Scene, mesh: _engine.TetMesh
 ) -> tuple[list[_engine.Material], list[str], NDArray[np.int32]]:
-    """Materials, their names, e.g. ``cover.left``, and that of each cell (m)."""
+    """Materials, their names, e.g. ``cover.left``, and the material of each cell (m)."""
     layers = mesh.layer_names
     for layer in scene.tissue:
         _known_layer(scene, layer, layers)
@@ -225,7 +225,7 @@ def materials_of(
         for side in ("left", "right"):
             if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
                 raise SceneError(
-                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra: the mesh does not say which "
+                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra; the mesh must define which "
                     "belong to that side. See mesh.sides."
                 )
     return materials, names, cell_material
@@ -256,7 +256,7 @@ def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
 
 
 def fixed_components(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.bool_]:
-    """Which displacement components are held, (n, 3)."""
+    """Which displacement components are fixed, (n, 3)."""
     fixed = np.zeros((len(mesh.points), 3), dtype=bool)
     if scene.supports is None:
         return fixed
@@ -301,7 +301,7 @@ def _place(point: NDArray[np.float64]) -> str:
 
 
 def _options(part: Part, **given: Any) -> Any:
-    """The engine's options of the part's name: what it has of them, but for those that are given."""
+    """The engine's options struct with the part's name, from the fields of the part and the given ones."""
     options = getattr(_engine, type(part).__name__)
     fields = {name: getattr(part, name) for name in options._defaults if name not in given}
     chosen = {name: _options(field.choice) for name, field in fields.items() if isinstance(field, OneOf)}

@@ -1,4 +1,5 @@
-"""Two checkpoint slots, written in turn: a kill while one is written leaves the other."""
+"""Two checkpoint slots, written alternately: if the process is killed while writing one, the other
+remains."""
 
 from __future__ import annotations
 
@@ -27,9 +28,9 @@ class Checkpoint:
     steps : int
         Steps done.
     scene : str
-        Digest of the scene that it belongs to, whatever its duration.
+        Digest of its scene without the duration.
     state : mapping of ndarray
-        What the simulation restores.
+        The state that the simulation restores.
     """
 
     steps: int
@@ -52,7 +53,7 @@ def write(directory: Path, checkpoint: Checkpoint) -> None:
     slot = SLOTS[1] if held is not None and held[0] == SLOTS[0] else SLOTS[0]
 
     def fill(path: Path) -> None:
-        # in memory first: a full disk then fails in Python's hands, not in HDF5's
+        # in memory first, so that a full disk raises in Python and not in HDF5
         with h5py.File(path, "w", driver="core", backing_store=False) as file:
             file.attrs["steps"] = checkpoint.steps
             file.attrs["scene"] = checkpoint.scene
@@ -67,7 +68,7 @@ def write(directory: Path, checkpoint: Checkpoint) -> None:
 
 
 def newest(directory: Path) -> Checkpoint | None:
-    """The newest checkpoint that is whole, or None."""
+    """The newest valid checkpoint, or None."""
     held = _newest_slot(directory)
     return held[1] if held is not None else None
 
@@ -78,7 +79,7 @@ def _newest_slot(directory: Path) -> tuple[str, Checkpoint] | None:
 
 
 def _read(path: Path) -> Checkpoint | None:
-    """The checkpoint in a slot, or None where there is none or it is damaged."""
+    """The checkpoint in a slot; None if there is none or it is damaged."""
     try:
         with h5py.File(path, "r", locking=False) as file:
             state = {name: file[f"state/{name}"][()] for name in file["state"]}

@@ -1,4 +1,4 @@
-"""The full run that a reduced scene takes its vectors from."""
+"""The full run from which a reduced scene computes its vectors."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ __all__ = ["motion_digest", "stored_motion"]
 
 
 def stored_motion(run: Run, mesh: _engine.TetMesh) -> NDArray[np.float32]:
-    """The displacements (frames, n, 3) m that a run on this mesh has stored.
+    """The stored displacements (frames, n, 3) m of a run on this mesh.
 
-    Raises InvalidInput for a run that is reduced itself, has no frames or is on another mesh.
+    Raises InvalidInput for a run that is itself reduced, has no frames or is on another mesh.
     """
     key = f"reduction.full_run = {run.directory}"
     if run.scene.reduction is not None:
-        raise InvalidInput(f"{key} is reduced itself; must be a run without reduction.")
+        raise InvalidInput(f"{key} is itself reduced; must be a run without reduction.")
     if not (np.array_equal(run.mesh.points, mesh.points) and np.array_equal(run.mesh.cells, mesh.cells)):
         raise InvalidInput(
             f"{key} is on another mesh, of {len(run.mesh.points)} nodes; must be on the scene's."
         )
     if not len(run.fields.get("displacement", ())):
         raise InvalidInput(
-            f"{key} has stored no displacements; must have some settled cycles. Set its output.every."
+            f"{key} has no stored displacements; must have some steady cycles. Set its output.every."
         )
     return np.asarray(run.displacement)
 
 
 def motion_digest(directory: Path) -> str:
-    """Of a run's scene and of all that it has stored of its displacements; empty where there is none.
+    """Digest of a run's scene and of all its stored displacements; empty if there is no run.
 
-    It reads every frame, as making a basis does.
+    Reads every frame, as computing a basis does.
     """
     try:
         run = Run.load(directory)

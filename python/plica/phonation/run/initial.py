@@ -20,7 +20,7 @@ _Reals = NDArray[np.float64]
 
 
 def opening_pattern(points: _Reals, larynx: Larynx) -> _Reals:
-    """The lateral opening pattern of `Initial`, (n, 3), of size one at the upper glottal edge."""
+    """The lateral opening pattern of `Initial`, (n, 3), equal to one at the upper glottal edge."""
     fields = larynx_fields(larynx)
     b, radius = float(fields["major"]), float(fields["radius"])
     sections = np.asarray(fields["sections"])  # (k, 2): z, minor half-axis, m
@@ -44,7 +44,7 @@ def opening_pattern(points: _Reals, larynx: Larynx) -> _Reals:
 
 
 def _widened(sections: _Reals, minor: float) -> float:
-    """Height at which the minor half-axis first reaches `minor`, going through (z, minor half-axis) rows."""
+    """Height at which the minor half-axis first reaches `minor` along rows of (z, minor half-axis)."""
     for (z0, m0), (z1, m1) in pairwise(sections):
         if m1 >= minor:
             return float(z0 + (z1 - z0) * (minor - m0) / (m1 - m0))
@@ -54,7 +54,7 @@ def _widened(sections: _Reals, minor: float) -> float:
 def initial_fields(
     scene: Scene, mesh: _engine.TetMesh, fixed: NDArray[np.bool_]
 ) -> tuple[_Reals | None, _Reals | None]:
-    """Displacement m and velocity m/s, (n, 3) each, or None where at rest; zero where `fixed` (n, 3)."""
+    """Displacement m and velocity m/s, (n, 3) each, or None if zero; zero where `fixed` (n, 3)."""
     if scene.initial is None:
         return None, None
     points = np.asarray(mesh.points)
@@ -73,7 +73,7 @@ def initial_fields(
         for fold in nodes.keys() - set(mesh.layer_names):
             field[nodes[fold]] = uniform[fold]
         field[_between_folds(mesh, uniform)] = 0.0
-        for layer in mesh.layer_names:  # in their order, whatever that of the scene
+        for layer in mesh.layer_names:  # in the order of the mesh, not of the scene
             if layer in nodes:
                 field[nodes[layer]] = uniform[layer]
         field[fixed] = 0.0
@@ -82,7 +82,7 @@ def initial_fields(
 
 
 def _regions(mesh: _engine.TetMesh) -> dict[str, NDArray[np.bool_]]:
-    """Names and cells (m) of the layers and, where the mesh says them, of the folds; a layer goes first."""
+    """Names and cells (m) of the layers and, if the mesh has sides, of the folds; layers take precedence."""
     layer, side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
     folds = {name: side == number for number, name in ((1, "left"), (2, "right")) if (side == number).any()}
     return folds | {name: layer == k for k, name in enumerate(mesh.layer_names)}
@@ -92,12 +92,12 @@ def _nodes_of(region: str, mesh: _engine.TetMesh, where: str) -> NDArray[np.int3
     regions = _regions(mesh)
     if region not in regions:
         hint = nearest(region, regions)
-        raise SceneError(f"{where} is no layer or fold of the mesh; must be {one_of(regions)}.{hint}")
+        raise SceneError(f"{where} is not a layer or fold of the mesh; must be {one_of(regions)}.{hint}")
     return np.unique(np.asarray(mesh.cells)[regions[region]])
 
 
 def _between_folds(mesh: _engine.TetMesh, uniform: Mapping[str, object]) -> NDArray[np.int32]:
-    """Nodes of both folds, which stay at rest where each has a value of its own."""
+    """Nodes shared by both folds, which stay at rest if each fold has its own value."""
     if not {"left", "right"} <= uniform.keys() - set(mesh.layer_names):
         return np.empty(0, dtype=np.int32)
     left, right = (_nodes_of(fold, mesh, "") for fold in ("left", "right"))

@@ -25,7 +25,7 @@ __all__ = ["RunPart", "part_of"]
 
 @dataclass(frozen=True)
 class RunPart:
-    """The steps and frames of a run after `start` up to `end`, as measures and report read a run.
+    """The steps and frames of a run after `start` up to `end`, in the form that measures and reports use.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class RunPart:
 
     @cached_property
     def steps(self) -> slice:
-        """Which of the run's."""
+        """The range of the run's steps."""
         return self._after_start(np.asarray(self.run.time, dtype=float))
 
     @property
@@ -50,13 +50,13 @@ class RunPart:
 
     @cached_property
     def waveforms(self) -> dict[str, Array]:
-        """Those of the run; works and losses are counted from the beginning of the part."""
+        """Waveforms of the part; works and losses are counted from its start."""
         parts = ((name, self._of(name, np.asarray(values))) for name, values in self.run.waveforms.items())
         return Named("Run.between", parts)
 
     @cached_property
     def fields(self) -> dict[str, Array]:
-        """The frames of the run, all read when asked for."""
+        """Frames of the part, all read at once."""
         if "time" not in self.run.fields:
             return Named("Run.between", ())
         shown = self._after_start(np.asarray(self.run.fields["time"], dtype=float))
@@ -64,12 +64,12 @@ class RunPart:
 
     @cached_property
     def measures(self) -> ByName[dict[str, Any]]:
-        """What is measured of the part, as `Run.measures` has it of the run."""
+        """Measures of the part, as `Run.measures` for a run."""
         return ByName(measure(self).as_json())
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What is to be doubted in this part and what to do about it."""
+        """The cautions of this part, with advice."""
         return cautions(self)
 
     def __getitem__(self, name: str) -> Array:
@@ -98,27 +98,27 @@ class RunPart:
 
     @property
     def scene_text(self) -> str:
-        """The scene that made the run."""
+        """The scene of the run."""
         return self.run.scene_text
 
     @property
     def scene_cautions(self) -> Sequence[Caution]:
-        """Of the scene that made the run."""
+        """Cautions of the scene of the run."""
         return self.run.scene_cautions
 
     @property
     def steps_asked(self) -> int:
-        """Those that there are."""
+        """Number of steps of the part."""
         return int(self.steps.stop - self.steps.start)
 
     @property
     def failure(self) -> str:
-        """Of the run."""
+        """Why the run failed; empty if it did not."""
         return self.run.failure
 
     @property
     def versions(self) -> Mapping[str, str]:
-        """What computed the run."""
+        """Versions of the software that computed the run."""
         return self.run.versions
 
     def _after_start(self, time: Floats) -> slice:
@@ -150,7 +150,7 @@ def part_of(run: RunData, start: float | str | None, end: float | str | None) ->
 
 
 def _slack(run: RunData) -> float:
-    """Far below a step, far above the round-off of a time."""
+    """A tolerance (s) far below a step and far above the round-off of a time."""
     return 1e-6 * time_step(np.asarray(run.time, dtype=float))
 
 
@@ -162,6 +162,6 @@ def _instant(name: str, value: float | str, run: RunData) -> float:
         raise InvalidInput(f"Run.between: {name} = {value_text(value)}; {error}") from None
     if not 0 <= found <= last + _slack(run):
         raise InvalidInput(
-            f"Run.between: {name} = {found:g} s; must be in [0, {last:g}] s, which was computed."
+            f"Run.between: {name} = {found:g} s; must be in [0, {last:g}] s, the computed time."
         )
     return found

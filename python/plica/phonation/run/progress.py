@@ -1,4 +1,4 @@
-"""What a person sees while a run computes, and how a person stops it."""
+"""Progress bar of a run, and stopping it by a signal."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Progress", "StopRequest", "stop_on_signal"]
 
 
 class Progress:
-    """A bar on standard error with the simulated time and the time left; nothing if not `shown`."""
+    """A progress bar on standard error with simulated and remaining time; nothing if not `shown`."""
 
     def __init__(self, steps: int, done: int, step: float, *, shown: bool) -> None:
         self._step = step
@@ -21,7 +21,7 @@ class Progress:
         if shown:
             from tqdm import tqdm
 
-            # to a file, a line every ten seconds
+            # in a file, a line every ten seconds
             self._bar = tqdm(
                 total=steps,
                 initial=done,
@@ -33,32 +33,32 @@ class Progress:
             )
 
     def update(self, done: int) -> None:
-        """Say that this many steps are done."""
+        """Show that this many steps are done."""
         if self._bar is not None:
             self._bar.set_description(f"{done * self._step * 1e3:.2f} ms", refresh=False)
             self._bar.update(done - self._bar.n)
 
     def close(self) -> None:
-        """Leave the bar as it is."""
+        """Close the bar and leave it on screen."""
         if self._bar is not None:
             self._bar.close()
 
 
 class StopRequest:
-    """Whether someone asked the run to stop."""
+    """Signal handler that records a request to stop the run."""
 
     def __init__(self) -> None:
         self.signal: int | None = None
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         if self.signal is not None and number == signal.SIGINT:
-            raise KeyboardInterrupt  # asked twice: at once
+            raise KeyboardInterrupt  # second Ctrl-C: stop at once
         self.signal = number
 
 
 @contextmanager
 def stop_on_signal() -> Iterator[StopRequest]:
-    """Within it, Ctrl-C and SIGTERM are noted instead of raised; only the main thread can."""
+    """Record Ctrl-C and SIGTERM instead of raising them; has an effect only in the main thread."""
     request = StopRequest()
     if threading.current_thread() is not threading.main_thread():
         yield request

@@ -19,8 +19,8 @@ __all__ = ["contact_nodes", "reduction_basis"]
 
 Floats = NDArray[np.float64]
 
-COMPONENTS, MODES, CONTACT_VECTORS = 150, 200, 100  # where a scene does not say; its mesh may have fewer
-PRESSURE_VECTORS = 40  # of the responses to the pressures of the airflow's sections
+COMPONENTS, MODES, CONTACT_VECTORS = 150, 200, 100  # defaults; the mesh may have fewer
+PRESSURE_VECTORS = 40  # from the responses to the pressures of the airflow's sections
 
 
 def reduction_basis(
@@ -36,46 +36,45 @@ def reduction_basis(
     sides: tuple[NDArray[np.int32], NDArray[np.int32]] | None = None,
     reach: float = np.inf,
     planes: int = 0,
-    begun: Callable[[], None] | None = None,
+    on_start: Callable[[], None] | None = None,
 ) -> Floats:
-    """A basis (3 n, vectors) of displacements, zero where they are held.
+    """A basis (3 n, vectors) of displacements, zero where they are fixed.
 
     Parameters
     ----------
     full : Simulation
-        The scene without reduction, whose matrices these are.
+        The simulation without reduction, which provides the matrices.
     mesh : TetMesh
     fixed : (n, 3) bool
-        What is held.
+        Fixed components.
     motion : (frames, n, 3) m, optional
         Displacements of a full run.
     components : int, optional
-        Of its principal components, those that hold most elastic energy. None: 150, or as many as it has
-        frames.
+        Number of its principal components, those with the most elastic energy. None: 150, or as many as it
+        has frames.
     modes : int or None
-        Of the lowest modes of vibration without damping, K phi = omega^2 M phi. None: 200, or as many as
-        there are; with a motion 0.
+        Number of undamped vibration modes of lowest frequency, K phi = omega^2 M phi. None: 200, or as many
+        as there are; with a motion 0.
     contact_vectors : int or None
-        Static responses to forces along the normals of the contact's nodes: of all of them the combinations
-        that hold most elastic energy. None: 100, or as many as there are; with a
-        motion or without sides 0.
+        Number of static responses to forces along the normals of the contact's nodes: the combinations with
+        the most elastic energy. None: 100, or as many as there are; with a motion or without sides 0.
     surface : str, optional
-        Where the air presses: of the static responses to each section's pressure, and to that below, the 40
-        combinations that hold most elastic energy.
+        Surface of the airflow: adds, from the static responses to the pressure of each section and to that
+        below, the 40 combinations with the most elastic energy.
     sides : pair of (f, 3) int, optional
-        Triangles of the contact's surfaces.
+        Triangles of the contact surfaces.
     reach : float
-        [m] How far apart, at rest, nodes may be that get contact vectors.
+        [m] Largest distance at rest of nodes with contact vectors from the other surface.
     planes : int
-        In which all vectors are their own mirror images: 0 none, 1 x = 0, 2 y = 0, too. The scene is, but for
-        its motion: of that the symmetric part is taken.
-    begun : callable, optional
-        Called once what is asked for is known to be there.
+        Number of symmetry planes of the vectors: 0 none, 1 x = 0, 2 y = 0, too. The scene must be symmetric;
+        of the motion the symmetric part is used.
+    on_start : callable, optional
+        Called once the requested numbers are known to be available.
 
     Raises
     ------
     InvalidInput
-        Where more vectors are asked for than there are, or a body can move without strain.
+        If more vectors are requested than there are, or a rigid motion is possible.
     """
     free, points = ~fixed.ravel(), np.asarray(mesh.points)
     count = int(free.sum())
@@ -97,15 +96,15 @@ def reduction_basis(
         raise InvalidInput(
             f"reduction: contact_vectors = {contact_vectors}; must be <= "
             f"{0 if forces is None else forces.shape[1]}, the free nodes of the contact within its reach. "
-            "Left out it is at most that."
+            "The default is at most that."
         )
     K, M = (_matrix(values, free) for values in (full.stiffness, full.mass))
     try:
         solver = _engine.StaticSolver(full)
     except SolveFailed:
         raise InvalidInput(
-            "reduction: a body can move without strain; must have supports that prevent it, as static "
-            "responses need them."
+            "reduction: a rigid motion is possible; must have supports that prevent it, as static responses "
+            "need them."
         ) from None
 
     def solve(forces: Floats) -> Floats:
@@ -119,18 +118,18 @@ def reduction_basis(
         fields = mirrored_mean(motion, points, planes).reshape(len(motion), -1)[:, free].T
         count = min(COMPONENTS, len(motion)) if components is None else components
         columns.append(_principal_components(K, fields, count))
-    if begun is not None:
-        begun()
+    if on_start is not None:
+        on_start()
     columns.append(_lowest_modes(K, M, solve, modes))
     if surface is not None:
         loads = _engine.pressure_patterns(mesh, mesh.surfaces[surface], full.section_height)
         loads = np.ascontiguousarray(np.asarray(loads)[free])
-        columns.append(_strongest(loads, solve(loads), min(PRESSURE_VECTORS, loads.shape[1])))
+        columns.append(_most_energetic(loads, solve(loads), min(PRESSURE_VECTORS, loads.shape[1])))
     if contact_vectors and forces is not None:
-        columns.append(_strongest(forces, solve(forces), contact_vectors))
+        columns.append(_most_energetic(forces, solve(forces), contact_vectors))
     basis = np.zeros((free.size, sum(column.shape[1] for column in columns)))
     basis[free] = np.hstack(columns)
-    # What is left beside it is round-off.
+    # Removes round-off outside the symmetry.
     fields = mirrored_mean(basis.T.reshape(-1, *fixed.shape), points, planes)
     return fields.reshape(-1, free.size).T
 
@@ -138,7 +137,7 @@ def reduction_basis(
 def contact_nodes(
     points: Floats, sides: tuple[NDArray[np.int32], NDArray[np.int32]], reach: float
 ) -> tuple[NDArray[np.intp], Floats]:
-    """Nodes of two surfaces at rest no further than `reach` (m) from the other's, and their normals."""
+    """Nodes of two surfaces within `reach` (m) of the other surface at rest, and their normals."""
     nodes, normals = [], []
     for own, other in (sides, sides[::-1]):
         normal = np.zeros_like(points)
@@ -171,11 +170,12 @@ def _lowest_modes(K: Any, M: Any, solve: Any, count: int) -> Floats:
 
 
 def _principal_components(K: Any, motion: NDArray[np.floating[Any]], count: int) -> Floats:
-    """(unknowns, count), of displacements (unknowns, frames) those that hold most elastic energy."""
+    """(unknowns, count) principal components of displacements (unknowns, frames) with the most elastic
+    energy."""
     if not 1 <= count <= motion.shape[1]:
         raise InvalidInput(
-            f"reduction: components = {count}; must be in [1, {motion.shape[1]}], the frames that full_run "
-            "has stored. Set its output.every shorter, or output.start earlier."
+            f"reduction: components = {count}; must be in [1, {motion.shape[1]}], the stored frames of "
+            "full_run. Set a shorter output.every or an earlier output.start of that run."
         )
     fields: Floats = motion.astype(float)
     _, directions = np.linalg.eigh(fields.T @ (K @ fields))
@@ -198,8 +198,8 @@ def _contact_forces(
     return np.ascontiguousarray(forces[:, np.abs(forces).sum(axis=0) > 0])
 
 
-def _strongest(forces: Floats, responses: Floats, count: int) -> Floats:
-    """Of static responses (unknowns, any) to forces the combinations that hold most elastic energy."""
+def _most_energetic(forces: Floats, responses: Floats, count: int) -> Floats:
+    """The combinations of static responses (unknowns, any) to forces with the most elastic energy."""
     _, directions = np.linalg.eigh(forces.T @ responses)
     strongest: Floats = responses @ directions[:, -count:]
     return strongest

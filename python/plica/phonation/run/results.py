@@ -1,4 +1,4 @@
-"""A run that is stored: finished, interrupted, failed or still computing."""
+"""A stored run: finished, interrupted, failed or still running."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _STATUS = {
     store.FAILED: "failed",
     store.INTERRUPTED: "interrupted",
 }
-# Waveforms of runs that an older version stored.
+# Names of waveforms in runs of earlier versions.
 _RENAMED = {"peak_contact_pressure": "largest_contact_pressure"}
 
 
@@ -66,7 +66,7 @@ class RunMesh:
 
 
 class Field:
-    """Frames of a nodal field, read from the file where they are asked for.
+    """Frames of a nodal field, read from the file on access.
 
     ``field[-1]`` is the last frame, ``field[::10, node]`` every tenth at one node, ``np.asarray(field)`` all.
 
@@ -108,17 +108,19 @@ class Field:
 
 def _no_run(directory: Path) -> str:
     if not directory.exists():
-        return f"{directory}: there is no such directory; must be that of a run."
+        return f"{directory}: there is no such directory; must be the directory of a run."
     if directory.is_dir():
         return f"{directory}: there is no run in it (no results.h5)."
-    hint = f" Take the directory it is in, {directory.parent}." if directory.name == "results.h5" else ""
+    hint = (
+        f" Use the directory that contains it, {directory.parent}." if directory.name == "results.h5" else ""
+    )
     return f"{directory}: a file; must be the directory of a run.{hint}"
 
 
 class Run(Mapping[str, NDArray[Any]]):
     """The results of a run; as a mapping, its waveforms by name.
 
-    Read with `Run.load`; a run that is still computing, or was killed, shows the steps stored so far.
+    Open with `Run.load`; a run that is still running, or was killed, has the steps stored so far.
 
     Attributes
     ----------
@@ -130,7 +132,7 @@ class Run(Mapping[str, NDArray[Any]]):
     failure : str
         Why it failed; empty if it did not.
     seconds : float
-        Wall time of computing, s.
+        Wall time of the computation, s.
     """
 
     def __init__(self, directory: str | Path) -> None:
@@ -157,9 +159,9 @@ class Run(Mapping[str, NDArray[Any]]):
         Raises
         ------
         InvalidInput
-            Where there is none, or its result file is something else or damaged.
+            If there is none, or its result file is something else or damaged.
         StorageFailed
-            Where its result file cannot be read.
+            If its result file cannot be read.
         """
         directory = Path(directory)
         path = directory / "results.h5"
@@ -171,7 +173,7 @@ class Run(Mapping[str, NDArray[Any]]):
                 return cls(directory)
             except KeyError:
                 raise InvalidInput(
-                    f"{path}: not the result file of a run; must be. Take another directory."
+                    f"{path}: is not the result file of a run; must be one. Use another directory."
                 ) from None
 
     def __repr__(self) -> str:
@@ -191,26 +193,26 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene that made the run, with every default filled in."""
+        """The scene of the run, with every default filled in."""
         return Scene.from_text(self.scene_text, f"{self.directory.name}/results.h5")
 
     @property
     def steps_asked(self) -> int:
-        """How many steps the scene asks for."""
+        """Number of steps of the scene."""
         return self.scene.time.steps
 
     @property
     def whole(self) -> Run:
-        """The run itself, of which `between` gives parts."""
+        """The run itself; `between` returns parts of it."""
         return self
 
     @cached_property
     def waveforms(self) -> dict[str, NDArray[Any]]:
-        """What was recorded every step, by name; the leading axis is the step, SI units (see `units`).
+        """Waveforms by name, stored every step; the leading axis is the step, SI units (see `units`).
 
         `flow`, `minimum_area`, `separation`, `section_area`, `section_pressure` and `flow_stopped` belong to
         t_{n+1+alpha}, the instant at which the time scheme balances forces (with lagged coupling to t_n); all
-        else to the end of the step t_{n+1}, which is `time`. docs/scene.md says what each is.
+        others to the end of the step t_{n+1}, which is `time`. docs/scene.md describes each.
         """
         with h5py.File(self.path, "r", locking=False) as file:
             stored = file["waveforms"].items()
@@ -244,7 +246,7 @@ class Run(Mapping[str, NDArray[Any]]):
     def fields(self) -> dict[str, Any]:
         """Frames: ``time`` (f) s, ``displacement`` (f, n, 3) m, with contact ``contact_pressure`` (f, n) Pa.
 
-        All but the time are read lazily (see `Field`). Empty where the scene stores no fields.
+        All but the time are read lazily (see `Field`). Empty if the scene stores no fields.
         """
         with h5py.File(self.path, "r", locking=False) as file:
             if "fields" not in file:
@@ -260,7 +262,7 @@ class Run(Mapping[str, NDArray[Any]]):
         Raises
         ------
         InvalidInput
-            Where the scene stores no fields.
+            If the scene stores no fields.
         """
         if "displacement" not in self.fields:
             raise InvalidInput(f"{self.directory}: no fields were stored. Set output.every in the scene.")
@@ -274,7 +276,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def section_major(self) -> NDArray[np.float64]:
-        """(s) m, half the anteroposterior extent of the airway there; empty without airflow."""
+        """(s) m, half the anteroposterior extent of the airway at the sections; empty without airflow."""
         return self._section("major")
 
     def _section(self, name: str) -> NDArray[np.float64]:
@@ -284,32 +286,32 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @property
     def versions(self) -> dict[str, str]:
-        """What computed the run: the version of Plica, and with contact the solver that "auto" stood for."""
+        """The version of Plica that computed the run, and with contact the solver that "auto" selected."""
         return self._versions
 
     @property
     def measures(self) -> ByName[dict[str, Any]]:
-        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, a note and cautions
-        where there are any; from measures.json where that has what is measured today, else measured now."""
+        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, and a note and
+        cautions if there are any; from measures.json if that is up to date, else measured now."""
         stored = read_measures(self.directory / "measures.json") if self.status == "finished" else None
         if stored is not None and stored.get("steps", {}).get("value") == self.steps:
-            return stored  # and not what was measured while the run went on
+            return stored  # not one that was measured before the run finished
         from plica.phonation.measures.measure import measure
 
         return ByName(measure(self).as_json())
 
     @property
     def uncertainty(self) -> Uncertainty | None:
-        """The numerical uncertainty of its measures, where `plica.estimate_uncertainty` has found it."""
+        """The numerical uncertainty of its measures, if `plica.estimate_uncertainty` has computed it."""
         return read_uncertainty(self.directory, self.steps)
 
     def between(self, start: float | str | None = None, end: float | str | None = None) -> RunPart:
-        """The part of the run after `start` up to `end`, to be measured on its own.
+        """The part of the run after `start` up to `end`, to measure it separately.
 
         Parameters
         ----------
         start, end : float or str, optional
-            s, or a text with a unit; left out: the beginning, and the end, of what was computed.
+            s, or a text with a unit; default: the start and the end of the computed time.
 
         Returns
         -------
@@ -319,7 +321,7 @@ class Run(Mapping[str, NDArray[Any]]):
         Raises
         ------
         InvalidInput
-            Where these are not times of the run, two steps or more apart.
+            If these are not times of the run that are two steps or more apart.
 
         Examples
         --------
@@ -329,12 +331,12 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def scene_cautions(self) -> tuple[Caution, ...]:
-        """What of the scene is beyond anything that is a larynx."""
+        """Cautions on quantities of the scene that no larynx has."""
         return scene_cautions(self.scene, self.mesh)
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:
-        """What is to be doubted in this run and what to do about it; docs/cautions.md lists the kinds."""
+        """The cautions of this run, with advice; docs/cautions.md lists all kinds."""
         from plica.phonation.measures.cautions import cautions
 
         return cautions(self)
@@ -342,8 +344,8 @@ class Run(Mapping[str, NDArray[Any]]):
     def to_xarray(self) -> xarray.Dataset:
         """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``).
 
-        What has no entries, as ``probes`` of a scene without probes, is left out: it would leave a table that
-        is made of the data set (``to_dataframe``) without rows.
+        Empty waveforms, such as ``probes`` of a scene without probes, are left out: with them
+        ``to_dataframe`` would return a table without rows.
         """
         import xarray
 

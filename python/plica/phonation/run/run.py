@@ -1,4 +1,4 @@
-"""Runs a scene in a directory: steps, stores what is computed as it comes, and continues what was stopped."""
+"""Run a scene in a directory: advance, store results as they are computed, and resume interrupted runs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from plica.storage.files import only_writer, replaced, storage_errors
 __all__ = ["run", "run_from"]
 
 _CHUNK_SECONDS = 0.3
-"""Wall time between two looks at the keyboard, about."""
+"""Approximate wall time between two checks for a stop request."""
 _OUTDATED = (
     "measures.json",
     "cautions.json",
@@ -43,7 +43,7 @@ _OUTDATED = (
     "uncertainty.json",
     "uncertainty.csv",
 )
-"""What describes a run as far as it had come; none of it is left beside a run that goes on."""
+"""Files derived from an earlier state of a run; removed when the run is continued."""
 
 
 def run(
@@ -53,22 +53,23 @@ def run(
     resume: bool | Literal["if_there"] = False,
     progress: bool = True,
 ) -> Run:
-    """Run a scene and store its results in `directory` as they come.
+    """Run a scene and store its results in `directory` as they are computed.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        Or the name of its file.
+        A scene, or the path of its file.
     directory : str or Path
-        Made if missing; holds ``scene.toml``, ``results.h5``, ``fields.xdmf`` and two checkpoints.
+        Created if missing; holds ``scene.toml``, ``results.h5``, ``fields.xdmf`` and two checkpoints.
     resume : bool or "if_there"
-        True: continue the run in `directory` from its newest checkpoint; results are those of a run without a
-        stop. If the scene now has a longer ``time.duration``, and differs in nothing else, the run goes on to
-        it, finished or not; results are those of a run that had it from the start, and measures and report of
-        the shorter run are removed. "if_there": the same where there is a run, else start one, so that a
-        script can be run again. False: start one; a directory that holds a run is refused.
+        True: continue the run in `directory` from its newest checkpoint; results are those of an
+        uninterrupted run. If the scene now has a longer ``time.duration``, and differs in nothing else, the
+        run is continued to it, finished or not; results are those of a run with that duration from the
+        start, and measures and report of the shorter run are removed. "if_there": the same if there is a
+        run, else start one, so that a script can be repeated. False: start a run; a directory that holds a
+        run is refused.
     progress : bool
-        Show the scene's cautions and then a bar on standard error.
+        Show the scene's cautions and then a progress bar on standard error.
 
     Returns
     -------
@@ -77,13 +78,13 @@ def run(
     Raises
     ------
     InvalidInput
-        The directory holds a run (without `resume`), that of another scene or of a longer duration, or one of
-        an older version that lacks what is stored now; nothing of it is touched.
+        The directory holds a run (without `resume`), a run of another scene or of a longer duration, or one
+        of an earlier version that lacks data stored now; nothing is changed.
     SolveFailed
-        A step has no solution. What was computed until then is stored. The text ends with the cautions of the
-        scene, which come before a smaller step.
+        A step has no solution. Results up to then are stored. The message ends with the cautions of the
+        scene, which should be checked before a smaller step is tried.
     KeyboardInterrupt
-        Stopped by Ctrl-C or SIGTERM, after what was computed and a checkpoint were stored.
+        Stopped by Ctrl-C or SIGTERM, after results and a checkpoint were stored.
     StorageFailed
         Results cannot be written.
     """
@@ -95,18 +96,18 @@ def run(
         raise InvalidInput(f'Run: resume = {value_text(resume)}; must be True, False or "if_there".')
     if there and not resume:
         raise InvalidInput(
-            f"{directory}: holds a run already. Continue it with --resume (resume=True), or take another "
+            f"{directory}: already holds a run. Continue it with --resume (resume=True), or use another "
             "directory."
         )
     if resume and resume != "if_there" and not there:
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
     if there and has_all(directory, scene):
-        if isinstance(scene.mesh, MeshFile) and scene.mesh.file.is_file():  # which may be another by now
+        if isinstance(scene.mesh, MeshFile) and scene.mesh.file.is_file():  # the file may have changed
             require_mesh(directory, scene, build_mesh(scene.mesh, scene.source))
         return Run.load(directory)
-    with _made(directory), only_writer(directory):
+    with _created(directory), only_writer(directory):
         if there:
-            has_all(directory, scene)  # again, now that nobody else writes
+            has_all(directory, scene)  # again, now that no other process writes
         mesh = build_mesh(scene.mesh, scene.source)
         try:
             basis = _basis(scene, directory, mesh, there, shown=progress)
@@ -114,10 +115,10 @@ def run(
             runner = _Runner(scene, directory, mesh, simulation)
             runner.run(shown=progress, cautions=scene_cautions(scene, mesh) if progress else ())
         except SolveFailed as error:
-            doubts = " ".join(caution.seen for caution in scene_cautions(scene, mesh))
-            if not doubts:
+            cautions = " ".join(caution.seen for caution in scene_cautions(scene, mesh))
+            if not cautions:
                 raise
-            raise SolveFailed(f"{error} But first look at the scene: {doubts}") from None
+            raise SolveFailed(f"{error} First check the scene: {cautions}") from None
     return Run.load(directory)
 
 
@@ -131,17 +132,17 @@ def run_from(
     basis: NDArray[np.float64] | None = None,
     progress: bool,
 ) -> Run:
-    """Run a scene on a mesh of one's own, from displacement and velocity (n, 3) m and m/s, in a basis
-    (3 n, any) where it has a reduction.
+    """Run a scene on a given mesh, from displacement and velocity (n, 3) m and m/s, in a basis (3 n, any) if
+    it has a reduction.
 
-    None: as the scene has them. What is in the directory is continued, or kept where it has all of it, and
-    refused where it is on another mesh; whoever calls sees to it that it began in this state. Else as `run`.
+    None: as in the scene. A run in the directory is continued, or kept if complete, and refused if it is on
+    another mesh; the caller must ensure that it started from this state. Otherwise as `run`.
     """
     if holds_run(directory) and has_all(directory, scene):
         require_mesh(directory, scene, mesh)
         return Run.load(directory)
     there = holds_run(directory)
-    with _made(directory), only_writer(directory):
+    with _created(directory), only_writer(directory):
         if basis is not None and not there:
             write_basis(directory, scene, mesh, basis)
         basis = _basis(scene, directory, mesh, there, shown=progress)
@@ -151,17 +152,17 @@ def run_from(
 
 
 def _basis(
-    scene: Scene, directory: Path, mesh: _engine.TetMesh, begun: bool, *, shown: bool
+    scene: Scene, directory: Path, mesh: _engine.TetMesh, resumed: bool, *, shown: bool
 ) -> NDArray[np.float64] | None:
-    """Of a scene with a reduction."""
+    """The basis of a scene with a reduction, else None."""
     if scene.reduction is None:
         return None
-    return kept_basis(directory, scene, mesh, begun=begun, shown=shown)
+    return kept_basis(directory, scene, mesh, resumed=resumed, shown=shown)
 
 
 @contextmanager
-def _made(directory: Path) -> Iterator[None]:
-    """The directory exists; if it was made here and nothing came of it, it goes again."""
+def _created(directory: Path) -> Iterator[None]:
+    """Create the directory; if it is new and has no results after an error, remove it again."""
     with storage_errors(directory):
         new = not directory.exists()
         directory.mkdir(parents=True, exist_ok=True)
@@ -177,7 +178,7 @@ def _made(directory: Path) -> Iterator[None]:
 
 
 def _digest(scene: Scene) -> str:
-    """Of what the next step depends on: how many follow does not matter to it."""
+    """Digest of the scene without its duration."""
     return scene.replace({"time.duration": scene.time.step}).digest()
 
 
@@ -198,7 +199,7 @@ class _Runner:
 
     def run(self, *, shown: bool, cautions: Iterable[Caution] = ()) -> None:
         with stop_on_signal() as stop, self._open() as results:
-            for caution in cautions:  # now that nothing refuses the scene any more
+            for caution in cautions:  # only once the scene is accepted
                 print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
             if self.done < self.total:
                 results.set_status(store.RUNNING)
@@ -233,14 +234,14 @@ class _Runner:
         before = self.simulation.state()
         sample = self.simulation.advance(1)
         self.simulation.restore(before)
-        self._remove(checkpoint.SLOTS)  # of a run that is no longer there
+        self._remove(checkpoint.SLOTS)  # of a deleted run
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
         self.seconds = time.monotonic() - start
         return results
 
     def _reopen(self, path: Path) -> ResultFile:
-        """The result file that is there, as long as this scene asks for."""
+        """The existing result file, extended to the duration of this scene."""
         with ResultFile(path) as results:
             held = self._continued(results)
             if results.steps < self.total:
@@ -256,7 +257,8 @@ class _Runner:
         return results
 
     def _continued(self, results: ResultFile) -> Checkpoint | None:
-        """The newest checkpoint of a result file that this scene and this version continue, if it has one."""
+        """The newest checkpoint, if any; raises InvalidInput if this scene and version cannot continue the
+        run."""
         require_mesh(self.directory, self.scene, self.mesh)
         missing = results.missing(self.simulation.advance(0))
         if results.frames < np.count_nonzero(self.frames <= results.steps):
@@ -268,8 +270,8 @@ class _Runner:
             missing += [name for name in self.simulation.state() if name not in held.state]
         if missing:
             raise InvalidInput(
-                f"{self.directory}: cannot be continued: there is no {' or '.join(missing)} in it. "
-                "An older version of plica wrote it. Run the scene anew into another directory."
+                f"{self.directory}: cannot be continued: it has no {' or '.join(missing)}. It is from an "
+                "earlier version of plica. Run the scene again in another directory."
             )
         return held
 
@@ -279,7 +281,7 @@ class _Runner:
                 (self.directory / name).unlink(missing_ok=True)
 
     def _advance(self, results: ResultFile) -> None:
-        """Steps to the next frame, checkpoint or look at the keyboard, and stores them."""
+        """Advance to the next frame, checkpoint or check for a stop request, and store the steps."""
         frame = int(np.searchsorted(self.frames, self.done, side="right"))
         ends = [self.total, self.done + self.chunk, self._next(self.checkpoint_stride)]
         if frame < len(self.frames):
@@ -302,7 +304,7 @@ class _Runner:
         return (self.done // stride + 1) * stride
 
     def _steps(self, results: ResultFile, count: int) -> None:
-        """Advance by `count` steps; those before one that fails are kept, too."""
+        """Advance by `count` steps; steps before a failed one are kept."""
         try:
             waveforms = self.simulation.advance(count)
         except StepFailed as error:
@@ -319,7 +321,7 @@ class _Runner:
         results.commit(self.done, frames, self.seconds, to_disk=to_disk)
 
     def _checkpoint(self, results: ResultFile) -> None:
-        """Results to the disk first, so that a checkpoint never is ahead of them."""
+        """Write results to disk first, so that a checkpoint is never ahead of them."""
         self._commit(results, to_disk=True)
         state = Checkpoint(self.done, self.digest, self.simulation.state())
         checkpoint.write(self.directory, state)

@@ -1,7 +1,7 @@
-"""The result file of a run: every data set is laid out at its full length when the file is made.
+"""The result file of a run: every data set is allocated at its full length when the file is created.
 
 After that only raw data and two counters are overwritten, in this order: data, flush, counters, flush. So the
-file can be read after a kill at any moment, and the counters never promise what is not there.
+file can be read after the process is killed at any moment, and the counters never exceed the data.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _STATUS_TEXT = "0 running (or killed), 1 finished, 2 failed, 3 interrupted"
 
 
 def frame_steps(scene: Scene) -> NDArray[np.int64]:
-    """Numbers of the steps after which the fields are stored; 0 is the state at t = 0."""
+    """Steps after which fields are stored; 0 is the state at t = 0."""
     every = scene.output.every
     if every is None:
         return np.empty(0, dtype=np.int64)
@@ -66,13 +66,13 @@ class ResultFile:
         mesh: _engine.TetMesh,
         sample: Mapping[str, Any],
     ) -> Self:
-        """Lay out the file for a whole run; it appears at `path` complete or not at all.
+        """Create the file for a whole run, completely or not at all.
 
         Parameters
         ----------
         path : Path
         scene, simulation, mesh
-            What is run.
+            Of the run.
         sample : mapping of ndarray
             Waveforms of any number of steps: their names, types and shapes.
         """
@@ -85,9 +85,9 @@ class ResultFile:
         return cls(path)
 
     def lengthen(self, scene: Scene, simulation: _engine.Simulation, mesh: _engine.TetMesh) -> None:
-        """Lay out the file anew for a scene of more steps, with all that is stored; close this one then.
+        """Create the file again for a scene of more steps, with all stored data; then close this object.
 
-        The file is replaced as a whole: after a kill or on a full disk it is still the old one.
+        The file is replaced as a whole: if this is interrupted or the disk is full, the old one remains.
         """
         steps, frames = (int(self._file[f"progress/{name}"][()]) for name in ("steps", "frames"))
         sample = {name: values[:1] for name, values in self._file["waveforms"].items()}
@@ -113,16 +113,16 @@ class ResultFile:
 
     @property
     def steps(self) -> int:
-        """How many steps there is room for."""
+        """Number of steps allocated."""
         return int(self._file["waveforms/time"].shape[0])
 
     @property
     def frames(self) -> int:
-        """How many frames there is room for."""
+        """Number of frames allocated."""
         return int(self._file["fields/time"].shape[0]) if "fields" in self._file else 0
 
     def missing(self, waveforms: Iterable[str]) -> list[str]:
-        """Those of the waveforms that the file has no data set for."""
+        """The waveforms for which the file has no data set."""
         return [name for name in waveforms if name not in self._file["waveforms"]]
 
     @property
@@ -131,7 +131,7 @@ class ResultFile:
         return float(self._file["progress/seconds"][()])
 
     def write_steps(self, start: int, waveforms: Mapping[str, Any]) -> None:
-        """Write waveforms (k, ...) of the steps from `start` (0: the first) on."""
+        """Write waveforms (k, ...) of k steps from index `start`."""
         with storage_errors(self.path):
             for name, values in waveforms.items():
                 array = np.asarray(values)
@@ -147,7 +147,7 @@ class ResultFile:
                 fields["contact_pressure"][frame] = np.asarray(simulation.contact_pressure, dtype=np.float32)
 
     def commit(self, steps: int, frames: int, seconds: float, *, to_disk: bool = False) -> None:
-        """Say that this many steps and frames are there, after they are."""
+        """Flush the data, then update the numbers of steps and frames."""
         with storage_errors(self.path):
             self._file.flush()
             self._file["progress/steps"][()] = steps
@@ -158,7 +158,7 @@ class ResultFile:
                 os.fsync(self._file.id.get_vfd_handle())
 
     def set_status(self, status: int, message: str = "") -> None:
-        """Say how the run stands."""
+        """Store the status of the run."""
         with storage_errors(self.path):
             self._file["progress/message"][()] = message.encode()[:_MESSAGE_LENGTH]
             self._file["progress/status"][()] = status
@@ -166,13 +166,13 @@ class ResultFile:
 
 
 def _size(scene: Scene, mesh: _engine.TetMesh, sample: Mapping[str, Any]) -> int:
-    """Bytes of the whole file."""
+    """Size of the whole file (bytes)."""
     frame = len(mesh.points) * (3 + (scene.contact is not None)) * 4
     numbers = sum(np.asarray(values)[:1].size for values in sample.values())
     stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
     stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
     size = 8 * scene.time.steps * numbers + len(frame_steps(scene)) * frame
-    return size + sum(np.asarray(array).nbytes for array in stored) + 200_000  # and HDF5's own
+    return size + sum(np.asarray(array).nbytes for array in stored) + 200_000  # and HDF5's metadata
 
 
 def _lay_out_run(
@@ -182,7 +182,7 @@ def _lay_out_run(
     mesh: _engine.TetMesh,
     sample: Mapping[str, Any],
 ) -> None:
-    """Everything that a run stores, its data sets at their full length and empty."""
+    """Create all data sets of a run, at full length and empty."""
     steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
     file.attrs["plica_version"] = _engine.build_info()["version"]
     file.attrs["scene"] = scene.text()

@@ -15,10 +15,10 @@ __all__ = ["write_waveforms"]
 
 
 def write_waveforms(run: Run) -> None:
-    """waveforms.csv, a row a step: time, then the others in the order of docs/scene.md, in SI.
+    """Write waveforms.csv, one row per step: time, then the others in the order of docs/scene.md, in SI.
 
     A vector has three columns, ``contact_force_first_x``, ``_y``, ``_z``; so has each probe, ``probe_1_x``.
-    What there is of every section of the airway is left out; results.h5 has it.
+    Waveforms with a value per section of the airway are left out; they are in results.h5.
     """
     rank = {name: k for k, name in enumerate(STORED)}
     columns: dict[str, NDArray[Any]] = {}

@@ -1,4 +1,4 @@
-"""fields.xdmf: shows ParaView the frames in results.h5."""
+"""fields.xdmf: index for ParaView of the frames in results.h5."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def write_xdmf(results: Path) -> Path | None:
     Returns
     -------
     Path or None
-        The file; None where the run stores no fields.
+        The file; None if the run stores no fields.
     """
     with h5py.File(results, "r", locking=False) as file:
         if "fields" not in file:
@@ -69,7 +69,7 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def _attribute(name: str, kind: str, data: str, frame: int, frames: int, shape: tuple[int, ...]) -> list[str]:
-    """One frame of a nodal field, cut out of the data set of all frames."""
+    """One frame of a nodal field, as a hyperslab of the data set of all frames."""
     own = " ".join(str(extent) for extent in (1, *shape))
     start = " ".join(str(first) for first in (frame, *(0 for _ in shape)))
     stride = " ".join("1" for _ in (0, *shape))

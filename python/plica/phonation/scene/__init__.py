@@ -1,1 +1,1 @@
-"""What a scene is: its parts, their checks, its file, its mesh."""
+"""Scenes: their parts, validation, files and meshes."""

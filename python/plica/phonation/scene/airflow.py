@@ -1,4 +1,4 @@
-"""The airflow of a scene: what the air does, and how its load follows the motion."""
+"""The airflow of a scene: flow model, section areas, and coupling to the motion."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ __all__ = [
 
 
 class Lagged(Part):
-    """The airflow's load is that of the step's beginning, as in the thesis. It feeds energy in."""
+    """The airflow's load is that at the start of the step, as in the thesis. It adds energy."""
 
 
 class Extrapolated(Part):
-    """The airflow's load is evaluated at displacements extrapolated to where the scheme balances forces."""
+    """The airflow's load is evaluated at displacements extrapolated to the time at which the scheme balances
+    forces."""
 
 
 class Iterated(Part):
@@ -40,10 +41,10 @@ class Iterated(Part):
     )
     """[-] Largest change of a section's pressure between sweeps, in subglottal pressures, that ends them."""
     max_sweeps: Count = Field(default_factory=engine_default("Iterated", "max_sweeps"))
-    """Sweeps a step at most."""
+    """Largest number of sweeps per step."""
     freeze_after: Count = Field(default_factory=engine_default("Iterated", "freeze_after"))
-    """Sweeps after which the separation section and the stop of Bernoulli's flow, which jump, are held within
-    a step; less than `max_sweeps`. Other flows know neither."""
+    """Sweeps after which the separation section and the stop of Bernoulli's flow, which are discontinuous,
+    are kept within a step; less than `max_sweeps`. Other flow models have neither."""
 
 
 class Coupling(OneOf):
@@ -60,13 +61,13 @@ class Coupling(OneOf):
 
 
 class ViscousSlit(Part):
-    """A jet that leaves the wall between sections, where the glottis widens, with the viscous loss of a slit.
-    Continuous in the shape; what is closed is a gap through which next to nothing flows."""
+    """A jet that separates from the wall between sections, where the glottis widens, with the viscous loss
+    of a slit. Continuous in the shape; a closed glottis is a gap with almost no flow."""
 
     separation_ratio: Annotated[Number, Field(gt=1, le=2)] = Field(
         default_factory=engine_default("ViscousSlit", "separation_ratio")
     )
-    """[-] Area over the least area upstream at which the jet leaves the wall; 1.1 to 1.3 are in use."""
+    """[-] Area at which the jet separates, over the smallest area upstream; 1.1 to 1.3 are in use."""
     air_viscosity: Annotated[Viscosity, Field(ge=0, lt=1)] = Field(
         default_factory=engine_default("ViscousSlit", "air_viscosity")
     )
@@ -74,12 +75,12 @@ class ViscousSlit(Part):
     least_gap: Annotated[Number, Field(gt=0, le=0.01)] = Field(
         default_factory=engine_default("ViscousSlit", "least_gap")
     )
-    """[-] Mean gap, in lengths of the glottis, below which a section counts as no narrower."""
+    """[-] Lower limit of the mean gap of a section, relative to the length of the glottis."""
 
 
 class Bernoulli(Part):
-    """The thesis's flow (Paper A, Eqs. 1 and 2): inviscid, separated at the section of least area, stopped by
-    contact. It jumps where that section changes and where the flow stops."""
+    """The flow of the thesis (Paper A, Eqs. 1 and 2): inviscid, separated at the section of smallest area,
+    stopped by contact. It is discontinuous where that section changes and where the flow stops."""
 
     zero_flow_fraction: Annotated[Number, Field(ge=0, le=1)] = Field(
         default_factory=engine_default("Bernoulli", "zero_flow_fraction")
@@ -88,7 +89,7 @@ class Bernoulli(Part):
 
 
 class FlowModel(OneOf):
-    """What the air does between the folds: ``"viscous_slit"`` or, as in the thesis, ``"bernoulli"``."""
+    """The flow model in the glottis: ``"viscous_slit"`` or, as in the thesis, ``"bernoulli"``."""
 
     kinds: ClassVar[dict[str, type[Part]]] = {"viscous_slit": ViscousSlit, "bernoulli": Bernoulli}
     viscous_slit: ViscousSlit | None = None
@@ -96,10 +97,11 @@ class FlowModel(OneOf):
 
 
 class Cut(Part):
-    """Sections cut from the interface at rest, carried by the tissue, dense where the glottis is narrow."""
+    """Sections cut from the interface at rest that move with the tissue, denser where the glottis is
+    narrow."""
 
     sections: Annotated[int, Field(ge=2, le=1000)] = Field(default_factory=engine_default("Cut", "sections"))
-    """How many, whatever the mesh's levels."""
+    """Number of sections, independent of the levels of the mesh."""
 
 
 class Elliptic(Part):
@@ -108,7 +110,7 @@ class Elliptic(Part):
 
 
 class SectionArea(OneOf):
-    """How section areas follow from the shape: ``"cut"`` from it, or ``"elliptic"`` as in the thesis."""
+    """How section areas are computed from the shape: ``"cut"``, or ``"elliptic"`` as in the thesis."""
 
     kinds: ClassVar[dict[str, type[Part]]] = {"cut": Cut, "elliptic": Elliptic}
     cut: Cut | None = None
@@ -129,18 +131,19 @@ class Airflow(Part):
     )
     """[kg/m^3] Mass per volume of the air."""
     model: FlowModel = Field(default_factory=lambda: FlowModel(viscous_slit=ViscousSlit()))
-    """What the air does between the folds."""
+    """The flow model in the glottis."""
     area: SectionArea = Field(default_factory=lambda: SectionArea(cut=Cut()))
-    """How section areas follow from the shape."""
+    """How section areas are computed from the shape."""
     load_shape: Literal["reference", "current"] = Field(
         default_factory=engine_default("Airflow", "load_shape")
     )
-    """Surface the pressure acts on: at rest, consistent with linear tissue, or deformed (Paper A, Eq. 17)."""
+    """Surface on which the pressure acts: at rest, consistent with linear tissue, or deformed (Paper A, Eq.
+    17)."""
     coupling: Coupling = Field(default_factory=lambda: Coupling(iterated=Iterated()))
     """How the load follows the motion in time."""
 
     @model_validator(mode="after")
-    def _holds_a_jump_for_a_sweep(self) -> Self:
+    def _sweeps_exceed_freeze(self) -> Self:
         iterated = self.coupling.iterated
         if self.model.bernoulli is None or iterated is None or iterated.max_sweeps > iterated.freeze_after:
             return self

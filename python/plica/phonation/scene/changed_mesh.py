@@ -1,4 +1,4 @@
-"""A mesh like another: `changed_mesh`."""
+"""A copy of a mesh with some parts changed."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ _PARTS = ("points", "cells", "cell_layer", "cell_side", "layer_names", "surfaces
 
 
 def changed_mesh(mesh: _engine.TetMesh, **changes: Any) -> _engine.TetMesh:
-    """The mesh with some of its parts, arguments of `TetMesh`, in place of its own."""
+    """A copy of the mesh with some parts, arguments of `TetMesh`, replaced."""
     return _engine.TetMesh(**{name: getattr(mesh, name) for name in _PARTS} | changes)

@@ -1,4 +1,4 @@
-"""A part of a scene with some of its fields changed, checked as if it had been made so."""
+"""A copy of a scene part with some fields changed and validated."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ _TOKEN = re.compile(r'(?:(?<!^)\.|^)(?:"([^"\\]+)"|([^."\[\]]+))|\[(\d+)\]')
 
 @dataclass
 class _Leaf:
-    """What takes the place of what is there; None removes it."""
+    """A new value; None removes the old one."""
 
     value: Any
 
 
 @dataclass
 class _Node:
-    """Changes inside what is there."""
+    """Changes inside a value."""
 
     inner: dict[str | int, _Node | _Leaf] = field(default_factory=dict)
     table: bool = False
-    """Whether it was given as a table, rather than by dotted keys."""
+    """Whether it was given as a table instead of dotted keys."""
 
 
 def changed(part: SomePart, changes: Mapping[str, Any]) -> SomePart:
@@ -44,7 +44,7 @@ def changed(part: SomePart, changes: Mapping[str, Any]) -> SomePart:
 
 
 class _Changer:
-    """Applies changes from the inside outward; every message begins with `where`."""
+    """Applies changes from the inside out; every message starts with `where`."""
 
     def __init__(self, where: str) -> None:
         self.where = where
@@ -63,7 +63,7 @@ class _Changer:
         self.problems.append(f"{self.where}: {text}")
 
     def _insert(self, root: _Node, key: object, value: Any) -> None:
-        """Put one change in its place among the others."""
+        """Insert one change into the tree of changes."""
         *path, last = self._tokens(key) or [""]
         if not last:
             return
@@ -77,7 +77,7 @@ class _Changer:
             node.inner[last] = _given(value)
 
     def _tokens(self, key: object) -> list[str]:
-        """The names and positions of a dotted key; nothing, and a problem noted, where it is none."""
+        """The names and positions of a dotted key; empty, with an error recorded, if it is invalid."""
         found, end = [], 0
         text = key if isinstance(key, str) else ""
         while (match := _TOKEN.match(text, end)) is not None:
@@ -85,14 +85,14 @@ class _Changer:
             end = match.end()
         if not found or end != len(text):
             self._fail(
-                f'the key {json.dumps(key, default=str)} is not one; must be like "time.step", '
+                f'the key {json.dumps(key, default=str)} is invalid; must be like "time.step", '
                 '"loads[0].traction" or \'supports.components."a.x_min"\'.'
             )
             return []
         return found
 
     def _change(self, old: Any, change: _Node | _Leaf, path: Path) -> Any:
-        """What takes the place of `old`."""
+        """The value that replaces `old`."""
         if isinstance(change, _Leaf):
             kind = _kind_of(old, change.value)
             return self._part(old, kind, path) if kind is not None else change.value
@@ -133,7 +133,7 @@ class _Changer:
         data = dict(old)
         for key, new in change.inner.items():
             name = str(key)
-            inside = isinstance(new, _Node) and not new.table  # of what must be there
+            inside = isinstance(new, _Node) and not new.table  # inside a value that must exist
             if name not in data and (_removes(new) or inside):
                 self._fail(unknown_text(path, name, list(data)))
             elif _removes(new):
@@ -165,7 +165,7 @@ def _given(value: Any) -> _Node | _Leaf:
 
 
 def _plain(change: _Node | _Leaf) -> Any:
-    """The changes as the data of what is not there yet."""
+    """The changes as data of a new value."""
     if isinstance(change, _Leaf):
         return change.value
     return {str(name): _plain(inner) for name, inner in change.inner.items() if not _removes(inner)}
@@ -176,7 +176,7 @@ def _removes(change: _Node | _Leaf) -> bool:
 
 
 def _kind_of(old: Any, value: Any) -> _Node | None:
-    """Of a choice, the change that a kind alone stands for: what is beside the kind stays."""
+    """For a choice given by its kind alone, the change of that kind; other fields are kept."""
     if not isinstance(old, OneOf):
         return None
     for name, kind in old.kinds.items():

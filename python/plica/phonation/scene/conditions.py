@@ -1,4 +1,4 @@
-"""What holds the tissue of a scene, how it starts, and what pulls at it."""
+"""Supports, initial values and loads of a scene."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ Components = Literal["x", "y", "z", "xy", "xz", "yz", "xyz"]
 
 
 class Supports(Part):
-    """Where the tissue is held."""
+    """Where the tissue is fixed."""
 
     fixed: tuple[str, ...] = ()
-    """Node sets held in all three components, e.g. ``["wall"]``."""
+    """Node sets fixed in all three components, e.g. ``["wall"]``."""
     components: dict[str, Components] = Field(default_factory=dict)
-    """Node sets held in some components only, e.g. ``{x_min = "x", z_min = "yz"}`` (in Python a dict)."""
+    """Node sets fixed in some components only, e.g. ``{x_min = "x", z_min = "yz"}`` (in Python a dict)."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
-    """[m] Of the node set ``wall``, only nodes with |y| >= this are held; it must be in `fixed`."""
+    """[m] Of the node set ``wall``, only nodes with |y| >= this are fixed; it must be in `fixed`."""
 
 
 class Initial(Part):
-    """The state at t = 0 where it is not rest. Held components stay zero.
+    """The state at t = 0 if it is not at rest. Fixed components stay zero.
 
-    The opening patterns are for a larynx. With b the half-length of the airway, R the cylinder's radius,
-    a and z_e the minor half-axis and the height of the upper glottal edge (the thesis's S26), z_0 and z_1 the
-    heights at which the airway has widened to four times a (below and above), the pattern is lateral, away
-    from the mid-plane on each fold, and has the size
+    The opening pattern is for a larynx. With b the half-length of the airway, R the cylinder's radius,
+    a and z_e the minor half-axis and the height of the upper glottal edge (S26 of the thesis), z_0 and z_1
+    the heights at which the airway has widened to four times a (below and above), the pattern is lateral,
+    away from the mid-plane on each fold, and has the size
 
         cos(pi y / 2b) * H(z) * D(x, y),   |y| < b, else 0
         H = 1/2 (1 + cos(pi (z - z_e) / (z_0 - z_e))) for z_0 < z <= z_e, likewise with z_1 above, else 0
-        D = (sqrt(R^2 - y^2) - |x|) / (sqrt(R^2 - y^2) - a sqrt(1 - y^2 / b^2)), held within [0, 1]
+        D = (sqrt(R^2 - y^2) - |x|) / (sqrt(R^2 - y^2) - a sqrt(1 - y^2 / b^2)), clipped to [0, 1]
 
-    so it is one at the upper glottal edge in the mid-plane and falls to zero at the wall.
+    so it is one at the upper glottal edge in the mid-plane and decreases to zero at the wall.
     """
 
     opening_velocity: Velocity | None = None
@@ -46,8 +46,9 @@ class Initial(Part):
     """[m] Size of the opening pattern; larynx only."""
     velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
     """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict), or of a fold,
-    ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes of both folds then stay at rest. Where a node is in
-    several that are named, it takes the value of the mesh's last such layer, a fold's where there is none."""
+    ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes shared by both folds then stay at rest. A node in
+    several of the named regions has the value of the last such layer of the mesh, or if there is none that
+    of a fold."""
     displacement: dict[str, tuple[Length, Length, Length]] = Field(default_factory=dict)
     """[m] Uniform over the nodes of a layer, or of a fold."""
     equilibrium: bool = False
@@ -62,6 +63,6 @@ class Load(Part):
     traction: tuple[Pressure, Pressure, Pressure]
     """[Pa] Force per reference area."""
     frequency: Annotated[Frequency, Field(ge=0)] = 0.0
-    """[Hz] Of the traction in time; 0: constant."""
+    """[Hz] Frequency of the traction; 0: constant."""
     phase: Number = 0.0
-    """[rad] Of the traction at t = 0."""
+    """[rad] Phase of the traction at t = 0."""

@@ -1,4 +1,4 @@
-"""The contact of a scene: between what, and how it is enforced."""
+"""The contact of a scene: its surfaces and its enforcement."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ class Multipliers(Part):
     solver: Literal["auto", "condensed", "saddle", "gmres"] = Field(
         default_factory=engine_default("Multipliers", "solver")
     )
-    """Condensed to the contact rows (columns of the compliance, kept), the saddle point of each active set by
-    conjugate gradients with a constraint preconditioner, or the thesis's GMRES with that of Eq. (29). "auto"
-    takes "condensed" for up to 5000 surface nodes and "saddle" above."""
+    """Condensation to the contact rows (with stored columns of the compliance), the saddle-point system of
+    each active set by conjugate gradients with a constraint preconditioner, or the thesis's GMRES with the
+    preconditioner of Eq. (29). "auto" uses "condensed" for up to 5000 surface nodes and "saddle" above."""
     position: Literal["end_of_step", "weighted"] = Field(
         default_factory=engine_default("Multipliers", "position")
     )
-    """Where the gap vanishes: at n + 1, or at (1 + alpha) x_{n+1} - alpha x_n as printed."""
+    """Position at which the gap is zero: at n + 1, or at (1 + alpha) x_{n+1} - alpha x_n as printed."""
 
 
 class Penalty(Part):
@@ -33,14 +33,14 @@ class Penalty(Part):
     stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
         default_factory=engine_default("Penalty", "stiffness")
     )
-    """[N/m] Of the spring at one node."""
+    """[N/m] Stiffness of the spring at one node."""
 
 
 class VolumePenalty(Part):
     """Forces proportional to the volume of inverted airway tetrahedra (Paper A, Eq. 28)."""
 
     kappa: Annotated[PerLength, Field(gt=0)] = Field(default_factory=engine_default("VolumePenalty", "kappa"))
-    """[Pa/m] Four times the force on the penetrating node over the inverted volume."""
+    """[Pa/m] Four times the force on the penetrating node divided by the inverted volume."""
 
 
 class Augmented(Part):
@@ -50,31 +50,31 @@ class Augmented(Part):
     stiffness: Annotated[Stiffness, Field(gt=0)] = Field(
         default_factory=engine_default("Augmented", "stiffness")
     )
-    """[N/m] Of one node, at the start of each step."""
+    """[N/m] Stiffness of one node, at the start of each step."""
     growth: Annotated[Number, Field(gt=1)] = Field(default_factory=engine_default("Augmented", "growth"))
-    """[-] Factor of the stiffness where an augmentation did too little."""
+    """[-] Factor on the stiffness after an augmentation with too little effect."""
     reduction: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default_factory=engine_default("Augmented", "reduction")
     )
-    """[-] Share by which an augmentation has to lower the largest gap error for the stiffness to stay."""
+    """[-] Share by which an augmentation must reduce the largest gap error for the stiffness to be kept."""
     max_augmentations: Count = Field(default_factory=engine_default("Augmented", "max_augmentations"))
-    """Of one step, which keeps the gaps that are left then; Paper B shows 4."""
+    """Largest number per step; remaining gaps are then accepted. Paper B shows 4."""
 
 
 class Nitsche(Part):
-    """Nitsche's method: the tissue's own normal stress at the surface is the force, corrected by the gap."""
+    """Nitsche's method: the force is the tissue's normal stress at the surface, corrected by the gap."""
 
     factor: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Nitsche", "factor"))
-    """[-] Of the gap's part: pressure a gap, in stiffnesses of a layer of tissue one mean edge thick, its
-    inertia within a step included."""
+    """[-] Pressure per gap, in units of the stiffness of a layer of tissue one mean edge thick, including its
+    inertia within a step."""
 
 
 class Contact(OneOf):
-    """Contact between two surfaces, joined by airway tetrahedra, with one way to enforce it.
+    """Contact between two surfaces, joined by airway tetrahedra, with one enforcement method.
 
-    Multipliers are exact and the default to choose; augmented multipliers find the same forces step by step,
-    Nitsche's method nearly the same; penalties are soft and leave gaps. ``surface_mass="redistributed"`` ends
-    the chatter of an impact and lets its pressure converge. In Python:
+    Multipliers are exact and recommended; augmented multipliers find the same forces iteratively, Nitsche's
+    method nearly the same; penalties are soft and leave gaps. ``surface_mass="redistributed"`` prevents
+    chatter at impacts and makes their pressure converge. In Python:
     ``Contact(multipliers=Multipliers(), friction=0.3)`` or ``Contact(nitsche={"factor": 20})``.
     """
 
@@ -91,32 +91,33 @@ class Contact(OneOf):
     augmented: Augmented | None = None
     nitsche: Nitsche | None = None
     first: str = "airway_left"
-    """Surface of the one body; of a larynx, the left fold."""
+    """Surface of the first body; in a larynx, the left fold."""
     second: str = "airway_right"
     """Surface of the other body."""
     airway: Literal["matched", "triangulated"] = "matched"
-    """How the air between the surfaces is cut: once, between nodes that face each other, or anew each step
-    between any two meshes (needs a build with `PLICA_GPL=ON`)."""
+    """How the air between the surfaces is meshed: once, between nodes that face each other, or again in each
+    step between any two meshes (needs a build with `PLICA_GPL=ON`)."""
     direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
-    """[-] Nodes of the two surfaces face each other along this direction; of the matched airway only."""
+    """[-] Direction along which nodes of the two surfaces face each other; only for the matched airway."""
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = Field(
         default_factory=engine_default("Contact", "tolerance")
     )
-    """[-] Deepest gap left, relative to the mean edge of the interface."""
+    """[-] Largest remaining penetration, relative to the mean edge of the interface."""
     max_passes: Count = Field(default_factory=engine_default("Contact", "max_passes"))
-    """Rebuildings of the contact rows a step at most."""
+    """Largest number of updates of the contact rows per step."""
     faces: Literal["nodes", "mortar"] = Field(default_factory=engine_default("Contact", "faces"))
-    """Where gaps are held: at nodes (Paper A, Eqs. 18-20), quadratic faces being four flat triangles each, or
-    in the mean around each corner, forces spread by the faces' shape functions: right on quadratic faces."""
+    """Where gaps are constrained: at nodes (Paper A, Eqs. 18-20), with quadratic faces as four flat triangles
+    each, or in the mean around each corner, with forces distributed by the faces' shape functions:
+    consistent on quadratic faces."""
     friction: Annotated[Number, Field(gt=0)] | None = None
-    """[-] Coulomb's coefficient between the surfaces, for multipliers (solver "auto" or "condensed") and,
-    slower, augmented multipliers; left out, there is no friction. On mortar faces steps may not converge."""
+    """[-] Coulomb friction coefficient of the surfaces, for multipliers (solver "auto" or "condensed") and,
+    slower, augmented multipliers; default: no friction. On mortar faces steps may not converge."""
     surface_mass: Literal["kept", "redistributed"] = Field(
         default_factory=engine_default("Contact", "surface_mass")
     )
-    """Mass of the nodes that can touch: kept, or given to nodes behind them, so that an impact does not
-    chatter, and its impulse and pressure converge with the step. Use `order = 2` and a fine mesh with it,
-    `larynx = "finest"` of a voice: on coarse ones its collisions are too weak."""
+    """Mass of the nodes that can touch: kept, or moved to nodes behind them, so that impacts do not chatter
+    and their impulse and pressure converge with the step. Use `order = 2` and a fine mesh with it, for
+    phonation `larynx = "finest"`: on coarse meshes collisions are too weak."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
@@ -131,7 +132,7 @@ class Contact(OneOf):
     def _has_two_surfaces(self) -> Self:
         if self.first == self.second:
             raise problem(
-                "must be another surface than first: contact is between two.", "second", value=self.second
+                "must differ from first: contact is between two surfaces.", "second", value=self.second
             )
         return self
 

@@ -1,4 +1,4 @@
-"""Surfaces of a mesh chosen by where its boundary lies, for files that label no triangles."""
+"""Surfaces of a mesh selected by position or normal, for files without labelled triangles."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _Direction = tuple[Number, Number, Number]
 
 
 class Plane(Part):
-    """Faces whose nodes all lie in a plane."""
+    """Faces whose nodes are all in a plane."""
 
     point: tuple[Length, Length, Length]
     """[m] Any point of the plane."""
     normal: _Direction
-    """[-] Its normal, of any length and either sense."""
+    """[-] Normal of the plane, of any length and sign."""
     within: Annotated[Length, Field(gt=0)] | None = None
-    """[m] Largest distance of a node; left out: a millionth of the mesh's size."""
+    """[m] Largest distance of a node; default: a millionth of the mesh's size."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
@@ -36,14 +36,14 @@ class Plane(Part):
 
 
 class Box(Part):
-    """Faces whose nodes all lie in a box, its sides included (to 1e-9 of the mesh's size)."""
+    """Faces whose nodes are all in a box, including its sides (to 1e-9 of the mesh's size)."""
 
     x: _Range | None = None
-    """[m] Least and largest x; left out: any."""
+    """[m] Smallest and largest x; default: any."""
     y: _Range | None = None
-    """[m] Least and largest y."""
+    """[m] Smallest and largest y."""
     z: _Range | None = None
-    """[m] Least and largest z."""
+    """[m] Smallest and largest z."""
 
     @model_validator(mode="after")
     def _ranges_ascend(self) -> Self:
@@ -52,7 +52,7 @@ class Box(Part):
             raise problem("must have one of x, y, z.")
         for name, (least, largest) in given.items():
             if least > largest:
-                raise problem("must have the least first.", name, value=[least, largest])
+                raise problem("must have the smallest first.", name, value=[least, largest])
         return self
 
 
@@ -62,7 +62,7 @@ class Facing(Part):
     along: _Direction
     """[-] The direction, of any length."""
     within: Annotated[Angle, Field(gt=0, le=np.pi)] = np.pi / 4
-    """[rad] Largest angle between normal and direction, itself included, e.g. ``"30 deg"``."""
+    """[rad] Largest angle between normal and direction, inclusive, e.g. ``"30 deg"``."""
 
     @model_validator(mode="after")
     def _has_a_direction(self) -> Self:
@@ -71,7 +71,7 @@ class Facing(Part):
 
 
 class FaceSelection(Part):
-    """Faces of the mesh's boundary that fulfil all that is given."""
+    """Faces of the mesh's boundary that satisfy all given conditions."""
 
     plane: Plane | None = None
     """In this plane."""
@@ -80,10 +80,10 @@ class FaceSelection(Part):
     facing: Facing | None = None
     """Facing this direction."""
     side: Literal["left", "right"] | None = None
-    """Of the cells of this fold; `sides` must say which they are."""
+    """On the cells of this fold, which `sides` must define."""
 
     @model_validator(mode="after")
-    def _says_something(self) -> Self:
+    def _has_a_condition(self) -> Self:
         if all(getattr(self, name) is None for name in type(self).model_fields):
             raise problem('must have one of plane, box, facing, side; the whole boundary is "boundary".')
         return self
@@ -92,13 +92,13 @@ class FaceSelection(Part):
 def select(
     selection: FaceSelection, points: _Reals, faces: _Integers, face_side: _Integers
 ) -> NDArray[np.bool_]:
-    """Which faces (f) a selection means.
+    """Which faces (f) are selected.
 
     Parameters
     ----------
     selection : FaceSelection
     points : (n, 3) m
-    faces : (f, 3) or (f, 6) rows of `points`, corners first, outward
+    faces : (f, 3) or (f, 6) rows of `points`, corners first, oriented outward
     face_side : (f) 0 none, 1 left, 2 right: of the face's cell
     """
     chosen = np.ones(len(faces), dtype=bool)

@@ -1,4 +1,4 @@
-"""Meshes from files, through meshio; their labels become names."""
+"""Meshes from files, read with meshio; their labels become names."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _TRIANGLES = {"triangle": 3, "triangle6": 6}
 
 
 def read_mesh(mesh: MeshFile, where: str) -> _engine.TetMesh:
-    """Read the file and give its cells and faces the names that the scene maps its labels to.
+    """Read the file and name its cells and faces as the scene maps its labels.
 
-    Triangles are turned outward; each names a face of one tetrahedron. Points that no tetrahedron uses are an
-    error of the mesh check, which names the first.
+    Triangles are oriented outward; each must be a face of one tetrahedron. Points that no tetrahedron uses
+    are an error of the mesh check, which names the first.
     """
     return _Reader(mesh, where).read()
 
 
 class _Reader:
-    """One file being read; every message begins with `where` and names the file."""
+    """Reader of one file; every message starts with `where` and names the file."""
 
     def __init__(self, mesh: MeshFile, where: str) -> None:
         self.mesh = mesh
@@ -48,7 +48,7 @@ class _Reader:
     def read(self) -> _engine.TetMesh:
         points = np.asarray(self.file.points, dtype=float)
         if points.ndim != 2 or points.shape[1] != 3:
-            raise self.fail(f"mesh.file: {self.mesh.file.name} is a plane mesh; must have three coordinates.")
+            raise self.fail(f"mesh.file: {self.mesh.file.name} is a 2D mesh; must have three coordinates.")
         cells, labels = self._cells(_TETRAHEDRA)
         points = points * self.mesh.unit
         try:
@@ -56,7 +56,9 @@ class _Reader:
             side = self._sides(points, cells, labels)
             surfaces = self._surfaces(points, cells, side, self.mesh.surfaces)
         except (SceneError, IndexError):
-            _engine.check_mesh(_engine.TetMesh(points=points, cells=cells))  # the worse fault, if it is one
+            _engine.check_mesh(
+                _engine.TetMesh(points=points, cells=cells)
+            )  # a broken mesh is the more severe error
             raise
         return _engine.TetMesh(
             points=points,
@@ -74,18 +76,21 @@ class _Reader:
         if not path.is_file():
             raise self.fail(f"mesh.file = {path}; there is no such file.")
         try:
-            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as said:
+            with (
+                contextlib.redirect_stdout(io.StringIO()),
+                contextlib.redirect_stderr(io.StringIO()) as printed,
+            ):
                 return meshio.read(path)
         except (
             Exception,
             SystemExit,
         ) as error:  # meshio's readers raise any kind, and exit on unknown suffixes
-            reason = str(error) if not isinstance(error, SystemExit) else said.getvalue()
+            reason = str(error) if not isinstance(error, SystemExit) else printed.getvalue()
             reason = " ".join(reason.split()) or type(error).__name__
             raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
 
     def _cells(self, kinds: Mapping[str, int]) -> tuple[_Integers, _Integers]:
-        """Cells (m, nodes) of these kinds and their labels (m); zero where the file has no labels."""
+        """Cells (m, nodes) of these kinds and their labels (m); zero if the file has no labels."""
         blocks = [k for k, block in enumerate(self.file.cells) if block.type in kinds]
         found = sorted({self.file.cells[k].type for k in blocks})
         if kinds is _TETRAHEDRA and not found:
@@ -123,7 +128,7 @@ class _Reader:
         return data[whole[0]] if whole else None
 
     def _numbers(self, wanted: Iterable[Label], path: str, present: _Integers, what: str) -> list[int]:
-        """The labels as numbers, each of which the file must have."""
+        """The labels as numbers; raises SceneError if the file does not have one of them."""
         numbers = []
         has = {int(label) for label in np.unique(present)}
         named = {number: name for name, number in self.names.items()}
@@ -164,9 +169,9 @@ class _Reader:
         if self.mesh.sides == "x":
             x = points[:, 0]
             across = x[self._airway(points, cells)]
-            beside = x[cells[:, :4]].mean(axis=1) - 0.5 * (across.min() + across.max())
-            same = 1e-9 * np.ptp(across)  # wherever the mesh lies, round-off has no side
-            side[beside < -same], side[beside > same] = 1, 2
+            offset = x[cells[:, :4]].mean(axis=1) - 0.5 * (across.min() + across.max())
+            same = 1e-9 * np.ptp(across)  # round-off has no side, wherever the mesh is
+            side[offset < -same], side[offset > same] = 1, 2
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
@@ -176,7 +181,7 @@ class _Reader:
         return side
 
     def _airway(self, points: NDArray[np.float64], cells: _Integers) -> _Integers:
-        """The faces of the surface airway; where there is none that does not ask for sides, all cells."""
+        """The faces of the surface airway; if there is none that can be selected without sides, all cells."""
         wanted = self.mesh.surfaces.get("airway")
         if wanted is None or (isinstance(wanted, FaceSelection) and wanted.side is not None):
             return cells
@@ -215,14 +220,14 @@ class _Reader:
         face_side: _Integers,
     ) -> _Integers:
         if wanted.side is not None and self.mesh.sides is None:
-            raise self.fail(f"mesh.surfaces.{name}.side needs mesh.sides, which says what is left and right.")
+            raise self.fail(f"mesh.surfaces.{name}.side needs mesh.sides, which defines left and right.")
         faces = boundary[select(wanted, points, boundary, face_side)]
         if not len(faces):
             low, high = points.min(axis=0), points.max(axis=0)
             extent = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in zip(low, high, strict=True))
             raise self.fail(
                 f"mesh.surfaces.{name} selects none of the {len(boundary)} faces of the boundary; must "
-                f"select some. The mesh reaches over x, y, z = {extent} m."
+                f"select some. The mesh extends over x, y, z = {extent} m."
             )
         return faces
 

@@ -1,4 +1,4 @@
-"""The meshes a scene may have: the parametric larynx, blocks, or a file."""
+"""The meshes of a scene: the parametric larynx, blocks, or a file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Block", "Blocks", "Larynx", "LarynxOptions", "Mesh", "MeshFile", "Si
 Order = Literal[1, 2]
 Name = Annotated[str, Field(min_length=1)]
 MAX_LINES = 10**6
-"""Of mesh lines in one direction: beyond any memory, and well within the engine's 32 bits."""
+"""Limit of mesh lines in one direction: beyond any memory, and within the engine's 32 bits."""
 Count = Annotated[int, Field(ge=1, le=MAX_LINES)]
 PositiveLength = Annotated[Length, Field(gt=0)]
 Label = int | str
@@ -41,37 +41,37 @@ Surface = Annotated[
 
 
 class LarynxOptions(Part):
-    """Overrides of a preset; a field left out is the preset's."""
+    """Overrides of a preset; other fields are those of the preset."""
 
     sections: Annotated[tuple[tuple[Length, PositiveLength], ...], Field(min_length=2)] | None = None
     """[m] Height z and minor half-axis of each section, upward (Paper A, Table II)."""
     major: PositiveLength | None = None
     """[m] Major half-axis of every section."""
     radius: PositiveLength | None = None
-    """[m] Of the embedding cylinder."""
+    """[m] Radius of the embedding cylinder."""
     layer_thickness: PositiveLength | None = None
-    """[m] Of the cover, and of the ligament."""
+    """[m] Thickness of the cover, and of the ligament."""
     layers_from_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
-    """Position in `sections` from which cover and ligament extend upward."""
+    """Index in `sections` from which cover and ligament extend upward."""
     layers_to_section: Annotated[int, Field(ge=0, le=MAX_LINES)] | None = None
-    """Position in `sections` to which they extend."""
+    """Index in `sections` up to which they extend."""
     layers_along: Literal["level", "normal"] | None = None
-    """Along what the thickness of the layers is measured: ``"level"`` with the ground, or ``"normal"`` to the
-    surface, in the plane y = 0."""
+    """Direction of the thickness of the layers: horizontal (``"level"``), or ``"normal"`` to the surface, in
+    the plane y = 0."""
     size: PositiveLength | None = None
-    """[m] Length of edges between the sections that the layers lie between. Not in levels."""
+    """[m] Length of edges in the height range of the layers. Not for presets meshed in levels."""
     growth: Annotated[float, Field(ge=0)] | None = None
-    """Edges are longer by this times the distance from there. Not in levels."""
+    """Increase of the edge length per distance from there. Not for presets meshed in levels."""
     levels: tuple[Count, ...] | None = None
-    """In levels: subdivisions between consecutive sections, one fewer than sections."""
+    """Presets meshed in levels: subdivisions between consecutive sections, one fewer than sections."""
     around: Annotated[int, Field(ge=8, le=MAX_LINES, multiple_of=4)] | None = None
     """Mesh lines around the airway."""
     cover_rings: Count | None = None
-    """In levels: rings of cells across the cover."""
+    """Presets meshed in levels: rings of cells across the cover."""
     ligament_rings: Count | None = None
-    """In levels: across the ligament."""
+    """Presets meshed in levels: rings of cells across the ligament."""
     body_rings: Count | None = None
-    """In levels: across the body."""
+    """Presets meshed in levels: rings of cells across the body."""
 
 
 class Larynx(Part):
@@ -83,18 +83,18 @@ class Larynx(Part):
     larynx: Literal[
         "coarse", "demo", "fine", "finest", "thesis", "thesis_coarse", "thesis_demo", "thesis_medium"
     ] = "thesis"
-    """The preset. By purpose, with order 2: ``"coarse"`` 9,864 unknowns, ``"demo"`` 21,720, ``"fine"``
-    43,440, ``"finest"`` 87,984; their lowest three symmetric frequencies are at most
-    2.1, 0.6, 0.3 and 0.1 % above those of a mesh of 100,000 unknowns, 2.5, 1.0, 0.7 and 0.5 % above the
-    limit.
-    In levels, the way of the thesis: ``"thesis"``, and coarser ones."""
+    """The preset. With order 2, ``"coarse"`` has 9,864 unknowns, ``"demo"`` 21,720, ``"fine"`` 43,440,
+    ``"finest"`` 87,984; their lowest three symmetric frequencies are at most 2.1, 0.6, 0.3 and 0.1 % above
+    those of a mesh of 100,000 unknowns, 2.5, 1.0, 0.7 and 0.5 % above the limit. ``"thesis"`` and its
+    coarser versions are meshed in levels, as in the thesis."""
     order: Order = 1
-    """2: quadratic tetrahedra; their sides follow the airway and the wall, but in levels are straight."""
+    """2: quadratic tetrahedra; their sides follow the airway and the wall, but are straight in meshes in
+    levels."""
     options: LarynxOptions = LarynxOptions()
     """Overrides of the preset."""
 
     @model_validator(mode="after")
-    def _options_of_its_kind(self) -> Self:
+    def _options_fit_the_preset(self) -> Self:
         from plica import _engine
 
         known = _engine.larynx_preset(self.larynx)
@@ -107,7 +107,8 @@ class Larynx(Part):
         return self
 
     def before_change(self, names: Collection[str]) -> Self:
-        """Options that only repeat the preset's, as those of a stored scene do, go with the preset."""
+        """Drops options that repeat those of the old preset, as a stored scene does, if the preset
+        changes."""
         if "larynx" not in names:
             return self
         from plica.phonation.scene.mesh_source import larynx_fields
@@ -125,17 +126,17 @@ class Block(Part):
     """
 
     corner: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    """[m] Its least x, y and z."""
+    """[m] Smallest x, y and z."""
     size: tuple[PositiveLength, PositiveLength, PositiveLength]
     """[m] Along x, y and z."""
     divisions: tuple[Count, Count, Count] = (1, 1, 1)
-    """Hexahedra along x, y and z, of six tetrahedra each."""
+    """Number of hexahedra along x, y and z, each of six tetrahedra."""
     order: Order = 1
     """2: quadratic tetrahedra."""
 
 
 class Blocks(Part):
-    """Two boxes side by side. Each is a layer of its name; its sides are ``name.x_min``, ..."""
+    """Two boxes. Each is a layer of its name; its sides are ``name.x_min``, ..."""
 
     blocks: Annotated[dict[Name, Block], Field(min_length=2, max_length=2)]
     """Layer name to its box."""
@@ -158,11 +159,11 @@ class Sides(Part):
     left: Labels
     """Label, or labels, of the left fold."""
     right: Labels
-    """Of the right fold."""
+    """Label, or labels, of the right fold."""
 
 
 def _one(unit: object) -> object:
-    """A unit alone is one of it: ``"mm"`` is ``"1 mm"``."""
+    """A unit without a number means one unit: ``"mm"`` is ``"1 mm"``."""
     return f"1 {unit}" if isinstance(unit, str) and unit[:1].isalpha() else unit
 
 
@@ -170,30 +171,30 @@ class MeshFile(Part):
     """A mesh of tetrahedra in any format that meshio reads, its labels mapped to names."""
 
     file: Annotated[Path, AfterValidator(Path.resolve)]
-    """Its path, relative to the scene file or, of a part made in Python, to the working directory; kept
-    absolute."""
+    """Path, relative to the scene file or, for a part created in Python, to the working directory; stored as
+    an absolute path."""
     unit: Annotated[PositiveLength, BeforeValidator(_one)] = 1.0
     """[m] One unit of the file's coordinates, e.g. ``"mm"``."""
     labels: str | None = None
-    """The cell data that hold the labels; left out: the physical groups, or the only whole-number data."""
+    """The cell data with the labels; default: the physical groups, or the only integer data."""
     layers: dict[Name, Labels] = Field(default_factory=dict)
-    """Layer name to the label, or labels, of its tetrahedra: a number, or a name the file gives. Left out,
-    where they all have one label or none: the layer ``body``."""
+    """Layer name to the label, or labels, of its tetrahedra: a number, or a name from the file. Default, if
+    all have one label or none: the layer ``body``."""
     surfaces: dict[Name, Surface] = Field(default_factory=dict)
-    """Surface name to the labels of its triangles, to ``"boundary"``: all of it, or to what its faces have in
-    common, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is a node set too."""
+    """Surface name to the labels of its triangles, to ``"boundary"`` for the whole boundary, or to a
+    selection of faces, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is also a node set."""
     sides: Sides | Literal["x"] | None = None
-    """Which cells are the left and the right fold; ``"x"``: left those of smaller x than the middle of the
-    surface ``airway``, or of the mesh where no surface has that name. Left out: neither."""
+    """Which cells belong to the left and the right fold; ``"x"``: left are those with smaller x than the
+    middle of the surface ``airway``, or of the mesh if no surface has that name. Default: neither."""
     order: Order = 1
-    """2: quadratic tetrahedra; made from linear ones where the file has those."""
+    """2: quadratic tetrahedra, made from linear ones if the file has those."""
 
 
 _KINDS = {"larynx": "<larynx>", "file": "<file>", "block": "block", "blocks": "<blocks>"}
 
 
 def _kind(data: Any) -> str | None:
-    """The tag of a mesh: of the one key that says what it is."""
+    """The tag of a mesh, from the one key that defines its kind."""
     for kind, tag in ((Larynx, "larynx"), (MeshFile, "file"), (Block, "block"), (Blocks, "blocks")):
         if isinstance(data, kind):
             return _KINDS[tag]

@@ -1,4 +1,4 @@
-"""From the mesh part of a scene to the engine's mesh."""
+"""Build the engine's mesh from the mesh part of a scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["build_mesh", "larynx_fields"]
 
 
 def larynx_fields(larynx: Larynx) -> dict[str, Any]:
-    """Every field of the engine's larynx, the preset's where it is not overridden, as plain data."""
+    """All fields of the engine's larynx, from the preset and its overrides, as plain data."""
     fields = dict(_engine.larynx_preset(larynx.larynx))
     fields |= larynx.options.model_dump(exclude_none=True)
     fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
@@ -31,7 +31,7 @@ def build_mesh(mesh: Mesh, where: str = "Scene") -> _engine.TetMesh:
     ----------
     mesh : Larynx, MeshFile, Block or Blocks
     where : str
-        What messages begin with.
+        Prefix of messages.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What a mesh is like: counts, quality, volumes; and writing it for other programs."""
+"""Summary of a mesh (counts, quality, volumes), and writing it for other programs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def quality(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np
 
 
 def dihedral_angles(points: NDArray[np.float64], cells: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Angles between the faces of each cell at its six edges, degrees (m, 6); of its corners."""
+    """Dihedral angles of each cell at its six edges, degrees (m, 6); quadratic cells by their corners."""
     angles = []
     for a, b in EDGES:
         c, d = (k for k in range(4) if k not in (a, b))
@@ -38,7 +38,7 @@ def dihedral_angles(points: NDArray[np.float64], cells: NDArray[np.int32]) -> ND
 
 
 def mesh_summary(mesh: _engine.TetMesh) -> str:
-    """Counts, extent, quality, layers, surfaces and node sets as a text."""
+    """Counts, extent, quality, layers, surfaces and node sets, as text."""
     points, cells = np.asarray(mesh.points), np.asarray(mesh.cells)
     volumes = np.asarray(_engine.signed_volumes(points, cells))
     ratio = quality(points, cells)
@@ -76,7 +76,7 @@ def _wall(mesh: _engine.TetMesh) -> NDArray[np.int32] | None:
 
 
 def _curved(mesh: _engine.TetMesh, points: NDArray[np.float64], cells: NDArray[np.int32]) -> list[str]:
-    """How much the curved sides of quadratic cells take; nothing of linear ones."""
+    """A line on the curvature of quadratic cells; none for linear ones."""
     if mesh.order == 1:
         return []
     ratio = np.asarray(_engine.least_jacobian_ratios(points, cells))
@@ -94,7 +94,7 @@ def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
     import meshio
 
     if not path.name.lower().endswith(tuple(meshio.extension_to_filetypes)):
-        raise InvalidInput(f"{path}: must end as a mesh that meshio writes, e.g. .vtu, .vtk, .msh or .xdmf.")
+        raise InvalidInput(f"{path}: must have the suffix of a mesh format, e.g. .vtu, .vtk, .msh or .xdmf.")
     kind = "tetra10" if mesh.order == 2 else "tetra"
     data = {"layer": [np.asarray(mesh.cell_layer)], "side": [np.asarray(mesh.cell_side)]}
     if path.suffix == ".msh":

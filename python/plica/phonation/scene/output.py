@@ -1,4 +1,4 @@
-"""What of a run is stored."""
+"""Which results of a run are stored."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ __all__ = ["Output"]
 
 
 class Output(Part):
-    """What is stored beside the waveforms, which are stored every step."""
+    """Results that are stored in addition to the waveforms, which are stored every step."""
 
     every: Annotated[Time, Field(gt=0)] | None = None
-    """[s] Between stored displacement fields, whole steps; left out, no fields are stored."""
+    """[s] Interval between stored displacement fields, a multiple of the step; default: no fields are
+    stored."""
     start: Annotated[Time, Field(ge=0)] = 0.0
-    """[s] No fields before this time, whole steps; at 0 the first ones are those of t = 0."""
+    """[s] No fields are stored before this time, a multiple of the step; with 0 the first are those of t =
+    0."""
     probes: tuple[tuple[Length, Length, Length], ...] = ()
-    """[m] The displacement of the node nearest to each point, which must be in or near the mesh, is stored
-    every step."""
+    """[m] Points in or near the mesh; the displacement of the node nearest to each is stored every step."""
     checkpoint_every: Annotated[Time, Field(gt=0)] = 0.01
-    """[s] Of simulated time between two checkpoints."""
+    """[s] Simulated time between two checkpoints."""

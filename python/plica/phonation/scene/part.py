@@ -1,4 +1,4 @@
-"""What parts of a scene have in common: frozen, checked when made, unknown names refused."""
+"""Base classes of the parts of a scene: frozen, validated on creation, without unknown names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from plica.phonation.scene.problems import describe
 __all__ = ["MAX_COUNT", "Count", "OneOf", "Part", "engine_default", "problem"]
 
 MAX_COUNT = 10**9
-"""Of a whole number that the engine takes, which has 32 bits."""
+"""Limit of integers that are passed to the engine, which uses 32 bits."""
 
 Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 
@@ -30,7 +30,7 @@ def problem(relation: str, *path: str | int, **shown: object) -> PydanticCustomE
 
 
 def engine_default(option: str, field: str) -> Callable[[], Any]:
-    """The default of a field as the engine's option struct has it, so that it exists once."""
+    """The default of a field, from the engine's option struct so that it is defined once."""
 
     return lambda: getattr(_engine, option)._defaults[field]
 
@@ -42,14 +42,14 @@ else:
 
 
 class _PartType(_ModelType):
-    """Makes a part; what is wrong with it is raised in Plica's own words."""
+    """Creates a part and converts validation errors to SceneError."""
 
     def __call__(cls, *args: Any, **fields: Any) -> Any:  # noqa: N805 (of a class)
         names = getattr(cls, "positional", ())
         if len(args) > len(names):
             raise TypeError(
-                f"{cls.__name__} takes {len(names)} arguments without a name; {len(args)} were given. "
-                f"The names: {', '.join(getattr(cls, 'model_fields', ()))}."
+                f"{cls.__name__} takes {len(names)} positional arguments; {len(args)} were given. "
+                f"Its keywords: {', '.join(getattr(cls, 'model_fields', ()))}."
             )
         try:
             return super().__call__(**dict(zip(names, args, strict=False)), **fields)
@@ -62,7 +62,7 @@ class Part(BaseModel, metaclass=_PartType):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
     positional: ClassVar[tuple[str, ...]] = ()
-    """Fields that may be given without their name."""
+    """Fields that may be given as positional arguments."""
 
     @model_validator(mode="before")
     @classmethod
@@ -76,23 +76,23 @@ class Part(BaseModel, metaclass=_PartType):
         return data
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """A copy with some fields changed, checked as when it was made.
+        """A validated copy with some fields changed.
 
         Parameters
         ----------
         changes : mapping
-            Key to new value. Keys go inward by dots, ``"tissue.cover.E"``, ``"contact.multipliers.solver"``,
-            and into lists by position, ``"loads[0].traction"``; a name that has a dot itself is quoted,
-            ``'supports.components."a.x_min"'``. A value is what the field takes: a number, a text with a
-            unit, a part. A dict changes what it names and leaves the rest as it is; a part takes the place
-            of what was there. Of a choice (contact, coupling, scheme) another kind takes the place of the one
-            that is there, and what stands beside it stays. None removes: an optional part, an entry of a
-            list or table; any other field has its default again.
+            Key to new value. Keys are dotted paths, ``"tissue.cover.E"``, ``"contact.multipliers.solver"``,
+            with positions in lists, ``"loads[0].traction"``; a name that contains a dot is quoted,
+            ``'supports.components."a.x_min"'``. A value is anything the field accepts: a number, a text with
+            a unit, a part. A dict changes the fields it names and keeps the others; a part replaces the old
+            one. In a choice (contact, coupling, scheme) another kind replaces the present one, and the other
+            fields are kept. None removes an optional part, or an entry of a list or table; it resets any
+            other field to its default.
 
         Raises
         ------
         SceneError
-            With one line a problem. A name that is not known is answered with the nearest.
+            With one line per error; for an unknown name, with the nearest known one.
 
         Examples
         --------
@@ -106,16 +106,16 @@ class Part(BaseModel, metaclass=_PartType):
         return changed(self, changes)
 
     def before_change(self, names: Collection[str]) -> Self:
-        """The part as `replace` finds it where these of its fields change."""
+        """The part before `replace` changes these fields."""
         return self
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
-        """A copy, without changes: pydantic does not check what `update` has, `replace` does."""
+        """A copy without changes: pydantic does not validate `update`, `replace` does."""
         if update:
             names = ", ".join(map(str, update))
             raise InvalidInput(
                 f"{type(self).__name__}.model_copy: update = {names}; must be left out: it would not be "
-                'checked. Change fields by replace({"name": value}).'
+                'validated. Change fields with replace({"name": value}).'
             )
         return super().model_copy(deep=deep)
 
@@ -147,6 +147,6 @@ class OneOf(Part):
 
     @property
     def choice(self) -> Part:
-        """The one part that is there."""
+        """The chosen part."""
         parts: list[Part] = [part for name in self.kinds if (part := getattr(self, name)) is not None]
         return parts[0]

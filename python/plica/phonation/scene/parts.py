@@ -1,7 +1,7 @@
-"""The parts of a scene beside its mesh. What a scene does not name does not exist.
+"""The parts of a scene other than its mesh. Parts that a scene does not have are not constructed.
 
-Every physical field takes a number in SI or a text with a unit: ``E="1 kPa"``. The unit in brackets is
-the one in which the field is kept.
+Every physical field takes a number in SI or a text with a unit: ``E="1 kPa"``. The unit in brackets is that
+of the stored value.
 """
 
 from __future__ import annotations

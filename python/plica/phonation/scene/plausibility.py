@@ -1,7 +1,7 @@
-"""What a scene with an airflow may hold and still be a larynx.
+"""Plausible ranges of the quantities of a larynx, for scenes with an airflow.
 
-Beyond these bounds nothing is refused: a caution says what was read, what a larynx has, and which unit may
-have been meant. A scene without airflow claims to be no larynx and gets none.
+Values outside these bounds are not refused: a caution shows the value, the range of a larynx, and the unit
+that may have been meant. A scene without airflow need not be a larynx and gets no caution.
 """
 
 from __future__ import annotations
@@ -29,20 +29,20 @@ _PREFIXES = {-3: "n", -2: "u", -1: "m", 0: "", 1: "k", 2: "M"}
 
 @dataclass(frozen=True)
 class Bound:
-    """What one kind of quantity has in a larynx.
+    """The range of one kind of quantity in a larynx.
 
     Attributes
     ----------
     low, high : float
-        In `unit`; a quantity of exactly zero is absent and within them.
+        In `unit`; a quantity of exactly zero is treated as absent.
     unit : str
         SI.
     whose : str
-        Who has it, the beginning of a sentence.
+        Subject of the sentence, e.g. "Vocal folds have".
     reason : str
-        Where the bounds are from.
+        Source of the bounds.
     others : dict of str to float
-        Units that may have been meant, each in `unit`; the first that fits is asked for.
+        Units that may have been meant, each in `unit`; the first that fits is suggested.
     """
 
     low: float
@@ -53,23 +53,23 @@ class Bound:
     others: Mapping[str, float]
 
     def holds(self, value: float) -> bool:
-        """Whether the size of a value is within the bounds."""
+        """Whether the magnitude of a value is within the bounds."""
         return value == 0 or self.low <= abs(value) <= self.high
 
     def span(self) -> str:
-        """The bounds for a person."""
+        """The bounds as text."""
         return f"{_shown(self.low, self.unit)} to {_shown(self.high, self.unit)}"
 
     def question(self, value: float) -> str:
-        """Which unit may have been meant."""
+        """A question about the unit that may have been meant."""
         for unit, size in self.others.items():
-            if _WRITTEN[0] <= abs(value) <= _WRITTEN[1] and self.holds(value * size):
+            if _PLAUSIBLE_NUMBERS[0] <= abs(value) <= _PLAUSIBLE_NUMBERS[1] and self.holds(value * size):
                 return f"Is it {value:g} {unit}?"
         return "Is the unit right?"
 
 
-_WRITTEN = (1e-3, 1e5)  # numbers that people write; others are no slip of a unit
-_PERSON = 15e-3  # m, length of a person's vocal folds, to guess a unit by
+_PLAUSIBLE_NUMBERS = (1e-3, 1e5)  # numbers that people write; others are not a wrong unit
+_ADULT_LENGTH = 15e-3  # m, length of adult vocal folds, to guess a unit
 _LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 
 BOUNDS: dict[str, Bound] = {
@@ -77,7 +77,7 @@ BOUNDS: dict[str, Bound] = {
         200.0,
         4e3,
         "Pa",
-        "A speaking voice has",
+        "Speech has",
         "Threshold of phonation at low pitch (Titze, J. Acoust. Soc. Am. 91, 1992) to loud speech (0.3 to "
         "4 kPa; shouting reaches 10 kPa: Snelleman, Versnel and Dejonckere, PEVOC 7, 2007).",
         {"kPa": 1e3, "cmH2O": 98.0665, "dyn/cm^2": 0.1},
@@ -86,7 +86,7 @@ BOUNDS: dict[str, Bound] = {
         0.15,
         7.0,
         "kg/m^3",
-        "Gas that is breathed has",
+        "Breathing gas has",
         "Helium (0.16 at body temperature) to sulphur hexafluoride (6), by the ideal-gas law; air has 1.1 "
         "to 1.3.",
         {"g/cm^3": 1e3, "g/m^3": 1e-3},
@@ -95,7 +95,7 @@ BOUNDS: dict[str, Bound] = {
         0.7e-5,
         4e-5,
         "Pa s",
-        "Gas that is breathed has",
+        "Breathing gas has",
         "Butane (0.75e-5) to neon (3.2e-5), with a margin; air has 1.8e-5 to 1.9e-5, helium 2.0e-5, sulphur "
         "hexafluoride 1.5e-5.",
         {"poise": 0.1, "mPa s": 1e-3, "uPa s": 1e-6},
@@ -142,7 +142,7 @@ BOUNDS: dict[str, Bound] = {
         "m",
         "A layer of a fold has",
         "About 1 mm in adults, scaled by the length of the folds from a mouse to an elephant. A parametric "
-        "larynx cuts it off at 0.3 of the tissue's depth, which a caution says too.",
+        "larynx limits it to 0.3 of the tissue's depth, with a caution too.",
         _LENGTHS,
     ),
     "mesh_size": Bound(
@@ -157,8 +157,8 @@ BOUNDS: dict[str, Bound] = {
         1e-7,
         0.2e-3,
         "s",
-        "A step of a voice has",
-        "At 100 Hz the longest leaves 50 steps a period, the shortest takes 100,000. At 0.4 ms the flow of a "
+        "A time step of phonation has",
+        "At 100 Hz the longest gives 50 steps per period, the shortest 100,000. At 0.4 ms the flow of a "
         "larynx was off by 11 % within 16 ms (docs/extremes.md).",
         {"ms": 1e-3, "us": 1e-6, "ns": 1e-9},
     ),
@@ -166,8 +166,8 @@ BOUNDS: dict[str, Bound] = {
         0.01,
         60.0,
         "s",
-        "A run of a voice has",
-        "One period at 100 Hz (measures need three, of any voice) to more than anyone phonates in a breath.",
+        "A run of phonation has",
+        "One period at 100 Hz (measures need three) to more than a person phonates in one breath.",
         {"ms": 1e-3, "us": 1e-6},
     ),
     "initial_velocity": Bound(
@@ -184,7 +184,7 @@ BOUNDS: dict[str, Bound] = {
         5e-3,
         "m",
         "Folds are displaced by",
-        "A third of a fold of 15 mm; below 1 nm there is nothing to see.",
+        "A third of a fold of 15 mm; below 1 nm the displacement is negligible.",
         {"mm": 1e-3, "um": 1e-6},
     ),
     "gravity": Bound(
@@ -200,7 +200,8 @@ BOUNDS: dict[str, Bound] = {
         1e5,
         "Pa",
         "Loads on tissue have",
-        "A thousandth of what speaks to the pull of a contracted muscle (100 kPa and more tear mucosa).",
+        "A thousandth of the pressure of speech to the stress of a contracted muscle (100 kPa and more tear "
+        "mucosa).",
         {"kPa": 1e3, "MPa": 1e6, "dyn/cm^2": 0.1},
     ),
     "load_frequency": Bound(
@@ -208,14 +209,15 @@ BOUNDS: dict[str, Bound] = {
         1e4,
         "Hz",
         "Periodic loads have",
-        "Breathing is slower than the one, a voice has no energy above the other; zero is a constant load.",
+        "Breathing is slower than the lower bound, a voice has no energy above the upper one; zero is a "
+        "constant load.",
         {"kHz": 1e3},
     ),
 }
 
 
 class _Points(Protocol):
-    """Of a mesh, whether the engine's or a stored one."""
+    """A mesh, of the engine or stored."""
 
     @property
     def points(self) -> Any:
@@ -227,7 +229,7 @@ class _Points(Protocol):
 
 
 def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
-    """What of a scene is beyond anything that is a larynx, one caution a kind; none without airflow.
+    """Cautions on quantities of a scene that no larynx has, one per kind; none without airflow.
 
     Parameters
     ----------
@@ -254,33 +256,33 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
             found.append(Caution(name, seen, bound.question(value)))
     return (
         *found,
-        *_turned(scene),
-        *_cut_off(scene, mesh),
+        *_gravity_caution(scene),
+        *_layer_caution(scene, mesh),
         *_mesh_caution(scene, scene.airflow.surface, mesh),
     )
 
 
-def _turned(scene: Scene) -> Iterator[Caution]:
+def _gravity_caution(scene: Scene) -> Iterator[Caution]:
     if scene.gravity is not None and scene.gravity[2] > 0:
         x, y, z = scene.gravity
         seen = f"gravity = [{x:g}, {y:g}, {z:g}] m/s^2 points upward, from the lungs to the mouth."
         yield Caution("gravity", seen, "Is the sign of z right?")
 
 
-def _cut_off(scene: Scene, mesh: _Points) -> Iterator[Caution]:
-    """A layer of a parametric larynx that is thinner than the scene says."""
+def _layer_caution(scene: Scene, mesh: _Points) -> Iterator[Caution]:
+    """A caution if a layer of a parametric larynx is thinner than in the scene."""
     given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
     most = DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
     if given is not None and most < given <= BOUNDS["layer_thickness"].high:
         seen = (
             f"mesh.options.layer_thickness = {_shown(given, 'm')}. The tissue is so thin that cover and "
-            f"ligament are cut off at {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
+            f"ligament are limited to {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
-        yield Caution("layer_thickness", seen, "Take thinner layers, or a larger mesh.options.radius.")
+        yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
 
 
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
-    """Kind, path and value of what the scene gives in figures, its mesh left out."""
+    """Kind, path and value of the quantities of the scene, without its mesh."""
     assert scene.airflow is not None
     yield "subglottal_pressure", "airflow.subglottal_pressure", scene.airflow.subglottal_pressure
     yield "air_density", "airflow.air_density", scene.airflow.air_density
@@ -318,7 +320,7 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
 
 
 def _mesh_caution(scene: Scene, surface: str, mesh: _Points) -> Iterator[Caution]:
-    """The length of the folds, or else the size of the mesh, which has the same cause."""
+    """A caution on the length of the folds or, if that is plausible, on the size of the mesh."""
     points, faces = np.asarray(mesh.points), mesh.surfaces.get(surface)
     across = float(np.ptp(points, axis=0).max())
     length = across if faces is None else float(np.ptp(points[np.unique(faces), 1]))
@@ -339,7 +341,7 @@ def _about_lengths(scene: Scene, length: float, across: float) -> str:
     if not isinstance(scene.mesh, MeshFile):
         return "Are the lengths in mesh right?"
     fits = {
-        abs(math.log(length * size / scene.mesh.unit / _PERSON)): unit
+        abs(math.log(length * size / scene.mesh.unit / _ADULT_LENGTH)): unit
         for unit, size in _LENGTHS.items()
         if BOUNDS["fold_length"].holds(length * size / scene.mesh.unit)
         and BOUNDS["mesh_size"].holds(across * size / scene.mesh.unit)
@@ -351,7 +353,7 @@ def _about_lengths(scene: Scene, length: float, across: float) -> str:
 
 
 def _shown(value: float, unit: str) -> str:
-    """With the prefix that a person would take."""
+    """The value with a suitable unit prefix."""
     if unit not in {"Pa", "s", "m", "Hz"}:
         return f"{value:g} {unit}"
     thousands = math.floor(math.log10(value) / 3 + 1e-9)

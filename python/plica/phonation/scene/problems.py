@@ -1,4 +1,4 @@
-"""What is wrong with a scene, one line a problem: ``scene.toml: tissue.cover.nu = 0.9; must be ...``."""
+"""Error messages of a scene, one line per error: ``scene.toml: tissue.cover.nu = 0.9; must be ...``."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MISSING = object()
 
 
 def path_text(path: Iterable[str | int]) -> str:
-    """``("loads", 0, "surface")`` as ``loads[0].surface``; tags of unions, ``<...>``, are left out."""
+    """``("loads", 0, "surface")`` as ``loads[0].surface``; tags of unions, ``<...>``, are omitted."""
     text = ""
     for name in path:
         if isinstance(name, int):
@@ -30,7 +30,7 @@ def path_text(path: Iterable[str | int]) -> str:
 
 
 def value_text(value: object) -> str:
-    """A value as TOML shows it, shortened."""
+    """A value as in TOML, shortened."""
     text = json.dumps(value, default=str, ensure_ascii=False)
     return text if len(text) <= 60 else text[:57] + "..."
 
@@ -38,7 +38,7 @@ def value_text(value: object) -> str:
 def differences(
     before: Any, now: Any, path: tuple[str | int, ...] = ()
 ) -> Iterator[tuple[str, str | None, str | None]]:
-    """Key, value before and value now of all that differs between two tables; None where there is none."""
+    """Key, old value and new value of all differences between two tables; None if there is no value."""
     if isinstance(before, dict) and isinstance(now, dict):
         names: Iterable[Any] = [*before, *(name for name in now if name not in before)]
         pairs = ((name, before.get(name, _MISSING), now.get(name, _MISSING)) for name in names)
@@ -61,7 +61,7 @@ def _shown(value: object) -> str | None:
 
 
 def describe(error: ValidationError, where: str, inside: tuple[str | int, ...] = ()) -> list[str]:
-    """One line a problem, each beginning with `where`; `inside` is the place of what was checked."""
+    """One line per error, each starting with `where`; `inside` is the path of the validated part."""
     return [f"{where}: {line}" for details in error.errors() for line in _lines(details, inside)]
 
 
@@ -85,13 +85,13 @@ def _lines(details: ErrorDetails, inside: tuple[str | int, ...]) -> list[str]:
 
 
 def unknown_text(path: tuple[str | int, ...], name: str, known: list[str]) -> str:
-    """A name that is not known at `path`, with the nearest and all that are."""
-    there = f"Known here: {', '.join(known)}." if known else f"{path_text(path)} has no keys."
-    return f"{path_text((*path, name))} is not known.{nearest(name, known)} {there}"
+    """The message for an unknown name at `path`, with the nearest and all known names."""
+    hint = f"Known here: {', '.join(known)}." if known else f"{path_text(path)} has no keys."
+    return f"{path_text((*path, name))} is not known.{nearest(name, known)} {hint}"
 
 
 def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """Without what pydantic adds for the branches of a union and for keys: ``literal['x']``, ``[key]``."""
+    """The path without pydantic's entries for union branches and keys: ``literal['x']``, ``[key]``."""
     return tuple(
         name
         for name in path
@@ -103,7 +103,7 @@ def _without_branches(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
 
 
 def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
-    """``must be ...`` for each kind of error that the parts can raise."""
+    """``must be ...`` for each kind of error of the parts."""
     kind = details["type"]
     if kind in {"scene", "quantity"}:
         return str(context["relation"])
@@ -138,7 +138,7 @@ def _relation(details: ErrorDetails, context: dict[str, Any]) -> str:
 
 
 def _one_of_texts(expected: str, value: object) -> str:
-    """What pydantic expects, ``'a', 'b' or 'c'``, as all messages say it, with the nearest."""
+    """Pydantic's expectation ``'a', 'b' or 'c'`` in the form of all messages, with the nearest choice."""
     names = re.findall(r"'([^']*)'", expected)
     if not names:
         return f"must be {expected}."

@@ -1,4 +1,4 @@
-"""What every key of a scene means, from the parts' own descriptions: for ``plica keys`` and docs/scene.md."""
+"""Reference of all scene keys, from the docstrings of the parts: for ``plica keys`` and docs/scene.md."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Key:
     ----------
     name : str
     unit : str
-        SI; empty where it is no quantity.
+        SI; empty if it is not a quantity.
     default : str
-        As it is written in a scene file, or "required", or in words.
+        As written in a scene file, or "required", or a description.
     meaning : str
     """
 
@@ -44,9 +44,9 @@ class Table:
     Attributes
     ----------
     path : str
-        Its place, ``airflow.coupling``; empty: the scene itself.
+        Its path, ``airflow.coupling``; empty: the scene itself.
     kind : str
-        The key that says which of several tables this is, ``larynx`` of ``mesh``; else empty.
+        The key that distinguishes several tables of one path, ``larynx`` of ``mesh``; else empty.
     description : str
         One sentence or more.
     keys : tuple of Key
@@ -68,7 +68,7 @@ _KINDS = {Larynx: "larynx", MeshFile: "file", Blocks: "blocks"}
 
 
 def scene_tables() -> tuple[Table, ...]:
-    """Every table that a scene may have, each once, from the scene inwards."""
+    """All tables of a scene, each once, from the outside in."""
     found: dict[tuple[type[Part], str], Table] = {}
     for part, path in _parts_below(Scene):
         if (part, path) not in found:
@@ -77,7 +77,7 @@ def scene_tables() -> tuple[Table, ...]:
 
 
 def _parts_below(part: type[Part], path: str = "") -> Iterator[tuple[type[Part], str]]:
-    """This part and those inside it, each with its place in the file."""
+    """This part and those inside it, each with its path in the file."""
     yield part, f"{path}.block" if part is Block and path == "mesh" else path
     for name, field in part.model_fields.items():
         for inner, place in _parts_in(field.annotation, f"{path}.{name}".lstrip(".")):
@@ -85,7 +85,7 @@ def _parts_below(part: type[Part], path: str = "") -> Iterator[tuple[type[Part],
 
 
 def _parts_in(annotation: object, path: str) -> Iterator[tuple[type[Part], str]]:
-    """The parts that a field may hold, each with its place in the file."""
+    """The parts that a field may hold, each with its path in the file."""
     if isinstance(annotation, type) and issubclass(annotation, Part):
         yield annotation, path
     origin, inner = typing.get_origin(annotation), typing.get_args(annotation)
@@ -99,13 +99,13 @@ def _parts_in(annotation: object, path: str) -> Iterator[tuple[type[Part], str]]
 
 
 def _keys(part: type[Part]) -> Iterator[Key]:
-    if part is TissueSide:  # as of the tissue itself
+    if part is TissueSide:  # same keys as the tissue
         return
     for name in part.model_fields:
-        if part is Block and name == "order":  # it stands in [mesh], as of the other meshes
+        if part is Block and name == "order":  # it is in [mesh], as for the other meshes
             continue
-        unit, said = _meaning(part, name)
-        yield Key(name, unit, _default(part, name), said)
+        unit, meaning = _meaning(part, name)
+        yield Key(name, unit, _default(part, name), meaning)
 
 
 def _default(part: type[Part], name: str) -> str:
@@ -137,7 +137,7 @@ def _written(value: object) -> str:
 
 
 def _choices(annotation: object) -> str:
-    """The words or numbers that a field may have, where they are a closed list."""
+    """The allowed values of a field with a closed list of them."""
     found = [annotation, *typing.get_args(annotation)]
     literal = next((one for one in found if typing.get_origin(one) is typing.Literal), None)
     if literal is None:
@@ -152,23 +152,24 @@ def _meaning(part: type[Part], name: str) -> tuple[str, str]:
     if not text and issubclass(part, OneOf) and name in part.kinds:
         text = _plain(_first_paragraph(part.kinds[name]))
     found = re.match(r"\[(.*?)\] ?(.*)", text)
-    unit, said = (found[1].replace("-", "1") if found else "", found[2] if found else text)
-    return unit, (said + _choices(field.annotation)).strip()
+    unit, meaning = (found[1].replace("-", "1") if found else "", found[2] if found else text)
+    return unit, (meaning + _choices(field.annotation)).strip()
 
 
 def _plain(text: str) -> str:
-    """On one line, with single backquotes."""
+    """The text on one line, with single backquotes."""
     return " ".join(text.split()).replace("``", "`")
 
 
 def _description(part: type[Part]) -> str:
-    """The docstring of a part; of the scene, whose docstring is about Python, its first paragraph."""
+    """The docstring of a part; for the scene, whose docstring documents the Python class, its first
+    paragraph."""
     if part is TissueSide:
-        return "What differs on that side; keys as in `[tissue.NAME]`."
+        return "Values that differ on that side; keys as in `[tissue.NAME]`."
     text = _first_paragraph(part) if part is Scene else inspect.getdoc(part) or ""
     text = text.replace("``", "`")
     if part is Block:
-        text += "\n\n`order` stands in `[mesh]`, as of the other meshes: 1, or 2 for quadratic tetrahedra."
+        text += "\n\n`order` is in `[mesh]`, as for the other meshes: 1, or 2 for quadratic tetrahedra."
     return text
 
 

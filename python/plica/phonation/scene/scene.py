@@ -1,4 +1,4 @@
-"""A scene: a mesh and its tissue, and whatever else is named."""
+"""A scene: a mesh, its tissue, and optional parts."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ __all__ = ["Scene"]
 
 
 class Scene(Part):
-    """What is simulated. A part that is left out does not exist: it is neither built nor stored.
+    """The scene of a simulation. Parts that are left out are neither constructed nor stored.
 
     Parameters
     ----------
     mesh : Larynx, MeshFile, Block or Blocks
     tissue : dict of str to Tissue, or str
-        One a layer of the mesh; or the name of a preset, `plica.TISSUE_PRESETS`.
+        One per layer of the mesh; or the name of a preset, `plica.TISSUE_PRESETS`.
     **parts
         The fields below.
 
@@ -60,49 +60,50 @@ class Scene(Part):
     """
 
     mesh: Mesh
-    """Where the tissue is."""
+    """The mesh of the tissue."""
     tissue: dict[str, Tissue] = Field(min_length=1)
-    """Layer name to its tissue, or to a preset's name, "normal" or "thesis"; or that name for all layers."""
+    """Layer name to its tissue, or to the name of a preset, "normal" or "thesis"; or that name for all
+    layers."""
     time: Stepping
     """Scheme, step and duration."""
     supports: Supports | None = None
-    """Where the tissue is held; a larynx is held at its wall unless this says otherwise."""
+    """Where the tissue is fixed; default for a larynx: at its wall."""
     airflow: Airflow | None = None
-    """Air that drives the tissue; left out: none."""
+    """Airflow that drives the tissue; default: none."""
     contact: Contact | None = None
-    """Between two surfaces; left out: bodies pass through each other."""
+    """Contact between two surfaces; default: none, bodies pass through each other."""
     loads: tuple[Load, ...] = ()
     """Prescribed tractions."""
     gravity: tuple[Acceleration, Acceleration, Acceleration] | None = None
-    """[m/s^2] Acceleration of free fall, as x, y, z; left out: none."""
+    """[m/s^2] Acceleration of gravity as x, y, z; default: none."""
     initial: Initial | None = None
-    """Displacement and velocity at t = 0; left out: rest."""
+    """Displacement and velocity at t = 0; default: rest."""
     reduction: Reduction | None = None
-    """Few coordinates in place of all nodes; left out: none."""
+    """Reduced basis of displacements; default: none."""
     symmetry: Literal["half", "quarter"] | None = None
-    """``"half"``: mesh, tissue, supports, loads and initial values are their own mirror images in the plane
-    x = 0 (left and right), and the motion is to stay so; half of the tissue is solved for. ``"quarter"``: in
-    x = 0 and in y = 0 (front and back); a quarter is. What is not symmetric is refused: a larynx can be
-    symmetric, a block and blocks never are, as all boxes are cut along the same diagonals. Waveforms and
-    fields are of all nodes; with contact by penalty or mortar faces, whose slave side makes a whole run lean,
-    they differ from it by some percent, as a caution says (docs/theory.md, "Symmetric scenes"). Left out: all
-    tissue moves on its own."""
+    """``"half"``: mesh, tissue, supports, loads and initial values are symmetric about the plane x = 0 (left
+    and right), and the motion is forced to be; half of the tissue is solved for. ``"quarter"``: symmetric
+    about x = 0 and y = 0 (front and back); a quarter is solved for. A scene that is not symmetric is
+    refused: a larynx can be symmetric, a block and blocks never are, as all boxes are divided along the same
+    diagonals. Waveforms and fields are of all nodes; with contact by penalty or mortar faces, whose slave
+    side makes a run without symmetry lean, they differ from that run by some percent, with a caution
+    (docs/theory/symmetry.md). Default: no symmetry."""
     solver: Solver = Solver()
-    """Of the linear systems."""
+    """Solver of the linear systems."""
     output: Output = Output()
-    """What is stored beside the waveforms."""
+    """Results that are stored in addition to the waveforms."""
 
     _source: str = PrivateAttr(default="Scene")
 
     positional: ClassVar[tuple[str, ...]] = ("mesh", "tissue")
 
-    if TYPE_CHECKING:  # the two positional ones are Part's doing
+    if TYPE_CHECKING:  # Part handles the two positional arguments
 
         def __init__(self, mesh: Any = ..., tissue: Any = ..., **parts: Any) -> None: ...
 
     @property
     def source(self) -> str:
-        """What messages call the scene: the name of its file, or ``Scene``."""
+        """Name of the scene in messages: that of its file, or ``Scene``."""
         return self._source
 
     @classmethod
@@ -112,11 +113,11 @@ class Scene(Part):
         Raises
         ------
         SceneError
-            With one line a problem, each naming the file and the key.
+            With one line per error, each with the file and the key.
         """
         path = Path(path)
         try:
-            text = path.read_text(encoding="utf-8-sig")  # editors of Windows begin with a mark
+            text = path.read_text(encoding="utf-8-sig")  # Windows editors write a byte order mark
         except FileNotFoundError:
             raise SceneError(f"{path}: there is no such file.") from None
         except IsADirectoryError:
@@ -136,9 +137,9 @@ class Scene(Part):
         text : str
             TOML.
         where : str
-            What messages begin with.
+            Prefix of messages.
         folder : Path, optional
-            What the names of a mesh file and of a run are relative to; left out: the working directory.
+            Directory that paths of a mesh file and of a run are relative to; default: the working directory.
         """
         try:
             data = tomllib.loads(text)
@@ -156,7 +157,7 @@ class Scene(Part):
         return scene
 
     def replace(self, changes: Mapping[str, Any]) -> Self:
-        """A scene with some fields changed, checked as a whole (keys and values as of `Part.replace`).
+        """A validated copy with some fields changed (keys and values as in `Part.replace`).
 
         Examples
         --------
@@ -176,7 +177,7 @@ class Scene(Part):
         return scene
 
     def resolved(self) -> dict[str, Any]:
-        """The scene as plain data in SI, with every default filled in; what is absent is left out."""
+        """The scene as plain data in SI, with every default filled in and without absent parts."""
         data = self.model_dump(mode="json", exclude_none=True)
         for table in (
             data,
@@ -194,7 +195,7 @@ class Scene(Part):
         return data
 
     def text(self) -> str:
-        """The resolved scene as TOML, which `load` reads back to an equal scene."""
+        """The resolved scene as TOML; `load` returns an equal scene from it."""
         return toml_text(self.resolved())
 
     def digest(self) -> str:
@@ -202,7 +203,7 @@ class Scene(Part):
         return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True).encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:
-        """Equal scenes run equally, whatever their files are called."""
+        """Whether the resolved scenes are equal, regardless of the names of their files."""
         return isinstance(other, Scene) and self.resolved() == other.resolved()
 
     def __hash__(self) -> int:
@@ -214,7 +215,7 @@ class Scene(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _a_larynx_is_held_at_its_wall(cls, data: Any) -> Any:
+    def _fix_larynx_at_its_wall(cls, data: Any) -> Any:
         if isinstance(data, dict) and data.get("supports") is None:
             mesh = data.get("mesh")
             if isinstance(mesh, Larynx) or (isinstance(mesh, dict) and "larynx" in mesh):
@@ -223,7 +224,7 @@ class Scene(Part):
 
     @model_validator(mode="before")
     @classmethod
-    def _tissue_by_name(cls, data: Any) -> Any:
+    def _fill_in_tissue_presets(cls, data: Any) -> Any:
         if isinstance(data, dict) and "tissue" in data:
             return {**data, "tissue": by_name(data["tissue"])}
         return data
@@ -232,7 +233,7 @@ class Scene(Part):
     def _parts_fit_together(self) -> Self:
         if self.reduction is not None and self.time.scheme.central_differences is not None:
             raise problem(
-                "must be left out with central_differences: no step limits a reduced run.", "reduction"
+                "must be left out with central_differences: a reduced run has no step limit.", "reduction"
             )
         if self.symmetry is not None:
             self._symmetry_fits()
@@ -240,11 +241,11 @@ class Scene(Part):
         if self.initial is not None and not on_larynx:
             for name in ("opening_velocity", "opening_displacement"):
                 if getattr(self.initial, name) is not None:
-                    raise problem("must be left out: the pattern is that of a larynx.", "initial", name)
+                    raise problem("must be left out: the pattern is only for a larynx.", "initial", name)
         if self.initial is not None and self.initial.equilibrium:
             for name in ("opening_displacement", "displacement"):
                 if getattr(self.initial, name):
-                    raise problem("must be left out: initial.equilibrium finds it.", "initial", name)
+                    raise problem("must be left out: initial.equilibrium computes it.", "initial", name)
         if self.supports is not None and self.supports.wall_from_y is not None and not on_larynx:
             raise problem("must be left out: only a larynx has that wall.", "supports", "wall_from_y")
         wall_from_y = self.supports.wall_from_y if self.supports is not None else None
@@ -279,16 +280,16 @@ class Scene(Part):
         if isinstance(self.mesh, Block | Blocks):
             kind = "block" if isinstance(self.mesh, Block) else "blocks"
             relation = (
-                f"must be left out with mesh.{kind}, which never is its own mirror image: all boxes are cut "
-                "along the same diagonals. Take a larynx, or a mesh file that is."
+                f"must be left out with mesh.{kind}, which is never symmetric: all boxes are divided along "
+                "the same diagonals. Use a larynx, or a symmetric mesh file."
             )
             raise problem(relation, "symmetry", value=self.symmetry)
 
     def _reduction_is_symmetric(self, reduction: Reduction) -> None:
         if reduction.full_run is None:
             relation = (
-                f'must be given with symmetry = "{self.symmetry}": modes and contact vectors are those of '
-                "all tissue, most of them not symmetric."
+                f'must be given with symmetry = "{self.symmetry}": most modes and contact vectors of all '
+                "tissue are not symmetric."
             )
             raise problem(relation, "reduction", "full_run")
         for name in ("modes", "contact_vectors"):
@@ -300,5 +301,5 @@ class Scene(Part):
 
 
 def _changed(source: str) -> str:
-    """What messages call a scene that is no longer that of its file."""
+    """Name in messages of a scene that was changed after loading."""
     return source if source == "Scene" or source.endswith(", changed") else f"{source}, changed"

@@ -1,4 +1,4 @@
-"""How the linear systems of a scene are solved."""
+"""Solvers of the linear systems of a scene."""
 
 from __future__ import annotations
 
@@ -13,28 +13,29 @@ __all__ = ["Automatic", "Cholesky", "ConjugateGradients", "LinearMethod", "Solve
 
 
 class Automatic(Part):
-    """Cholesky where its factor fits and moves no more bytes than conjugate gradients, these otherwise."""
+    """Cholesky if its factor fits in memory and moves no more bytes than conjugate gradients, which are used
+    otherwise."""
 
     memory: Annotated[Number, Field(ge=0)] = Field(default_factory=engine_default("Automatic", "memory"))
-    """[bytes] That the factor may take."""
+    """[bytes] Largest size of the factor."""
 
 
 class Cholesky(Part):
     """A sparse factor in single precision, computed once, with iterative refinement."""
 
     max_iterations: Count = Field(default_factory=engine_default("Cholesky", "max_iterations"))
-    """Solves with the factor of one solution; beyond them the step fails."""
+    """Largest number of solves with the factor per solution; beyond it the step fails."""
 
 
 class ConjugateGradients(Part):
-    """Preconditioned by the diagonal blocks; keeps nothing beside the matrix."""
+    """Preconditioned by the diagonal blocks; needs no memory besides the matrix."""
 
     max_iterations: Count = Field(default_factory=engine_default("ConjugateGradients", "max_iterations"))
-    """Of one solution; beyond them the step fails."""
+    """Largest number per solution; beyond it the step fails."""
 
 
 class LinearMethod(OneOf):
-    """How a step's linear systems are solved: ``"auto"``, ``"cholesky"`` or ``"conjugate_gradients"``."""
+    """The method for a step's linear systems: ``"auto"``, ``"cholesky"`` or ``"conjugate_gradients"``."""
 
     kinds: ClassVar[dict[str, type[Part]]] = {
         "auto": Automatic,
@@ -50,7 +51,8 @@ class Solver(Part):
     """The linear systems of a step."""
 
     tolerance: Annotated[Number, Field(gt=0, lt=1)] = 1e-8
-    """[-] Relative residual. The motion's error is some tens of times as large with a Cholesky factor; with
-    conjugate gradients too at steps that resolve the motion, at steps of 1 ms ten thousand times."""
+    """[-] Relative residual. The relative error of the motion is some tens of times as large with a Cholesky
+    factor, and with conjugate gradients at steps that resolve the motion; at steps of 1 ms ten thousand
+    times."""
     method: LinearMethod = Field(default_factory=lambda: LinearMethod(auto=Automatic()))
-    """How they are solved."""
+    """The solution method."""

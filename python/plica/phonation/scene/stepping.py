@@ -1,4 +1,4 @@
-"""The time steps of a scene and their scheme."""
+"""Time steps and time scheme of a scene."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["CentralDifferences", "HilberHughesTaylor", "Newmark", "Scheme", "Ste
 
 
 def is_whole(count: float) -> bool:
-    """Whether a number of steps is whole but for round-off."""
+    """Whether a number of steps is an integer to round-off."""
     return count < 2**53 and abs(count - round(count)) <= 1e-6 * count
 
 
@@ -23,7 +23,7 @@ class HilberHughesTaylor(Part):
     alpha: Annotated[Number, Field(ge=-1 / 3, le=0)] = Field(
         default_factory=engine_default("HilberHughesTaylor", "alpha")
     )
-    """[-] From -1/3, most damping of short waves, to 0, none."""
+    """[-] From -1/3, most numerical damping of high frequencies, to 0, none."""
 
 
 class Newmark(Part):
@@ -32,7 +32,8 @@ class Newmark(Part):
     beta: Annotated[Number, Field(gt=0)] = Field(default_factory=engine_default("Newmark", "beta"))
     """[-] Weight of the new acceleration in the displacement; at least gamma / 2."""
     gamma: Annotated[Number, Field(ge=0.5)] = Field(default_factory=engine_default("Newmark", "gamma"))
-    """[-] Weight of the new acceleration in the velocity; above 1/2 the scheme damps, to first order."""
+    """[-] Weight of the new acceleration in the velocity; above 1/2 the scheme damps and is of first
+    order."""
 
     @model_validator(mode="after")
     def _is_stable(self) -> Self:
@@ -43,11 +44,11 @@ class Newmark(Part):
 
 
 class CentralDifferences(Part):
-    """Explicit: a step solves for nothing, but must be short; mass must be lumped, contact a penalty.
+    """Explicit: a step needs no linear solve, but must be short; mass must be lumped, contact a penalty.
 
-    A step above the largest stable one is refused, with its figure. It never pays for a voice, whose mesh
-    asks for some hundred steps in the place of one of hht; it does where the motion itself asks for such
-    steps, as waves on coarse meshes do.
+    A step above the largest stable one is refused, with its value. It does not pay for phonation, whose
+    meshes need about a hundred steps in place of one of hht; it does if the motion itself needs such steps,
+    as waves on coarse meshes do.
     """
 
 
@@ -69,9 +70,9 @@ class Stepping(Part):
     """Time stepping with a constant step."""
 
     step: Annotated[Time, Field(gt=0)]
-    """[s] Between two instants."""
+    """[s] Time step."""
     duration: Annotated[Time, Field(gt=0)]
-    """[s] Simulated in all, whole steps."""
+    """[s] Simulated time, a multiple of the step."""
     scheme: Scheme = Field(default_factory=lambda: Scheme(hht=HilberHughesTaylor()))
     """The time scheme."""
     mass: Literal["consistent", "lumped"] = "consistent"
@@ -79,7 +80,7 @@ class Stepping(Part):
 
     @property
     def steps(self) -> int:
-        """Number of steps that covers the duration."""
+        """Number of steps in the duration."""
         return max(1, round(self.duration / self.step))
 
     @model_validator(mode="after")

@@ -1,4 +1,4 @@
-"""Scenes that are their own mirror images: in which planes, and the symmetric part of a field."""
+"""Symmetric scenes: number of symmetry planes, and the symmetric part of a field."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ __all__ = ["mirrored_mean", "symmetry_planes"]
 
 
 def symmetry_planes(symmetry: str | None) -> int:
-    """In how many planes a scene is its own mirror image: 0, 1 (x = 0), or 2 (y = 0, too)."""
+    """Number of symmetry planes of a scene: 0, 1 (x = 0), or 2 (y = 0, too)."""
     return {None: 0, "half": 1, "quarter": 2}[symmetry]
 
 
 def mirrored_mean(
     fields: NDArray[np.floating[Any]], points: NDArray[np.float64], planes: int
 ) -> NDArray[np.float64]:
-    """The part of nodal fields (..., n, 3) that is its own mirror image in x = 0 and, of two planes, y = 0.
+    """The part of nodal fields (..., n, 3) that is symmetric about x = 0 and, with two planes, y = 0.
 
-    The points (n, 3) are theirs and lie symmetrically; each image is the point nearest to it.
+    The points (n, 3) must be symmetric; the mirror image of a point is the point nearest to its image.
     """
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""Tissue of one layer, and what differs on one side."""
+"""Tissue of one layer, and values that differ on one side."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FIBRE_FIELDS = ("nu_fibre", "mu_fibre", "mu_transverse", "fibre")
 
 
 class TissueSide(Part):
-    """What differs on one side; fields as in `Tissue`."""
+    """Values that differ on one side; fields as in `Tissue`."""
 
     E: Annotated[Pressure, Field(gt=0)] | None = None
     nu: Number | None = None
@@ -29,9 +29,9 @@ class TissueSide(Part):
 
 
 class Tissue(Part):
-    """Linear elastic tissue with Kelvin-Voigt viscosity; transversely isotropic where `E_fibre` is given.
+    """Linear elastic tissue with Kelvin-Voigt viscosity; transversely isotropic if `E_fibre` is given.
 
-    A layer of a scene may take a preset's tissue by name, ``cover = "normal"``, or all of it but some values,
+    A layer of a scene may use the tissue of a preset, ``cover = "normal"``, or change some of its values,
     ``cover = {preset = "normal", viscosity = "0.2 Pa s"}``; the presets are "normal" and "thesis".
     """
 
@@ -46,9 +46,9 @@ class Tissue(Part):
     mu_fibre: Annotated[Pressure, Field(gt=0)] | None = None
     """[Pa] Shear modulus along the fibre (mu')."""
     mu_transverse: Annotated[Pressure, Field(gt=0)] | None = None
-    """[Pa] Shear modulus across the fibre; left out: E / (2 (1 + nu)), as isotropy of that plane demands."""
+    """[Pa] Shear modulus across the fibre; default: E / (2 (1 + nu)), for isotropy in that plane."""
     fibre: tuple[Number, Number, Number] | None = None
-    """[-] Direction, of any length; left out: y, from back to front."""
+    """[-] Direction, of any length; default: y, anteroposterior."""
     density: Annotated[Density, Field(gt=0)] = Field(default_factory=engine_default("Material", "density"))
     """[kg/m^3] Mass per volume."""
     viscosity: Annotated[Viscosity, Field(ge=0)] = Field(
@@ -56,9 +56,9 @@ class Tissue(Part):
     )
     """[Pa s] The viscous stress is this times the strain-rate tensor."""
     left: TissueSide | None = None
-    """What differs on the left fold: in a larynx where x < 0."""
+    """Values that differ on the left fold, in a larynx x < 0."""
     right: TissueSide | None = None
-    """What differs on the right fold: in a larynx where x > 0."""
+    """Values that differ on the right fold, in a larynx x > 0."""
 
     def on(self, side: Literal["none", "left", "right"]) -> Tissue:
         """The tissue of one side, without overrides."""
@@ -69,8 +69,8 @@ class Tissue(Part):
         return Tissue(**own)
 
     @model_validator(mode="after")
-    def _stores_energy(self) -> Self:
-        """The bounds of both laws; Paper A, Eq. (6): E'(1 - nu) - 2 nu'^2 E > 0."""
+    def _is_positive_definite(self) -> Self:
+        """The bounds of both material laws; Paper A, Eq. (6): E'(1 - nu) - 2 nu'^2 E > 0."""
         if self.left is None and self.right is None:
             _check(self)
         else:
@@ -83,7 +83,7 @@ class Tissue(Part):
 
 
 def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] | None = None) -> None:
-    """Raise where the tissue would not store energy; `changed` are the fields of the side at `path`."""
+    """Raise unless the tissue is positive definite; `changed` are the fields of the side at `path`."""
 
     def fail(field: str, value: object, relation: str) -> Exception:
         return problem(relation, *(path if changed and field in changed else ()), field, value=value)
@@ -94,13 +94,13 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
         for field in _FIBRE_FIELDS:
             if getattr(tissue, field) is not None:
                 raise fail(
-                    field, getattr(tissue, field), "must be left out where E_fibre is not given (isotropic)."
+                    field, getattr(tissue, field), "must be left out without E_fibre (isotropic tissue)."
                 )
         if tissue.nu >= 0.5:
             raise fail(
                 "nu",
                 tissue.nu,
-                "must be < 0.5 in isotropic tissue. Give E_fibre where the tissue has fibres.",
+                "must be < 0.5 in isotropic tissue. Give E_fibre if the tissue has fibres.",
             )
         return
     for field in ("nu_fibre", "mu_fibre"):
@@ -114,5 +114,5 @@ def _check(tissue: Tissue, path: tuple[str, ...] = (), changed: dict[str, Any] |
         raise fail(
             "nu",
             tissue.nu,
-            f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, or the tissue stores no energy.",
+            f"must be < {bound:.4g} = 1 - 2 nu_fibre^2 E / E_fibre, for a positive definite stiffness.",
         )

@@ -1,4 +1,4 @@
-"""Tissues by name: the three layers of the thesis, as printed and as corrected (Paper A, Table III)."""
+"""Tissue presets: the three layers of the thesis, as printed and as corrected (Paper A, Table III)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ _PRINTED: dict[str, dict[str, Any]] = {
 }
 """Pa, 1, Pa s."""
 _DENSITY = 1020.0  # kg/m^3
-_MILDER = 0.35  # of the printed viscosities: with the right mu those stop the voice (docs/phonation.md)
+_VISCOSITY_FACTOR = (
+    0.35  # on the printed viscosities, which with the right mu prevent phonation (docs/phonation.md)
+)
 
 
 def _as_printed(row: dict[str, Any]) -> Tissue:
@@ -27,7 +29,7 @@ def _as_printed(row: dict[str, Any]) -> Tissue:
 
 
 def _corrected(row: dict[str, Any]) -> Tissue:
-    return Tissue(**(row | {"viscosity": _MILDER * row["viscosity"]}), density=_DENSITY)
+    return Tissue(**(row | {"viscosity": _VISCOSITY_FACTOR * row["viscosity"]}), density=_DENSITY)
 
 
 TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
@@ -35,12 +37,12 @@ TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
     "thesis": {layer: _as_printed(row) for layer, row in _PRINTED.items()},
 }
 """Preset to layer to tissue. "normal": Paper A, Table III, with mu = E / (2 (1 + nu)) across the fibre and
-0.35 of the viscosities; "thesis": as printed, mu_transverse = E / (1 + nu) being a figure of its own, which
-another E or nu leaves as it is."""
+0.35 of the viscosities; "thesis": as printed, where mu_transverse = E / (1 + nu) is a separate value that
+does not change with E or nu."""
 
 
 def by_name(tissue: object) -> object:
-    """A scene's tissue with each preset's name in the place of a layer, or of all of them, filled in."""
+    """A scene's tissue with names of presets, of a layer or of all layers, replaced by their tissue."""
     if isinstance(tissue, str):
         return dict(_preset(tissue))
     if not isinstance(tissue, Mapping):
@@ -49,7 +51,8 @@ def by_name(tissue: object) -> object:
 
 
 def _layer(layer: object, given: object) -> object:
-    """A layer's tissue; ``"normal"`` is the preset's, ``{preset = "normal", E = ...}`` all but its E."""
+    """A layer's tissue; ``"normal"`` is that of the preset, ``{preset = "normal", E = ...}`` with another
+    E."""
     if isinstance(given, str):
         return _preset_layer(layer, given)
     if isinstance(given, Mapping) and "preset" in given:
@@ -62,11 +65,11 @@ def _layer(layer: object, given: object) -> object:
 
 
 def _check_shear(own: Mapping[str, Any], preset: float, *path: str) -> None:
-    """Raise where E or nu changes, here or on a side, and the shear modulus that goes with them does not."""
+    """Raise if E or nu changes, here or on a side, and the shear modulus that depends on them does not."""
     if ("E" in own or "nu" in own) and "mu_transverse" not in own:
         raise problem(
-            f"must be given with E or nu: the preset's {preset:.4g} Pa belongs to its own (E / (1 + nu), as "
-            "the thesis prints it).",
+            f"must be given with E or nu: the preset's {preset:.4g} Pa belongs to its own E and nu "
+            "(E / (1 + nu), as printed in the thesis).",
             "tissue",
             *path,
             "mu_transverse",

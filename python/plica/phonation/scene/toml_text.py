@@ -10,12 +10,12 @@ __all__ = ["toml_line", "toml_text"]
 
 
 def toml_text(data: Mapping[str, Any]) -> str:
-    """Tables, lists, texts, numbers and truth values as TOML; numbers read back to the same bits."""
+    """Tables, lists, strings, numbers and booleans as TOML; numbers are read back to the same bits."""
     return "\n".join(_table(data, ())).lstrip("\n") + "\n"
 
 
 def toml_line(name: str, value: Mapping[str, Any]) -> str:
-    """One line with a table in it: keys below it are of the table that it stands in."""
+    """A table on one line, so that following keys belong to the enclosing table."""
     return f"{_key(name)} = {_value(value)}\n"
 
 

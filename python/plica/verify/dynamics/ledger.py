@@ -22,7 +22,7 @@ E, NU, ETA, DENSITY = 20e3, 0.3, 1.0, 1040.0
 TRACTION, FREQUENCY, PHASE = (30.0, 20.0, -10.0), 60.0, 0.4  # Pa, Hz, rad
 STEP, STEPS = 4e-4, 80  # s
 SOLVES = 1e-13
-BEGIN = 2  # step from which on the formulas hold; for those before: docs/theory.md, "The first step"
+BEGIN = 2  # step from which on the formulas hold; for those before: docs/theory/time.md, "The first step"
 LEDGERS = {"trapezoidal": "trapezoidal", "hht": "HHT(-0.3)", "newmark": "Newmark(1, 3/2)"}
 
 

@@ -1,4 +1,4 @@
-"""Which rows nothing beats: no other one of the same problem is both as quick and as exact."""
+"""Pareto front of the rows of a problem, in time and error."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from plica.bench.record import Record, Row
 __all__ = ["ALIKE", "ROUND_OFF", "front", "fronts"]
 
 ROUND_OFF, ALIKE = 1e-12, 0.01
-"""Errors up to the first, and those that differ by a share up to the second, are not told apart."""
+"""Errors up to the first, and those that differ relatively by up to the second, count as equal."""
 
 
 def fronts(record: Record) -> list[Row]:
@@ -19,7 +19,7 @@ def fronts(record: Record) -> list[Row]:
 
 
 def front(rows: Sequence[Row], error: str) -> list[Row]:
-    """The rows of the front in error against time, from the quickest on; those of any number of threads.
+    """The rows on the front of error against time, fastest first; of any number of threads.
 
     A row without a time or that error is on no front.
     """

@@ -1,4 +1,4 @@
-"""A record in words: cells of its table, for the terminal, for Markdown, for the page, and as CSV."""
+"""A record as text: table cells, for the terminal, Markdown, the page, and CSV."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from plica.bench.front import fronts
+from plica.bench.pareto import fronts
 from plica.bench.record import Record, Row
 from plica.storage.files import replaced
 
 __all__ = [
     "as_markdown",
-    "beside_peers",
     "cells",
     "headings",
-    "in_short",
-    "made_by",
     "named",
+    "peer_ratios",
+    "provenance",
     "seconds",
+    "summary_rows",
     "write_csv",
 ]
 
@@ -28,12 +28,12 @@ _MEASURED = ("time", "spread", "processor", "memory", "front")
 
 
 def headings(record: Record) -> list[str]:
-    """Of the columns."""
+    """Headings of the columns."""
     return ["method", *_settings(record), "threads", *record.errors, *_MEASURED]
 
 
 def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
-    """A list of texts a row, all or these, in the order of `headings`."""
+    """Table cells of all or the given rows, in the order of `headings`."""
     best = {row.key for row in fronts(record)}
     table = []
     for row in record.rows if rows is None else rows:
@@ -50,8 +50,8 @@ def cells(record: Record, rows: Sequence[Row] | None = None) -> list[list[str]]:
     return table
 
 
-def in_short(record: Record) -> list[Row]:
-    """Of each problem the rows of the front, and of every method that has none there its most exact one."""
+def summary_rows(record: Record) -> list[Row]:
+    """The rows of each problem's front, and the most accurate row of each method without one there."""
     error = next(iter(record.errors))
     kept = {row.key for row in fronts(record)}
     for rows in record.by_problem().values():
@@ -65,16 +65,16 @@ def _or_infinite(value: float | None) -> float:
     return float("inf") if value is None else value
 
 
-def beside_peers(record: Record) -> list[str]:
-    """How many times as long a peer's methods take, at the last level that they share with plica's.
+def peer_ratios(record: Record) -> list[str]:
+    """Time ratios of a peer's methods to plica's, at the last level that both have.
 
-    Plica's is the method by which a peer's name ends ("peer, trapezoidal"), or the first. For each value of
-    the settings that are words: medians of the ratios within the rounds, with the least and the greatest, and
-    the ratio of processor times.
+    Compared is the method of plica that a peer's name ends with ("peer, trapezoidal"), or the first. For each
+    value of text settings: medians of the ratios within the rounds, with minimum and maximum, and the ratio
+    of processor times.
     """
     ours = {row.key: row for row in record.rows if row.package == "plica"}
     first = record.rows[0].method if record.rows else ""
-    said: dict[tuple[object, ...], str] = {}
+    sentences: dict[tuple[object, ...], str] = {}
     for row in record.rows:
         same = next((name for name, *_ in ours if row.method.endswith(f", {name}")), first)
         mine = ours.get((same, *row.key[1:]))
@@ -84,11 +84,11 @@ def beside_peers(record: Record) -> list[str]:
                 f"{ratio:.2g}" for ratio in (statistics.median(ratios), ratios[0], ratios[-1])
             )
             words = [value for value in row.level.values() if isinstance(value, str)]
-            said[row.method, row.threads, *words] = (
+            sentences[row.method, row.threads, *words] = (
                 f"{named(row)} takes {middle} ({least} to {most}) times as long as {mine.method}"
                 f"{_processor_ratio(row, mine)}."
             )
-    return list(said.values())
+    return list(sentences.values())
 
 
 def _processor_ratio(row: Row, mine: Row) -> str:
@@ -99,20 +99,20 @@ def _processor_ratio(row: Row, mine: Row) -> str:
 
 def as_markdown(record: Record, rows: Sequence[Row] | None = None) -> str:
     """What was measured, the table of all rows or of these, and the engine and machine that it is of."""
-    said = "; ".join(f"{name}: {meaning}" for name, meaning in record.errors.items())
+    sentences = "; ".join(f"{name}: {meaning}" for name, meaning in record.errors.items())
     lines = [
-        f"{record.does} Reference: {record.reference}. Errors: {said}.",
+        f"{record.does} Reference: {record.reference}. Errors: {sentences}.",
         "",
         _line(headings(record)),
         "|" + " --- |" * len(headings(record)),
         *(_line(row) for row in cells(record, rows)),
         "",
-        f"Made by {made_by(record)}",
+        f"Made by {provenance(record)}",
     ]
     return "\n".join(lines)
 
 
-def made_by(record: Record) -> str:
+def provenance(record: Record) -> str:
     """Engine, machine, packages and what was absent, in one line."""
     packages = ", ".join(f"{name} {version}" for name, version in record.environment.packages.items())
     absent = f"; not installed: {', '.join(record.absent)}" if record.absent else ""

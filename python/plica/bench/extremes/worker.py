@@ -1,4 +1,4 @@
-"""Probes run in a process of their own: one that crashes or hangs takes nothing with it."""
+"""Run probes in a process of their own, so that a crash or hang affects nothing else."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from multiprocessing.connection import Connection
 from typing import Any
 
-from plica.bench.extremes.probe import Probe, Verdict, judged
+from plica.bench.extremes.probe import Probe, Verdict, run_probe
 
 __all__ = ["verdicts"]
 
@@ -29,7 +29,7 @@ def verdicts(probes: Sequence[Probe]) -> Iterator[tuple[Probe, Verdict, float]]:
 
 
 class _Worker:
-    """A process that judges probes by name until it is ended."""
+    """A process that runs probes by name."""
 
     def __init__(self) -> None:
         context: Any = multiprocessing.get_context("spawn")
@@ -69,4 +69,4 @@ def _work(pipe: Connection) -> None:
     known = {probe.name: probe for probe in PROBES}
     pipe.send(len(known))
     while True:
-        pipe.send(judged(known[pipe.recv()].find))
+        pipe.send(run_probe(known[pipe.recv()].find))

@@ -1,4 +1,4 @@
-"""Where a method is run: in a process of its own, where its memory and its threads are its own, or here."""
+"""Run a method in a process of its own, with its own memory and threads, or in this process."""
 
 from __future__ import annotations
 
@@ -18,58 +18,58 @@ from plica import _engine as engine
 from plica.bench.case import Case, Method
 from plica.bench.record import Level
 
-__all__ = ["Apart", "First", "Here", "Reading", "Seat", "Stopped", "told"]
+__all__ = ["FirstCall", "LocalRunner", "ProcessRunner", "Runner", "RunnerFailed", "Timing", "error_text"]
 
 
 @dataclass(frozen=True)
-class First:
-    """What the first call gave."""
+class FirstCall:
+    """Result of the first call."""
 
     errors: Mapping[str, float]
     seconds: float
     memory: float | None
-    """Bytes by which it raised the peak of its process."""
+    """Increase of the peak memory of its process, bytes."""
 
 
 @dataclass(frozen=True)
-class Reading:
-    """Of a later call, s."""
+class Timing:
+    """Times of a later call, s."""
 
     seconds: float
     processor: float
 
 
-class Stopped(Exception):  # noqa: N818 (what happened)
-    """A method that runs in another process has ended with this message."""
+class RunnerFailed(Exception):  # noqa: N818 (what happened)
+    """A method in another process has failed with this message."""
 
 
-def told(error: Exception) -> str:
-    """What happened, in one line."""
+def error_text(error: Exception) -> str:
+    """The error in one line."""
     text = " ".join(str(error).split())
-    return text if isinstance(error, Stopped) else f"{type(error).__name__}: {text}"
+    return text if isinstance(error, RunnerFailed) else f"{type(error).__name__}: {text}"
 
 
-class Seat(Protocol):
-    """A method that waits for its turn."""
+class Runner(Protocol):
+    """Calls a method."""
 
-    def first(self) -> First:
-        """Call it once, and judge the result."""
+    def first(self) -> FirstCall:
+        """Call it once, and evaluate the result."""
 
-    def reading(self) -> Reading:
-        """Call it again."""
+    def reading(self) -> Timing:
+        """Call it again and measure the time."""
 
     def close(self) -> None:
-        """Let go of what it holds."""
+        """Release its resources."""
 
 
 def _processor() -> float:
-    """s, of this process and of the programs that it has run."""
+    """s, of this process and its child processes."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-class Here:
-    """In this process."""
+class LocalRunner:
+    """Runs the method in this process."""
 
     def __init__(self, case: Case, method: Method, level: Level, threads: int, truth: Any) -> None:
         engine.set_threads(threads)
@@ -77,28 +77,29 @@ class Here:
         self._case, self._level, self._truth = case, level, truth
         self._call = method.prepare(level)
 
-    def first(self, *, alone: bool = False) -> First:
-        """`alone`: the process is new and nobody else's, so that the growth of its peak is this call's."""
+    def first(self, *, alone: bool = False) -> FirstCall:
+        """`alone`: the process is new and runs nothing else, so that the increase of its peak is due to this
+        call."""
         if alone:
             _reset_peak()
         before, start = _peak(), time.perf_counter()
         result = self._call()
         seconds = time.perf_counter() - start
         grown = _peak() - before if alone else None
-        return First(self._case.judge(self._level, result, self._truth), seconds, grown)
+        return FirstCall(self._case.judge(self._level, result, self._truth), seconds, grown)
 
-    def reading(self) -> Reading:
+    def reading(self) -> Timing:
         engine.set_threads(self._threads)
         wall, processor = time.perf_counter(), _processor()
         self._call()
-        return Reading(time.perf_counter() - wall, _processor() - processor)
+        return Timing(time.perf_counter() - wall, _processor() - processor)
 
     def close(self) -> None:
         del self._call
 
 
-class Apart:
-    """In a process of its own, which knows the case by its name."""
+class ProcessRunner:
+    """Runs the method in a process of its own, which finds the case by its name."""
 
     def __init__(self, case: str, method: str, level: Level, threads: int, truth: Any) -> None:
         context = multiprocessing.get_context("spawn")
@@ -110,56 +111,56 @@ class Apart:
             self._process.start()
         other.close()
 
-    def first(self) -> First:
+    def first(self) -> FirstCall:
         answer = self._answer()
-        assert isinstance(answer, First)
+        assert isinstance(answer, FirstCall)
         return answer
 
-    def reading(self) -> Reading:
+    def reading(self) -> Timing:
         answer = self._answer(asked=True)
-        assert isinstance(answer, Reading)
+        assert isinstance(answer, Timing)
         return answer
 
     def close(self) -> None:
         self._line.close()
-        self._process.terminate()  # it may be in the middle of a call that nobody waits for
+        self._process.terminate()  # it may still be in a call
         self._process.join()
 
-    def _answer(self, *, asked: bool = False) -> First | Reading:
+    def _answer(self, *, asked: bool = False) -> FirstCall | Timing:
         try:
             if asked:
                 self._line.send(True)
-            answer: First | Reading | Stopped = self._line.recv()
+            answer: FirstCall | Timing | RunnerFailed = self._line.recv()
         except (EOFError, ConnectionError):
             self._process.join()
-            raise Stopped(f"its process ended with code {self._process.exitcode}.") from None
-        if isinstance(answer, Stopped):
+            raise RunnerFailed(f"its process ended with code {self._process.exitcode}.") from None
+        if isinstance(answer, RunnerFailed):
             raise answer
         return answer
 
 
 def _serve(line: Any, case: str, method: str, level: Level, threads: int, truth: Any) -> None:
-    """Answer a message with a reading, until nobody asks."""
+    """Answer each message with a timing, until the connection is closed."""
     from plica.bench.families import find_case
 
     signal.signal(
         signal.SIGINT, signal.SIG_IGN
-    )  # Ctrl-C is for the process that measures, which ends this one
+    )  # Ctrl-C is handled by the measuring process, which terminates this one
     try:
         found = find_case(case)
-        seat = Here(found, found.method(method), level, threads, truth)
-        line.send(seat.first(alone=True))
+        runner = LocalRunner(found, found.method(method), level, threads, truth)
+        line.send(runner.first(alone=True))
         while line.recv():
-            line.send(seat.reading())
+            line.send(runner.reading())
     except (EOFError, ConnectionError):
-        return  # nobody is there any more
+        return  # the connection is closed
     except Exception as error:
-        line.send(Stopped(told(error)))
+        line.send(RunnerFailed(error_text(error)))
 
 
 @contextmanager
 def _threads_of_libraries(threads: int) -> Iterator[None]:
-    """So many for what reads its number when it is loaded: BLAS, OpenMP, XLA."""
+    """Set the number of threads of libraries that read it when they are loaded: BLAS, OpenMP, XLA."""
     asked = {name: str(threads) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
     if threads == 1:
         asked["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
@@ -176,11 +177,11 @@ def _threads_of_libraries(threads: int) -> Iterator[None]:
 
 
 def _reset_peak() -> None:
-    """Linux: the peak counts from what is resident now."""
+    """Reset the peak to the memory resident now (Linux)."""
     Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
 
 
 def _peak() -> float:
-    """Bytes of memory that this process has held at most."""
+    """Peak memory of this process, bytes."""
     status = Path("/proc/self/status").read_text(encoding="ascii")
     return 1024.0 * float(re.findall(r"VmHWM:\s+(\d+)", status)[0])
