@@ -7,8 +7,8 @@ The basis is that of examples/normal_phonation.toml on the mesh `coarse`, whose 
 VOICES are 0.2 s each. Runs are made in the folder where they are missing, full and reduced ones on the same
 part of the tissue. Errors are over the steady cycles from --from on. CPU seconds are of one thread, a
 second of voice, advanced from the newest checkpoint through --length: with all waveforms, and with flow and
-glottal area alone; what is stored is left out. Parts are those of `Simulation.times()`, in wall time. Records: `reduced_quarter` (`half`, `whole`) and, of the first
-voice, `reduced_quarter_parts`.
+glottal area alone; what is stored is left out. Parts are those of `Simulation.times()`, in wall time.
+Records: `reduced_quarter` (`half`, `whole`) and, of the first voice, `reduced_quarter_parts`.
 """
 
 from __future__ import annotations

@@ -14,7 +14,9 @@ State state_from_dict(const py::dict& dict);
 class SteppedSimulation {
  public:
   SteppedSimulation(Scene scene, const Simulation::Options& options, Indices probes)
-      : simulation_(std::move(scene), options), probes_(std::move(probes)) {}
+      : simulation_(std::move(scene), options), probes_(std::move(probes)) {
+    Recorder(simulation_, {}, probes_);  // throws where a probe is no node
+  }
 
   Simulation& simulation() { return simulation_; }
   const Simulation& simulation() const { return simulation_; }

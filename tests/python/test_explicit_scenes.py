@@ -106,8 +106,8 @@ def test_a_finer_mesh_on_which_the_step_is_too_long_says_what_to_do(bar: plica.S
     assert [level["kind"] for level in found.levels] == ["step", "step"]
     message = "\n".join(found.remarks)
     assert "time.step = 0.00014 s; must be <= " in message
-    assert "run the scene anew with such a one" in message
-    assert "no mesh that was tried can be used" in message
+    assert "run the scene again with that step" in message
+    assert "none of the meshes can be used" in message
     assert "--budget" not in message
 
 

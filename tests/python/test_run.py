@@ -426,7 +426,7 @@ def test_what_was_stored_before_is_spoken_of_only_where_there_is_something(tmp_p
 
     assert message().endswith("No space left on device.")
     (tmp_path / "results.h5").touch()
-    assert message().endswith("What was stored before is kept, and can be gone on with.")
+    assert message().endswith("Earlier results are kept and can be continued.")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")

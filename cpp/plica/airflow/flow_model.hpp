@@ -63,7 +63,7 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 ///   R(z) = integral up to z of 12 mu W^2 s / a^3,
 /// the wall's friction factor s falling linearly in a from 1 at a = m to 0 where the stream leaves the wall,
 /// a = r m. Areas are linear between sections and R is exact for that. Pressures are 0 in the free jet and may be
-/// negative where the glottis widens. O(s).
+/// negative where the glottis widens. Areas are finite, which Airflow::evaluate checks. O(s).
 FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel, const Vector& areas);
 
 }  // namespace plica

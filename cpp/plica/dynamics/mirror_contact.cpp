@@ -40,7 +40,11 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
   nodes_ = Eigen::Map<const Indices>(crossing.data(), static_cast<std::ptrdiff_t>(crossing.size()));
   copies_.resize(nodes_.size());
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) copies_[i] = images_.count(images_.node_of(nodes_[i]));
-  const std::ptrdiff_t rows = nodes_.size();  // Mediolateral's contact nodes
+  const std::ptrdiff_t rows = nodes_.size();  // Mediolateral's contact nodes, in that order
+  for (std::ptrdiff_t i = 0; i < rows; ++i)
+    if (positions.contact_size() != rows || positions.place(nodes_[i]) != i)
+      throw InvalidInput(
+          "Reduction: with symmetry each of the contact's surfaces must lie on its own side of the plane x = 0.");
   loads_ = positions.shapes().topRows(rows).transpose() * copies_.asDiagonal();
   accelerations_ = motion.inverse() * loads_;
   x_accelerations_ = positions.shapes() * accelerations_;
@@ -52,7 +56,6 @@ MirrorContact::MirrorContact(const Scene& scene, const Motion& full, const Modal
 }
 
 void MirrorContact::begin(const State& last) {
-  last_ = &last;
   row_force_ = Vector::Zero(nodes_.size());
   rows_ = last.closed;
   active_.assign(rows_.size(), 1);
@@ -66,6 +69,7 @@ void MirrorContact::touch(const FreeEnd& free) {
   row_force_.setZero();
   deepest_ = 0;
   const Vector& x_free = free.contact_x();
+  if (!x_free.allFinite()) throw SolveFailed("Contact: positions are not finite. Did the time step diverge?");
   if (rows_.empty() && !(x_free.minCoeff() < 0)) return;
   Vector x = x_free;
   for (bool more = add_candidates(x, 0.0) || !rows_.empty(); more; more = add_candidates(x, 1e-2 * tolerance_)) {
@@ -132,9 +136,7 @@ Complementarity MirrorContact::solve(const Vector& x) {
       if (factor_.info() != Eigen::Success) factored_.clear();
     }
     if (factored_.empty())
-      throw SolveFailed(
-          "Contact: the compliance of the closed nodes is not positive. Has the reduction fewer "
-          "vectors than nodes that touch?");
+      throw SolveFailed("Contact: the compliance of the closed nodes is not positive. Try a smaller step.");
     const Vector force = factor_.solve(-scaled(places));
     p(places) = force;
     w.noalias() += compliance_(rows_, closed) * force;

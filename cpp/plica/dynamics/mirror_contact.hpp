@@ -47,16 +47,15 @@ class MirrorContact final : public ReducedContact {
   Vector copies_;                  // (rows) how many nodes each moves with it, itself included
   Eigen::MatrixXd loads_;          // (r, rows) Phi^T of 1 N on a row's node and its images
   Eigen::MatrixXd accelerations_;  // (r, rows) A^-1 of these
-  Eigen::MatrixXd compliance_;     // (rows, rows) m/N, x of these at the end of the step, sqrt(copies) of each
-  double least_compliance_;        // m/N, added to the diagonal
+  Eigen::MatrixXd compliance_;  // (rows, rows) m/N at the end of a step, sqrt(copies) of row over that of column
+  double least_compliance_;     // m/N, added to the diagonal
   std::vector<std::int32_t> factored_;  // closed rows
   Eigen::LLT<Eigen::MatrixXd> factor_;  // of their compliance
   Eigen::MatrixXd x_accelerations_;     // (n, rows) 1/kg, that of all of Mediolateral's nodes
   std::vector<PressedNode> pressed_;    // of the last record
 
   // Of the step.
-  Vector x_acceleration_;  // (n) m/s^2 of the last move, where it touches
-  const State* last_ = nullptr;
+  Vector x_acceleration_;           // (n) m/s^2 of the last move, where it touches
   const FreeEnd* free_ = nullptr;   // of the last move
   double deepest_ = 0.0;            // m, <= 0: least x with contact
   std::vector<std::int32_t> rows_;  // candidates, ascending

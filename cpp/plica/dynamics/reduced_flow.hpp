@@ -47,7 +47,7 @@ class ReducedFlow {
   ReducedAreas areas_;
   Vector below_;
   PanelMatrix sections_, accelerations_;  // (r, s)
-  SinglePanelMatrix x_accelerations_;     // (n, s); within a step pressures move x by a micrometre
+  SinglePanelMatrix x_accelerations_;  // (n, s); 6e-8 of what pressures move in a step, 1e-13 m at 1 kPa and 50 us
   Line right_;
   std::optional<Line> left_;  // absent where it is the right one's mirror image
 };

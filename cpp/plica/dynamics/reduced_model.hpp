@@ -12,6 +12,9 @@ class ReducedModel {
   /// InvalidInput for what cannot be reduced.
   ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow);
 
+  ReducedModel(const ReducedModel&) = delete;
+  ReducedModel& operator=(const ReducedModel&) = delete;
+
   const ModalMotion& motion() const { return motion_; }
   const Mediolateral& positions() const { return positions_; }
   const ReducedFlow* flow() const { return flow_ ? &*flow_ : nullptr; }

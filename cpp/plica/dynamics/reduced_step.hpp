@@ -48,7 +48,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   // Fixed within the step, (r) unless said otherwise.
   const State* last_ = nullptr;
   StepTimes* times_ = nullptr;
-  Vector displacement_predictor_, velocity_predictor_, elastic_predictor_, viscous_predictor_, inner_force_;
+  Vector displacement_predictor_, velocity_predictor_, viscous_predictor_, inner_force_;
   Vector elastic_behind_, viscous_behind_;
   Vector scene_load_;
   Vector free_;                              // (r) acceleration without section pressures and contact

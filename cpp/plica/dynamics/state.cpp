@@ -49,6 +49,10 @@ void State::validate(const Shape& shape) const {
       if (values.size() != shape.unknowns || !values.allFinite())
         throw InvalidInput("Simulation: the state's past must be finite and of this scene's " +
                            std::to_string(shape.unknowns) + " unknowns.");
+  if (!shape.knows && (!closed.empty() || depth != 0))
+    throw InvalidInput("Simulation: the state has closed constraints; the scene must have contact.");
+  if (!shape.airflow && (supplied_power != 0 || viscous_power != 0))
+    throw InvalidInput("Simulation: the state has powers of the air; the scene must have airflow.");
   if (step < 0) throw InvalidInput("Simulation", "state's step", static_cast<double>(step), "", ">= 0");
   if (closed_force.size() != static_cast<std::ptrdiff_t>(closed.size()))
     throw InvalidInput("Simulation", "size of the state's closed_force", static_cast<double>(closed_force.size()),

@@ -50,7 +50,8 @@ _VIDEO = (
         "area_hidden",
         "m^2",
         "Glottal area that the blur of the edges hides from the outline, by how much it darkens the midline: "
-        "to be added to the total, as measures do.",
+        "measures add it to the total, unless shade darkens the midline too. Zero for drawn masks and a "
+        "network.",
     ),
     _video(
         "area_least",

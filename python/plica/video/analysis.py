@@ -461,7 +461,8 @@ class Analysis:
             "flags": np.array(self.flags),
         }
         if area.lost is not None:
-            found["area_hidden"] = size**2 * area.lost.outline.total
+            hidden = np.where(np.isfinite(area.total), area.lost.outline.total, np.nan)
+            found["area_hidden"] = size**2 * hidden
         if area.inner is not None:
             found["inner_edge_left"] = size * area.inner.left_edge
             found["inner_edge_right"] = size * area.inner.right_edge

@@ -18,7 +18,7 @@ __all__ = ["GlottalArea", "LostToBlur", "areas", "middle"]
 Floats = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.12, with it from 0.37 on
+_SHADED = 0.25  # of what darkens the midline; films without shade have up to 0.14, with it from 0.40 on
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ _NOTED = 0.01  # of the value: what slits add is in the note
 _UNDER = float(
     np.arccos(1 - 2 * closure) / np.pi
 )  # of a cycle, that a sine is below that share of its height
-_ANGLES = ("left_right_phase",)
+_ANGLES = ("left_right_phase",)  # measures in rad: differences are taken modulo 2 pi
 
 
 def with_hidden_slits(

@@ -55,7 +55,13 @@ def lost_to_blur(lines: GreyLines, blur: float, outlined: Mask) -> LostToBlur:
     blur : float
         px, standard deviation, of the glottis' edges in what was segmented; not a number: not known.
     outlined : (frames) bool
-        Whose outlines stand halfway: others, drawn or not known, lose nothing.
+        Frames whose outlines stand halfway: others, drawn or not known, lose nothing.
+
+    Returns
+    -------
+    LostToBlur
+        All zero, and `shade` not a number, if no frame has a glottis; `shade` is not a number either if no
+        line has 8 frames without a slit. Measures are then those of the outline.
     """
     from scipy import ndimage
 
