@@ -35,8 +35,8 @@ A first session:
   xdg-open runs/first/report.html                       open the report
   paraview runs/first/fields.xdmf                       view the fields in 3D
   plica uncertainty runs/first                          estimate the numerical uncertainty
-  plica film runs/first -o clip.avi                     render it as video, with the true motion of every
-  pixel plica video larynx.avi --fps 4000 -o analysis         analyse a high-speed recording
+  plica film runs/first -o clip.avi                     render it as video, with the true motion
+  plica video larynx.avi --fps 4000 -o analysis         analyse a high-speed recording
   plica compare before after -o change                  compare two such analyses
   plica identify analysis --scene my.toml -o tissue     estimate the tissue from it
 

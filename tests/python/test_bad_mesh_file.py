@@ -61,6 +61,17 @@ def only_triangles(mesh: meshio.Mesh) -> None:
     mesh.cells = [meshio.CellBlock("triangle", mesh.cells[0].data[:, :3])]
 
 
+def add_wedge(mesh: meshio.Mesh) -> None:
+    wedge = meshio.CellBlock("wedge", np.array([[0, 1, 2, 3, 4, 5]]))
+    mesh.cells.append(wedge)
+    mesh.cell_data["label"].append(np.ones(1, dtype=int))
+
+
+def large_label(mesh: meshio.Mesh) -> None:
+    mesh.cell_data["label"][0] = mesh.cell_data["label"][0].astype(np.int64)
+    mesh.cell_data["label"][0][2] = 2**32 + 1
+
+
 def nothing(mesh: meshio.Mesh) -> None:
     """The mesh is good; the scene is not."""
 
@@ -91,6 +102,8 @@ MESHES: dict[str, tuple[Callable[[meshio.Mesh], None], tuple[str, str], str]] = 
         'mesh.labels = "labl"; must be one of',
     ),
     "no tetrahedra": (only_triangles, ("", ""), "m.vtu has no tetrahedra; it has one of triangle."),
+    "another solid": (add_wedge, ("", ""), "m.vtu has wedge cells; all solid cells must be tetrahedra."),
+    "large label": (large_label, ("", ""), "m.vtu has a label 4294967297; must be below 2^31."),
     "no triangles": (
         nothing,
         ("[tissue", "surfaces = { skin = 1 }\n[tissue"),

@@ -190,6 +190,9 @@ def test_a_file_of_measures_with_another_meaning_is_not_read(tmp_path: Path) -> 
     assert read_measures(path) is None
     path.write_bytes(b"\xff\xfe")
     assert read_measures(path) is None
+    for wrong in ("[]", "3", '{"period": 3}'):
+        path.write_text(wrong)
+        assert read_measures(path) is None
 
 
 def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:

@@ -274,6 +274,7 @@ def test_a_settings_file_that_does_not_fit_is_refused(tmp_path: Path, text: str,
         (None, "cannot be read"),
         ("t,a,b,c\n0,1,1\n1,2,2\n", "has 3 lines, the last with 3 columns; must have 4"),
         ("t,a,b,c\n0,1,1,x\n1,2,2,2\n", "all cells below the heading must be numbers"),
+        ("0,1,1,1\n1e-3,2,2,2\n2e-3,1,1,1\n", "has no heading; the first line must name the columns"),
         ("t,a,b,c\n1,1,1,1\n0,2,2,2\n", "times must increase"),
         ("t,a,b,c\n0,1,1,1\n1e-4,2,2,2\n", "must cover the recording, 0 to 0.0025 s"),
         (

@@ -146,6 +146,11 @@ def test_vectors_are_not_taken_from_a_reduced_run_or_one_without_fields(
     bare = plica.run(short.replace({"output.every": None}), tmp_path / "bare", progress=False)
     with pytest.raises(SceneError, match="has no stored displacements"):
         build_simulation(taken_from(bare, 2))
+    stopped = plica.run(short, tmp_path / "stopped", progress=False)
+    with h5py.File(stopped.directory / "results.h5", "r+") as file:
+        file["progress/status"][()] = 3
+    with pytest.raises(SceneError, match="is interrupted after 4 of 4 steps; must be finished"):
+        build_simulation(taken_from(plica.Run.load(stopped.directory), 2))
     other = plica.run(
         short.replace({"reduction": {"modes": 10, "contact_vectors": 5, "contact_reach": REACH}}),
         tmp_path / "reduced",

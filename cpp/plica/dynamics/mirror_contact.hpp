@@ -47,8 +47,8 @@ class MirrorContact final : public ReducedContact {
   Vector copies_;                  // (rows) how many nodes each moves with it, itself included
   Eigen::MatrixXd loads_;          // (r, rows) Phi^T of 1 N on a row's node and its images
   Eigen::MatrixXd accelerations_;  // (r, rows) A^-1 of these
-  Eigen::MatrixXd compliance_;  // (rows, rows) m/N at the end of a step, sqrt(copies) of row over that of column
-  double least_compliance_;     // m/N, added to the diagonal
+  Eigen::MatrixXd compliance_;     // (rows, rows) m/N, sqrt(c_i) h^2 beta (X A^-1 X^T)_ij sqrt(c_j), c the copies
+  double least_compliance_;        // m/N, added to the diagonal
   std::vector<std::int32_t> factored_;  // closed rows
   Eigen::LLT<Eigen::MatrixXd> factor_;  // of their compliance
   Eigen::MatrixXd x_accelerations_;     // (n, rows) 1/kg, that of all of Mediolateral's nodes

@@ -13,13 +13,13 @@ from plica.commands.arguments import add_command
 __all__ = ["add_commands"]
 
 _HELP = """\
-Tests the engine at its limits: Poisson's ratios up to 0.4999, layers 1e8 times as stiff as their neighbours,
-slivers, meshes far from the origin or in other units, steps of 0.1 us to 10 ms, lung pressures from 0 to 20
+Tests the engine at its limits: Poisson's ratios up to 0.49999, layers 1e8 times as stiff as their neighbours,
+slivers, meshes far from the origin or in other units, steps of 0.1 us to 10 ms, lung pressures up to 20
 kPa, closed and wide-open folds, a million steps, broken files of every kind, random scenes. Each gets a
 verdict:
 
   right     within the tolerance of a closed form, a second algorithm, or an equivalent scene
-  said      accuracy is lost, with a caution
+  said      less accurate, and a caution says so
   refused   with a clear message, InvalidInput or SolveFailed
 
 or, as a failure: WRONG (without a caution), NaN, CRASH, HANG. docs/extremes_tables.md has the table.
@@ -37,7 +37,7 @@ Exit codes: 0 no failure, 1 at least one failure, 2 bad input.
 def add_commands(benches: Any) -> None:
     """Add it to the benchmarks of ``plica bench``."""
     sub = add_command(
-        benches, "extremes", _extremes, "the engine at its limits: right, said or refused", _HELP
+        benches, "extremes", _extremes, "the engine at its limits: right, warned of, or refused", _HELP
     )
     sub.add_argument("--size", choices=("small", "full"), default="full", help="default: full")
     sub.add_argument(

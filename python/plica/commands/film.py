@@ -30,8 +30,8 @@ plica.film, plica.Camera and plica.Film do the same in Python, with options for 
 examples:
   plica film runs/first -o clip.avi
   plica video clip.avi --fps 2000 --mm-per-px 0.06 -o analysis     printed by plica film at its end
-  plica film runs/first -o clip.avi --from 20ms --tilt 5           the camera is inclined by 5 degrees
-  towards +y plica film runs/first -o clip.h5 --size 320,256 --mm-per-px 0.05 --exposure 100us --noise 3
+  plica film runs/first -o clip.avi --from 20ms --tilt 5           camera inclined by 5 degrees towards +y
+  plica film runs/first -o clip.h5 --size 320,256 --mm-per-px 0.05 --exposure 100us --noise 3
 """
 
 

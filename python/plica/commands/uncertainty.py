@@ -29,8 +29,8 @@ of the mean over the measured cycles, is not included. The table shows how each 
   monotone, 1.4      they converge with that order, which is not: a safety factor of 3
   two levels         theoretical order, with that factor
   scatter            levels differ by less than cycles do: the bound is the resolution of the cycles
-  no convergence     differences do not decrease: not in the asymptotic range, three times the largest
-  difference unchanged          no difference at all
+  no convergence     differences do not decrease: three times the largest difference
+  unchanged          no difference at all
 
 After Ctrl-C the same command continues; the levels are kept in DIR/uncertainty and may be deleted.
 docs/uncertainty.md describes the method and its reliability.

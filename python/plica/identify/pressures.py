@@ -126,6 +126,10 @@ def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row]
+        if rows and all(_is_number(cell) for cell in rows[0]):
+            raise InvalidInput(
+                f"{path.name}: has no heading; the first line must name the columns, as in time,p1,p2."
+            )
         found = np.array([[float(cell) for cell in row] for row in rows[1:]])
     except OSError as error:
         raise InvalidInput(f"{path}: cannot be read: {error.strerror}.") from None
@@ -140,6 +144,14 @@ def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
     if not np.isfinite(found).all() or not (np.diff(found[:, 0]) > 0).all():
         raise InvalidInput(f"{path.name}: times must increase, and all numbers must be finite.")
     return found[:, 0], found[:, 1:]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _known(name: str, mesh: _engine.TetMesh, key: str) -> str:

@@ -52,8 +52,12 @@ def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
         found: dict[str, dict[str, Any]] = json.loads(text)
     except ValueError:
         return None
+    if not isinstance(found, dict):
+        return None
     found.pop(_RECORDING, None)
     for name, entry in found.items():
-        if name not in CATALOGUE or entry.get("definition", "") != CATALOGUE[name].meaning:
+        if not isinstance(entry, dict) or name not in CATALOGUE:
+            return None
+        if entry.get("definition", "") != CATALOGUE[name].meaning:
             return None
     return ByName(found)

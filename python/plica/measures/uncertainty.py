@@ -165,7 +165,7 @@ def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
             remarks=data["remarks"],
             plica=data["plica"],
         )
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         return None
 
 

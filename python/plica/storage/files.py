@@ -89,5 +89,5 @@ def only_writer(directory: Path) -> Iterator[None]:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise InvalidInput(f"{directory}: another process is computing this run.") from None
+            raise InvalidInput(f"{directory}: another process is writing to this directory.") from None
         yield

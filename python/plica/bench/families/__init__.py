@@ -42,8 +42,9 @@ FAMILIES = {
             "dynamics",
             "Time schemes on free vibration",
             "The trapezoidal rule where nothing collides; HHT(-0.3) where something does; Newmark(1, 3/2), "
-            "which is of first order, never. Central differences only where the motion itself asks for steps "
-            "below their limit: half the error of the trapezoidal rule, in less than half the time.",
+            "which is of first order, never. Central differences only where you need steps below their "
+            "stability limit anyway; they then have half the error of the trapezoidal rule in less than half "
+            "the time.",
         ),
         Family(
             "coupling",
@@ -61,7 +62,7 @@ FAMILIES = {
             "solvers",
             "Linear and saddle-point solvers against tolerance",
             "Leave the choice to plica: a Cholesky factor while it fits in memory, contact condensed; a "
-            "tighter tolerance then costs little, so the default of 1e-8 is no luxury. At steps of 1 ms "
+            "tighter tolerance then costs little, so keep the default of 1e-8. At steps of 1 ms "
             "conjugate gradients err by ten thousand times their tolerance: take 1e-10 there.",
         ),
         Family(
@@ -72,8 +73,8 @@ FAMILIES = {
         Family(
             "imaging",
             "Optical flow and segmentation",
-            "The default (robust) for endoscopic frames, gradient for sharp pictures, fast for a first look; "
-            "where only speed counts, OpenCV's DIS.",
+            "`video` for recordings of the larynx, `robust` (the default of plica flow) for two sharp pictures "
+            "and for identification, `fast` for a first look; where only speed counts, OpenCV's DIS.",
         ),
         Family(
             "estimation",
@@ -84,7 +85,7 @@ FAMILIES = {
         Family(
             "parts",
             "Leaving out",
-            "Leave out what a scene does not need: a part that is there and idle costs what the table says.",
+            "Leave out what a scene does not need: a part that has no effect still costs time (see the table).",
         ),
     )
 }

@@ -96,6 +96,12 @@ class _Reader:
         if kinds is _TETRAHEDRA and not found:
             has = one_of(sorted({block.type for block in self.file.cells}))
             raise self.fail(f"mesh.file: {self.mesh.file.name} has no tetrahedra; it has {has}.")
+        others = sorted({block.type for block in self.file.cells if block.dim == 3} - {*_TETRAHEDRA})
+        if others:
+            raise self.fail(
+                f"mesh.file: {self.mesh.file.name} has {' and '.join(others)} cells; all solid cells must be "
+                "tetrahedra. Divide them in your mesher."
+            )
         if len(found) > 1:
             raise self.fail(
                 f"mesh.file: {self.mesh.file.name} has {' and '.join(found)}; must have one of them."
@@ -108,7 +114,12 @@ class _Reader:
         cells = np.concatenate([self.file.cells[k].data for k in blocks]).astype(np.int32)
         if data is None:
             return cells, np.zeros(len(cells), dtype=np.int32)
-        return cells, np.concatenate([np.asarray(data[k]).ravel() for k in blocks]).astype(np.int32)
+        labels = np.concatenate([np.asarray(data[k]).ravel() for k in blocks])
+        limits = np.iinfo(np.int32)
+        if len(labels) and not limits.min <= labels.min() <= labels.max() <= limits.max:
+            wrong = labels.max() if labels.max() > limits.max else labels.min()
+            raise self.fail(f"mesh.file: {self.mesh.file.name} has a label {wrong}; must be below 2^31.")
+        return cells, labels.astype(np.int32)
 
     def _label_data(self) -> list[Any] | None:
         data: dict[str, list[Any]] = self.file.cell_data
