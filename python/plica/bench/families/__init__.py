@@ -73,8 +73,8 @@ FAMILIES = {
         Family(
             "imaging",
             "Optical flow and segmentation",
-            "`video` for recordings of the larynx, `robust` (the default of plica flow) for two sharp pictures "
-            "and for identification, `fast` for a first look; where only speed counts, OpenCV's DIS.",
+            "`video` for recordings of the larynx, `robust` (the default of plica flow) for two sharp "
+            "pictures and for identification, `fast` for a first look; where only speed counts, OpenCV's DIS.",
         ),
         Family(
             "estimation",
@@ -85,7 +85,7 @@ FAMILIES = {
         Family(
             "parts",
             "Leaving out",
-            "Leave out what a scene does not need: a part that has no effect still costs time (see the table).",
+            "Leave out what a scene does not need: a part without effect still costs time (see the table).",
         ),
     )
 }
