@@ -74,7 +74,7 @@ FAMILIES = {
             "imaging",
             "Optical flow and segmentation",
             "`video` for recordings of the larynx, `robust` (the default of plica flow) for two sharp "
-            "pictures and for identification, `fast` for a first look; where only speed counts, OpenCV's DIS.",
+            "pictures and for identification, `fast` for a first look; if only speed counts, OpenCV's DIS.",
         ),
         Family(
             "estimation",
