@@ -126,15 +126,15 @@ def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row]
-        if rows and all(_is_number(cell) for cell in rows[0]):
-            raise InvalidInput(
-                f"{path.name}: has no heading; the first line must name the columns, as in time,p1,p2."
-            )
         found = np.array([[float(cell) for cell in row] for row in rows[1:]])
     except OSError as error:
         raise InvalidInput(f"{path}: cannot be read: {error.strerror}.") from None
     except ValueError:
         raise InvalidInput(f"{path.name}: all cells below the heading must be numbers.") from None
+    if rows and all(_is_number(cell) for cell in rows[0]):
+        raise InvalidInput(
+            f"{path.name}: has no heading; the first line must name the columns, as in time,p1,p2."
+        )
     if found.ndim != 2 or len(found) < 2 or found.shape[1] != heights + 1:
         columns = len(rows[-1]) if rows else 0
         raise InvalidInput(

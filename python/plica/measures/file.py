@@ -49,7 +49,7 @@ def read_measures(path: Path) -> ByName[dict[str, Any]] | None:
     with storage_errors(path, "read"):
         text = path.read_bytes()
     try:
-        found: dict[str, dict[str, Any]] = json.loads(text)
+        found: Any = json.loads(text)
     except ValueError:
         return None
     if not isinstance(found, dict):
