@@ -61,6 +61,7 @@ TEST_CASE("mirror images collide without airflow as well, and positions that are
   Simulation full(scene, options(HilberHughesTaylor{}, 50e-6));
   Scene symmetric = reduced(scene, every_symmetric_displacement(scene, Symmetry::quarter));
   symmetric.symmetry = Symmetry::quarter;
+  symmetric.reduction->watch_every = 100;  // contact alone looks at the steps
   Simulation part(symmetric, options(HilberHughesTaylor{}, 50e-6));
   int rows = 0;
   for (int k = 0; k < 40; ++k) {
@@ -74,11 +75,10 @@ TEST_CASE("mirror images collide without airflow as well, and positions that are
   for (std::ptrdiff_t i = 0; i < scene.mesh.node_count(); ++i)
     force[3 * i] = scene.mesh.points(i, 0) > 0 ? 1e308 : scene.mesh.points(i, 0) < 0 ? -1e308 : 0.0;
   part.set_external_force(force);
-  CHECK_THROWS_AS(
-      [&] {
-        for (int k = 0; k < 5; ++k) part.advance();
-      }(),
-      SolveFailed);
+  const auto go_on = [&] {
+    for (int k = 0; k < 5; ++k) part.advance();
+  };
+  CHECK_THROWS_WITH_AS(go_on(), doctest::Contains("positions are not finite"), SolveFailed);
 }
 
 TEST_CASE("a restored motion of a symmetric reduction goes on as if it had not stopped") {
