@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.glottal import frequency_measures
 from plica.measures.measure import cycle_frequency
 from plica.measures.stationary import fit, neighbours_scatter, of_amplitude, of_period, stationary_from
 from voices import Floats, scattered, voice
@@ -61,8 +63,8 @@ def test_a_silence_between_two_voices_is_no_cycle_wherever_it_lies(silence: floa
 def test_a_glide_is_called_changing() -> None:
     cycles = find_cycles(time, np.maximum(np.sin(2 * np.pi * (100 * time + 125 * time**2)), 0))
     assert cycles.verdict == "changing"
-    # 100 Hz more in 60 cycles, of 150 Hz in the mean: 1.1 % a cycle.
-    assert "the frequency rises by 1.1 % a cycle" in cycles.note
+    # 100 + 250 t Hz: 158 Hz after 30 of 60 cycles, 200 Hz after all: ln(200 / 158) / 30 = 0.79 % a cycle.
+    assert "the frequency rises by 0.79 % a cycle over the last 29 cycles" in cycles.note
     assert cycles.count == 3
 
 
@@ -71,8 +73,79 @@ def test_a_glide_is_called_changing() -> None:
 def test_two_per_cent_a_cycle_is_growth_however_few_cycles_there_are(rate: float, count: int) -> None:
     amplitudes = (1 + rate) ** np.arange(count)
     cycles = find_cycles(*voice(np.full(count, 5e-3), amplitudes / amplitudes.max(), samples=43.7))
-    assert cycles.verdict == "changing"
+    decays = rate * count < -0.7  # to less than half
+    assert cycles.verdict == ("decaying" if decays else "changing")
     assert f"{'grows' if rate > 0 else 'falls'} by 2 % a cycle" in cycles.note
+    assert cycles.growth == pytest.approx(rate, rel=0.05)
+
+
+def test_growth_over_ten_cycles_is_found_under_scatter() -> None:
+    """Power 97 % (t = 6.1 against 3.8 at 0.5 % with 3 % of scatter), and hardly ever steady."""
+    found = verdicts(11, lambda k: 1.02**k, constant, seeds=200)  # the first cycle has no start
+    assert found["changing"] >= 186  # 194 +- 2.4
+    assert found["steady"] <= 2
+
+
+@pytest.mark.parametrize(
+    "amplitudes",
+    [
+        # A vibration that grows fast, then by 1.4 % a cycle with a wobble; then one by 2.2 % a cycle.
+        [6.3, 7.6, 8.0, 8.1, 8.4, 9.2, 9.2, 9.9, 11.3, 13.2, 14.4, 14.6, 14.1, 14.0, 14.4, 14.8, 15.2, 15.4],
+        [5.1, 4.7, 5.5, 8.7, 9.2, 9.22, 9.33, 9.86, 10.09, 10.18, 10.36, 10.61, 10.89, 11.08],
+        [1.7, 2.0, 2.1, 2.44, 2.62, 2.64, 2.6, 2.62, 2.69, 2.76],
+    ],
+)
+def test_a_vibration_that_grows_more_slowly_than_at_first_is_not_steady(amplitudes: list[float]) -> None:
+    heights = np.array(amplitudes) / max(amplitudes)
+    cycles = find_cycles(*voice(np.full(heights.size, 4e-3), heights, samples=80))
+    assert cycles.verdict == "changing"
+
+
+def test_a_ringing_that_decays_is_no_voice() -> None:
+    ringing = 5e-6 + 0.4e-6 * np.exp(-0.07 * 250 * time) * np.cos(2 * np.pi * 250 * time)
+    cycles = find_cycles(time[:2000], ringing[:2000], name="glottal area")
+    assert cycles.verdict == "decaying"
+    assert cycles.growth == pytest.approx(np.expm1(-0.07), rel=1e-3)
+    assert "free decay" in cycles.note
+    found = {item.name: item for item in frequency_measures(time[:2000], ringing[:2000], cycles)}
+    assert found["fundamental_frequency"].value is None
+    assert "free decay" in found["fundamental_frequency"].note
+    assert found["amplitude_growth"].value == cycles.growth
+
+
+def test_pulses_that_are_no_periods_have_no_frequency_and_both_are_named() -> None:
+    # As of folds 0.1 mm apart: now three, now four pulses in each 7.9 ms, in no order.
+    lengths, heights = [], []
+    for four in np.random.default_rng(3).integers(0, 2, 24):
+        lengths += [2.72, 1.42, 1.22, 2.54] if four else [2.63, 2.64, 2.63]
+        heights += [6.1, 4.7, 3.4, 3.8] if four else [5.7, 4.7, 4.2]
+    instants, area = voice(1e-3 * np.array(lengths), np.array(heights), samples=40)
+    cycles = find_cycles(instants, area)
+    assert cycles.verdict == "ambiguous"
+    assert not cycles.count
+    found = {item.name: item for item in frequency_measures(instants, area, cycles)}
+    for name in ("fundamental_frequency", "period"):
+        assert found[name].value is None
+        pulses_, period = (float(part) for part in re.findall(r"([\d.]+) Hz", found[name].note)[:2])
+        assert pulses_ == pytest.approx(1e3 * len(lengths) / sum(lengths), rel=0.03)
+        assert period == pytest.approx(127, rel=0.03)
+
+
+def test_a_pattern_explains_another_frequency() -> None:
+    k = np.arange(60)
+    instants, area = voice(np.full(60, 5e-3), np.where(k % 2, 0.6, 1.0), samples=100)
+    cycles = find_cycles(instants, area)
+    frequency = frequency_measures(instants, area, cycles)[0]
+    assert cycles.verdict == "subharmonic"
+    assert frequency.value == pytest.approx(200.0, rel=1e-3)
+    assert any("100 Hz" in text for text in frequency.cautions)
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.02, 0.05])
+def test_jitter_alone_makes_no_other_frequency(jitter: float) -> None:
+    for seed in range(40):
+        periods, amplitudes = scattered(40, jitter, 0.05, seed)
+        assert find_cycles(*voice(periods, amplitudes, samples=50, seed=seed)).count, seed
 
 
 @pytest.mark.parametrize("samples", [20, 47.3, 400])
@@ -107,7 +180,8 @@ def test_regular_voices_are_seldom_called_unsettled() -> None:
         # At most 1.2 % (1000 sequences of any length give 0 to 1.2): more than 4 of 100 once in 100 times.
         assert found["changing"] <= 4
         # Scatter of 3 % is taken for more than 5 % by chance where cycles are few.
-        assert found["steady"] >= 94
+        assert found["steady"] + found["undecided"] >= 94
+        assert found["undecided"] <= 17  # two t-tests at 5 %: 10 +- 3 of 100
 
 
 def test_noise_on_the_samples_does_not_unsettle_a_voice() -> None:
@@ -122,7 +196,7 @@ def test_irregular_and_growing_at_once_is_growing() -> None:
     for rate in (0.02, -0.02):
         for count in (15, 40):
             found = verdicts(count, lambda k, g=rate: (1 + g) ** k / max((1 + g) ** k), constant, seeds=40)
-            assert found["changing"] >= 38
+            assert found["changing"] + found["decaying"] >= 38
 
 
 def test_irregular_and_gliding_at_once_is_gliding() -> None:
@@ -174,7 +248,8 @@ def test_alternation_is_found_under_scatter_and_scatter_is_not_taken_for_it() ->
             periods, amplitudes = scattered(20, 0.01, 0.03 if subharmonic else 0.1, seed)
             record = voice(periods, amplitudes * np.where(k % 2, 1 - depth, 1.0), seed=seed)
             found[find_cycles(*record).verdict] += 1
-        assert found["subharmonic" if subharmonic else "irregular"] >= 57
+        assert found["subharmonic" if subharmonic else "irregular"] + found["undecided"] >= 57
+        assert found["undecided"] <= 11  # two t-tests at 5 %: 6 +- 2.3 of 60
 
 
 def test_openings_too_small_to_count_are_spoken_of() -> None:
@@ -184,7 +259,7 @@ def test_openings_too_small_to_count_are_spoken_of() -> None:
     assert "the glottal area rises 2 times a cycle" in cycles.note
 
 
-@pytest.mark.parametrize(("count", "approach"), [(12, 2.56), (20, 3.0), (40, 5.0), (60, 3.0), (100, 20.0)])
+@pytest.mark.parametrize(("count", "approach"), [(16, 2.56), (20, 3.0), (40, 5.0), (60, 3.0), (100, 20.0)])
 def test_of_a_settling_voice_the_settled_end_is_used(count: int, approach: float) -> None:
     k = np.arange(count)
     left = np.exp(-k / approach)
@@ -282,7 +357,7 @@ def test_no_steady_voice_drifts_by_more_than_is_promised_without_a_word() -> Non
                 seen = np.array([np.ptp(signal[part]) for part in cycles.samples(instants)])
                 drift = abs(fit(seen, of_amplitude).rate) * (cycles.count - 1)
                 beyond = drift > 1.02 * min(0.05, 0.01 * (cycles.count - 1))  # a peak lies between samples
-                assert not beyond or "which is within their scatter" in cycles.note
-                notes["note" if beyond else "small"] += 1
+                assert not beyond
+                notes["small"] += 1
     assert notes["changing"] > 80
-    assert notes["note"] > 5
+    assert notes["small"] > 5

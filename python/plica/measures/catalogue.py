@@ -99,7 +99,8 @@ _QUANTITIES = (
         "fundamental_frequency",
         "Fundamental frequency",
         "Hz",
-        "cycles over their time: of a run the steady ones, of a recording all",
+        "cycles over their time: of a run the steady ones, of a recording all; none where the "
+        "autocorrelation finds another frequency, or where a run's vibration decays",
         symbol="f0",
     ),
     _vibration(
@@ -114,7 +115,8 @@ _QUANTITIES = (
         "Growth per cycle",
         "1",
         "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; in a "
-        "steady voice less than 1 %, and 5 % over all, unless scatter may explain more",
+        "steady voice at most 1 %, and 5 % over all. Of a run that is changing, by the line through the "
+        "logarithms of the last half of all its cycles",
     ),
     _run_vibration(
         "damping_ratio",

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from plica.measures.catalogue import closed_share
-from plica.measures.cycles import Cycles
+from plica.measures.cycles import Cycles, differing, largest_difference
 from plica.measures.interval import of_slope
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
 from plica.measures.pulses import autocorrelation_frequency
@@ -16,7 +16,6 @@ from plica.measures.quotients import quotients
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
 
-largest_difference = 0.02  # relative, of the frequencies by cycles and by autocorrelation, without a caution
 few = 20  # samples per cycle; with fewer, quotients are off by more than a twelfth and get a caution
 
 
@@ -35,9 +34,12 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     differs = []
     if not abs(other / cycles.frequency - 1.0) < largest_difference:
         differs = [f"the autocorrelation gives {other:.4g} {scale.unit('Hz')}: the cycles are not all alike"]
+    own = [cycle_frequency(cycles, differs), per_cycle("period", cycles, cycles.periods)]
+    none = cycles.note if cycles.verdict == "decaying" else differing(cycles, other, scale)
+    if none:
+        own = [absent(item.name, none) for item in own]
     return [
-        cycle_frequency(cycles, differs),
-        per_cycle("period", cycles, cycles.periods),
+        *own,
         _growth(time, signal, cycles, cautions),
         whole("fundamental_frequency_autocorrelation", other, cautions=cautions),
     ]
@@ -87,7 +89,11 @@ def few_samples(time: Floats, cycles: Cycles) -> list[str]:
 
 
 def _growth(time: Floats, signal: Floats, cycles: Cycles, cautions: list[str]) -> Measure:
-    """Slope of the line through the cycles' peak-to-peak amplitudes, divided by their mean."""
+    """Slope of the line through the cycles' peak-to-peak amplitudes, divided by their mean; of a vibration
+    that changes, of their logarithm over the last half of all cycles found.
+    """
+    if cycles.growth is not None:
+        return whole("amplitude_growth", cycles.growth, "over the last half of all cycles", cautions)
     amplitudes = np.array([np.ptp(signal[part]) for part in cycles.samples(time)])
     slope = np.polyfit(np.arange(amplitudes.size), amplitudes, 1)[0]
     return Measure(

@@ -20,7 +20,9 @@ if the vibration became steady: either the whole record rises or falls at least 
 end, and faster by more than the scatter of neighbouring cycles explains (logarithms, t-test, 0.5 %; under a
 constant trend both are equally fast), or the same number of cycles before depart from the mean of the end at
 least six times as much as its own do (root mean square; 3.6 times under a constant trend), and by more than
-chance explains (F-test, 0.1 %).
+chance explains (F-test, 0.1 %). Moreover, unless that end is irregular, no trend beyond what is allowed may
+even be likely in it: after a change it is steadiness that has to be shown. (Likely: t-test, 5 %, and of fewer
+than three degrees of freedom any, since among so few the test finds none.)
 """
 
 from __future__ import annotations
@@ -104,7 +106,11 @@ def stationary_from(sequences: list[tuple[Floats, Tolerance]]) -> int | None:
             first = _reach(sequences, size - core)
             parts = [values for (values, _), past in zip(sequences, changed, strict=True) if past]
             if all(_settles(values, first) for values in parts):
-                return _without_onset(sequences, first, size - core)
+                first = _without_onset(sequences, first, size - core)
+                while count < size and _may_drift(sequences, first) and first < size - core:
+                    first += 1
+                if count == size or not _may_drift(sequences, first):
+                    return first
         count //= 2
     return None
 
@@ -132,6 +138,17 @@ def exceeds(line: Fit, tolerance: Tolerance) -> bool:
     """Whether the line through a sequence rises or falls by more than is allowed, regardless of scatter."""
     steps = line.residual.size - 1
     return abs(line.rate) * steps > min(tolerance.scatter, tolerance.rate * steps)
+
+
+def may_drift(line: Fit, tolerance: Tolerance) -> bool:
+    """Whether a sequence that is regular about its line and does not provably drift is still likely to."""
+    from scipy import special
+
+    if float(line.residual @ line.residual) > line.freedom * tolerance.scatter**2:
+        return False
+    if not exceeds(line, tolerance) or line.freedom < fewest:
+        return exceeds(line, tolerance)
+    return bool(abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.05 / 2) * line.error)
 
 
 def drifts(line: Fit, tolerance: Tolerance) -> bool:
@@ -187,6 +204,10 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
     (small, of_small), (large, of_large) = sorted(found)
     limit = max(special.fdtri(of_large, of_small, 1 - 0.001 / 2), uneven**2)
     return bool(large > tolerance.scatter**2 and large > limit * small)
+
+
+def _may_drift(sequences: list[tuple[Floats, Tolerance]], first: int) -> bool:
+    return any(may_drift(fit(values[first:], same), same) for values, same in sequences)
 
 
 def _settles(values: Floats, first: int) -> bool:

@@ -69,10 +69,22 @@ def nothing_moved(run: RunData) -> Caution | None:
 
 
 def unsteady_voice(run: RunData) -> Caution | None:
-    """The measured cycles are not steady: the vibration still changes, or is irregular."""
+    """The measured cycles are not steady: the vibration still changes, decays, or is irregular."""
     cycles = steady_cycles(run)
-    if "minimum_area" not in run.waveforms or not cycles.count or cycles.settled:
+    if "minimum_area" not in run.waveforms or cycles.settled or cycles.verdict == "none":
         return None
+    if cycles.verdict == "ambiguous":
+        return Caution(
+            "unsteady_voice",
+            f"Nothing was measured per cycle: {cycles.note}.",
+            "Look at the waveforms: run longer (time.duration), or change the voice until its pulses repeat.",
+        )
+    if cycles.verdict == "decaying":
+        return Caution(
+            "unsteady_voice",
+            f"There is no voice: {cycles.note}.",
+            "Use a higher subglottal pressure, a narrower glottis or softer tissue.",
+        )
     low, high = 1e3 * cycles.periods.min(), 1e3 * cycles.periods.max()
     return Caution(
         "unsteady_voice",

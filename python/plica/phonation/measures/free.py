@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -55,6 +56,8 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[list[Me
     free = np.ptp(np.asarray(waveforms["load_work"], dtype=float)) == 0
     if free and cycles.count and not cycles.settled:
         cycles = _decaying(rising_crossings(time[part], signal[part]))
+    elif cycles.verdict == "decaying":  # without airflow no voice is expected, and its frequency is one
+        cycles = replace(cycles, verdict="changing")
     found = frequency_measures(time[part], signal[part], cycles)
     note = f"probe {probe}, component {'xyz'[component]}"
     found.append(whole("probe_amplitude", 0.5 * float(np.ptp(signal)), note))
