@@ -255,10 +255,40 @@ def test_large_strain_is_reported_in_one_sentence_once_a_tenth_of_it_is_wrong() 
     assert strained(0.02 * (1 - 1e-9), 0) == []  # |grad u| = 0.2: |E - eps| is a tenth of it
     (caution,) = strained(0.02 * (1 + 1e-9), 0)
     assert re.fullmatch(
-        r"The strain of the tissue reached 13 %, and the error of the linear tissue model reached 10 % at "
-        r"35\.\d ms in the body at \(.*\) mm\.",
+        r"In the \d+ cycles measured, the strain of the tissue reached 13 %, and the error of the linear "
+        r"tissue model reached 10 % at 35\.\d ms in the body at \(.*\) mm\.",
         caution.seen,
     )
+
+
+def started(left_out: float, folded: int, *, silent: bool = False) -> list[Caution]:
+    """Cautions of a run with strain and folded cells at its start, before the cycles; or without cycles."""
+    whole = Phonation(rise_time=0.012, impulse=0.0).run()
+    waveforms = {name: np.array(values) for name, values in whole.waveforms.items()}
+    waveforms["strain_neglected"][40] = left_out
+    waveforms["inverted_tissue"][40] = folded
+    if silent:
+        waveforms["minimum_area"][:] = 1e-5
+    return list(cautions(replace(whole, waveforms=waveforms)))
+
+
+def test_the_strain_of_the_start_is_no_caution_and_stands_beside_one() -> None:
+    assert started(0.32, 0) == []
+    (caution,) = started(0.32, 3)
+    assert "5 %" in caution.seen.split(";")[0]  # of the cycles
+    assert "outside them it was 40 %, at 2.05 ms" in caution.seen
+    assert "3 of 1 cells were inverted at 2.05 ms, none in the cycles measured" in caution.seen
+    assert "airflow.rise" in caution.advice
+    assert "subglottal pressure" not in caution.advice
+
+
+def test_without_cycles_all_of_a_run_is_judged() -> None:
+    (caution,) = started(0.32, 0, silent=True)
+    assert caution.seen.startswith("In the whole run")
+    assert "40 %" in caution.seen
+    for setting in ("subglottal pressure", "stiffer", "airflow.rise"):
+        assert setting in caution.advice
+    assert "velocity" not in caution.advice
 
 
 MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.order = 2\nmesh.larynx = '
@@ -312,11 +342,14 @@ def test_a_symmetry_is_doubted_where_contact_has_a_side(changes: str, message: s
         assert re.search(re.escape(message).replace(r"\.\*", ".*"), found.seen)
 
 
-@pytest.mark.parametrize(("folded", "message"), [(1, "1 cell was inverted"), (44, "44 cells were inverted")])
+@pytest.mark.parametrize(
+    ("folded", "message"), [(1, "1 of 1 cells was inverted"), (44, "44 of 1 cells were inverted")]
+)
 def test_folded_cells_stand_in_the_sentence_on_large_strain(folded: int, message: str) -> None:
     (caution,) = strained(0.08, folded)
     assert "reached 20 % at " in caution.seen
-    assert caution.seen.endswith(f", and {message}.")
+    assert f"; {message} at 40" in caution.seen
+    assert f"{folded} in the cycles measured" in caution.seen
     (caution,) = strained(0.005, folded)
     assert caution.name == "large_strain"
 

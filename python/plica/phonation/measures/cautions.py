@@ -123,23 +123,46 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
 
 
 def large_strain(run: RunData) -> Caution | None:
-    """The strain is too large for the linear tissue model: its error is more than a tenth."""
+    """The strain is too large for the linear tissue model: its error is more than a tenth in the cycles
+    that are measured (in the whole run if there are none), or cells are inverted at any time, as a folded
+    cell may spoil contact for ever.
+    """
     time, waveforms = reached(run)
     neglected = np.asarray(waveforms.get("strain_neglected", np.zeros(time.size)), dtype=float)
-    inverted = int(np.max(waveforms.get("inverted_tissue", 0), initial=0))
-    k = int(neglected.argmax())
-    largest = 100 * float(np.max(waveforms.get("strain_999", 0), initial=0))
-    error = float(np.sqrt(neglected[k] / 2))  # |E - eps| over |grad u|
-    if error <= largest_strain_error and not inverted:
+    folded = np.asarray(waveforms.get("inverted_tissue", np.zeros(time.size)))
+    cycles = steady_cycles(run)
+    part = cycles.extent(time) if cycles.count else slice(0, time.size)
+    worst, k = int(neglected.argmax()), part.start + int(neglected[part].argmax())
+    error, before = (float(np.sqrt(neglected[i] / 2)) for i in (k, worst))  # |E - eps| over |grad u|
+    if error <= largest_strain_error and not folded.any():
         return None
-    cells = f", and {inverted} cell{' was' if inverted == 1 else 's were'} inverted" if inverted else ""
-    return Caution(
-        "large_strain",
-        f"The strain of the tissue reached {largest:.2g} %, and the error of the linear tissue model reached "
-        f"{100 * error:.2g} % at {1e3 * time[k]:.3g} ms in "
-        f"{_place(run, int(waveforms['strain_cell'][k]))}{cells}.",
-        "The error is proportional to the motion: use a lower subglottal pressure, a lower initial velocity "
-        "or stiffer tissue.",
+    largest = 100 * float(np.max(np.asarray(waveforms.get("strain_999", np.zeros(time.size)))[part]))
+    where = f"In the {cycles.count} cycles measured" if cycles.count else "In the whole run"
+    seen = (
+        f"{where}, the strain of the tissue reached {largest:.2g} %, and the error of the linear tissue "
+        f"model reached {100 * error:.2g} % at {1e3 * time[k]:.3g} ms in "
+        f"{_place(run, int(waveforms['strain_cell'][k]))}"
+    )
+    if before > largest_strain_error and not part.start <= worst < part.stop:
+        seen += f"; outside them it was {100 * before:.2g} %, at {1e3 * time[worst]:.3g} ms"
+    if folded.any():
+        i, count = int(folded.argmax()), int(folded.max())
+        of = f"{count} of {len(run.mesh.cells)} cells {'was' if count == 1 else 'were'} inverted"
+        seen += f"; {of} at {1e3 * time[i]:.3g} ms"
+        if cycles.count:
+            inside = int(folded[part].max())
+            seen += f", {inside if inside else 'none'} in the cycles measured"
+    return Caution("large_strain", f"{seen}.", _against_strain(error))
+
+
+def _against_strain(error: float) -> str:
+    """What lowers the strain of the cycles; or, if only the start is too large, that of the start."""
+    start = "A pressure that rises gradually (airflow.rise) avoids the strain of a sudden start"
+    if error <= largest_strain_error:
+        return f"{start}."
+    return (
+        "The error is proportional to the motion: use a lower subglottal pressure or stiffer tissue. "
+        f"{start}, but does not change a steady voice."
     )
 
 

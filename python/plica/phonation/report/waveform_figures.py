@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plica.measures.catalogue import pressure_window
+from plica.measures.catalogue import closed_share, pressure_window
 from plica.measures.record import time_step
 from plica.measures.waveforms import STORED
 from plica.phonation.measures.contact import moving_average
@@ -16,8 +16,11 @@ from plica.report.wording import axis
 
 
 def shade(axes: Axes, reading: Reading, part: slice) -> None:
-    """Shade the time during which the flow is stopped or the glottis has no area."""
-    closed = open_area(reading.waveforms)[part] <= 0
+    """Shade the time during which the glottis is closed, as in the open quotient: its area is at most 5 % of
+    the largest shown. A flow through a slit is never zero.
+    """
+    area = open_area(reading.waveforms)[part]
+    closed = area <= closed_share * area.max()
     low, high = axes.get_ylim()
     time = 1e3 * reading.time[part]
     axes.fill_between(time, low, high, where=closed.tolist(), step="mid", color=grey, alpha=0.18, lw=0)
@@ -40,7 +43,8 @@ def glottal_waveforms(reading: Reading) -> Drawing:
             shade(axes, reading, part)
 
     caption = (
-        "The smallest section area and the flow through it. Shaded: closed, or the flow stopped by contact."
+        f"The smallest section area and the flow through it. Shaded: closed, that is an area of at most "
+        f"{100 * closed_share:g} % of the largest shown."
     )
     alt = "Two curves over time: glottal area and flow."
     return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
