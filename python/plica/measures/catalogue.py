@@ -21,6 +21,7 @@ Source = Literal["run", "video", "both"]
 closed_share = 0.05  # of a cycle's largest area, up to which the glottis is closed
 closed_share_1_percent = 0.01  # the same for open_quotient_1_percent and for opening and closing samples
 contact_share = 0.01  # of a steady cycle's peak force, above which the folds are in contact
+medial_angle = 0.436  # rad, 25 degrees: between M5's glottis (to 20 a side) and inferior faces (32 and more)
 bridged_share = 0.25  # of the period: losses of contact up to this long belong to a collision
 bridged_of_record = 0.05  # the same for runs without cycles, as a share of the record
 open_levels = (0.2, 0.5)  # levels of further open quotients, in the range of a cycle's area
@@ -292,7 +293,9 @@ _QUANTITIES = (
         "vertical_phase_difference",
         "Vertical phase difference",
         "rad",
-        "at the fundamental; positive where the upper edge lags the lower one",
+        "at the fundamental, of the glottal width at the inferior and superior edge of the medial "
+        "surface; positive where the superior edge lags. The medial surface is where the mid-coronal contour at rest is "
+        "within 25 degrees of vertical, about the narrowest place",
     ),
     _run_vibration(
         "converging_while_opening",

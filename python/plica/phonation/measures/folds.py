@@ -2,17 +2,20 @@
 
 Half-widths are the distances of the points of the right and of the left fold from the midline, which is
 computed from the folds, wherever the mesh is. Both increase as the glottis opens.
-The glottal canal is the range of sections around the narrowest one whose width at rest is at most 1.5 times
-the smallest; its lowest section is the lower edge and its highest the upper edge.
+The glottal canal, which figures show, is the range of sections around the narrowest one whose width at rest
+is at most 1.5 times the smallest.
+The medial surface is the range of sections around the narrowest one over which the contour of the folds at
+rest is within 25 degrees of vertical (the catalogue says why); it ends at the inferior and the superior edge.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share_1_percent
+from plica.measures.catalogue import closed_share_1_percent, medial_angle
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
 from plica.measures.record import Array, Floats
@@ -78,28 +81,62 @@ def glottal_canal(width: Floats) -> slice:
     return slice(low, high + 1)
 
 
+def medial_surface(width: Floats, height: Floats) -> slice:
+    """Range of sections that form the medial surface at rest (see the module docstring).
+
+    Parameters
+    ----------
+    width : (s) m
+        Of the airway at rest; half of it is the distance of the folds' contour from the midline.
+    height : (s) m, ascending
+
+    Returns
+    -------
+    slice
+        A single section if the contour is nowhere so steep at the narrowest one.
+    """
+    steep = np.abs(np.diff(width)) <= 2.0 * np.tan(medial_angle) * np.diff(height)
+    low = high = int(np.argmin(width))
+    while low > 0 and steep[low - 1]:
+        low -= 1
+    while high + 1 < width.size and steep[high]:
+        high += 1
+    return slice(low, high + 1)
+
+
 def motion_measures(
-    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, canal: slice
+    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, medial: slice, height: Floats
 ) -> list[Measure]:
-    """Amplitudes of both folds, their ratio and asymmetry, and phases between folds and between edges."""
+    """Amplitudes of both folds, their ratio and asymmetry, and phases between folds and between edges.
+
+    Parameters
+    ----------
+    time, waveforms, cycles
+        Of the computed steps.
+    medial : slice
+        Sections of the medial surface.
+    height : (s) m
+        Of the sections.
+    """
     right, left = half_widths(waveforms)
     steady = cycles.extent(time)
     section = int(np.argmax(np.ptp(right[steady], axis=0) + np.ptp(left[steady], axis=0)))
     where = f"section {section}"
     found = side_measures(time, left[:, section], right[:, section], cycles, (where, where))
-    return found + _canal_measures(time, waveforms, cycles, canal)
+    return found + _medial_measures(time, waveforms, cycles, medial, height)
 
 
-def _canal_measures(
-    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, canal: slice
+def _medial_measures(
+    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, medial: slice, height: Floats
 ) -> list[Measure]:
     names = ("vertical_phase_difference", "converging_while_opening", "diverging_while_closing")
     if not cycles.count:
         return [absent(name, cycles.note) for name in names]
-    if canal.stop - canal.start < 2:
-        return [absent(name, "the glottal canal has a single section") for name in names]
+    if medial.stop - medial.start < 2:
+        reason = "no medial surface: the folds' contour at rest is not vertical at the narrowest section"
+        return [absent(name, reason) for name in names]
     right, left = half_widths(waveforms)
-    lower, upper = (right + left)[:, canal.start], (right + left)[:, canal.stop - 1]
+    lower, upper = (right + left)[:, medial.start], (right + left)[:, medial.stop - 1]
     area = open_area(waveforms)
     rate = np.gradient(area, time)
     opening, closing = [], []
@@ -108,9 +145,17 @@ def _canal_measures(
         slope = lower[part] - upper[part]
         opening.append(_share(slope > 0, opened & (rate[part] > 0)))
         closing.append(_share(slope < 0, opened & (rate[part] < 0)))
-    edges = f"sections {canal.start} and {canal.stop - 1}"
+    bottom, top = (1e3 * float(height[k]) for k in (medial.start, medial.stop - 1))
+    edges = f"edges at z = {bottom:.3g} and {top:.3g} mm"
+    phase = per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges)
+    if phase.value is not None and phase.value < -(phase.spread or 0.0):  # beyond the scatter of its cycles
+        lag = (
+            f"the inferior edge lags the superior one by {np.degrees(-phase.value):.3g} degrees: in a modal "
+            "voice it leads, so that this is another pattern of vibration"
+        )
+        phase = replace(phase, cautions=(*phase.cautions, lag))
     return [
-        per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges),
+        phase,
         per_cycle("converging_while_opening", cycles, np.array(opening), edges),
         per_cycle("diverging_while_closing", cycles, np.array(closing), edges),
     ]

@@ -10,7 +10,7 @@ from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, whole
 from plica.phonation.measures.contact import contact_measures
-from plica.phonation.measures.folds import glottal_canal, motion_measures, rest_width
+from plica.phonation.measures.folds import medial_surface, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
 from plica.phonation.measures.glottal import flow_measures, open_area, strict_open_quotient
 from plica.phonation.measures.run_data import RunData, reached
@@ -71,7 +71,8 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += [strict_open_quotient(time, area, cycles)]
         found += area_measures(time, area, cycles)
         found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
-        found += motion_measures(time, waveforms, cycles, glottal_canal(rest_width(run)))
+        height = np.asarray(run.section_height, dtype=float)
+        found += motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
         found += _subglottal_pressure(run.scene_text)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
