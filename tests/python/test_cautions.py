@@ -241,6 +241,14 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
     assert sentence in capsys.readouterr().err
 
 
+def test_a_longer_larynx_is_said_not_to_be_stretched() -> None:
+    (caution,) = said_of('mesh.options.major = "7.5 mm"')
+    assert caution.name == "fold_length"
+    assert "7.5 mm, +7.14 %" in caution.seen
+    assert "stretched" in caution.seen
+    assert said_of('mesh.options.major = "7 mm"') == []
+
+
 def strained(left_out: float, folded: int) -> list[Caution]:
     """Cautions of a run that leaves out so much in one step, with so many cells folded in another."""
     whole = Phonation().run()

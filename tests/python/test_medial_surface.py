@@ -52,3 +52,15 @@ def test_a_travelling_wave_has_its_lag_between_the_edges_and_is_said_to_run_down
     assert found.value == pytest.approx(lag, abs=1e-3)
     assert "z = -3 and -0.5 mm" in found.note
     assert any("inferior edge lags" in text for text in found.cautions) == (lag < 0)
+
+
+@pytest.mark.parametrize(("dip", "said"), [(0.0, False), (0.05, False), (0.3, True)])
+def test_pulses_of_two_summits_are_said(dip: float, said: bool) -> None:
+    run = Phonation(impulse=0.0).run()
+    phase = (200.0 * run.time) % 1.0
+    pulse = np.maximum(np.cos(2 * np.pi * phase), 0) * (
+        1 - dip * np.exp(-((((phase + 0.5) % 1 - 0.5) / 0.06) ** 2))
+    )
+    run.waveforms["minimum_area"][:] = 1e-5 * np.maximum(pulse, 0.0)
+    cautions = measure(run)["open_quotient"].cautions
+    assert any("several summits" in text for text in cautions) == said

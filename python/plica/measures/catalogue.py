@@ -294,8 +294,8 @@ _QUANTITIES = (
         "Vertical phase difference",
         "rad",
         "at the fundamental, of the glottal width at the inferior and superior edge of the medial "
-        "surface; positive where the superior edge lags. The medial surface is where the mid-coronal contour at rest is "
-        "within 25 degrees of vertical, about the narrowest place",
+        "surface; positive where the superior edge lags. The medial surface is where the mid-coronal contour "
+        "at rest is within 25 degrees of vertical, about the narrowest place",
     ),
     _run_vibration(
         "converging_while_opening",

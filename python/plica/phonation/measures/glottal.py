@@ -14,6 +14,8 @@ from plica.measures.measure import Measure, per_cycle
 from plica.measures.quotients import open_quotient
 from plica.measures.record import Array, Floats
 
+summit_share = 0.1  # of a pulse's range, by which a summit stands out
+
 
 def open_area(waveforms: Mapping[str, Array]) -> Floats:
     """Glottal area (k) m^2: the smallest section area, zero where negative or where contact stops flow."""
@@ -25,6 +27,27 @@ def strict_open_quotient(time: Floats, area: Floats, cycles: Cycles) -> Measure:
     """The open quotient at the level used in the thesis."""
     values = [open_quotient(time, area, *ends, closed_share_1_percent) for ends in pairwise(cycles.starts)]
     return per_cycle("open_quotient_1_percent", cycles, np.array(values), cautions=few_samples(time, cycles))
+
+
+def several_summits(area: Floats, time: Floats, cycles: Cycles) -> list[str]:
+    """A caution if pulses have more than one summit.
+
+    A summit stands out by a tenth of its cycle's range, as pulses do of the record's (plica.measures.pulses);
+    half of the cycles must have several, so that a single disturbance says nothing.
+    """
+    from scipy import signal
+
+    parts = [area[part] for part in cycles.samples(time)]
+    counts = [
+        signal.find_peaks(part, prominence=summit_share * float(np.ptp(part)))[0].size for part in parts
+    ]
+    several = sum(count > 1 for count in counts)
+    if not parts or 2 * several < len(parts):
+        return []
+    return [
+        f"{several} of {len(parts)} pulses have several summits (by over {100 * summit_share:g} % of the "
+        "pulse): another pattern of vibration than that of a modal voice"
+    ]
 
 
 def flow_measures(time: Floats, flow: Floats, cycles: Cycles) -> list[Measure]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from plica.measures.measure import Measure, Measures, whole
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import medial_surface, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
-from plica.phonation.measures.glottal import flow_measures, open_area, strict_open_quotient
+from plica.phonation.measures.glottal import flow_measures, open_area, several_summits, strict_open_quotient
 from plica.phonation.measures.run_data import RunData, reached
 from plica.phonation.measures.solver import energy_measures, solver_measures
 from plica.units import read_quantity
@@ -67,7 +68,11 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
     if "minimum_area" in waveforms:
         area = open_area(waveforms)
         found += frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
-        found += quotient_measures(time, area, cycles)
+        several = several_summits(area, time, cycles)
+        found += [
+            replace(item, cautions=(*item.cautions, *several))
+            for item in quotient_measures(time, area, cycles)
+        ]
         found += [strict_open_quotient(time, area, cycles)]
         found += area_measures(time, area, cycles)
         found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)

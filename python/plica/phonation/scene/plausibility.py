@@ -258,6 +258,7 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
         *found,
         *_gravity_caution(scene),
         *_layer_caution(scene, mesh),
+        *_posture_caution(scene),
         *_mesh_caution(scene, scene.airflow.surface, mesh),
     )
 
@@ -279,6 +280,23 @@ def _layer_caution(scene: Scene, mesh: _Points) -> Iterator[Caution]:
             f"ligament are limited to {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
         yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
+
+
+def _posture_caution(scene: Scene) -> Iterator[Caution]:
+    """A caution if a parametric larynx has another length than its preset: that is no elongation."""
+    if not isinstance(scene.mesh, Larynx) or scene.mesh.options.major is None:
+        return
+    from plica import _engine
+
+    own, preset = scene.mesh.options.major, float(_engine.larynx_preset(scene.mesh.larynx)["major"])
+    if math.isclose(own, preset, rel_tol=1e-9) or not BOUNDS["fold_length"].holds(2 * own):
+        return
+    seen = (
+        f"mesh.options.major = {_shown(own, 'm')}, {100 * (own / preset - 1):+.3g} % of the preset's. This "
+        "is the length of the tissue at rest: a longer larynx is not a stretched one. Its tissue has no "
+        "tension, and its pitch falls where that of a stretched one rises."
+    )
+    yield Caution("fold_length", seen, "For another posture, change the stiffness too (tissue.*.E_fibre).")
 
 
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
