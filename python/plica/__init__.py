@@ -18,7 +18,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
-from plica.errors import InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
+from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
 from plica.film import Film, film  # the function hides the package of the same name
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
@@ -79,6 +79,7 @@ __all__ = [
     "Block",
     "Blocks",
     "Camera",
+    "CautionWarning",
     "CentralDifferences",
     "Cholesky",
     "ConjugateGradients",

@@ -18,6 +18,7 @@ from plica.commands.table import measures_table
 from plica.errors import InvalidInput, SolveFailed, StorageFailed
 
 if TYPE_CHECKING:
+    from plica.measures.caution import Caution
     from plica.measures.measure import Measures
     from plica.phonation.run.results import Run
 
@@ -203,11 +204,18 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     import plica
+    from plica.phonation.run.run import run_telling
 
     scene = plica.Scene.load(options.scene)
     plica.set_threads(options.threads)
+    told: list[Caution] = []
+
+    def tell(caution: Caution) -> None:
+        told.append(caution)
+        _print_cautions([caution])
+
     try:
-        run = plica.run(scene, options.directory, resume=options.resume, progress=not options.quiet)
+        run = run_telling(scene, options.directory, tell, resume=options.resume, progress=not options.quiet)
     except SolveFailed:
         if (options.directory / "results.h5").exists():
             run = plica.Run.load(options.directory)
@@ -220,7 +228,7 @@ def _run(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(measures_table(measures, short=True))
         print(f"\nreport: {report}")
-    _print_cautions(run.cautions)
+    _print_cautions([caution for caution in run.cautions if caution not in told])
     return uncertainty.estimated(options.directory, quiet=options.quiet) if options.uncertainty else 0
 
 

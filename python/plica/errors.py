@@ -11,6 +11,7 @@ from plica._engine import InvalidInput, SolveFailed
 Item = TypeVar("Item")
 
 __all__ = [
+    "CautionWarning",
     "InvalidInput",
     "Named",
     "SceneError",
@@ -21,6 +22,14 @@ __all__ = [
     "nearest",
     "one_of",
 ]
+
+
+class CautionWarning(UserWarning):
+    """A caution of a run: what to check before trusting its numbers (``Run.cautions``, docs/cautions.md).
+
+    `plica.run` warns of each once, with the directory of the run, so that none of a sweep is taken for one
+    that was shown before. ``warnings.filterwarnings("ignore", category=plica.CautionWarning)`` hides them.
+    """
 
 
 class SceneError(InvalidInput):
@@ -59,11 +68,12 @@ class StorageFailed(OSError):  # noqa: N818 (a pair with SolveFailed)
     """Results cannot be written or read: the message has the file, the system's reason and what to do."""
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """`` Did you mean "..."?`` for the closest known name, or nothing."""
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.5) -> str:
+    """`` Did you mean "..."?`` for the closest known name of at least this similarity (difflib), or
+    nothing."""
     candidates = list(known)
     lowered = {candidate.lower(): candidate for candidate in candidates}
-    close = get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
+    close = get_close_matches(name.lower(), lowered, n=1, cutoff=cutoff)
     return f' Did you mean "{lowered[close[0]]}"?' if close else ""
 
 

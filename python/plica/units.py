@@ -99,7 +99,7 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     usual = _usual_unit(name, unit)
     hint = f' Did you mean "{usual}"?' if usual else ""
     try:
-        found = units.parse_units(name)
+        found = units.parse_units(_SPELLINGS.get(name, name))
     except pint.UndefinedUnitError:
         raise ValueError(
             f'must be {expected}; "{name}" is not known. Units are case-sensitive.{hint}'
@@ -114,6 +114,18 @@ def _from_text(text: str, unit: str, expected: str) -> float:
     return float(units.Quantity(number, found).to(target).magnitude)
 
 
+_SPELLINGS = {
+    "cm H2O": "cm_H2O",
+    "mm H2O": "mm_H2O",
+    "in H2O": "in_H2O",
+    "cm_water": "cm_H2O",
+    "cm water": "cm_H2O",
+    "mm Hg": "mm_Hg",
+    "dyn/cm2": "dyn/cm^2",
+    "dyne/cm2": "dyn/cm^2",
+    "N/m2": "N/m^2",
+}
+"""Common spellings of units of pressure that the library does not know."""
 _USUAL = {
     "s": ("s", "ms", "us", "ns"),
     "m": ("m", "cm", "mm", "um"),

@@ -10,7 +10,7 @@ import pytest
 
 import plica
 from plica.cli import main
-from plica.commands.synonyms import SYNONYMS
+from plica.commands.synonyms import NOT_MODELLED, SYNONYMS
 from plica.measures.catalogue import CATALOGUE
 from plica.phonation.scene.reference import scene_tables
 
@@ -135,6 +135,29 @@ def test_what_is_lacking_is_reported_with_where_help_is(capsys: pytest.CaptureFi
 def test_what_people_call_a_key_finds_it(word: str, found: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["keys", *word.split()]) == 0
     assert f"\n  {found} " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("word", ["SPL", "adduction", "vocal_tract", "formants", "Cricothyroid"])
+def test_a_word_of_the_field_that_is_not_modelled_is_said_to_be(
+    word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["keys", word]) == 0
+    said = capsys.readouterr().out
+    assert f'"{word}" is not modelled' in said
+    assert "Did you mean" not in said
+
+
+def test_what_is_named_in_place_of_what_is_not_modelled_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    for word, (_, names) in NOT_MODELLED.items():
+        assert word == word.lower()
+        for name in names:
+            assert main(["keys", name]) == 0, name
+            assert name.rpartition(".")[2] in capsys.readouterr().out
+
+
+def test_what_is_far_from_every_name_has_no_suggestion(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["keys", "laryngectomy"]) == 2
+    assert "Did you mean" not in capsys.readouterr().err
 
 
 def test_every_synonym_leads_to_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:

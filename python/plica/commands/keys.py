@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command
-from plica.commands.synonyms import names_for
+from plica.commands.synonyms import names_for, not_modelled
 from plica.commands.text import first_sentence, hanging
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ __all__ = ["add_commands"]
 
 _SOURCES = {"run": "runs", "video": "recordings", "both": "runs and recordings"}
 
+_SIMILAR = 0.75
+"""Least similarity (difflib) of a name that is suggested: one wrong letter of four, two of eight."""
 _HELP = """\
 Shows the keys of a scene file, and the measures and waveforms that are stored: unit, default and meaning.
 
@@ -50,14 +52,17 @@ def _keys(options: argparse.Namespace) -> int:
     name = " ".join(options.name).strip("[]")
     listed = {"measures": _measures(), "waveforms": _waveforms()}
     found = _entries(tables, listed, name)
+    if not found and (said := not_modelled(name)):
+        print(said)
+        return 0
     for other in names_for(name, _called(tables, listed)):
         found += [text for text in _entries(tables, listed, other) if text not in found]
     if not found:
         known = [_bare(table) for table in tables] + [key.name for table in tables for key in table.keys]
         known += [key.name for keys in listed.values() for key in keys]
         raise InvalidInput(
-            f'"{name}" is not a table or key of a scene, a measure or a waveform.{nearest(name, known)} '
-            "See: plica keys"
+            f'"{name}" is not a table or key of a scene, a measure or a waveform.'
+            f"{nearest(name, known, _SIMILAR)} See: plica keys"
         )
     print("\n\n".join(found))
     return 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-__all__ = ["SYNONYMS", "names_for"]
+__all__ = ["NOT_MODELLED", "SYNONYMS", "names_for", "not_modelled"]
 
 _STIFFNESS = ("tissue.NAME.E", "tissue.NAME.E_fibre", "tissue.NAME.mu_fibre", "tissue.NAME.mu_transverse")
 _PRESSURE = ("airflow.subglottal_pressure",)
@@ -54,12 +54,101 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
 """Common name, in lower case, to the names that ``plica keys`` takes, best match first."""
 
 
+_SOUND = (
+    "the airflow is quasi-steady, without a vocal tract, a trachea or acoustics",
+    ("flow", "peak_flow", "mean_flow", "subglottal_pressure", "fundamental_frequency"),
+)
+_POSTURE = (
+    "without muscles and the posture that they give, the shape at rest and the tissue are given",
+    ("mesh.options.sections", "mesh.options.major", "tissue.NAME.E", "tissue.NAME.E_fibre"),
+)
+_JET = (
+    "the air is one-dimensional: there is no turbulence, no vortex, and no resolved jet",
+    ("airflow.model", "flow", "separation"),
+)
+_SURFACE = (
+    "no liquid layer and no adhesion are modelled: surfaces only push",
+    ("contact", "contact.friction"),
+)
+_FOLDS = (
+    "only the true vocal folds are modelled; another shape can be given as a mesh file",
+    ("mesh.file", "mesh.options.sections"),
+)
+NOT_MODELLED: dict[str, tuple[str, tuple[str, ...]]] = {
+    **dict.fromkeys(
+        (
+            "spl",
+            "sound",
+            "sound pressure",
+            "sound pressure level",
+            "acoustics",
+            "formant",
+            "formants",
+            "vocal tract",
+            "tract",
+            "trachea",
+            "radiation",
+            "resonance",
+            "spectral tilt",
+            "subglottal tract",
+            "supraglottal pressure",
+            "vowel",
+            "microphone",
+        ),
+        _SOUND,
+    ),
+    **dict.fromkeys(
+        (
+            "adduction",
+            "abduction",
+            "posture",
+            "posturing",
+            "elongation",
+            "cricothyroid",
+            "thyroarytenoid",
+            "lateral cricoarytenoid",
+            "arytenoid",
+            "arytenoids",
+            "muscle",
+            "muscles",
+            "muscle activation",
+            "activation",
+            "ct",
+            "ta",
+            "lca",
+            "pca",
+            "ia",
+            "strap muscles",
+        ),
+        _POSTURE,
+    ),
+    **dict.fromkeys(("turbulence", "vortex", "vortices", "jet", "jet noise", "navier stokes", "cfd"), _JET),
+    **dict.fromkeys(("mucus", "adhesion", "liquid layer", "surface liquid", "hydration"), _SURFACE),
+    **dict.fromkeys(("ventricular folds", "false folds", "epiglottis", "ventricle"), _FOLDS),
+}
+"""Words of the field, in lower case, that plica does not model: the sentence that says so, and the names that
+``plica keys`` takes of what is nearest to it."""
+
+
+def not_modelled(word: str) -> str:
+    """What to say of a word whose matter is not modelled, or an empty string."""
+    asked = _asked(word)
+    if asked not in NOT_MODELLED:
+        return ""
+    sentence, names = NOT_MODELLED[asked]
+    return f'"{word}" is not modelled: {sentence}. What there is (plica keys NAME): {", ".join(names)}.'
+
+
+def _asked(word: str) -> str:
+    return " ".join(word.lower().replace("_", " ").replace("-", " ").split())
+
+
 def names_for(word: str, known: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
     """The names for a word: from the table, else those with this symbol, or with the word in name or label.
 
     known: name, symbol and label of all entries.
     """
-    asked = " ".join(word.lower().replace("_", " ").replace("-", " ").split())
+    asked = _asked(word)
     if not asked:
         return ()
     if asked in SYNONYMS:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput, SolveFailed, StepFailed
+from plica.errors import CautionWarning, InvalidInput, SolveFailed, StepFailed
 from plica.measures.caution import Caution
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.basis_file import BASIS, kept_basis, write_basis
@@ -31,7 +32,7 @@ from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import only_writer, replaced, storage_errors
 
-__all__ = ["run", "run_from"]
+__all__ = ["run", "run_from", "run_telling"]
 
 _CHUNK_SECONDS = 0.3
 """Approximate wall time between two checks for a stop request."""
@@ -69,11 +70,17 @@ def run(
         run, else start one, so that a script can be repeated. False: start a run; a directory that holds a
         run is refused.
     progress : bool
-        Show the scene's cautions and then a progress bar on standard error.
+        Show a progress bar on standard error.
 
     Returns
     -------
     Run
+
+    Warns
+    -----
+    CautionWarning
+        Each caution of the run once, with its directory: those of the scene when it starts, the others at
+        its end; of a run that was complete before, all. They are also ``Run.cautions``.
 
     Raises
     ------
@@ -88,9 +95,38 @@ def run(
     StorageFailed
         Results cannot be written.
     """
+    directory, told = Path(directory), list[Caution]()
+
+    def tell(caution: Caution) -> None:
+        told.append(caution)
+        warnings.warn(f"{directory}: {caution}", CautionWarning, stacklevel=_callers_level())
+
+    made = run_telling(scene, directory, tell, resume=resume, progress=progress)
+    for caution in made.cautions:
+        if caution not in told:
+            tell(caution)
+    return made
+
+
+def _callers_level() -> int:
+    """The level, for a warning of the caller, of the first frame outside this package."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "plica":
+        frame, level = frame.f_back, level + 1
+    return level
+
+
+def run_telling(
+    scene: Scene | str | Path,
+    directory: Path,
+    tell: Callable[[Caution], None],
+    *,
+    resume: bool | Literal["if_there"] = False,
+    progress: bool = True,
+) -> Run:
+    """`run` without its warnings: `tell` is given each caution of the scene once the scene is accepted."""
     if not isinstance(scene, Scene):
         scene = Scene.load(scene)
-    directory = Path(directory)
     there = holds_run(directory)
     if resume not in (True, False, "if_there"):
         raise InvalidInput(f'Run: resume = {value_text(resume)}; must be True, False or "if_there".')
@@ -113,7 +149,7 @@ def run(
             basis = _basis(scene, directory, mesh, there, shown=progress)
             simulation = build_simulation(scene, mesh, basis=basis)
             runner = _Runner(scene, directory, mesh, simulation)
-            runner.run(shown=progress, cautions=scene_cautions(scene, mesh) if progress else ())
+            runner.run(shown=progress, tell=tell)
         except SolveFailed as error:
             cautions = " ".join(caution.seen for caution in scene_cautions(scene, mesh))
             if not cautions:
@@ -197,10 +233,11 @@ class _Runner:
         self.chunk = 1
         self.seconds = 0.0
 
-    def run(self, *, shown: bool, cautions: Iterable[Caution] = ()) -> None:
+    def run(self, *, shown: bool, tell: Callable[[Caution], None] | None = None) -> None:
         with stop_on_signal() as stop, self._open() as results:
-            for caution in cautions:  # only once the scene is accepted
-                print(f"plica: Caution: {caution}", file=sys.stderr, flush=True)
+            if tell is not None:
+                for caution in scene_cautions(self.scene, self.mesh):  # only once the scene is accepted
+                    tell(caution)
             if self.done < self.total:
                 results.set_status(store.RUNNING)
                 self._remove(_OUTDATED)
