@@ -279,3 +279,18 @@ def test_a_bad_scene_is_one_sentence(kind: str, tmp_path: Path, capsys: pytest.C
     message = refused_scene(LARYNX.replace(good, bad, 1), tmp_path, capsys)
     assert sentence in message
     assert len(message.splitlines()) == 1
+
+
+def test_an_empty_supports_heading_is_refused_and_free_tissue_is_written_in_words() -> None:
+    start = 'mesh = { larynx = "coarse" }\ntissue = "normal"\ntime = { step = 5e-5, duration = 1e-3 }\n'
+    with pytest.raises(plica.SceneError, match=r"supports: is empty; must name what is fixed.*fixed = \[\]"):
+        plica.Scene.from_text(start + "[supports]\n")
+    with pytest.raises(plica.SceneError, match="is empty; must name what is fixed"):
+        plica.Supports()
+    held = plica.Scene.from_text(start)
+    assert held.supports is not None
+    assert held.supports.fixed == ("wall",)
+    free = plica.Scene.from_text(start + "[supports]\nfixed = []\n")
+    assert free.supports is not None
+    assert free.supports.fixed == ()
+    assert plica.Scene.from_text(free.text()) == free != held

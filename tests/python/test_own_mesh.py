@@ -100,7 +100,7 @@ def _velocity(mesh: Any, **velocity: Any) -> np.ndarray:
         dict.fromkeys(layers, soft),
         time=plica.Stepping(step="50 us", duration="1 ms"),
         initial=plica.Initial(velocity=velocity),
-        supports=plica.Supports(),
+        supports=plica.Supports(fixed=()),
     )
     return np.asarray(plica.build_simulation(scene).velocity).reshape(-1, 3)
 

@@ -19,6 +19,7 @@ from plica.identify.scoring import Iteration
 from plica.identify.settings import Settings
 from plica.phonation.scene.problems import differences
 from plica.phonation.scene.scene import Scene
+from plica.storage.files import holds_nothing_but
 from plica.storage.json_file import write_json
 
 __all__ = ["EstimateInputs", "Iterates"]
@@ -73,14 +74,15 @@ class Iterates:
     def open(directory: Path, inputs: EstimateInputs, resume: bool) -> Iterates:
         """The iterates stored in `directory`, or none yet.
 
-        Raises InvalidInput if there are some and `resume` is not set, or if they belong to other inputs,
-        which the message names.
+        A command that was killed before its first iterate is resumed from the beginning. Raises InvalidInput
+        if there are iterates and `resume` is not set, if there is nothing to resume, or if they belong to
+        other inputs, which the message names.
         """
         path = directory / "iterates.json"
         if directory.exists() and not directory.is_dir():
             raise InvalidInput(f"{directory}: is a file; must be a directory, or not exist yet.")
         if not path.exists():
-            if resume:
+            if resume and not holds_nothing_but(directory):
                 raise InvalidInput(
                     f"{directory}: there is no identification to continue. Start it without --resume."
                 )

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from plica.errors import InvalidInput, StorageFailed
 
-__all__ = ["only_writer", "refuse_overwriting", "replaced", "require_space", "storage_errors"]
+__all__ = [
+    "holds_nothing_but",
+    "only_writer",
+    "refuse_overwriting",
+    "replaced",
+    "require_space",
+    "storage_errors",
+]
+
+LOCK = ".lock"
+DRAFT = ".part"
 
 
 @contextmanager
@@ -38,7 +48,7 @@ def _has_results(path: Path) -> bool:
 
 def replaced(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` create a temporary file, sync it to disk and rename it to `path` atomically."""
-    draft = path.with_name(path.name + ".part")
+    draft = path.with_name(path.name + DRAFT)
     with storage_errors(path):
         try:
             write(draft)
@@ -79,10 +89,23 @@ def require_space(path: Path, needed: int, hint: str = "") -> None:
         path.unlink(missing_ok=True)
 
 
+def holds_nothing_but(directory: Path, names: Collection[str] = ()) -> bool:
+    """Whether a directory has at most what a command leaves there that was killed before it stored anything:
+    its lock, unfinished drafts, and files of these names.
+
+    False if it does not exist, or was not made by a command: it must have the lock.
+    """
+    if not (directory / LOCK).exists():
+        return False
+    with storage_errors(directory, "read"):
+        found = {path.name for path in directory.iterdir()}
+    return all(name in {LOCK, *names} or name.endswith(DRAFT) for name in found)
+
+
 @contextmanager
 def only_writer(directory: Path) -> Iterator[None]:
     """Lock the directory; the system releases the lock when the process ends."""
-    path = directory / ".lock"
+    path = directory / LOCK
     with storage_errors(directory):
         file = path.open("w")
     with file:

@@ -30,7 +30,7 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import only_writer, replaced, storage_errors
+from plica.storage.files import holds_nothing_but, only_writer, replaced, storage_errors
 
 __all__ = ["run", "run_from", "run_telling"]
 
@@ -135,7 +135,8 @@ def run_telling(
             f"{directory}: already holds a run. Continue it with --resume (resume=True), or use another "
             "directory."
         )
-    if resume and resume != "if_there" and not there:
+    begun = there or holds_nothing_but(directory, {BASIS})
+    if resume and resume != "if_there" and not begun:
         raise InvalidInput(f"{directory}: there is no run to continue. Start it without --resume.")
     if there and has_all(directory, scene):
         if isinstance(scene.mesh, MeshFile) and scene.mesh.file.is_file():  # the file may have changed
@@ -206,7 +207,7 @@ def _created(directory: Path) -> Iterator[None]:
         yield
     except BaseException:  # Ctrl-C too
         left = list(directory.iterdir())
-        if new and {path.name for path in left} <= {".lock", "scene.toml", BASIS}:
+        if new and (not left or holds_nothing_but(directory, {"scene.toml", BASIS})):
             for path in left:
                 path.unlink()
             directory.rmdir()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from plica.phonation.scene.part import Part
+from plica.phonation.scene.part import Part, problem
 from plica.units import Frequency, Length, Number, Pressure, Velocity
 
 __all__ = ["Initial", "Load", "Supports"]
@@ -15,14 +15,25 @@ Components = Literal["x", "y", "z", "xy", "xz", "yz", "xyz"]
 
 
 class Supports(Part):
-    """Where the tissue is fixed."""
+    """Where the tissue is fixed. A table without keys is refused, as it would free a larynx from its wall:
+    tissue that nothing holds is written ``fixed = []``."""
 
     fixed: tuple[str, ...] = ()
-    """Node sets fixed in all three components, e.g. ``["wall"]``."""
+    """Node sets fixed in all three components, e.g. ``["wall"]``; ``[]``: none."""
     components: dict[str, Components] = Field(default_factory=dict)
     """Node sets fixed in some components only, e.g. ``{x_min = "x", z_min = "yz"}`` (in Python a dict)."""
     wall_from_y: Annotated[Length, Field(ge=0)] | None = None
     """[m] Of the node set ``wall``, only nodes with |y| >= this are fixed; it must be in `fixed`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _names_something(cls, data: Any) -> Any:
+        if data == {}:
+            raise problem(
+                "is empty; must name what is fixed, or be left out for the default (a larynx is fixed at its "
+                "wall). Tissue that nothing holds: fixed = []."
+            )
+        return data
 
 
 class Initial(Part):

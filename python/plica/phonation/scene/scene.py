@@ -185,6 +185,8 @@ class Scene(Part):
         ):
             for name in [name for name, field in table.items() if field in ({}, [])]:
                 del table[name]
+        if data.get("supports") == {}:  # held by nothing, which an empty table does not say
+            data["supports"] = {"fixed": []}
         if isinstance(self.mesh, Larynx):
             from plica.phonation.scene.mesh_source import larynx_fields
 
