@@ -250,7 +250,7 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
                 stored = time.perf_counter()
                 results.write_frame(k, simulation)
                 framed = time.perf_counter()
-                held = checkpoint.Checkpoint(k, "", simulation.state())
+                held = checkpoint.Checkpoint(k, "", simulation.state(), {})
                 checkpoint.write(Path(folder), held)
                 taken["steps"].append(stored - start)
                 taken["frame"].append(framed - stored)

@@ -12,6 +12,7 @@ Item = TypeVar("Item")
 
 __all__ = [
     "CautionWarning",
+    "Damaged",
     "InvalidInput",
     "Named",
     "SceneError",
@@ -44,6 +45,10 @@ class SceneError(InvalidInput):
     def __init__(self, problems: str | Iterable[str]) -> None:
         self.problems = (problems,) if isinstance(problems, str) else tuple(problems)
         super().__init__("\n".join(self.problems))
+
+
+class Damaged(InvalidInput):
+    """A file that plica wrote is not as it wrote it: a checksum fails, or the file is cut off."""
 
 
 class StepFailed(SolveFailed):

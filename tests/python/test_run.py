@@ -43,7 +43,9 @@ def data_sets(path: Path) -> dict[str, Any]:
         file.visititems(
             lambda name, item: found.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
         )
-    del found["progress/seconds"]
+    for name in ("steps", "frames", "status", "message", "waveforms"):
+        found[f"progress/{name}"] = found["progress"][name].copy()
+    del found["progress"]
     return found
 
 
@@ -62,7 +64,7 @@ def steps_stored(directory: Path) -> int:
     """Steps that the result file promises; -1 before there is one."""
     try:
         with h5py.File(directory / "results.h5", "r", locking=False) as file:
-            return int(file["progress/steps"][()])
+            return int(file["progress"]["steps"].min())
     except OSError:
         return -1
 
@@ -166,7 +168,7 @@ def forget_state(directory: Path) -> None:
     for slot in directory.glob("checkpoint-*.h5"):
         slot.unlink()
     state = {name: values for name, values in held.state.items() if name != "depth"}
-    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, held.scene, state))
+    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, held.scene, state, held.sums))
 
 
 def forget_digest(directory: Path) -> None:
@@ -175,13 +177,13 @@ def forget_digest(directory: Path) -> None:
     assert held is not None
     for slot in directory.glob("checkpoint-*.h5"):
         slot.unlink()
-    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, "0" * 64, held.state))
+    checkpoint.write(directory, checkpoint.Checkpoint(held.steps, "0" * 64, held.state, held.sums))
 
 
 @pytest.mark.parametrize(
     ("forget", "name"),
     [
-        (forget_waveform, "inverted_tissue"),
+        (forget_waveform, "waveforms"),
         (forget_first_frame, "frame at t = 0"),
         (forget_state, "depth"),
         (forget_digest, "checkpoint of this scene"),
@@ -205,10 +207,9 @@ def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
     forget(directory)
     before = {path.name: path.read_bytes() for path in directory.iterdir()}
     assert main(["run", str(tmp_path / "scene.toml"), "-o", str(directory), "--resume", "--quiet"]) == 2
-    assert capsys.readouterr().err == (
-        f"plica: {directory}: cannot be continued: it has no {name}. "
-        "It is from an earlier version of plica. Run the scene again in another directory.\n"
-    )
+    said = capsys.readouterr().err
+    assert name in said
+    assert "version of plica" in said
     assert before == {path.name: path.read_bytes() for path in directory.iterdir()}
 
 
@@ -301,7 +302,7 @@ def test_a_damaged_checkpoint_is_passed_over(
     assert held.steps == 35
     for slot in slots:
         with h5py.File(slot, "r") as file:
-            newest = file.attrs["steps"] == 35
+            newest = file["steps"][()] == 35
         if damage == "both":
             slot.write_bytes(b"")
         elif newest:
@@ -313,9 +314,9 @@ def test_a_damaged_checkpoint_is_passed_over(
                 slot.write_bytes(content[: len(content) // 2])
             else:
                 slot.unlink()
-    left = checkpoint.newest(tmp_path / "run")
-    assert (left is None) == (damage == "both")
-    assert left is None or left.steps == 30
+    left, damaged = checkpoint.whole(tmp_path / "run")
+    assert [one.steps for one in left] == ([] if damage == "both" else [30])
+    assert len(damaged) == {"both": 2, "gone": 0}.get(damage, 1)
     plica.run(bar, tmp_path / "run", progress=False, resume=True)
     assert_identical(tmp_path / "run", tmp_path / "whole")
 

@@ -60,7 +60,7 @@ def test_without_fields_there_are_none(bar: plica.Scene, tmp_path: Path) -> None
     with pytest.raises(plica.InvalidInput, match=r"output\.every"):
         run.displacement  # noqa: B018
     with h5py.File(run.path, "r") as file:
-        assert set(file) == {"mesh", "progress", "waveforms"}
+        assert set(file) == {"checksums", "mesh", "plica_version", "progress", "scene", "waveforms"}
 
 
 def test_fields_can_begin_late(bar: plica.Scene, tmp_path: Path) -> None:
@@ -151,23 +151,12 @@ def test_steps_whose_coupling_does_not_converge_are_kept_and_counted(
     assert run.measures["coupling_frozen_fraction"]["value"] == pytest.approx(frozen.mean())
 
 
-def test_a_run_that_an_older_version_stored_is_opened_under_todays_names(
-    colliding: plica.Scene, tmp_path: Path
-) -> None:
-    run = plica.run(colliding, tmp_path / "run", progress=False)
-    new = run["largest_contact_pressure"]
-    assert new.max() > 0
-    with h5py.File(run.path, "r+") as file:
-        file.move("waveforms/largest_contact_pressure", "waveforms/peak_contact_pressure")
-    old = {"open_quotient": {"value": 0.6, "unit": "1", "spread": None, "cycles": 5, "note": "above 1 %"}}
-    (tmp_path / "run" / "measures.json").write_text(json.dumps(old))
-    run = plica.Run.load(tmp_path / "run")
-    np.testing.assert_array_equal(run["largest_contact_pressure"], new)
-    assert run.units["largest_contact_pressure"] == "Pa"
-    assert "peak_contact_pressure" not in run
-    assert run.measures["steps"]["value"] == run.steps  # measured anew: the file's have other definitions
-    assert "open_quotient" not in run.measures
-    with pytest.raises(plica.InvalidInput, match=r'"f0"; must be one of .*contact_impulse'):
+def test_measures_are_not_taken_from_a_file_beside_the_run(bar: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(bar, tmp_path / "run", progress=False)
+    wrong = {name: entry | {"value": 3} for name, entry in run.measures.items()}
+    (tmp_path / "run" / "measures.json").write_text(json.dumps(wrong))
+    assert plica.Run.load(tmp_path / "run").measures == run.measures
+    with pytest.raises(plica.InvalidInput, match=r'"f0"; must be one of '):
         run.measures["f0"]
 
 

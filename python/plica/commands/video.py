@@ -233,7 +233,7 @@ def is_analysis(directory: Path) -> bool:
     """Whether a directory holds an analysis of a recording, not a run."""
     import h5py
 
-    from plica.storage.result_file import check_result_file
+    from plica.storage.stored import check_result_file
 
     path = directory / "results.h5"
     if not path.is_file():

@@ -20,7 +20,7 @@ from plica.identify.posterior import FOLLOWED, Posterior
 from plica.identify.residuals import ResidualTest
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
-from plica.storage.result_file import check_result_file
+from plica.storage.stored import check_result_file
 
 __all__ = ["Identification", "Picture", "load", "store"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.storage.result_file import check_result_file
+from plica.storage.stored import check_result_file
 from plica.video.analysis import Analysis
 from plica.video.analysis import load as load_analysis
 from plica.view.camera import Camera

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import stat
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +16,7 @@ __all__ = [
     "only_writer",
     "refuse_overwriting",
     "replaced",
+    "require_file",
     "require_space",
     "storage_errors",
 ]
@@ -62,6 +64,29 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
             os.fsync(directory)
         finally:
             os.close(directory)
+
+
+_KINDS: tuple[tuple[Callable[[int], bool], str], ...] = (
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISDIR, "a directory"),
+)
+
+
+def require_file(path: Path, where: str) -> None:
+    """Raise InvalidInput unless `path` is a regular file, before it is opened: a pipe would wait for ever.
+
+    The message begins with `where`, which names the file. A file that is missing is left to whoever opens it.
+    """
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return
+    for is_kind, kind in _KINDS:
+        if is_kind(mode):
+            raise InvalidInput(f"{where} is {kind}; must be a file. Store its content in one.")
 
 
 def refuse_overwriting(paths: Sequence[Path], overwrite: bool) -> None:

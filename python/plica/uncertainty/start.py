@@ -7,6 +7,7 @@ levels are near that of the run, and the transient decays within a few cycles.
 
 from __future__ import annotations
 
+import json
 import shutil
 import time
 from collections.abc import Mapping
@@ -14,12 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput
 from plica.phonation.run import checkpoint
 from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.run.build import build_simulation
@@ -29,6 +28,8 @@ from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.phonation.scene.symmetry import mirrored_mean, symmetry_planes
 from plica.storage.files import replaced, storage_errors
+from plica.storage.hdf5 import create, put, put_text
+from plica.storage.stored import Stored
 from plica.uncertainty.transfer import transferred
 
 __all__ = ["Start", "kept_start", "step_cost", "widest_opening"]
@@ -114,16 +115,10 @@ def kept_start(run: Run, path: Path) -> Start | None:
 
 def _read(path: Path, identity: Mapping[str, str | int]) -> Start | None:
     """The state in a file, or None if it is of another run."""
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            if any(file.attrs.get(name) != value for name, value in identity.items()):
-                return None
-            return Start(float(file.attrs["time"]), file["displacement"][()], file["velocity"][()])
-    except (OSError, KeyError, RuntimeError):
-        raise InvalidInput(
-            f"{path}: is damaged; must be as plica uncertainty wrote it. Remove the directory {path.parent} "
-            "to compute all levels again."
-        ) from None
+    with Stored(path, hint=f"Remove the directory {path.parent} to compute all levels again") as file:
+        if json.loads(file.text("run")) != identity:
+            return None
+        return Start(float(file.read("time")), file.read("displacement"), file.read("velocity"))
 
 
 def _identity(run: Run) -> dict[str, str | int]:
@@ -142,12 +137,11 @@ def _forget(path: Path) -> None:
 
 
 def _write(start: Start, identity: Mapping[str, str | int], path: Path) -> None:
-    with h5py.File(path, "w", locking=False) as file:
-        file.attrs.update(identity)
-        file.attrs["time"] = start.time
-        for name, unit in (("displacement", "m"), ("velocity", "m/s")):
-            file[name] = getattr(start, name)
-            file[name].attrs["units"] = unit
+    with create(path) as file:
+        put_text(file, "run", json.dumps(identity))
+        put(file, "time", start.time, "s")
+        put(file, "displacement", start.displacement, "m")
+        put(file, "velocity", start.velocity, "m/s")
 
 
 def step_cost(simulation: _engine.Simulation, steps: int = 6) -> float:

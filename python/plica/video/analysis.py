@@ -20,7 +20,7 @@ from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer, storage_errors
-from plica.storage.result_file import check_result_file
+from plica.storage.stored import check_result_file
 from plica.video.camera import Camera
 from plica.video.chain import Chain
 from plica.video.checks import checked_masks, require_modes

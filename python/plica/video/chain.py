@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced, require_space
-from plica.storage.layout import lay_out
-from plica.storage.result_file import check_result_file
+from plica.storage.hdf5 import lay_out
+from plica.storage.stored import check_result_file
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
 from plica.video.edge_blur import EdgeProfiles
 from plica.video.edges import edge_agreement

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced
-from plica.storage.result_file import check_result_file
+from plica.storage.stored import check_result_file
 from plica.video.dated import file_date
 from plica.video.errors import VideoError
 from plica.video.network import fingerprint

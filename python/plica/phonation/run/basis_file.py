@@ -6,17 +6,19 @@ import hashlib
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import InvalidInput
+from plica.errors import Damaged, InvalidInput
 from plica.phonation.run.build import basis_of
 from plica.phonation.run.full_run import motion_digest
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
+from plica.storage.hdf5 import image, put, put_text
+from plica.storage.stored import Stored
 
 __all__ = ["BASIS", "basis_seconds", "kept_basis", "write_basis"]
 
@@ -35,7 +37,10 @@ def kept_basis(
     if resumed:
         return _required(directory / BASIS, digest)
     motion = _motion(scene)
-    found = _read(directory / BASIS, digest, motion)
+    try:
+        found = _read(directory / BASIS, digest, motion)
+    except Damaged:  # nothing was computed in it yet
+        found = None
     if found is None:
         begin = time.perf_counter()
         found = basis_of(scene, mesh, _print_notice if shown else None)
@@ -49,8 +54,8 @@ def _print_notice() -> None:
 
 def basis_seconds(directory: Path) -> float:
     """Time (s) that the basis of a run took to compute; 0 if not stored."""
-    with storage_errors(directory / BASIS, "read"), h5py.File(directory / BASIS, "r", locking=False) as file:
-        return float(file.attrs.get("seconds", 0.0))
+    with storage_errors(directory / BASIS, "read"), Stored(directory / BASIS) as file:
+        return float(file.read("seconds"))
 
 
 def write_basis(directory: Path, scene: Scene, mesh: _engine.TetMesh, basis: NDArray[np.float64]) -> None:
@@ -62,22 +67,23 @@ def _required(path: Path, digest: str) -> NDArray[np.float64]:
     found = _read(path, digest, None)
     if found is None:
         raise InvalidInput(
-            f"{path}: is missing, damaged or of another mesh or tissue; must be the basis that the run "
+            f"{path}: is missing, or of another mesh or tissue; must be the basis that the run "
             "started with, in which its states are coordinates. Start the scene in another directory."
         )
     return found
 
 
 def _write(path: Path, basis: NDArray[np.float64], digest: str, motion: str, seconds: float) -> None:
-    def fill(draft: Path) -> None:
-        with h5py.File(draft, "w", driver="core", backing_store=False) as file:
-            file.attrs.update(scene=digest, motion=motion, seconds=seconds)
-            file["basis"] = basis
-            file.flush()
-            image = file.id.get_file_image()
-        draft.write_bytes(image)
+    def fill(file: Any) -> None:
+        put_text(file, "scene", digest)
+        put_text(file, "motion", motion)
+        put(file, "seconds", seconds, "s")
+        put(file, "basis", basis, "m")
 
-    replaced(path, fill)
+    def write(draft: Path) -> None:
+        draft.write_bytes(image(fill))
+
+    replaced(path, write)
 
 
 def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
@@ -99,12 +105,11 @@ def _motion(scene: Scene) -> str:
 
 
 def _read(path: Path, digest: str, motion: str | None) -> NDArray[np.float64] | None:
-    """The vectors in a file; None if it has none of this scene and motion or is damaged."""
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            if str(file.attrs["scene"]) != digest or motion not in (None, str(file.attrs["motion"])):
-                return None
-            basis: NDArray[np.float64] = file["basis"][()]
-            return basis
-    except (OSError, KeyError, RuntimeError):
+    """The vectors in a file; None if there is none, or it is of another scene or motion. Raises Damaged."""
+    if not path.exists():
         return None
+    with Stored(path, hint="Start the scene in another directory") as file:
+        if file.text("scene") != digest or motion not in (None, file.text("motion")):
+            return None
+        basis: NDArray[np.float64] = file.read("basis")
+        return basis

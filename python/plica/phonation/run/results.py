@@ -8,21 +8,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
-from plica.measures.file import read_measures
 from plica.measures.measure import ByName
 from plica.measures.uncertainty import Uncertainty, read_uncertainty
 from plica.phonation.run import store
 from plica.phonation.run.part import RunPart, part_of
+from plica.phonation.run.progress_record import ProgressRecord
 from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import storage_errors
-from plica.storage.result_file import check_result_file
+from plica.storage.stored import Stored
 
 if TYPE_CHECKING:
     import xarray
@@ -37,8 +36,6 @@ _STATUS = {
     store.FAILED: "failed",
     store.INTERRUPTED: "interrupted",
 }
-# Names of waveforms in runs of earlier versions.
-_RENAMED = {"peak_contact_pressure": "largest_contact_pressure"}
 
 
 @dataclass(frozen=True)
@@ -79,8 +76,8 @@ class Field:
 
     def __init__(self, path: Path, name: str, frames: int) -> None:
         self._path, self._name = path, f"fields/{name}"
-        with h5py.File(path, "r", locking=False) as file:
-            data = file[self._name]
+        with Stored(path, hint=store.HINT) as file:
+            data = file.data(self._name)
             self.shape: tuple[int, ...] = (frames, *data.shape[1:])
             self.dtype: np.dtype[Any] = data.dtype
 
@@ -90,20 +87,17 @@ class Field:
     def __getitem__(self, key: Any) -> NDArray[Any]:
         first, *rest = key if isinstance(key, tuple) else (key,)
         frames = np.arange(len(self))[first]
-        with h5py.File(self._path, "r", locking=False) as file:
-            data = file[self._name]
+        with Stored(self._path, hint=store.HINT) as file:
             if np.ndim(frames) == 0:
-                return np.asarray(data[int(frames)][tuple(rest)])
-            chosen = [data[int(frame)][tuple(rest)] for frame in frames]
+                return np.asarray(file.row(self._name, int(frames))[tuple(rest)])
+            chosen = [file.row(self._name, int(frame))[tuple(rest)] for frame in frames]
         return np.asarray(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         return (self[frame] for frame in range(len(self)))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        with h5py.File(self._path, "r", locking=False) as file:
-            values = file[self._name][: len(self)]
-        return np.asarray(values, dtype=dtype)
+        return np.asarray(self[:], dtype=dtype)
 
 
 def _no_run(directory: Path) -> str:
@@ -138,19 +132,18 @@ class Run(Mapping[str, NDArray[Any]]):
     def __init__(self, directory: str | Path) -> None:
         self.directory = Path(directory)
         self.path = self.directory / "results.h5"
-        with h5py.File(self.path, "r", locking=False) as file:
-            progress = file["progress"]
-            self.steps = int(progress["steps"][()])
-            self.frames = int(progress["frames"][()])
-            self.seconds = float(progress["seconds"][()])
-            self.status = _STATUS[int(progress["status"][()])]
-            self.failure: str = (
-                progress["message"][()].decode(errors="replace") if self.status == "failed" else ""
-            )
-            self.scene_text: str = str(file.attrs["scene"])
-            self._versions = {"plica": str(file.attrs["plica_version"])}
-            if "contact_solver" in file.attrs:
-                self._versions["contact solver"] = str(file.attrs["contact_solver"])
+        with self._open() as file:
+            self._record = ProgressRecord.read(file, file.names("waveforms"))
+            self.scene_text: str = file.text("scene")
+            self._versions = {"plica": file.text("plica_version")}
+            if "contact_solver" in file:
+                self._versions["contact solver"] = file.text("contact_solver")
+        self.steps, self.frames = self._record.steps, self._record.frames
+        self.seconds, self.status = self._record.seconds, _STATUS[self._record.status]
+        self.failure: str = self._record.message if self.status == "failed" else ""
+
+    def _open(self) -> Stored:
+        return Stored(self.path, hint=store.HINT)
 
     @classmethod
     def load(cls, directory: str | Path) -> Run:
@@ -159,7 +152,8 @@ class Run(Mapping[str, NDArray[Any]]):
         Raises
         ------
         InvalidInput
-            If there is none, or its result file is something else or damaged.
+            If there is none, or its result file is something else; Damaged, which is one, if it is damaged.
+            What is read later from the file is verified then, and raises the same.
         StorageFailed
             If its result file cannot be read.
         """
@@ -167,14 +161,14 @@ class Run(Mapping[str, NDArray[Any]]):
         path = directory / "results.h5"
         if not path.is_file():
             raise InvalidInput(_no_run(directory))
-        check_result_file(path)
         with storage_errors(path, "read"):
-            try:
-                return cls(directory)
-            except KeyError:
-                raise InvalidInput(
-                    f"{path}: is not the result file of a run; must be one. Use another directory."
-                ) from None
+            with Stored(path, hint=store.HINT) as file:
+                if not all(name in file for name in ("progress", "waveforms", "scene")):
+                    raise InvalidInput(
+                        f"{path}: is not the result file of a run, or is from an earlier version of plica; "
+                        "must be of this version. Use another directory."
+                    )
+            return cls(directory)
 
     def __repr__(self) -> str:
         return f"<Run {self.directory}: {self.status}, {self.steps} of {self.steps_asked} steps>"
@@ -214,16 +208,19 @@ class Run(Mapping[str, NDArray[Any]]):
         t_{n+1+alpha}, the instant at which the time scheme balances forces (with lagged coupling to t_n); all
         others to the end of the step t_{n+1}, which is `time`. docs/scene.md describes each.
         """
-        with h5py.File(self.path, "r", locking=False) as file:
-            stored = file["waveforms"].items()
-            return self._named((_RENAMED.get(name, name), data[: self.steps]) for name, data in stored)
+        with self._open() as file:
+            return self._named(
+                (name, file.first(f"waveforms/{name}", self.steps, total))
+                for name, total in self._record.sums.items()
+            )
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Unit of each waveform."""
-        with h5py.File(self.path, "r", locking=False) as file:
-            stored = file["waveforms"].items()
-            return self._named((_RENAMED.get(name, name), str(data.attrs["units"])) for name, data in stored)
+        with self._open() as file:
+            return self._named(
+                (name, str(file.attribute(f"waveforms/{name}", "units"))) for name in file.names("waveforms")
+            )
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -233,14 +230,14 @@ class Run(Mapping[str, NDArray[Any]]):
     @cached_property
     def mesh(self) -> RunMesh:
         """The mesh in its reference position."""
-        with h5py.File(self.path, "r", locking=False) as file:
-            mesh = file["mesh"]
+        with self._open() as file:
             arrays: dict[str, Any] = {
-                name: mesh[name][()] for name in ("points", "cells", "cell_layer", "cell_side")
+                name: file.read(f"mesh/{name}") for name in ("points", "cells", "cell_layer", "cell_side")
             }
             for kind in ("surfaces", "node_sets"):
-                arrays[kind] = {name: numbers[()] for name, numbers in mesh[kind].items()}
-            return RunMesh(layer_names=[name.decode() for name in mesh["layer_names"][()]], **arrays)
+                names = file.names(f"mesh/{kind}")
+                arrays[kind] = {name: file.read(f"mesh/{kind}/{name}") for name in names}
+            return RunMesh(layer_names=file.texts("mesh/layer_names"), **arrays)
 
     @cached_property
     def fields(self) -> dict[str, Any]:
@@ -248,11 +245,13 @@ class Run(Mapping[str, NDArray[Any]]):
 
         All but the time are read lazily (see `Field`). Empty if the scene stores no fields.
         """
-        with h5py.File(self.path, "r", locking=False) as file:
+        with self._open() as file:
             if "fields" not in file:
                 return self._named(())
-            names = [name for name in file["fields"] if name != "time"]
-            time = file["fields/time"][: self.frames]
+            names = [name for name in file.names("fields") if name != "time"]
+            time = np.array(
+                [file.row("fields/time", frame) for frame in range(self.frames)], dtype=np.float64
+            )
         return self._named([("time", time), *((name, Field(self.path, name, self.frames)) for name in names)])
 
     @property
@@ -280,8 +279,8 @@ class Run(Mapping[str, NDArray[Any]]):
         return self._section("major")
 
     def _section(self, name: str) -> NDArray[np.float64]:
-        with h5py.File(self.path, "r", locking=False) as file:
-            found: NDArray[np.float64] = file[f"sections/{name}"][()] if "sections" in file else np.empty(0)
+        with self._open() as file:
+            found: NDArray[np.float64] = file.read(f"sections/{name}") if "sections" in file else np.empty(0)
             return found
 
     @property
@@ -289,13 +288,10 @@ class Run(Mapping[str, NDArray[Any]]):
         """The version of Plica that computed the run, and with contact the solver that "auto" selected."""
         return self._versions
 
-    @property
+    @cached_property
     def measures(self) -> ByName[dict[str, Any]]:
         """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, and a note and
-        cautions if there are any; from measures.json if that is up to date, else measured now."""
-        stored = read_measures(self.directory / "measures.json") if self.status == "finished" else None
-        if stored is not None and stored.get("steps", {}).get("value") == self.steps:
-            return stored  # not one that was measured before the run finished
+        cautions if there are any; measured from the waveforms, not read from measures.json."""
         from plica.phonation.measures.measure import measure
 
         return ByName(measure(self).as_json())

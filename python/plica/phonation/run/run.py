@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import CautionWarning, InvalidInput, SolveFailed, StepFailed
+from plica.errors import CautionWarning, Damaged, InvalidInput, SolveFailed, StepFailed
 from plica.measures.caution import Caution
 from plica.phonation.run import checkpoint, store
 from plica.phonation.run.basis_file import BASIS, kept_basis, write_basis
@@ -233,8 +233,10 @@ class _Runner:
         self.done = 0
         self.chunk = 1
         self.seconds = 0.0
+        self.shown = False
 
     def run(self, *, shown: bool, tell: Callable[[Caution], None] | None = None) -> None:
+        self.shown = shown
         with stop_on_signal() as stop, self._open() as results:
             if tell is not None:
                 for caution in scene_cautions(self.scene, self.mesh):  # only once the scene is accepted
@@ -282,6 +284,8 @@ class _Runner:
         """The existing result file, extended to the duration of this scene."""
         with ResultFile(path) as results:
             held = self._continued(results)
+            steps, sums = (0, None) if held is None else (held.steps, held.sums)
+            results.roll_back(steps, self._frames_at(steps), sums)
             if results.steps < self.total:
                 results.lengthen(self.scene, self.simulation, self.mesh)
         stored = self.directory / "scene.toml"
@@ -295,23 +299,45 @@ class _Runner:
         return results
 
     def _continued(self, results: ResultFile) -> Checkpoint | None:
-        """The newest checkpoint, if any; raises InvalidInput if this scene and version cannot continue the
-        run."""
+        """The newest checkpoint up to which everything is as it was written, if there are any.
+
+        Raises InvalidInput if this scene and version cannot continue the run, Damaged if what was stored
+        before every checkpoint is damaged.
+        """
         require_mesh(self.directory, self.scene, self.mesh)
         missing = results.missing(self.simulation.advance(0))
         if results.frames < np.count_nonzero(self.frames <= results.steps):
             missing.append("frame at t = 0")
-        held = checkpoint.newest(self.directory)
-        if held is not None and held.scene != self.digest:
+        found, damaged = checkpoint.whole(self.directory)
+        if found and found[0].scene != self.digest:
             missing.append("checkpoint of this scene")
-        elif held is not None:
-            missing += [name for name in self.simulation.state() if name not in held.state]
+        elif found:
+            missing += [name for name in self.simulation.state() if name not in found[0].state]
         if missing:
             raise InvalidInput(
                 f"{self.directory}: cannot be continued: it has no {' or '.join(missing)}. It is from an "
                 "earlier version of plica. Run the scene again in another directory."
             )
-        return held
+        usable, error = [], None
+        for held in found:
+            try:
+                results.require_whole(held.steps, self._frames_at(held.steps), held.sums)
+            except Damaged as one:
+                error = one
+                continue
+            usable.append(held)
+        if found and not usable:
+            raise error or Damaged(f"{self.directory}: is damaged.")
+        held_one = usable[0] if usable else None
+        lost = [f"{self.directory / slot} is damaged" for slot in damaged] + ([str(error)] if error else [])
+        if lost and self.shown:
+            at = f"step {held_one.steps}" if held_one else "the beginning"
+            print(f"plica: {' '.join(lost)} Continuing from {at}.", file=sys.stderr, flush=True)
+        return held_one
+
+    def _frames_at(self, steps: int) -> int:
+        """Number of frames that are stored up to a step."""
+        return int(np.searchsorted(self.frames, steps, side="right")) if steps else 0
 
     def _remove(self, names: Iterable[str]) -> None:
         with storage_errors(self.directory):
@@ -361,7 +387,7 @@ class _Runner:
     def _checkpoint(self, results: ResultFile) -> None:
         """Write results to disk first, so that a checkpoint is never ahead of them."""
         self._commit(results, to_disk=True)
-        state = Checkpoint(self.done, self.digest, self.simulation.state())
+        state = Checkpoint(self.done, self.digest, self.simulation.state(), results.sums)
         checkpoint.write(self.directory, state)
         write_xdmf(results.path)
 

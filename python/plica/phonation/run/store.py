@@ -1,32 +1,36 @@
 """The result file of a run: every data set is allocated at its full length when the file is created.
 
-After that only raw data and two counters are overwritten, in this order: data, flush, counters, flush. So the
-file can be read after the process is killed at any moment, and the counters never exceed the data.
+After that only raw data and the record of progress are overwritten, in this order: data, flush, record,
+flush. So the file can be read after the process is killed at any moment, and the record never vouches for
+more than there is. Its checksums are those of all rows up to its number of steps: rows that it vouches for
+are not written again, and what a kill tears lies beyond them.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
 from plica.measures.waveforms import STORED
+from plica.phonation.run.progress_record import NAME, ProgressRecord
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, require_space, storage_errors
-from plica.storage.layout import lay_out
+from plica.storage.hdf5 import checksum, create, lay_out, put, put_row, put_text, set_text
+from plica.storage.stored import Stored
 
-__all__ = ["FAILED", "FINISHED", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
+__all__ = ["FAILED", "FINISHED", "HINT", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
 
 RUNNING, FINISHED, FAILED, INTERRUPTED = range(4)
-"""States of a run in /progress/status."""
-_MESSAGE_LENGTH = 4000
+"""States of a run in its record of progress."""
+HINT = "Copy it again from where it is whole, or run the scene again in another directory"
 _STATUS_TEXT = "0 running (or killed), 1 finished, 2 failed, 3 interrupted"
 
 
@@ -41,12 +45,16 @@ def frame_steps(scene: Scene) -> NDArray[np.int64]:
 
 
 class ResultFile:
-    """results.h5, open for writing."""
+    """results.h5, open for writing; `create` makes it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
         with storage_errors(path):
-            self._file = h5py.File(path, "r+", locking=False)
+            self._stored = Stored(path, "r+", hint=HINT)
+        self._file = self._stored.file
+        self._names = self._stored.names("waveforms")
+        self._record = ProgressRecord.read(self._stored, self._names)
+        self._sums = dict(self._record.sums)
 
     def __enter__(self) -> Self:
         return self
@@ -55,7 +63,7 @@ class ResultFile:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         with storage_errors(self.path):
-            self._file.close()
+            self._stored.close()
 
     @classmethod
     def create(
@@ -78,8 +86,9 @@ class ResultFile:
         """
         draft = path.with_name(path.name + ".part")
         require_space(draft, _size(scene, mesh, sample), ", or a larger output.every or output.start")
-        with storage_errors(path), h5py.File(draft, "w", locking=False) as file:
-            _lay_out_run(file, scene, simulation, mesh, sample)
+        version = _engine.build_info()["version"]
+        with storage_errors(path), create(draft) as file:
+            _lay_out_run(file, scene, simulation, mesh, sample, version)
         with storage_errors(path):
             os.replace(draft, path)
         return cls(path)
@@ -89,25 +98,25 @@ class ResultFile:
 
         The file is replaced as a whole: if this is interrupted or the disk is full, the old one remains.
         """
-        steps, frames = (int(self._file[f"progress/{name}"][()]) for name in ("steps", "frames"))
-        sample = {name: values[:1] for name, values in self._file["waveforms"].items()}
+        steps, frames = self._record.steps, self._record.frames
+        sample = {name: self._file[f"waveforms/{name}"][:1] for name in self._names}
         require_space(
             self.path.with_name(self.path.name + ".part"),
             _size(scene, mesh, sample),
             ", or a shorter time.duration",
         )
+        version = self._stored.text("plica_version")
 
         def fill(draft: Path) -> None:
-            with h5py.File(draft, "w", locking=False) as file:
-                _lay_out_run(file, scene, simulation, mesh, sample)
-                file.attrs["plica_version"] = self._file.attrs["plica_version"]
+            with create(draft) as file:
+                _lay_out_run(file, scene, simulation, mesh, sample, version)
                 for name in sample:
-                    file[f"waveforms/{name}"][:steps] = self._file[f"waveforms/{name}"][:steps]
-                for name in self._file["fields"] if frames else ():
+                    values = self._stored.first(f"waveforms/{name}", steps, self._record.sums[name])
+                    file[f"waveforms/{name}"][:steps] = values
+                for name in self._stored.names("fields"):
                     for frame in range(frames):
-                        file[f"fields/{name}"][frame] = self._file[f"fields/{name}"][frame]
-                for name, done in (("steps", steps), ("frames", frames), ("seconds", self.seconds)):
-                    file[f"progress/{name}"][()] = done
+                        put_row(file, f"fields/{name}", frame, self._stored.row(f"fields/{name}", frame))
+                file[NAME][:] = self._record.row()
 
         replaced(self.path, fill)
 
@@ -119,49 +128,76 @@ class ResultFile:
     @property
     def frames(self) -> int:
         """Number of frames allocated."""
-        return int(self._file["fields/time"].shape[0]) if "fields" in self._file else 0
+        return int(self._file["fields/time"].shape[0]) if "fields" in self._stored else 0
 
     def missing(self, waveforms: Iterable[str]) -> list[str]:
         """The waveforms for which the file has no data set."""
-        return [name for name in waveforms if name not in self._file["waveforms"]]
+        return [name for name in waveforms if name not in self._names]
 
     @property
     def seconds(self) -> float:
         """Wall time spent, s."""
-        return float(self._file["progress/seconds"][()])
+        return self._record.seconds
+
+    @property
+    def sums(self) -> dict[str, int]:
+        """By waveform, the checksum of the rows written so far."""
+        return dict(self._sums)
+
+    def require_whole(self, steps: int, frames: int, sums: Mapping[str, int] | None) -> None:
+        """Raise Damaged unless the first steps, of these checksums, and the first frames are as written."""
+        if steps:
+            for name in self._names:
+                self._stored.first(f"waveforms/{name}", steps, (sums or {}).get(name, -1))
+        for name in self._stored.names("fields"):
+            for frame in range(frames):
+                self._stored.row(f"fields/{name}", frame)
+
+    def roll_back(self, steps: int, frames: int, sums: Mapping[str, int] | None) -> None:
+        """Vouch for no more than the first steps, of these checksums, and frames; others are overwritten."""
+        self._sums = {name: (sums or {}).get(name, 0) if steps else 0 for name in self._names}
+        if (steps, frames) != (self._record.steps, self._record.frames):
+            self.commit(steps, frames, self._record.seconds, to_disk=True)
 
     def write_steps(self, start: int, waveforms: Mapping[str, Any]) -> None:
-        """Write waveforms (k, ...) of k steps from index `start`."""
+        """Write waveforms (k, ...) of k steps from index `start`, which follow those written before."""
         with storage_errors(self.path):
             for name, values in waveforms.items():
-                array = np.asarray(values)
-                self._file[f"waveforms/{name}"][start : start + len(array)] = array
+                data = self._file[f"waveforms/{name}"]
+                array = np.ascontiguousarray(values, dtype=data.dtype)
+                data[start : start + len(array)] = array
+                self._sums[name] = checksum(array, self._sums[name])
 
     def write_frame(self, frame: int, simulation: _engine.Simulation) -> None:
         """Write the fields as frame number `frame`."""
         with storage_errors(self.path):
-            fields = self._file["fields"]
-            fields["time"][frame] = simulation.time
-            fields["displacement"][frame] = np.asarray(simulation.displacement, dtype=np.float32)
-            if "contact_pressure" in fields:
-                fields["contact_pressure"][frame] = np.asarray(simulation.contact_pressure, dtype=np.float32)
+            put_row(self._file, "fields/time", frame, simulation.time)
+            put_row(self._file, "fields/displacement", frame, np.asarray(simulation.displacement))
+            if "contact_pressure" in self._file["fields"]:
+                put_row(self._file, "fields/contact_pressure", frame, np.asarray(simulation.contact_pressure))
 
     def commit(self, steps: int, frames: int, seconds: float, *, to_disk: bool = False) -> None:
-        """Flush the data, then update the numbers of steps and frames."""
+        """Flush the data, then vouch for these numbers of steps and frames."""
         with storage_errors(self.path):
             self._file.flush()
-            self._file["progress/steps"][()] = steps
-            self._file["progress/frames"][()] = frames
-            self._file["progress/seconds"][()] = seconds
-            self._file.flush()
+            if to_disk:
+                os.fsync(self._file.id.get_vfd_handle())
+            self._write(
+                replace(self._record, steps=steps, frames=frames, seconds=seconds, sums=dict(self._sums))
+            )
             if to_disk:
                 os.fsync(self._file.id.get_vfd_handle())
 
     def set_status(self, status: int, message: str = "") -> None:
         """Store the status of the run."""
         with storage_errors(self.path):
-            self._file["progress/message"][()] = message.encode()[:_MESSAGE_LENGTH]
-            self._file["progress/status"][()] = status
+            self._write(replace(self._record, status=status, message=message))
+
+    def _write(self, record: ProgressRecord) -> None:
+        """One copy after the other: a kill leaves one of them whole."""
+        self._record = replace(record, serial=self._record.serial + 1)
+        for copy in range(2):
+            self._file[NAME][copy] = self._record.row()
             self._file.flush()
 
 
@@ -181,29 +217,29 @@ def _lay_out_run(
     simulation: _engine.Simulation,
     mesh: _engine.TetMesh,
     sample: Mapping[str, Any],
+    version: str,
 ) -> None:
     """Create all data sets of a run, at full length and empty."""
     steps, frames, nodes = scene.time.steps, len(frame_steps(scene)), len(mesh.points)
-    file.attrs["plica_version"] = _engine.build_info()["version"]
-    file.attrs["scene"] = scene.text()
+    put_text(file, "plica_version", version)
+    put_text(file, "scene", scene.text())
     if scene.contact is not None:
-        file.attrs["contact_solver"] = simulation.info()["contact_solver"]
-    lay_out(file, "progress/steps", (), np.int64, "1", 0)
-    lay_out(file, "progress/frames", (), np.int64, "1", 0)
-    lay_out(file, "progress/seconds", (), np.float64, "s", 0)
-    status = lay_out(file, "progress/status", (), np.int8, "1", RUNNING)
-    status.attrs["meaning"] = _STATUS_TEXT
-    lay_out(file, "progress/message", (), np.dtype(f"S{_MESSAGE_LENGTH}"), "1", None)
-    _store_mesh(file.create_group("mesh"), mesh)
+        put_text(file, "contact_solver", simulation.info()["contact_solver"])
+    record = ProgressRecord(0, 0, 0.0, RUNNING, "", dict.fromkeys(sample, 0)).row()
+    progress = file.create_dataset(NAME, data=np.array([record, record]))
+    set_text(
+        progress, "meaning", f"the same record twice; status: {_STATUS_TEXT}; waveforms: checksums by name"
+    )
+    _store_mesh(file, mesh)
     for name, values in sample.items():
         array = np.asarray(values)
         kind = np.dtype(np.int8) if array.dtype == bool else array.dtype
         fill = np.nan if kind.kind == "f" else -1
         unit = STORED[name].unit
-        lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill)
+        lay_out(file, f"waveforms/{name}", (steps, *array.shape[1:]), kind, unit, fill, guarded=False)
     if scene.airflow is not None:
         for name in ("height", "major"):
-            _store(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
+            put(file, f"sections/{name}", getattr(simulation, f"section_{name}"), "m")
     if frames:
         lay_out(file, "fields/time", (frames,), np.float64, "s", np.nan)
         lay_out(file, "fields/displacement", (frames, nodes, 3), np.float32, "m", np.nan)
@@ -211,19 +247,13 @@ def _lay_out_run(
             lay_out(file, "fields/contact_pressure", (frames, nodes), np.float32, "Pa", np.nan)
 
 
-def _store(group: Any, name: str, values: Any, unit: str) -> None:
-    group[name] = np.asarray(values)
-    group[name].attrs["units"] = unit
-
-
-def _store_mesh(group: Any, mesh: _engine.TetMesh) -> None:
-    _store(group, "points", mesh.points, "m")
-    for name in ("cells", "cell_layer", "cell_side"):
-        _store(group, name, getattr(mesh, name), "1")
-    group["cell_side"].attrs["meaning"] = "0 none, 1 left, 2 right"
-    group["layer_names"] = list(mesh.layer_names)
-    group["layer_names"].attrs["units"] = "1"
+def _store_mesh(file: Any, mesh: _engine.TetMesh) -> None:
+    put(file, "mesh/points", mesh.points, "m")
+    for name in ("cells", "cell_layer"):
+        put(file, f"mesh/{name}", getattr(mesh, name))
+    put(file, "mesh/cell_side", mesh.cell_side, meaning="0 none, 1 left, 2 right")
+    put(file, "mesh/layer_names", list(mesh.layer_names))
     for kind in ("surfaces", "node_sets"):
-        inner = group.create_group(kind)
+        file.create_group(f"mesh/{kind}")
         for name, numbers in getattr(mesh, kind).items():
-            _store(inner, name, numbers, "1")
+            put(file, f"mesh/{kind}/{name}", numbers)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
-import h5py
-
+from plica.phonation.run.progress_record import ProgressRecord
 from plica.storage.files import replaced
+from plica.storage.stored import Stored
 
 __all__ = ["write_xdmf"]
 
@@ -22,14 +22,14 @@ def write_xdmf(results: Path) -> Path | None:
     Path or None
         The file; None if the run stores no fields.
     """
-    with h5py.File(results, "r", locking=False) as file:
+    with Stored(results) as file:
         if "fields" not in file:
             return None
-        frames = int(file["progress/frames"][()])
-        times = file["fields/time"][:frames]
-        nodes, total = file["mesh/points"].shape[0], file["fields/time"].shape[0]
-        cells, corners = file["mesh/cells"].shape
-        has_pressure = "contact_pressure" in file["fields"]
+        frames = ProgressRecord.read(file, file.names("waveforms")).frames
+        times = [float(file.row("fields/time", frame)) for frame in range(frames)]
+        nodes, total = file.data("mesh/points").shape[0], file.data("fields/time").shape[0]
+        cells, corners = file.data("mesh/cells").shape
+        has_pressure = "fields/contact_pressure" in file
     path = results.with_name("fields.xdmf")
     source = quoteattr(results.name)[1:-1]
     lines = [

@@ -1,0 +1,160 @@
+"""HDF5 files in which everything that is read back is guarded by a checksum.
+
+Two things guard a file, and `plica.storage.stored.Stored` verifies both when it reads:
+
+- Structure, types and attributes: HDF5's own checksums, which it has in the second version of its
+  superblock and object headers (library bounds 1.8) and verifies whenever it reads them. Texts of variable
+  length lie in a heap that it does not guard, so that texts are stored at fixed length.
+- Data sets: the CRC-32 of their bytes, in a data set of the same name under ``/checksums``; one for the
+  whole, or one for each index of the first axis, so that rows can be written and read one by one.
+
+HDF5's filter Fletcher-32 would not do for what a running simulation extends: it guards whole chunks, and a
+kill in the middle of rewriting the last one would lose what was whole before. It also takes a word 0xffff for
+0x0000, and the index of chunks that goes with these bounds has no checksum. Library bounds from 1.10 on mark
+a file that is open for writing, so that a killed run could not be opened again.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+__all__ = ["CHECKSUMS", "checksum", "create", "image", "lay_out", "put", "put_row", "put_text", "set_text"]
+
+CHECKSUMS = "checksums"
+_BOUNDS = ("v108", "v108")
+
+
+def create(path: Path) -> h5py.File:
+    """A new file, open for writing."""
+    return h5py.File(path, "w", libver=_BOUNDS, locking=False)
+
+
+def image(fill: Callable[[h5py.File], None]) -> bytes:
+    """The bytes of a file that `fill` fills in memory: a full disk then raises in Python, not in HDF5."""
+    with h5py.File("image", "w", libver=_BOUNDS, driver="core", backing_store=False) as file:
+        fill(file)
+        file.flush()
+        return bytes(file.id.get_file_image())
+
+
+def checksum(values: Any, before: int = 0) -> int:
+    """CRC-32 of the bytes of an array, row by row; `before`: of what precedes them, with which they go on."""
+    array = np.ascontiguousarray(values)
+    return zlib.crc32(array.data if array.size else b"", before)
+
+
+def set_text(owner: Any, name: str, text: str) -> None:
+    """Set a short text as an attribute, at fixed length; `put_text` is for long ones."""
+    owner.attrs[name] = np.array(text.encode(), dtype=f"S{max(1, len(text.encode()))}")
+
+
+def put_text(file: h5py.File, name: str, text: str) -> None:
+    """Add a text of any length as a data set."""
+    put(file, name, np.array(text.encode(), dtype=f"S{max(1, len(text.encode()))}"))
+
+
+def put(
+    file: Any,
+    name: str,
+    values: Any,
+    unit: str = "1",
+    meaning: str = "",
+    *,
+    rows: bool = False,
+    packed: bool = False,
+) -> None:
+    """Add a data set with its unit and checksum; texts at fixed length, truth values as 0 and 1.
+
+    Parameters
+    ----------
+    file : h5py.File
+    name : str
+        Path in the file.
+    values : array_like
+        Numbers, or texts.
+    unit, meaning : str
+    rows : bool
+        A checksum for each index of the first axis, for what is read row by row.
+    packed : bool
+        Compressed.
+    """
+    array = np.asarray(values)
+    if array.dtype.kind in "UO":
+        array = np.array([str(value).encode() for value in array.ravel()], dtype=np.bytes_).reshape(
+            array.shape
+        )
+        array = array if array.dtype.itemsize else array.astype("S1")
+    if array.dtype.kind == "b":
+        array = array.astype(np.uint8)
+    how: dict[str, Any] = {"compression": "gzip", "compression_opts": 1} if packed and array.ndim else {}
+    if how and rows:
+        how["chunks"] = (1, *array.shape[1:])
+    data = file.create_dataset(name, data=array, **how)
+    _describe(data, unit, meaning)
+    sums = [checksum(row) for row in array] if rows else checksum(array)
+    file[f"{CHECKSUMS}/{name.strip('/')}"] = np.asarray(sums, dtype=np.uint32)
+
+
+def lay_out(
+    file: Any,
+    name: str,
+    shape: tuple[int, ...],
+    kind: Any,
+    unit: str,
+    fill: Any = None,
+    meaning: str = "",
+    *,
+    packed: bool = False,
+    guarded: bool = True,
+) -> h5py.Dataset:
+    """Add a data set whose rows come later, by `put_row`.
+
+    Contiguous, allocated and filled at once, so that only raw data change afterwards; or `packed`: each
+    row is compressed when it is written. Not `guarded`: its checksums are kept elsewhere by the caller.
+    """
+    data = _allocated(file, name, shape, kind, fill, packed)
+    _describe(data, unit, meaning)
+    if guarded:
+        _allocated(file, f"{CHECKSUMS}/{name}", shape[:1], np.uint32, 0, False)
+    return data
+
+
+def put_row(file: Any, name: str, index: int, values: Any) -> None:
+    """Write one row, and then its checksum, of a data set that was laid out."""
+    data = file[name]
+    row = np.asarray(values, dtype=data.dtype)
+    data[index] = row
+    file[f"{CHECKSUMS}/{name}"][index] = checksum(np.broadcast_to(row, data.shape[1:]))
+
+
+def _describe(data: h5py.Dataset, unit: str, meaning: str) -> None:
+    set_text(data, "units", unit)
+    if meaning:
+        set_text(data, "meaning", meaning)
+
+
+def _allocated(
+    file: Any, name: str, shape: tuple[int, ...], kind: Any, fill: Any, packed: bool
+) -> h5py.Dataset:
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    if packed:
+        properties.set_chunk((1, *shape[1:]))
+        properties.set_shuffle()
+        properties.set_deflate(1)
+    else:
+        properties.set_layout(h5py.h5d.CONTIGUOUS)
+        properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+        properties.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
+    if fill is not None:
+        properties.set_fill_value(np.array(fill, dtype=kind))
+    links = h5py.h5p.create(h5py.h5p.LINK_CREATE)
+    links.set_create_intermediate_group(True)
+    space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
+    made = h5py.h5t.py_create(np.dtype(kind), logical=True)
+    return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), made, space, dcpl=properties, lcpl=links))

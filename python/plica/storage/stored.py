@@ -1,0 +1,249 @@
+"""Read the files of `plica.storage.hdf5`: what is damaged, or lies outside the file, is an error."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Literal, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import Damaged, InvalidInput, StorageFailed
+from plica.storage.files import require_file
+from plica.storage.hdf5 import CHECKSUMS, checksum, put_row
+
+__all__ = ["Stored", "check_result_file", "hdf5_errors", "inside", "open_hdf5"]
+
+_MOST_PACKED = 1100  # deflate makes at most 1032 bytes of one
+_AGAIN = "Copy the file again from where it is whole, or make it again"
+_BROKEN = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, OverflowError, MemoryError)
+
+
+class Stored:
+    """A file of results, open; nothing in it is read unverified.
+
+    Parameters
+    ----------
+    path : Path
+    mode : {"r", "r+"}
+    hint : str
+        What to do if the file is damaged.
+
+    Raises
+    ------
+    Damaged
+        If it is truncated or damaged, here or when a part of it is read.
+    InvalidInput
+        If it is no regular file, or no HDF5; when a part of it lies in another file.
+    StorageFailed
+        If the system refuses to open it.
+    """
+
+    def __init__(self, path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN) -> None:
+        self.path, self._hint = path, hint
+        self.file = open_hdf5(path, mode, hint=hint)
+        self._sums: dict[str, NDArray[np.uint32]] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+    def __contains__(self, name: str) -> bool:
+        with self._errors(name):
+            return inside(self.file, name, self.path) is not None
+
+    def names(self, group: str) -> list[str]:
+        """The names in a group, sorted; empty if there is no such group."""
+        with self._errors(group):
+            found = inside(self.file, group, self.path)
+            return sorted(found) if isinstance(found, h5py.Group) else []
+
+    def data(self, name: str) -> h5py.Dataset:
+        """A data set, for its shape and type; raises InvalidInput if there is none."""
+        with self._errors(name):
+            found = inside(self.file, name, self.path)
+        if not isinstance(found, h5py.Dataset):
+            raise InvalidInput(
+                f"{self.path}: has no {name}; must have it. "
+                "Is it from another version of plica? Make it again."
+            )
+        return found
+
+    def read(self, name: str) -> Any:
+        """All of a data set."""
+        data, sums = self.data(name), self._checksums(name)
+        with self._errors(name):
+            values = data[()]
+        rowwise = sums.ndim == 1
+        whole = (
+            np.shape(values)[:1] == sums.shape and all(map(self._is, values, sums))
+            if rowwise
+            else (self._is(values, sums))
+        )
+        if not whole:
+            raise self.damaged(name)
+        return values
+
+    def row(self, name: str, index: int) -> Any:
+        """One index of the first axis."""
+        data, sums = self.data(name), self._checksums(name)
+        with self._errors(name):
+            values = data[index]
+        if sums.shape != data.shape[:1] or not self._is(values, sums[index]):
+            raise self.damaged(f"{name}[{index}]")
+        return values
+
+    def put_row(self, name: str, index: int, values: Any) -> None:
+        """Write one index of the first axis, and its checksum."""
+        self._sums.pop(name, None)
+        put_row(self.file, name, index, values)
+
+    def first(self, name: str, count: int, expected: int) -> NDArray[Any]:
+        """The first `count` rows, of which the checksum is known."""
+        data = self.data(name)
+        with self._errors(name):
+            values: NDArray[Any] = data[:count]
+        if len(values) != count or not self._is(values, expected):
+            raise self.damaged(name)
+        return values
+
+    def text(self, name: str) -> str:
+        """A text that is a data set."""
+        with self._errors(name):
+            return bytes(self.read(name)).decode()
+
+    def texts(self, name: str) -> list[str]:
+        """Texts that are a data set."""
+        with self._errors(name):
+            return [bytes(text).decode() for text in self.read(name)]
+
+    def attribute(self, owner: str, name: str) -> Any:
+        """An attribute of a data set or group, a text as str; None if there is none."""
+        with self._errors(f"{owner}: {name}"):
+            found = inside(self.file, owner, self.path)
+            if found is None or name not in found.attrs:
+                return None
+            value = found.attrs[name]
+            return bytes(value).decode() if isinstance(value, bytes) else value
+
+    def damaged(self, name: str) -> Damaged:
+        """The error for a part that is."""
+        return Damaged(
+            f"{self.path}: {name.strip('/') or 'its structure'} is damaged: it is not what its checksum "
+            f"says; must be as plica wrote it. {self._hint}."
+        )
+
+    @staticmethod
+    def _is(values: Any, expected: Any) -> bool:
+        return checksum(values) == int(expected)
+
+    def _checksums(self, name: str) -> NDArray[np.uint32]:
+        name = name.strip("/")
+        if name not in self._sums:
+            if f"{CHECKSUMS}/{name}" not in self:
+                raise InvalidInput(
+                    f"{self.path}: {name} has no checksum; must have one. It is from an earlier version of "
+                    "plica, or from another program. Make it again."
+                )
+            with self._errors(name):
+                self._sums[name] = np.asarray(self.data(f"{CHECKSUMS}/{name}")[()], dtype=np.uint32)
+        return self._sums[name]
+
+    @contextmanager
+    def _errors(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except (InvalidInput, StorageFailed):
+            raise
+        except _BROKEN:
+            raise self.damaged(name) from None
+
+
+def open_hdf5(path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN) -> h5py.File:
+    """A file that is HDF5; raises as `Stored`."""
+    require_file(path, str(path))
+    try:
+        return h5py.File(path, mode, locking=False)
+    except OSError as error:
+        if error.errno:
+            raise StorageFailed(f"{path}: cannot be read: {os.strerror(error.errno)}.") from None
+        if not h5py.is_hdf5(path):
+            raise InvalidInput(
+                f"{path}: is not an HDF5 file, or its beginning is damaged; must be a result file of "
+                f"plica. {hint}."
+            ) from None
+    except _BROKEN:
+        pass
+    raise Damaged(f"{path}: is damaged or truncated; must be as plica wrote it. {hint}.")
+
+
+def check_result_file(path: Path) -> None:
+    """Raise as `Stored` unless `path` opens as HDF5."""
+    open_hdf5(path).close()
+
+
+@contextmanager
+def hdf5_errors(told: Callable[[str], Exception]) -> Iterator[None]:
+    """What h5py raises for a broken file, as the error that `told` makes of the reason."""
+    try:
+        yield
+    except (InvalidInput, StorageFailed):
+        raise
+    except _BROKEN as error:
+        raise told(" ".join(str(error).split())) from None
+
+
+def inside(file: Any, name: str, path: Path) -> h5py.Group | h5py.Dataset | None:
+    """The group or data set of this name; None if there is none.
+
+    Raises InvalidInput if a link on the way to it leaves the file or is symbolic, if its data lie in another
+    file, or if it states far more data than the file holds.
+    """
+    at: Any = file
+    walked = ""
+    for part in filter(None, name.split("/")):
+        if not isinstance(at, h5py.Group):
+            return None
+        walked += f"/{part}"
+        if not at.id.links.exists(part.encode()):
+            return None
+        if at.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:
+            raise InvalidInput(
+                f"{path}: {walked} is a link to elsewhere; must be in the file itself. Copy the data into it."
+            )
+        at = at[part]
+    if isinstance(at, h5py.Dataset):
+        _require_own(at, path)
+    return at if isinstance(at, h5py.Dataset | h5py.Group) else None
+
+
+def _require_own(data: h5py.Dataset, path: Path) -> None:
+    """Raise InvalidInput unless the data set's numbers are all in its own file."""
+    name = str(data.name)
+    properties = data.id.get_create_plist()
+    layout = properties.get_layout()
+    if layout == h5py.h5d.VIRTUAL or properties.get_external_count():
+        raise InvalidInput(
+            f"{path}: {name} has its data in another file; must have them in the file itself. "
+            "Copy the data into it."
+        )
+    held = min(data.id.get_storage_size(), path.stat().st_size)
+    held *= _MOST_PACKED if properties.get_nfilters() else 1
+    if data.nbytes > held:
+        raise InvalidInput(
+            f"{path}: {name} states {data.nbytes / 1e6:.6g} MB, of which the file can hold at most "
+            f"{held / 1e6:.6g} MB; must hold all of them. Is it cut off, or was it never filled?"
+        )
