@@ -71,14 +71,14 @@ _KINDS: tuple[tuple[Callable[[int], bool], str], ...] = (
     (stat.S_ISSOCK, "a socket"),
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
-    (stat.S_ISDIR, "a directory"),
 )
 
 
 def require_file(path: Path, where: str) -> None:
-    """Raise InvalidInput unless `path` is a regular file, before it is opened: a pipe would wait for ever.
+    """Raise InvalidInput for a pipe, which would wait for ever, a socket or a device, before it is opened.
 
-    The message begins with `where`, which names the file. A file that is missing is left to whoever opens it.
+    The message begins with `where`, which names the file. What is missing, or a directory, is left
+    to whoever opens it.
     """
     try:
         mode = path.stat().st_mode

@@ -20,7 +20,7 @@ from plica.storage.hdf5 import CHECKSUMS, checksum, put_row
 __all__ = ["Stored", "check_result_file", "hdf5_errors", "inside", "open_hdf5"]
 
 _MOST_PACKED = 1100  # deflate makes at most 1032 bytes of one
-_AGAIN = "Copy the file again from where it is whole, or make it again"
+_AGAIN = "Copy it again from where it is whole, or use another directory"
 _BROKEN = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, OverflowError, MemoryError)
 
 
@@ -182,8 +182,7 @@ def open_hdf5(path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN)
             raise StorageFailed(f"{path}: cannot be read: {os.strerror(error.errno)}.") from None
         if not h5py.is_hdf5(path):
             raise InvalidInput(
-                f"{path}: is not an HDF5 file, or its beginning is damaged; must be a result file of "
-                f"plica. {hint}."
+                f"{path}: is not an HDF5 file; must be a result file of plica. {hint}."
             ) from None
     except _BROKEN:
         pass

@@ -17,6 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from plica.errors import InvalidInput
+from plica.storage.files import require_file
 from plica.video.camera import Camera
 from plica.video.errors import VideoError
 
@@ -133,6 +135,11 @@ def _both(path: Path) -> tuple[Path, Path]:
         (beside[suffix] for suffix in HEADERS if suffix in beside), None
     )  # fmt: skip
     pixels = beside.get(".mraw")
+    for file in filter(None, (header, pixels)):
+        try:
+            require_file(file, f"Recording: {file}")
+        except InvalidInput as error:
+            raise VideoError(str(error)) from None
     if header is None or pixels is None:
         wanted = f"{path.stem}.cih or {path.stem}.cihx" if header is None else f"{path.stem}.mraw"
         raise VideoError(

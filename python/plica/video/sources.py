@@ -13,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.errors import InvalidInput
+from plica.storage.files import require_file
+from plica.storage.stored import inside
 from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.grey import depth, to_grey
@@ -28,6 +30,8 @@ _TIFF = {".tif", ".tiff"}
 _HDF5 = {".h5", ".hdf5", ".mat"}
 _PHOTRON = {".mraw", ".cih", ".cihx"}
 _LEAST = 16  # px, of a side
+_MOST_FRAMES = 1_000_000  # 50 s at 20,000 frames/s
+_MOST_PIXELS = 1 << 26  # of a frame, 8192 x 8192
 
 
 class FrameSource(Protocol):
@@ -69,6 +73,7 @@ def open_source(path: Path, dataset: str | None = None) -> FrameSource:
         )
     if path.is_dir():
         return Images(path)
+    _require_file(path)
     if path.stat().st_size == 0:
         raise VideoError(f"Recording: {path} is empty: 0 bytes.")
     if suffix in _VIDEO:
@@ -120,10 +125,21 @@ def _checked(source: FrameSource) -> FrameSource:
 
 
 def check(name: str, count: int, shape: tuple[int, int]) -> None:
-    """Raises VideoError for fewer than two frames or frames too small to be a recording."""
+    """Raises VideoError for fewer than two frames or for frames too small, too large or too many to be a
+    recording."""
     if count < 2:
         raise VideoError(
             f"Recording: {name} has {count} frame{'' if count == 1 else 's'}; must be two or more."
+        )
+    if count > _MOST_FRAMES:
+        raise VideoError(
+            f"Recording: {name} has {count} frames or more; must be at most {_MOST_FRAMES}. Store the part "
+            "that is to be analysed in a file of its own."
+        )
+    if shape[0] * shape[1] > _MOST_PIXELS:
+        raise VideoError(
+            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must have at most {_MOST_PIXELS} "
+            "px. Store the region that is to be analysed in a file of its own."
         )
     if min(shape) < _LEAST:
         raise VideoError(
@@ -150,6 +166,8 @@ class Video:
                     index, f"is {frame.width} x {frame.height} px, frame 0 {self.shape[1]} x {self.shape[0]}"
                 )
             self.count, self.shape = index + 1, size
+            if max(self.count, stated) > _MOST_FRAMES:
+                check(self.name, max(self.count, stated), size)
         if stated and self.count < stated:
             raise VideoError(
                 f"Recording: {self.name} ends after {self.count} frames; must have the {stated} that it "
@@ -218,7 +236,7 @@ class Images:
         self._files = sorted(
             (file for file in path.iterdir() if is_picture(file)),
             key=lambda file: [
-                int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)
+                int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", file.name)
             ],
         )
         if not self._files:
@@ -342,6 +360,7 @@ class Dataset(Arrays):
         self._path = path
         with _hdf5_errors(path), h5py.File(path, "r") as file:
             self._key = _dataset(file, path, dataset)
+            _require_inside(file, self._key, path)
             of_matlab = path.suffix.lower() == ".mat"
             super().__init__(f"{path.name}: {self._key}", file[self._key], reversed_axes=of_matlab)
         self._data = None
@@ -350,7 +369,7 @@ class Dataset(Arrays):
         import h5py
 
         with _hdf5_errors(self._path), h5py.File(self._path, "r") as file:
-            data = file[self._key]
+            data = _require_inside(file, self._key, self._path)
             yield from Arrays(self.name, data, reversed_axes=self._reversed).pixels(begin, end)
 
 
@@ -394,6 +413,21 @@ def _dataset(file: Any, path: Path, wanted: str | None) -> str:
     return found[0]
 
 
+def _require_inside(file: Any, key: str, path: Path) -> Any:
+    """The data set, all of which is in the file itself; raises VideoError."""
+    try:
+        return inside(file, key, path)
+    except InvalidInput as error:
+        raise VideoError(f"Recording: {error}") from None
+
+
+def _require_file(path: Path) -> None:
+    try:
+        require_file(path, f"Recording: {path}")
+    except InvalidInput as error:
+        raise VideoError(str(error)) from None
+
+
 def _loaded(path: Path) -> Any:
     try:
         return np.load(path, mmap_mode="r", allow_pickle=False)
@@ -403,6 +437,7 @@ def _loaded(path: Path) -> Any:
 
 
 def _pixels(file: Path) -> npt.NDArray[Any]:
+    _require_file(file)
     try:
         return read_pixels(file)
     except InvalidInput as error:

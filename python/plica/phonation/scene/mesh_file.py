@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import SceneError, nearest, one_of
+from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.scene.face_selection import FaceSelection, select
+from plica.phonation.scene.gmsh_nodes import missing_node
 from plica.phonation.scene.mesh_parts import Label, Labels, MeshFile, Sides
+from plica.storage.files import require_file
 
 __all__ = ["read_mesh"]
 
@@ -73,14 +75,24 @@ class _Reader:
     def _open(self, path: Path) -> Any:
         import meshio
 
+        try:
+            require_file(path, f"mesh.file = {path}")
+        except InvalidInput as error:
+            raise self.fail(str(error)) from None
         if not path.is_file():
             raise self.fail(f"mesh.file = {path}; there is no such file.")
+        named = missing_node(path) if path.suffix == ".msh" else None  # meshio reads it from the end
+        if named is not None:
+            raise self.fail(
+                f"mesh.file: {path.name}: element {named[0]} has node {named[1]}; must be a node of the "
+                "file. Write the file anew in your mesher."
+            )
         try:
             with (
                 contextlib.redirect_stdout(io.StringIO()),
                 contextlib.redirect_stderr(io.StringIO()) as printed,
             ):
-                return meshio.read(path)
+                read = meshio.read(path)
         except (
             Exception,
             SystemExit,
@@ -88,6 +100,20 @@ class _Reader:
             reason = str(error) if not isinstance(error, SystemExit) else printed.getvalue()
             reason = " ".join(reason.split()) or type(error).__name__
             raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
+        self._require_nodes(read, path)
+        return read
+
+    def _require_nodes(self, read: Any, path: Path) -> None:
+        """Raise SceneError if a cell has a node that is not in the file."""
+        for block in read.cells:
+            data = np.asarray(block.data)
+            wrong = (data < 0) | (data >= len(read.points)) if data.dtype.kind in "iu" else np.zeros(1, bool)
+            if wrong.any():
+                k = int(np.argwhere(wrong)[0, 0])
+                raise self.fail(
+                    f"mesh.file: {path.name}: {block.type} {k} has the node {int(data[wrong][0])}; must be "
+                    f"in [0, {len(read.points)})."
+                )
 
     def _cells(self, kinds: Mapping[str, int]) -> tuple[_Integers, _Integers]:
         """Cells (m, nodes) of these kinds and their labels (m); zero if the file has no labels."""

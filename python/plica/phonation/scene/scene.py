@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
-from plica.errors import SceneError
+from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh
 from plica.phonation.scene.part import Part, problem
 from plica.phonation.scene.parts import (
@@ -30,6 +30,7 @@ from plica.phonation.scene.stepping import is_whole
 from plica.phonation.scene.tissue import Tissue
 from plica.phonation.scene.tissue_presets import by_name
 from plica.phonation.scene.toml_text import toml_text
+from plica.storage.files import require_file
 from plica.units import Acceleration
 
 __all__ = ["Scene"]
@@ -116,6 +117,10 @@ class Scene(Part):
             With one line per error, each with the file and the key.
         """
         path = Path(path)
+        try:
+            require_file(path, str(path))
+        except InvalidInput as error:
+            raise SceneError(str(error)) from None
         try:
             text = path.read_text(encoding="utf-8-sig")  # Windows editors write a byte order mark
         except FileNotFoundError:
