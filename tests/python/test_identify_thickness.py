@@ -95,3 +95,14 @@ def test_the_shift_is_that_of_a_second_estimate() -> None:
 def test_tissue_of_one_layer_has_no_doubt_of_thickness() -> None:
     mesh = _engine.block_mesh(size=SIZE, divisions=(1, 2, 3))
     assert layers_below(mesh, "z_max") == {}
+
+
+@pytest.mark.parametrize("larynx", ["coarse", "demo"])
+def test_curved_cells_of_a_thicker_layer_are_not_folded(larynx: str) -> None:
+    mesh = plica.build_mesh(plica.Larynx(larynx=larynx, order=2))
+    layers = layers_below(mesh, "airway")
+    assert set(layers) == {"cover", "ligament"}
+    for layer in layers:
+        thick = thicker(mesh, "airway", layer)
+        assert not np.array_equal(thick.points, mesh.points)
+        assert _engine.least_jacobian_ratios(np.asarray(thick.points), np.asarray(thick.cells)).min() > 0

@@ -398,3 +398,12 @@ def test_the_file_holds_every_measure_in_si_with_unit_spread_and_cycles(tmp_path
     assert all({"value", "unit", "spread", "cycles"} <= entry.keys() for entry in read.values())
     assert read["fundamental_frequency"]["unit"] == "Hz"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_one_cycle_has_no_growth_but_all_other_measures() -> None:
+    run = base.run()
+    cycles = find_cycles(run.time, run.waveforms["minimum_area"])
+    found = measure(run, Cycles(cycles.starts[:2], verdict=cycles.verdict))
+    assert found["amplitude_growth"].value is None
+    assert found["amplitude_growth"].note
+    assert found["open_quotient"].cycles == found["fundamental_frequency"].cycles == 1

@@ -75,21 +75,26 @@ def thicker(mesh: _engine.TetMesh, surface: str, layer: str, factor: float = FAC
 
 
 def _harmonic(mesh: _engine.TetMesh, known: Array) -> Array:
-    """(n, 3) with the known rows unchanged; each other row is the mean of its neighbours, weighted by the
-    inverse edge lengths."""
+    """(n, 3) with the known rows of vertices unchanged; each other vertex is the mean of its neighbours,
+    weighted by the inverse edge lengths, and a node amid an edge the mean of its two ends.
+
+    So curved cells keep the bend of their edges: one whose mid-side nodes followed alone could fold.
+    """
     cells, points = np.asarray(mesh.cells), np.asarray(mesh.points)
-    ends = np.concatenate([cells[:, [i, j]] for i, j in EDGES])
-    if cells.shape[1] == 10:
-        middles = np.concatenate([cells[:, 4 + k] for k in range(6)])
-        ends = np.concatenate([np.column_stack([ends[:, side], middles]) for side in (0, 1)])
-    ends = np.unique(np.sort(ends, axis=1), axis=0)
+    vertices = np.unique(cells[:, :4])
+    ends = np.unique(np.sort(np.concatenate([cells[:, [i, j]] for i, j in EDGES]), axis=1), axis=0)
     weight = 1 / np.linalg.norm(np.diff(points[ends], axis=1)[:, 0], axis=1)
     n, (i, j) = len(points), ends.T
     graph = sparse.coo_array((np.tile(weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n)).tocsr()
     laplace = (sparse.diags_array(graph.sum(axis=1)) - graph).tocsr()
-    free = np.isnan(known).any(axis=1)
+    free = np.zeros(n, dtype=bool)
+    free[vertices] = np.isnan(known[vertices]).any(axis=1)
+    held = np.setdiff1d(vertices, np.flatnonzero(free))
     found = known.copy()
-    found[free] = splu(laplace[free][:, free].tocsc()).solve(-laplace[free][:, ~free] @ known[~free])
+    found[free] = splu(laplace[free][:, free].tocsc()).solve(-laplace[free][:, held] @ known[held])
+    for k in range(4, cells.shape[1]):
+        a, b = EDGES[k - 4]
+        found[cells[:, k]] = 0.5 * (found[cells[:, a]] + found[cells[:, b]])
     return found
 
 
