@@ -347,6 +347,12 @@ void bind_dynamics(py::module_& engine) {
           },
           py::arg("state"))
       .def(
+          "renewed",
+          [](const SteppedSimulation& self, const py::dict& state) {
+            return state_to_dict(self.simulation().renewed(state_from_dict(state)));
+          },
+          py::arg("state"))
+      .def(
           "set_external_force",
           [](SteppedSimulation& self, const RealArray& force) {
             self.simulation().set_external_force(as_vector(to_points(force, "Simulation", "external force")));

@@ -7,6 +7,7 @@
 
 #include "plica/airflow/traction.hpp"
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -114,12 +115,16 @@ double Airflow::pressure_at(const Place& place, const Vector& pressure) const {
 }
 
 Vector Airflow::nodal_pressure(const Vector& pressure) const {
+  require_size("Airflow", "pressure", pressure.size(), sections_.count());
   Vector nodal(nodes_.size());
   for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], pressure);
   return nodal;
 }
 
 void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) const {
+  require_size("Airflow", "pressure", pressure.size(), sections_.count());
+  require_at_least("Airflow", "x", x.rows(), nodes_[nodes_.size() - 1] + std::ptrdiff_t{1});
+  require_size("Airflow", "force", force.size(), x.size());
   auto forces = as_points(force);
   if (std::holds_alternative<ReferenceShape>(options_.load_shape)) {
     const Vector load = options_.subglottal_pressure * patterns_.subglottal + patterns_.sections * pressure;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -55,6 +56,8 @@ void ViscousSlit::validate() const {
 
 FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas, bool stopped,
                          std::optional<int> separation) {
+  require_at_least("bernoulli_flow", "areas", areas.size(), 1);
+  if (separation) require_index("bernoulli_flow", "separation", *separation, areas.size());
   FlowState state;
   state.area = areas;
   std::ptrdiff_t least = 0;
@@ -85,6 +88,9 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
 FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Channel& channel,
                             const Vector& areas) {
   const std::ptrdiff_t count = areas.size();
+  require_at_least("viscous_slit_flow", "areas", count, 1);
+  require_size("viscous_slit_flow", "channel.height", channel.height.size(), count);
+  require_size("viscous_slit_flow", "channel.length", channel.length.size(), count);
   const double r = model.separation_ratio;
   FlowState state;
   state.area = areas;

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "plica/airflow/facets.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -30,6 +31,9 @@ std::ptrdiff_t interval_of(const Vector& height, double z) {
 }  // namespace
 
 LoadPatterns load_patterns(const Points& x, const Faces& faces, const Vector& height, double same) {
+  require_size("load_patterns", "a face", faces.cols(), 3, 6);
+  require_indices("load_patterns", "node of a face", faces, x.rows());
+  require_at_least("load_patterns", "height", height.size(), 1);
   const std::ptrdiff_t count = height.size(), width = faces.cols();
   const Facets facets(width);
   struct Sample {

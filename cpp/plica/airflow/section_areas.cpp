@@ -6,6 +6,7 @@
 
 #include "plica/airflow/facets.hpp"
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -27,12 +28,16 @@ void for_each_facet(const Points& x, const Faces& surface, const Facets& facets,
 }  // namespace
 
 void SectionAreas::add_row(const std::vector<Term>& terms, double spacing) {
+  for (const Term& term : terms) nodes_ = std::max<std::ptrdiff_t>(nodes_, term.node + std::ptrdiff_t{1});
   terms_.insert(terms_.end(), terms.begin(), terms.end());
   row_start_.push_back(terms_.size());
   spacing_.push_back(spacing);
 }
 
 SectionAreas SectionAreas::elliptic(const Sections& sections) {
+  for (const std::ptrdiff_t size : {sections.major.size(), static_cast<std::ptrdiff_t>(sections.right.size()),
+                                    static_cast<std::ptrdiff_t>(sections.left.size())})
+    require_size("SectionAreas", "the sections' parts", size, sections.count());
   SectionAreas found;
   found.sections_ = sections.count();
   for (std::ptrdiff_t i = 0; i < sections.count(); ++i) {
@@ -47,6 +52,9 @@ SectionAreas SectionAreas::elliptic(const Sections& sections) {
 }
 
 SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sections& sections) {
+  require_size("SectionAreas", "a face of the surface", surface.cols(), 3, 6);
+  require_indices("SectionAreas", "node of the surface", surface, mesh.node_count());
+  require_at_least("SectionAreas", "heights", sections.height.size(), 1);
   const Facets facets(surface.cols());
   const Points& x = mesh.points;
   const Vector& height = sections.height;
@@ -130,6 +138,7 @@ SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sectio
 }
 
 Vector SectionAreas::widths(const Points& x) const {
+  require_at_least("SectionAreas", "x", x.rows(), nodes_);
   Vector widths(static_cast<std::ptrdiff_t>(spacing_.size()));
   for (std::size_t row = 0; row < spacing_.size(); ++row) {
     double sum = 0;
@@ -141,6 +150,7 @@ Vector SectionAreas::widths(const Points& x) const {
 }
 
 Vector SectionAreas::areas(const Vector& widths) const {
+  require_size("SectionAreas", "widths", widths.size(), width_count());
   Vector areas = Vector::Zero(sections_);
   const std::ptrdiff_t each = widths.size() / sections_;
   for (std::ptrdiff_t row = 0; row < widths.size(); ++row) {

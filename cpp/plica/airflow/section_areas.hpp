@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "plica/airflow/sections.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 
@@ -38,14 +39,21 @@ class SectionAreas {
   };
   /// Rows of widths(), as many a section.
   std::ptrdiff_t width_count() const { return static_cast<std::ptrdiff_t>(spacing_.size()); }
-  std::ptrdiff_t section_of(std::ptrdiff_t width) const { return width / (width_count() / sections_); }
+  std::ptrdiff_t section_of(std::ptrdiff_t width) const {
+    require_index("SectionAreas", "width", width, width_count());
+    return width / (width_count() / sections_);
+  }
   /// What a width is the sum of.
   std::vector<Term> terms(std::ptrdiff_t width) const {
+    require_index("SectionAreas", "width", width, width_count());
     const auto row = static_cast<std::size_t>(width);
     return {terms_.begin() + static_cast<std::ptrdiff_t>(row_start_[row]),
             terms_.begin() + static_cast<std::ptrdiff_t>(row_start_[row + 1])};
   }
-  double spacing(std::ptrdiff_t width) const { return spacing_[static_cast<std::size_t>(width)]; }  // m
+  double spacing(std::ptrdiff_t width) const {  // m
+    require_index("SectionAreas", "width", width, width_count());
+    return spacing_[static_cast<std::size_t>(width)];
+  }
   /// Whether widths of overlap count zero, so that areas are linear in widths only where none is negative.
   bool clipped() const { return clipped_; }
 
@@ -54,6 +62,7 @@ class SectionAreas {
 
   bool clipped_ = false;
   std::ptrdiff_t sections_ = 0;
+  std::ptrdiff_t nodes_ = 0;  // of which x is read: one more than the last of them
   std::vector<std::size_t> row_start_{0};
   std::vector<Term> terms_;
   std::vector<double> spacing_;  // (s * stations) m, what a width counts for

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -166,12 +167,17 @@ int right_cells(const TetMesh& mesh, const Line& line) {
 }  // namespace
 
 Vector3 MaterialPoint::at(const Points& x) const {
+  require_size("MaterialPoint", "weights", static_cast<std::ptrdiff_t>(weights.size()),
+               static_cast<std::ptrdiff_t>(nodes.size()));
+  require_indices("MaterialPoint", "node", nodes, x.rows());
   Vector3 sum = Vector3::Zero();
   for (std::size_t i = 0; i < nodes.size(); ++i) sum += weights[i] * x.row(nodes[i]).transpose();
   return sum;
 }
 
 Vector Sections::widths(const Points& x) const {
+  require_size("Sections", "right", static_cast<std::ptrdiff_t>(right.size()), count());
+  require_size("Sections", "left", static_cast<std::ptrdiff_t>(left.size()), count());
   Vector widths(count());
   for (std::ptrdiff_t i = 0; i < count(); ++i) widths[i] = toward_right * (right[i].at(x)[0] - left[i].at(x)[0]);
   return widths;
@@ -187,6 +193,7 @@ struct Coronal {
   double toward_right = 1;
 
   Coronal(const TetMesh& mesh, const Faces& surface) : triangles(flat_triangles(surface)) {
+    require_indices("Airflow", "node of the surface", surface, mesh.node_count());
     const Eigen::AlignedBox3d box = box_of(mesh.points, triangles);
     const double extent = box.diagonal().norm(), middle = box.center()[1];
     same_height = 1e-6 * extent;
@@ -263,6 +270,7 @@ Sections level_sections(const TetMesh& mesh, const Faces& surface) {
 }
 
 Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
+  require_at_least("graded_sections", "the sections", count, 2);
   const Coronal coronal(mesh, surface);
   // The ends are inset so that a plane there cuts the whole airway.
   const double inset = 1e-4 * (coronal.highest() - coronal.lowest()), low = coronal.lowest() + inset,
@@ -292,6 +300,7 @@ Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
 }
 
 Vector cut_areas(const Points& x, const Triangles& surface, const Vector& heights) {
+  require_indices("cut_areas", "node of the surface", surface, x.rows());
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const auto node : surface.reshaped()) low = std::min(low, x(node, 2)), high = std::max(high, x(node, 2));
   const double aside = origin_near(x)[0];  // of a mesh far away, whose x would drown the area in round-off

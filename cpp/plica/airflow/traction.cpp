@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "plica/core/require.hpp"
 #include "plica/mesh/face.hpp"
 
 namespace plica {
@@ -43,6 +44,8 @@ struct SixNodes {
 }  // namespace
 
 FaceVectors pressure_load(const FaceVectors& x, const FaceValues& pressure) {
+  require_size("pressure_load", "x", x.rows(), 3, 6);
+  require_size("pressure_load", "pressure", pressure.size(), x.rows());
   FaceVectors force(x.rows(), 3);
   if (x.rows() == 3) {
     const Eigen::RowVector3d u = x.row(1) - x.row(0), v = x.row(2) - x.row(0);

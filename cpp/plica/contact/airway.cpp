@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -139,6 +140,8 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
                        "> 0");
   if (!(direction.norm() > 0) || !direction.allFinite())
     throw InvalidInput("matched_airway", "length of direction", direction.norm(), "", "> 0 and finite");
+  require_indices("matched_airway", "node of first", first, points.rows());
+  require_indices("matched_airway", "node of second", second, points.rows());
   const auto first_nodes = nodes_of(first), second_nodes = nodes_of(second);
   auto all = first_nodes;
   all.insert(all.end(), second_nodes.begin(), second_nodes.end());
@@ -187,6 +190,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
 
 std::vector<std::int32_t> inverted(const Points& x, const Tets& tets) {
   using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
+  require_indices("inverted", "node of a tetrahedron", tets, x.rows());
   if (!x.allFinite()) throw InvalidInput("inverted: x is not finite; must be finite. Did the time step diverge?");
   std::vector<std::int32_t> found;
   for (std::ptrdiff_t t = 0; t < tets.rows(); ++t) {

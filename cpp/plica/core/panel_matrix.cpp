@@ -5,6 +5,7 @@
 #include <map>
 
 #include "plica/core/registers.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/versions.hpp"
 
 namespace plica {
@@ -168,6 +169,7 @@ void Panels<Scalar>::multiply(const Column& x, Column& y) const {
   static const Panel<Scalar> panel = takes_largest() ? panel_largest<Scalar>
                                      : takes_fused() ? panel_fused<Scalar>
                                                      : panel_any<Scalar>;
+  require_size("Panels", "x", x.size(), cols_);
   y.resize(rows_);
   std::ptrdiff_t columns = cols_;
   while (columns > 0 && x[columns - 1] == 0) --columns;
@@ -186,6 +188,7 @@ template class Panels<float>;
 
 TwoColumns operator*(const PanelMatrix& A, const TwoColumns& x) {
   static const Panel<double> panel = takes_largest() ? two_largest : takes_fused() ? two_fused : two_any;
+  require_size("Panels", "rows of x", x.rows(), A.cols());
   TwoColumns y(A.rows(), 2);
   double found[2 * width];
   for (std::ptrdiff_t row = 0; row < A.rows(); row += width) {
@@ -197,6 +200,12 @@ TwoColumns operator*(const PanelMatrix& A, const TwoColumns& x) {
 }
 
 SparsePanels::SparsePanels(std::ptrdiff_t rows, const std::vector<Entry>& entries) : rows_(rows) {
+  require_at_least("SparsePanels", "the rows", rows, 0);
+  for (const auto& [row, column, value] : entries) {
+    require_index("SparsePanels", "row of an entry", row, rows);
+    require_at_least("SparsePanels", "the columns of an entry", column, 0);
+    columns_read_ = std::max<std::ptrdiff_t>(columns_read_, column + std::ptrdiff_t{1});
+  }
   std::map<std::pair<std::ptrdiff_t, std::int32_t>, std::array<double, width>> sums;  // of panel and column
   for (const auto& [row, column, value] : entries)
     sums.try_emplace({row / width, column}).first->second[static_cast<std::size_t>(row % width)] += value;
@@ -212,6 +221,7 @@ SparsePanels::SparsePanels(std::ptrdiff_t rows, const std::vector<Entry>& entrie
 
 Vector SparsePanels::operator*(const Vector& x) const {
   static const SparsePanel panel = takes_largest() ? sparse_largest : takes_fused() ? sparse_fused : sparse_any;
+  require_at_least("SparsePanels", "x", x.size(), columns_read_);
   Vector y(rows_);
   double found[width];
   for (std::ptrdiff_t row = 0; row < rows_; row += width) {

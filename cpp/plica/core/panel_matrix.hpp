@@ -58,6 +58,7 @@ class SparsePanels {
 
  private:
   std::ptrdiff_t rows_ = 0;
+  std::ptrdiff_t columns_read_ = 0;    // of x
   std::vector<std::size_t> first_;     // (panels + 1) in columns_
   std::vector<std::int32_t> columns_;  // panel after panel
   Vector values_;                      // 16 a column

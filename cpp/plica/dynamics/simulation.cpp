@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/stopwatch.hpp"
 #include "plica/dynamics/initial_state.hpp"
 #include "plica/dynamics/step.hpp"
@@ -86,6 +87,7 @@ Vector Simulation::contact_force() const {
 }
 
 Points Simulation::displacement_of(const Indices& nodes) const {
+  require_indices("Simulation", "node", nodes, scene_.mesh.node_count());
   if (reduced_) return as_points(Vector(reduced_->motion().shapes_at(nodes) * state_.displacement));
   Points u(nodes.size(), 3);
   for (std::ptrdiff_t p = 0; p < u.rows(); ++p) u.row(p) = motion_.at(nodes[p], state_.displacement);
@@ -93,6 +95,7 @@ Points Simulation::displacement_of(const Indices& nodes) const {
 }
 
 Points Simulation::coronal(Side side) const {
+  if (!flow_) throw InvalidInput("Simulation: coronal sections; must be of a scene with an airflow.");
   const Sections& sections = flow_->airflow().sections();
   if (reduced_) return reduced_->flow()->coronal(side, state_.displacement);
   Points at(sections.count(), 3);
@@ -126,13 +129,37 @@ void Simulation::set_external_force(Vector force) {
   loads_.set_external(reduced_ ? reduced_->motion().forces(force) : std::move(force));
 }
 
-void Simulation::restore(State state) {
+State::Shape Simulation::shape_of_states() const {
   std::function<bool(std::int32_t)> knows;
   if (contact_)
     knows = [&](std::int32_t key) { return reduced_ ? reduced_->contact()->knows(key) : collision()->knows(key); };
-  state.validate({reduced_ ? reduced_->motion().size() : stiffness().rows(), scene_.mesh.cell_count(),
-                  viscosity().has_value(), flow_.has_value(), knows, reduced_ ? reduced_->interface() : -1,
-                  !explicit_});
+  return {reduced_ ? reduced_->motion().size() : stiffness().rows(),
+          scene_.mesh.cell_count(),
+          viscosity().has_value(),
+          flow_.has_value(),
+          knows,
+          reduced_ ? reduced_->interface() : -1,
+          !explicit_};
+}
+
+StateProducts Simulation::products_of_states() const {
+  return reduced_ ? StateProducts(reduced_->motion()) : StateProducts(motion_);
+}
+
+State Simulation::renewed(State state) const {
+  state.validate(shape_of_states());
+  State found = products_of_states().renewed(state);
+  const double moved = (found.elastic_force - state.elastic_force).cwiseAbs().maxCoeff();
+  if (contact_ && moved > 1e-8 * found.elastic_force.cwiseAbs().maxCoeff())
+    throw InvalidInput(
+        "Simulation: the displacement of a state with contact has changed; must be as it was. Begin another "
+        "simulation with it, as the scene's displacement: what is in contact is sought from there.");
+  return found;
+}
+
+void Simulation::restore(State state) {
+  state.validate(shape_of_states());
+  products_of_states().require(state);
   state_ = std::move(state);
   record_ = StepRecord{};
   record_.time = time();

@@ -9,6 +9,7 @@
 #include "plica/dynamics/scene_flow.hpp"
 #include "plica/dynamics/scene_loads.hpp"
 #include "plica/dynamics/state.hpp"
+#include "plica/dynamics/state_products.hpp"
 #include "plica/dynamics/tissue_watch.hpp"
 
 namespace plica {
@@ -34,8 +35,13 @@ class Simulation {
   double time() const { return static_cast<double>(state_.step) * motion_.step(); }
   const State& state() const { return state_; }
   /// Continues from a state of a simulation of the same scene and options: the steps that follow are identical
-  /// (an external force is not part of it). record() is empty until the next step. Throws InvalidInput.
+  /// (an external force is not part of it). record() is empty until the next step. Throws InvalidInput, also for
+  /// a state whose products, K v and so on, are not those of its displacement, velocity and acceleration.
   void restore(State state);
+  /// A state whose velocity, acceleration or, without contact, displacement the embedder has changed, with its
+  /// products made anew, for restore(). The energy that the change brings counts as the ledger's `initial`; forces
+  /// and accelerations of the last step stay as they were. Throws InvalidInput.
+  State renewed(State state) const;
   const StepRecord& record() const { return record_; }  // of the last step
   StepTimes times() const;
 
@@ -93,6 +99,8 @@ class Simulation {
  private:
   SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
   void begin();
+  State::Shape shape_of_states() const;
+  StateProducts products_of_states() const;
   void advance_explicit(const Vector& scene_load);
   void advance_reduced();
   Vector at_nodes(const Vector& unknowns) const {

@@ -69,6 +69,13 @@ void State::validate(const Shape& shape) const {
     throw InvalidInput("Simulation", "state's depth", depth, "m", ">= 0 and finite");
   if (!std::isfinite(supplied_power) || !std::isfinite(viscous_power))
     throw InvalidInput("Simulation: the state's supplied_power and viscous_power must be finite.");
+  if (closed.empty() && contact_force.size() > 0 && !contact_force.isZero(0))
+    throw InvalidInput(
+        "Simulation: the state has contact forces; must have the closed constraints that carry them.");
+  for (const double energy : {ledger.kinetic, ledger.elastic, ledger.load_work, ledger.flow_work,
+                              ledger.contact_work, ledger.viscous_loss, ledger.numerical_loss, ledger.initial,
+                              ledger.air_supplied_energy, ledger.air_viscous_energy})
+    if (!std::isfinite(energy)) throw InvalidInput("Simulation: the state's ledger must be finite.");
   first_signs.validate(step, shape.cells);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/estimation/product_kernels.hpp"
 
@@ -47,9 +48,21 @@ std::ptrdiff_t factor(const MatrixSpan& a) {
   return half + factor(below);
 }
 
+/// What the kernels of a triangular solve read and write.
+void require_triangle(const char* where, const MatrixView& r, const MatrixSpan& x) {
+  require_size(where, "columns of R", r.columns, r.rows);
+  require_size(where, "column_stride of R", r.column_stride, 1);
+  require_size(where, "rows of X", x.rows, r.rows);
+  require_size(where, "column_stride of X", x.column_stride, 1);
+}
+
 }  // namespace
 
 void congruence(const MatrixView& g, const MatrixView& p, const MatrixSpan& c, Into into) {
+  require_size("congruence", "rows of P", p.rows, g.columns);
+  require_size("congruence", "columns of P", p.columns, g.columns);
+  require_size("congruence", "rows of C", c.rows, g.rows);
+  require_size("congruence", "columns of C", c.columns, g.rows);
   static thread_local DenseMatrix kept;
   if (kept.rows() != g.rows || kept.cols() != g.columns) kept.resize(g.rows, g.columns);
   multiply(1.0, g, p, span(kept), Part::full, Into::overwrite);
@@ -57,6 +70,7 @@ void congruence(const MatrixView& g, const MatrixView& p, const MatrixSpan& c, I
 }
 
 void symmetric_product(const MatrixView& a, const MatrixView& b, const MatrixSpan& c, Into into) {
+  require_size("symmetric_product", "columns of C", c.columns, c.rows);
   multiply(1.0, a, b, c, Part::upper, into);
   mirror_upper(c);
 }
@@ -67,12 +81,15 @@ void gram_update(double scale, const MatrixView& w, const MatrixSpan& p) {
 }
 
 std::ptrdiff_t cholesky(const MatrixSpan& a) {
+  require_size("cholesky", "columns of A", a.columns, a.rows);
+  require_size("cholesky", "column_stride of A", a.column_stride, 1);
   const std::ptrdiff_t done = factor(a);
   for (std::ptrdiff_t i = 1; i < a.rows; ++i) std::fill_n(a.data + i * a.row_stride, i, 0.0);
   return done;
 }
 
 void solve_lower(const MatrixView& r, const MatrixSpan& x) {
+  require_triangle("solve_lower", r, x);
   const std::ptrdiff_t n = r.rows;
   if (n <= solved_at_once) return solve_strips(product_kernels().forward, r, x);
   const std::ptrdiff_t half = split(n, 16), rest = n - half;
@@ -83,6 +100,7 @@ void solve_lower(const MatrixView& r, const MatrixSpan& x) {
 }
 
 void solve_upper(const MatrixView& r, const MatrixSpan& x) {
+  require_triangle("solve_upper", r, x);
   const std::ptrdiff_t n = r.rows;
   if (n <= solved_at_once) return solve_strips(product_kernels().backward, r, x);
   const std::ptrdiff_t half = split(n, 16), rest = n - half;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
@@ -39,9 +40,22 @@ Lags rows_of(const BlockToeplitz& T, std::ptrdiff_t k, const std::vector<std::pt
   return part;
 }
 
+void require_blocks(const char* where, const BlockToeplitz& T) {
+  require_at_least(where, "the blocks", T.blocks, 1);
+  if (T.lags.rows() % T.blocks != 0)
+    refuse_size(where, "the rows of lags", T.lags.rows(),
+                "a multiple of the " + std::to_string(T.blocks) + " blocks");
+}
+
 }  // namespace
 
 Lags toeplitz_gram(const BlockToeplitz& A, const BlockToeplitz& B, const Lags& weights) {
+  require_blocks("toeplitz_gram", A);
+  require_blocks("toeplitz_gram", B);
+  require_size("toeplitz_gram", "the blocks of B", B.blocks, A.blocks);
+  require_size("toeplitz_gram", "the rows of a block of B", B.rows(), A.rows());
+  require_size("toeplitz_gram", "rows of weights", weights.rows(), A.blocks);
+  require_size("toeplitz_gram", "columns of weights", weights.cols(), A.rows());
   const std::ptrdiff_t N = A.blocks, a = A.columns(), b = B.columns();
   const Vector common = most_common(weights);
   const Lags wide_A = side_by_side(A), wide_B = common.asDiagonal() * side_by_side(B);
@@ -81,6 +95,8 @@ Lags toeplitz_gram(const BlockToeplitz& A, const BlockToeplitz& B, const Lags& w
 }
 
 Lags toeplitz_product(const BlockToeplitz& T, const Lags& x) {
+  require_blocks("toeplitz_product", T);
+  require_size("toeplitz_product", "rows of x", x.rows(), T.blocks * T.columns());
   const std::ptrdiff_t N = T.blocks, m = T.rows(), q = T.columns();
   Lags y = Lags::Zero(N * m, x.cols());
   for_chunks(N, 4, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
@@ -92,6 +108,8 @@ Lags toeplitz_product(const BlockToeplitz& T, const Lags& x) {
 }
 
 Lags toeplitz_transposed_product(const BlockToeplitz& T, const Lags& x) {
+  require_blocks("toeplitz_transposed_product", T);
+  require_size("toeplitz_transposed_product", "rows of x", x.rows(), T.blocks * T.rows());
   const std::ptrdiff_t N = T.blocks, m = T.rows(), q = T.columns();
   Lags y = Lags::Zero(N * q, x.cols());
   for_chunks(N, 4, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {

@@ -203,6 +203,10 @@ LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& o
   if (known.measured.size() > 0) {
     require_size(known.measured, first, "where motion is measured");
     require_size(known.displacement, first, "the motion that is measured");
+    const double length = std::hypot(known.across[0], known.across[1]);
+    if (!(std::abs(length - 1) < 1e-6))
+      throw InvalidInput("dense_flow", "length of across", length, "", "1",
+                         "It is the direction of what is measured.");
   }
 
   const auto deepest = [&](double spacing) {

@@ -82,6 +82,8 @@ double median(std::vector<double> values) {
 }  // namespace
 
 Plane Light::gains(std::ptrdiff_t rows, std::ptrdiff_t columns) const {
+  require_at_least("Light", "the rows", rows, 1);
+  require_at_least("Light", "the columns", columns, 1);
   Plane result(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     for (std::ptrdiff_t j = begin; j < end; ++j) {
@@ -98,6 +100,13 @@ Plane Light::gains(std::ptrdiff_t rows, std::ptrdiff_t columns) const {
 
 Light fit_light(const Plane& first, const Plane& second, const Spline& spline, const Plane& used, const Plane& u,
                 const Plane& v) {
+  require_picture("fit_light", first);
+  require_like("fit_light", "second", second, first);
+  require_like("fit_light", "u", u, first);
+  require_like("fit_light", "v", v, first);
+  if (used.size() > 0) require_like("fit_light", "used", used, first);
+  require_size("fit_light", "rows of the spline", spline.rows(), first.rows());
+  require_size("fit_light", "columns of the spline", spline.columns(), first.cols());
   const std::vector<Block> blocks = means(first, second, spline, used, u, v);
   Light light;
   if (blocks.empty()) return light;
@@ -148,6 +157,8 @@ Light fit_light(const Plane& first, const Plane& second, const Spline& spline, c
 }
 
 Relit relight(const Plane& first, const Plane& second, const Light& light) {
+  require_picture("relight", first);
+  require_like("relight", "second", second, first);
   const Plane gains = light.gains(first.rows(), first.cols());
   const auto offset = static_cast<float>(light.offset);
   return {first.min((second.maxCoeff() - offset) / gains), ((second - offset) / gains).min(first.maxCoeff())};

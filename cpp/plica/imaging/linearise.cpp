@@ -102,6 +102,8 @@ void linearise(const Plane& first, const Spline& second, const Plane& used, cons
 }
 
 void normalise(float noise, Linearisation& channel) {
+  require_like("normalise", "ix", channel.ix, channel.it);
+  require_like("normalise", "iy", channel.iy, channel.it);
   const std::ptrdiff_t columns = channel.it.cols();
   for_chunks(channel.it.rows(), chunk_rows(columns),
              [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
@@ -112,6 +114,7 @@ void normalise(float noise, Linearisation& channel) {
 }
 
 Gradient gradient(const Plane& image) {
+  require_picture("gradient", image);
   const std::ptrdiff_t columns = image.cols();
   Plane continued(image.rows(), columns + 4);
   continued.middleCols(2, columns) = image;
@@ -122,6 +125,9 @@ Gradient gradient(const Plane& image) {
 }
 
 Plane residual(const Plane& first, const Plane& second, const Plane& u, const Plane& v) {
+  require_like("residual", "second", second, first);
+  require_like("residual", "u", u, first);
+  require_like("residual", "v", v, first);
   const Spline spline(second);
   const std::ptrdiff_t columns = first.cols();
   Plane result(first.rows(), columns);
@@ -136,6 +142,10 @@ Plane residual(const Plane& first, const Plane& second, const Plane& u, const Pl
 }
 
 Flow round_trip(const Flow& forward, const Flow& backward) {
+  require_picture("round_trip", forward.u);
+  require_like("round_trip", "forward.v", forward.v, forward.u);
+  require_like("round_trip", "backward.u", backward.u, forward.u);
+  require_like("round_trip", "backward.v", backward.v, forward.u);
   const std::ptrdiff_t rows = forward.u.rows(), columns = forward.u.cols();
   Flow result{Plane(rows, columns), Plane(rows, columns)};
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {

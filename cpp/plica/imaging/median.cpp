@@ -81,6 +81,7 @@ PLICA_VERSIONS(middle,
 }  // namespace
 
 void median_5x5(const Plane& image, Plane& result) {
+  require_picture("median_5x5", image);
   const std::ptrdiff_t rows = image.rows(), columns = image.cols(), pitch = columns + 4;
   result.resize(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {

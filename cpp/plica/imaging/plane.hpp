@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "plica/core/require.hpp"
 #include "plica/core/types.hpp"
 
 namespace plica {
@@ -13,6 +14,16 @@ using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajo
 inline std::ptrdiff_t mirrored(std::ptrdiff_t i, std::ptrdiff_t n) {
   while (i < 0 || i >= n) i = i < 0 ? -1 - i : 2 * n - 1 - i;
   return i;
+}
+
+/// Throws InvalidInput for a picture without pixels, which has no border to continue.
+inline void require_picture(const char* where, const Plane& image) {
+  require_at_least(where, "the picture", image.size(), 1);
+}
+/// Throws InvalidInput unless a plane is as large as that picture.
+inline void require_like(const char* where, const char* name, const Plane& plane, const Plane& picture) {
+  require_size(where, (std::string("rows of ") + name).c_str(), plane.rows(), picture.rows());
+  require_size(where, (std::string("columns of ") + name).c_str(), plane.cols(), picture.cols());
 }
 
 /// Rows of one chunk of threaded work; depends on the size of the picture alone.

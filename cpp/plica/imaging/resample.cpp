@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
@@ -41,6 +43,9 @@ std::vector<Place> places(std::ptrdiff_t n_in, std::ptrdiff_t n_out) {
 }  // namespace
 
 Plane blur(const Plane& image, double sigma) {
+  if (!(sigma >= 0) || !std::isfinite(sigma)) throw InvalidInput("blur", "sigma", sigma, "px", ">= 0 and finite");
+  require_picture("blur", image);
+  if (sigma == 0) return image;
   const std::vector<float> kernel = gaussian(sigma);
   const auto half = static_cast<std::ptrdiff_t>(kernel.size() / 2);
   const std::ptrdiff_t rows = image.rows(), columns = image.cols();
@@ -67,6 +72,9 @@ Plane blur(const Plane& image, double sigma) {
 }
 
 Plane resize(const Plane& image, std::ptrdiff_t rows, std::ptrdiff_t columns) {
+  require_at_least("resize", "the rows", rows, 1);
+  require_at_least("resize", "the columns", columns, 1);
+  require_picture("resize", image);
   if (rows == image.rows() && columns == image.cols()) return image;
   const std::vector<Place> down = places(image.rows(), rows), across = places(image.cols(), columns);
   Plane result(rows, columns);
@@ -85,6 +93,9 @@ Plane resize(const Plane& image, std::ptrdiff_t rows, std::ptrdiff_t columns) {
 }
 
 std::vector<Plane> pyramid(Plane image, int levels, double spacing) {
+  require_picture("pyramid", image);
+  require_at_least("pyramid", "the levels", levels, 1);
+  if (!(spacing > 1) || !std::isfinite(spacing)) throw InvalidInput("pyramid", "spacing", spacing, "", "> 1");
   std::vector<Plane> all{std::move(image)};
   for (int level = 1; level < levels; ++level) {
     const Plane smooth = blur(all.back(), std::sqrt(spacing / 2));

@@ -82,7 +82,10 @@ PLICA_VERSIONS(warp,
 }  // namespace
 
 Spline::Spline(const Plane& image)
-    : rows_(image.rows()), columns_(image.cols()), coefficients_(rows_ + 2, columns_ + 2) {
+    : rows_((require_at_least("Spline", "rows of the picture", image.rows(), 2),
+             require_at_least("Spline", "columns of the picture", image.cols(), 2), image.rows())),
+      columns_(image.cols()),
+      coefficients_(rows_ + 2, columns_ + 2) {
   Plane c = image;
   filter_rows(c);
   Plane across = c.transpose();

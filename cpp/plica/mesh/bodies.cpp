@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "plica/core/require.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
 
 Indices body_of_nodes(const TetMesh& mesh) {
+  require_indices("body_of_nodes", "node of a cell", mesh.cells, mesh.node_count());
   Indices body(mesh.node_count());
   std::iota(body.begin(), body.end(), 0);
   const auto root = [&](std::int32_t node) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
@@ -25,6 +26,7 @@ const Faces& TetMesh::surface(const std::string& name) const { return named(surf
 const Indices& TetMesh::node_set(const std::string& name) const { return named(node_sets, name, "node_set"); }
 
 Boundary boundary(const Cells& cells) {
+  require_size("boundary", "a cell", cells.cols(), 4, 10);
   struct Use {
     FaceKey key;
     std::int32_t place;  // 4 cell + local face
@@ -58,6 +60,7 @@ Boundary boundary(const Cells& cells) {
 }
 
 Triangles flat_triangles(const Faces& faces) {
+  require_size("flat_triangles", "a face", faces.cols(), 3, 6);
   if (faces.cols() != 6) return faces;
   Triangles flat(4 * faces.rows(), 3);
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {

@@ -4,12 +4,15 @@
 #include <array>
 #include <limits>
 
+#include "plica/core/require.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
 
 Vector least_jacobian_ratios(const Points& x, const Cells& cells) {
+  require_size("least_jacobian_ratios", "a cell", cells.cols(), 4, 10);
+  require_indices("least_jacobian_ratios", "node of a cell", cells, x.rows());
   Vector ratios = Vector::Ones(cells.rows());
   if (cells.cols() != 10) return ratios;
   const Vector volumes = signed_volumes(x, cells);

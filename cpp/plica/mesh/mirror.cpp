@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/edges.hpp"
 
 namespace plica {
@@ -153,6 +154,7 @@ Vector3 MirrorImages::sign(std::int32_t node) const {
 }
 
 Indices MirrorImages::nodes_of(const Indices& nodes) const {
+  require_indices("MirrorImages", "node", nodes, node_of_.size());
   std::vector<std::int32_t> own;
   for (const std::int32_t node : nodes) own.push_back(node_of_[node]);
   std::sort(own.begin(), own.end());
@@ -161,24 +163,30 @@ Indices MirrorImages::nodes_of(const Indices& nodes) const {
 }
 
 Vector MirrorImages::spread(const Vector& q) const {
+  require_size("MirrorImages", "q", q.size(), 3 * nodes_.size());
   Vector u(3 * node_of_.size());
   for (std::int32_t i = 0; i < node_of_.size(); ++i) u.segment<3>(3 * static_cast<std::ptrdiff_t>(i)) = at(i, q);
   return u;
 }
 
 Vector MirrorImages::folded(const Vector& f) const {
+  require_size("MirrorImages", "f", f.size(), 3 * node_of_.size());
   Vector sum = Vector::Zero(3 * nodes_.size());
   add_folded(f, Indices::LinSpaced(node_of_.size(), 0, static_cast<std::int32_t>(node_of_.size()) - 1), sum);
   return sum;
 }
 
 void MirrorImages::add_folded(const Vector& f, const Indices& nodes, Vector& sum) const {
+  require_size("MirrorImages", "f", f.size(), 3 * node_of_.size());
+  require_size("MirrorImages", "sum", sum.size(), 3 * nodes_.size());
+  require_indices("MirrorImages", "node", nodes, node_of_.size());
   for (const std::int32_t node : nodes)
     sum.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])) +=
         sign(node).cwiseProduct(f.segment<3>(3 * static_cast<std::ptrdiff_t>(node)));
 }
 
 Vector MirrorImages::shared(const Vector& f) const {
+  require_size("MirrorImages", "f", f.size(), 3 * nodes_.size());
   Vector share = f;
   for (std::ptrdiff_t i = 0; i < nodes_.size(); ++i) share.segment<3>(3 * i) /= images_[i];
   return spread(share);
@@ -186,6 +194,8 @@ Vector MirrorImages::shared(const Vector& f) const {
 
 void MirrorImages::require_symmetric_field(const Vector& field, const std::string& name,
                                            const Points& places) const {
+  require_size("MirrorImages", "the field", field.size(), 3 * node_of_.size());
+  require_size("MirrorImages", "places", places.rows(), node_of_.size());
   const double least = symmetric * field.cwiseAbs().maxCoeff();
   for (std::size_t plane = 0; plane < planes(); ++plane)
     for (std::int32_t i = 0; i < node_of_.size(); ++i) {
@@ -219,6 +229,8 @@ Vector MirrorImages::part_of(const Vector& field, const std::string& name, const
 
 void MirrorImages::require_symmetric(const std::vector<Triangles>& sides, const std::string& name,
                                      const Points& places) const {
+  require_size("MirrorImages", "places", places.rows(), node_of_.size());
+  for (const Triangles& side : sides) require_indices("MirrorImages", "node of a side", side, node_of_.size());
   std::map<std::vector<std::int32_t>, std::size_t> side_of;
   for (std::size_t side = 0; side < sides.size(); ++side)
     for (const auto& face : sides[side].rowwise()) side_of.emplace(sorted(face), side);
@@ -239,6 +251,8 @@ void MirrorImages::require_symmetric(const std::vector<Triangles>& sides, const 
 }
 
 TetMesh MirrorImages::part(const TetMesh& mesh) const {
+  require_size("MirrorImages", "points of the mesh", mesh.node_count(), node_of_.size());
+  require_size("MirrorImages", "cells of the mesh", mesh.cell_count(), cell_of_.size());
   TetMesh part;
   part.points = mesh.points(nodes_, Eigen::all);
   part.cells = mesh.cells(cells_, Eigen::all);

@@ -1,12 +1,14 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
 
 std::vector<Edge> unique_edges(const Cells& cells) {
+  require_size("unique_edges", "a cell", cells.cols(), 4, 10);
   std::vector<Edge> edges;
   edges.reserve(6 * cells.rows());
   for (Eigen::Index e = 0; e < cells.rows(); ++e)
@@ -20,6 +22,11 @@ TetMesh to_quadratic(const TetMesh& linear) {
   if (linear.cells.cols() != 4)
     throw InvalidInput("to_quadratic", "nodes per cell", static_cast<double>(linear.cells.cols()), "", "4",
                        "Is the mesh quadratic already?");
+  require_indices("to_quadratic", "node of a cell", linear.cells, linear.node_count());
+  for (const auto& [name, faces] : linear.surfaces)
+    require_size("to_quadratic", "a face of a surface", faces.cols(), 3);
+  for (const auto& [name, nodes] : linear.node_sets)
+    require_indices("to_quadratic", "node of a node set", nodes, linear.node_count());
   const std::vector<Edge> edges = unique_edges(linear.cells);
   const Eigen::Index corners = linear.points.rows();
   const auto middle = [&](std::int32_t a, std::int32_t b) {

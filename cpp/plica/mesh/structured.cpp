@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "plica/core/require.hpp"
+
 namespace plica {
 
 void split_prism(const std::array<PrismCorner, 6>& prism, std::vector<std::array<std::int32_t, 4>>& cells) {
@@ -38,6 +40,8 @@ Cells as_cells(const std::vector<std::array<std::int32_t, 4>>& cells) {
 }
 
 Faces marked_faces(const Boundary& boundary, const std::vector<char>& marked) {
+  require_at_least("marked_faces", "nodes of a face", boundary.faces.cols(), 3);
+  require_indices("marked_faces", "node of a face", boundary.faces, static_cast<std::ptrdiff_t>(marked.size()));
   std::vector<Eigen::Index> rows;
   for (Eigen::Index f = 0; f < boundary.faces.rows(); ++f)
     if (marked[boundary.faces(f, 0)] && marked[boundary.faces(f, 1)] && marked[boundary.faces(f, 2)])

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/mesh/tet_mesh.hpp"
@@ -10,28 +11,8 @@ namespace plica {
 
 namespace {
 
-bool folded(const Points& x, const Cells& cells, Eigen::Index e) {
-  const int places = cells.cols() == 10 ? 10 : 1;  // constant in a linear cell
-  for (int k = 0; k < places; ++k)
-    if (!(jacobian_at_node(x, cells, e, k) > 0)) return true;
-  return false;
-}
-
-}  // namespace
-
-Vector signed_volumes(const Points& x, const Cells& cells) {
-  Vector volumes(cells.rows());
-  for (Eigen::Index e = 0; e < cells.rows(); ++e) {
-    const Vector3 origin = x.row(cells(e, 0));
-    const Vector3 a = x.row(cells(e, 1)).transpose() - origin;
-    const Vector3 b = x.row(cells(e, 2)).transpose() - origin;
-    const Vector3 c = x.row(cells(e, 3)).transpose() - origin;
-    volumes[e] = a.cross(b).dot(c) / 6;
-  }
-  return volumes;
-}
-
-double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k) {
+/// As jacobian_at_node, unchecked.
+double jacobian(const Points& x, const Cells& cells, Eigen::Index e, int k) {
   Eigen::Vector4d L = Eigen::Vector4d::Zero();  // barycentric coordinates of the node
   if (k < 4) {
     L[k] = 1;
@@ -52,7 +33,40 @@ double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int
   return columns.determinant();
 }
 
+bool folded(const Points& x, const Cells& cells, Eigen::Index e) {
+  const int places = cells.cols() == 10 ? 10 : 1;  // constant in a linear cell
+  for (int k = 0; k < places; ++k)
+    if (!(jacobian(x, cells, e, k) > 0)) return true;
+  return false;
+}
+
+}  // namespace
+
+Vector signed_volumes(const Points& x, const Cells& cells) {
+  require_size("signed_volumes", "a cell", cells.cols(), 4, 10);
+  require_indices("signed_volumes", "node of a cell", cells, x.rows());
+  Vector volumes(cells.rows());
+  for (Eigen::Index e = 0; e < cells.rows(); ++e) {
+    const Vector3 origin = x.row(cells(e, 0));
+    const Vector3 a = x.row(cells(e, 1)).transpose() - origin;
+    const Vector3 b = x.row(cells(e, 2)).transpose() - origin;
+    const Vector3 c = x.row(cells(e, 3)).transpose() - origin;
+    volumes[e] = a.cross(b).dot(c) / 6;
+  }
+  return volumes;
+}
+
+double jacobian_at_node(const Points& x, const Cells& cells, Eigen::Index e, int k) {
+  require_size("jacobian_at_node", "a cell", cells.cols(), 4, 10);
+  require_index("jacobian_at_node", "cell", e, cells.rows());
+  require_index("jacobian_at_node", "node of the cell", k, cells.cols());
+  for (Eigen::Index i = 0; i < cells.cols(); ++i) require_index("jacobian_at_node", "node", cells(e, i), x.rows());
+  return jacobian(x, cells, e, k);
+}
+
 std::ptrdiff_t folded_cells(const Points& x, const Cells& cells) {
+  require_size("folded_cells", "a cell", cells.cols(), 4, 10);
+  require_indices("folded_cells", "node of a cell", cells, x.rows());
   std::atomic<std::ptrdiff_t> count = 0;
   for_chunks(cells.rows(), 1024, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     for (std::ptrdiff_t e = begin; e < end; ++e)
@@ -62,10 +76,17 @@ std::ptrdiff_t folded_cells(const Points& x, const Cells& cells) {
 }
 
 std::ptrdiff_t folded_cells(const Points& x, const Cells& cells, const std::vector<std::int32_t>& suspects) {
+  require_size("folded_cells", "a cell", cells.cols(), 4, 10);
+  for (const std::int32_t e : suspects) {
+    require_index("folded_cells", "suspect", e, cells.rows());
+    for (Eigen::Index i = 0; i < cells.cols(); ++i) require_index("folded_cells", "node", cells(e, i), x.rows());
+  }
   return std::count_if(suspects.begin(), suspects.end(), [&](std::int32_t e) { return folded(x, cells, e); });
 }
 
 std::optional<std::ptrdiff_t> first_folded_cell(const Points& x, const Cells& cells) {
+  require_size("first_folded_cell", "a cell", cells.cols(), 4, 10);
+  require_indices("first_folded_cell", "node of a cell", cells, x.rows());
   for (std::ptrdiff_t e = 0; e < cells.rows(); ++e)
     if (folded(x, cells, e)) return e;
   return std::nullopt;

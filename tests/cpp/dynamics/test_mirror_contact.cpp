@@ -99,6 +99,11 @@ TEST_CASE("a restored motion of a symmetric reduction goes on as if it had not s
   for (int k = 0; k < 10; ++k) one.advance(), other.advance();
   CHECK(other.state().displacement == one.state().displacement);
   CHECK(other.record().strains.largest == one.record().strains.largest);
+  State kicked = one.state();
+  kicked.velocity *= 1.5;
+  CHECK_THROWS_WITH_AS(other.restore(kicked), doctest::Contains("from K v = 0.333"), InvalidInput);
+  other.restore(other.renewed(kicked));
+  other.restore(one.state());
   State wrong = one.state();
   wrong.closed = {100000};
   wrong.closed_force = Vector::Ones(1);

@@ -118,6 +118,14 @@ TEST_CASE("a restored reduced motion goes on as if it had not stopped") {
   for (int k = 0; k < 10; ++k) one.advance(), other.advance();
   CHECK(other.state().displacement == one.state().displacement);
   CHECK(other.record().strains.largest == one.record().strains.largest);
+  State kicked = one.state();
+  kicked.velocity *= 1.5;
+  CHECK_THROWS_WITH_AS(other.restore(kicked), doctest::Contains("from K v = 0.333"), InvalidInput);
+  other.restore(other.renewed(kicked));
+  CHECK(other.state().velocity == kicked.velocity);
+  kicked.displacement *= 1.1;
+  CHECK_THROWS_WITH_AS(other.renewed(kicked), doctest::Contains("displacement of a state with contact"),
+                       InvalidInput);
 }
 
 TEST_CASE("what cannot be reduced is refused") {

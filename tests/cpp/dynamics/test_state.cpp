@@ -278,14 +278,10 @@ TEST_CASE("a state is refused by contact that cannot have its constraints") {
   CHECK_THROWS_WITH_AS(nodes.restore(state), doctest::Contains("state's closed constraint = 1"), InvalidInput);
 }
 
-TEST_CASE("positions that diverge within a step fail the solve, with step and time") {
+TEST_CASE("a step that diverges fails the solve, with step and time") {
   Simulation simulation(scenes::small_larynx(), options(HilberHughesTaylor{}, 1e-4, 1e-8));
-  State state = simulation.state();
-  state.velocity.setConstant(1e308);  // finite; the step's positions are not
-  state.displacement.setConstant(1e308);
-  state.acceleration.setConstant(1e308);
-  state.elastic_force.setConstant(1e308);  // as it would be
-  simulation.restore(state);
+  simulation.set_external_force(
+      Vector::Constant(simulation.positions().size(), 1e300));  // finite; what it does is not
   CHECK_THROWS_WITH_AS(simulation.advance(), doctest::Contains("Step 1 (t = 0.0001 s): "), SolveFailed);
 }
 
@@ -301,4 +297,66 @@ TEST_CASE("a step whose solve does not converge names its time and leaves the la
   CHECK_THROWS_WITH_AS(simulation.advance(), doctest::Contains("t = 0.01 s"), SolveFailed);
   CHECK(simulation.state().step == 0);
   CHECK(simulation.state().displacement.isZero(0));
+}
+
+TEST_CASE("a state whose products contradict its motion is refused, and goes on with renewed ones") {
+  const auto kicked = [](State state) {
+    state.velocity *= 1.5;
+    return state;
+  };
+  const auto check = [&](Scene scene, const Simulation::Options& how, const char* product) {
+    Simulation simulation(scene, how), other(scene, how);
+    for (int k = 0; k < 3; ++k) simulation.advance();
+    const State state = simulation.state();
+    REQUIRE(state.velocity.norm() > 0);
+    other.restore(state);  // untouched: kept to the bit
+    check_equal(other.state(), state);
+    State wrong = kicked(state);
+    if (product) {
+      CHECK_THROWS_WITH_AS(other.restore(wrong), doctest::Contains(product), InvalidInput);
+      check_equal(other.state(), state);
+    }
+    wrong = other.renewed(wrong);
+    CHECK(wrong.velocity == kicked(state).velocity);
+    CHECK(wrong.ledger.error() == doctest::Approx(state.ledger.error()).epsilon(1e-9));
+    other.restore(wrong);
+    other.advance();
+    const Vector moved_by = other.state().displacement - state.displacement;
+    CHECK(moved_by.norm() > 0);
+    other.restore(other.renewed(wrong));  // renewing twice is renewing once
+    other.advance();
+    CHECK((other.state().displacement - state.displacement - moved_by).norm() <= 1e-9 * moved_by.norm());
+    State accelerated = state;
+    accelerated.acceleration *= 2;
+    CHECK_THROWS_WITH_AS(other.restore(accelerated), doctest::Contains("inertial_force"), InvalidInput);
+    State moved = state;
+    moved.displacement *= 1.25;
+    CHECK_THROWS_WITH_AS(other.restore(moved), doctest::Contains("elastic_force from K u = 0.2"), InvalidInput);
+  };
+  Scene scene = scenes::held_block(0.3, 0.5);
+  scene.gravity = Vector3(0, 0, -9.81);
+  SUBCASE("of all nodes") {
+    check(scene, options(HilberHughesTaylor{}, 1e-4), "stiffness_velocity from K v = 0.333");
+    check(scene, options(Newmark{}, 1e-4), "viscous_force from C V = 0.333");
+  }
+  SUBCASE("not viscous") {
+    Scene elastic = scenes::held_block();
+    elastic.gravity = scene.gravity;
+    check(elastic, options(HilberHughesTaylor{}, 1e-4), "stiffness_velocity from K v = 0.333");
+  }
+  SUBCASE("explicit") {
+    Simulation::Options how = options(CentralDifferences{}, 1e-5);
+    how.mass = Simulation::Mass::lumped;
+    check(scene, how, nullptr);  // nothing of theirs is a product with v alone
+  }
+}
+
+TEST_CASE("a state with a past that contradicts the step matrix is refused") {
+  Scene scene = scenes::held_block();
+  scene.gravity = Vector3(0, 0, -9.81);
+  Simulation simulation(scene, options(HilberHughesTaylor{}, 1e-4));
+  for (int k = 0; k < 3; ++k) simulation.advance();
+  State state = simulation.state();
+  state.past.images.back() *= 1.01;
+  CHECK_THROWS_WITH_AS(simulation.restore(state), doctest::Contains("past.images from A a"), InvalidInput);
 }

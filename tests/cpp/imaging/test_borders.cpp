@@ -1,0 +1,78 @@
+#include <cmath>
+#include <limits>
+
+#include "../borders.hpp"
+#include "plica/imaging/flow.hpp"
+#include "plica/imaging/linearise.hpp"
+#include "plica/imaging/median.hpp"
+#include "plica/imaging/resample.hpp"
+
+using namespace plica;
+using borders::numbers;
+using borders::sizes;
+
+namespace {
+
+Plane picture() { return 128 + 100 * Plane::Random(16, 16); }
+Plane still() { return Plane::Zero(16, 16); }
+
+}  // namespace
+
+TEST_CASE("filters refuse pictures without pixels and sizes that no picture has") {
+  const Plane image = picture();
+  for (const Plane& empty : {Plane(), Plane(0, 5), Plane(5, 0)}) {
+    Plane result;
+    CHECK_THROWS_AS(blur(empty, 1.0), InvalidInput);
+    CHECK_THROWS_AS(resize(empty, 4, 4), InvalidInput);
+    CHECK_THROWS_AS(pyramid(empty, 2, 2.0), InvalidInput);
+    CHECK_THROWS_AS(median_5x5(empty, result), InvalidInput);
+    CHECK_THROWS_AS(Spline{empty}, InvalidInput);
+    CHECK_THROWS_AS(gradient(empty), InvalidInput);
+  }
+  double sigma = 1;
+  numbers("sigma", sigma,
+          {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()},
+          [&] { blur(image, sigma); });
+  CHECK((blur(image, 0.0) == image).all());  // the limit of narrow filters
+  std::ptrdiff_t rows = 4, columns = 4;
+  numbers<std::ptrdiff_t>("rows", rows, {0, -1}, [&] { resize(image, rows, columns); });
+  numbers<std::ptrdiff_t>("columns", columns, {0, -1}, [&] { resize(image, rows, columns); });
+  int levels = 2;
+  numbers("levels", levels, {0, -1}, [&] { pyramid(image, levels, 2.0); });
+  double spacing = 2;
+  numbers("spacing", spacing, {1.0, 0.0, -2.0}, [&] { pyramid(image, 2, spacing); });
+  Light light;
+  numbers<std::ptrdiff_t>("rows of gains", rows, {0, -1}, [&] { light.gains(rows, columns); });
+}
+
+TEST_CASE("what compares pictures refuses unlike sizes") {
+  Plane first = picture(), second = picture(), u = still(), v = still();
+  const auto left = [&] { residual(first, second, u, v); };
+  for (Plane* plane : {&first, &second, &u, &v}) sizes("residual", *plane, left);
+
+  Flow forward{still(), still()}, backward = forward;
+  const auto round = [&] { round_trip(forward, backward); };
+  for (Plane* plane : {&forward.u, &forward.v, &backward.u, &backward.v}) sizes("round_trip", *plane, round);
+
+  Plane used = Plane::Ones(16, 16);
+  const Spline spline(second);
+  const auto fit = [&] { fit_light(first, second, spline, used, u, v); };
+  for (Plane* plane : {&first, &second, &u, &v}) sizes("fit_light", *plane, fit);
+  const auto lit = [&] { relight(first, second, {}); };
+  for (Plane* plane : {&first, &second}) sizes("relight", *plane, lit);
+}
+
+TEST_CASE("a flow refuses pictures of unlike sizes and a measured motion along no direction") {
+  Plane first = picture(), second = first;
+  Known known;
+  known.measured = Plane::Ones(16, 16);
+  known.displacement = still();
+  FlowOptions options;
+  options.warps = 1;
+  const auto flow = [&] { dense_flow(first, second, options, known); };
+  for (Plane* plane : {&first, &second, &known.displacement}) sizes("dense_flow", *plane, flow);
+  for (const std::array<double, 2>& across : {std::array<double, 2>{0, 0}, {2, 0}, {std::nan(""), 1}}) {
+    known.across = across;
+    CHECK_THROWS_WITH_AS(flow(), doctest::Contains("across"), InvalidInput);
+  }
+}
