@@ -59,7 +59,7 @@ def test_a_broken_result_file_is_refused(
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "results.h5").write_text("nothing of the kind")
     message = refused(["measures", str(tmp_path / "run")], capsys)
-    assert "results.h5: is not an HDF5 file; must be a result file of plica. Move it away" in message
+    assert "results.h5: is not an HDF5 file; must be a result file of plica." in message
 
 
 @pytest.mark.parametrize(
