@@ -122,9 +122,9 @@ void bind_options(py::module_& engine) {
   const auto flow = &AirflowPart::flow;
   options<AirflowPart>("Airflow", option("surface", &AirflowPart::surface),
                        option("subglottal_pressure", flow, &Flow::subglottal_pressure),
-                       option("air_density", flow, &Flow::air_density), option("model", flow, &Flow::model),
-                       option("area", flow, &Flow::area), option("load_shape", flow, &Flow::load_shape),
-                       option("coupling", &AirflowPart::coupling))
+                       option("rise", flow, &Flow::rise), option("air_density", flow, &Flow::air_density),
+                       option("model", flow, &Flow::model), option("area", flow, &Flow::area),
+                       option("load_shape", flow, &Flow::load_shape), option("coupling", &AirflowPart::coupling))
       .bind(
           engine, [](const AirflowPart& part) { part.flow.validate(); }, py::kw_only());
 

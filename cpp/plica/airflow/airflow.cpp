@@ -49,6 +49,8 @@ void Airflow::Options::validate() const {
   };
   positive("subglottal_pressure", subglottal_pressure, "Pa");
   positive("air_density", air_density, "kg/m^3");
+  if (!(rise >= 0 && rise < infinity))
+    throw InvalidInput("Airflow", "rise", rise, "s", ">= 0 and finite", "Is the unit right?");
   if (const auto* cut = std::get_if<CutSections>(&area))
     if (cut->sections < 2 || cut->sections > 1000)
       throw InvalidInput("Airflow", "sections", cut->sections, "", "in [2, 1000]");
@@ -94,7 +96,16 @@ Airflow::Airflow(const TetMesh& mesh, const Faces& surface, Options options)
   closed_area_ = closed * std::max(areas(mesh.points).minCoeff(), 0.0);
 }
 
-FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int> separation) const {
+Air Airflow::air(double time) const {
+  const double rise = options_.rise;
+  if (time >= rise) return {options_.subglottal_pressure, options_.air_density};
+  constexpr double pi = 3.14159265358979323846;
+  const double sine = std::sin(0.5 * pi * std::max(time, 0.0) / rise);
+  return {options_.subglottal_pressure * sine * sine, options_.air_density};  // 1 - cos would cancel early on
+}
+
+FlowState Airflow::evaluate(const Vector& areas, const Air& air, bool stopped,
+                            std::optional<int> separation) const {
   if (areas.size() != sections_.count())
     throw InvalidInput("Airflow", "number of areas", static_cast<double>(areas.size()), "",
                        "the number of sections, " + std::to_string(sections_.count()));
@@ -102,32 +113,31 @@ FlowState Airflow::evaluate(const Vector& areas, bool stopped, std::optional<int
     throw InvalidInput("Airflow: areas are not finite; must be finite. Did the time step diverge?");
   if (separation && (*separation < 0 || *separation >= areas.size()))
     throw InvalidInput("Airflow", "separation", *separation, "", "in [0, " + std::to_string(areas.size()) + ")");
-  const Air air{options_.subglottal_pressure, options_.air_density};
   if (const auto* slit = std::get_if<ViscousSlit>(&options_.model))
     return viscous_slit_flow(*slit, air, {sections_.height, length_}, areas);
   return bernoulli_flow(air, closed_area_, areas, stopped, separation);
 }
 
-double Airflow::pressure_at(const Place& place, const Vector& pressure) const {
-  if (place.region == Region::below) return options_.subglottal_pressure;
+double Airflow::pressure_at(const Place& place, double below, const Vector& pressure) {
+  if (place.region == Region::below) return below;
   if (place.region == Region::above) return 0;
   return interpolate(pressure, {place.section, place.weight});
 }
 
-Vector Airflow::nodal_pressure(const Vector& pressure) const {
+Vector Airflow::nodal_pressure(double below, const Vector& pressure) const {
   require_size("Airflow", "pressure", pressure.size(), sections_.count());
   Vector nodal(nodes_.size());
-  for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], pressure);
+  for (std::ptrdiff_t n = 0; n < nodal.size(); ++n) nodal[n] = pressure_at(places_[n], below, pressure);
   return nodal;
 }
 
-void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) const {
+void Airflow::add_load(const Points& x, double below, const Vector& pressure, Vector& force) const {
   require_size("Airflow", "pressure", pressure.size(), sections_.count());
   require_at_least("Airflow", "x", x.rows(), nodes_[nodes_.size() - 1] + std::ptrdiff_t{1});
   require_size("Airflow", "force", force.size(), x.size());
   auto forces = as_points(force);
   if (std::holds_alternative<ReferenceShape>(options_.load_shape)) {
-    const Vector load = options_.subglottal_pressure * patterns_.subglottal + patterns_.sections * pressure;
+    const Vector load = below * patterns_.subglottal + patterns_.sections * pressure;
     for (std::ptrdiff_t n = 0; n < nodes_.size(); ++n) forces.row(nodes_[n]) += load.segment<3>(3 * n).transpose();
     return;
   }
@@ -136,7 +146,7 @@ void Airflow::add_load(const Points& x, const Vector& pressure, Vector& force) c
   for (std::ptrdiff_t f = 0; f < faces_.rows(); ++f) {
     for (std::ptrdiff_t c = 0; c < faces_.cols(); ++c) {
       position.row(c) = x.row(faces_(f, c));
-      value[c] = pressure_at(places_[face_rows_(f, c)], pressure);
+      value[c] = pressure_at(places_[face_rows_(f, c)], below, pressure);
     }
     if ((value.array() == 0).all()) continue;  // downstream of the separation
     const FaceVectors load = pressure_load(position, value);

@@ -20,7 +20,8 @@ class Airflow {
   /// cover of 1 kPa fine meshes fold (docs/theory/airflow.md).
   struct CurrentShape {};
   struct Options {
-    double subglottal_pressure = Air{}.subglottal_pressure;  // Pa, > 0
+    double subglottal_pressure = Air{}.subglottal_pressure;  // Pa, > 0, from the end of its rise on
+    double rise = 0.0;                                       // s, >= 0: how long the pressure rises from 0
     double air_density = Air{}.density;                      // kg/m^3, > 0
     std::variant<ViscousSlit, Bernoulli> model = ViscousSlit{};
     std::variant<CutSections, EllipticSections> area = CutSections{};
@@ -32,6 +33,9 @@ class Airflow {
   Airflow(const TetMesh& mesh, const Faces& surface, Options options);
 
   const Options& options() const { return options_; }
+  /// The air that drives the flow at time t (s): its pressure is p_s (1 - cos(pi t / rise)) / 2 until t = rise,
+  /// p_s from then on, and continuous with its first derivative. All that drives the flow by time is here.
+  Air air(double time) const;
   const Sections& sections() const { return sections_; }
   /// Surface node numbers, ascending: the rows of nodal_pressure and, three each, of load_patterns.
   const Indices& nodes() const { return nodes_; }
@@ -40,19 +44,25 @@ class Airflow {
   Vector areas(const Points& x) const { return section_areas_.areas(section_areas_.widths(x)); }
   /// The widths that areas are made of: linear in positions.
   const SectionAreas& section_areas() const { return section_areas_; }
-  /// The flow through these areas (s), by the model: viscous_slit_flow or bernoulli_flow. `stopped` and
-  /// `separation` are the latter's alone.
-  FlowState evaluate(const Vector& areas, bool stopped = false,
+  /// The flow of this air through these areas (s), by the model: viscous_slit_flow or bernoulli_flow. `stopped`
+  /// and `separation` are the latter's alone.
+  FlowState evaluate(const Vector& areas, const Air& air, bool stopped = false,
                      std::optional<int> separation = std::nullopt) const;
+  /// The same after the pressure's rise.
+  FlowState evaluate(const Vector& areas, bool stopped = false,
+                     std::optional<int> separation = std::nullopt) const {
+    return evaluate(areas, air(options_.rise), stopped, separation);
+  }
   /// Adds the consistent nodal force of the pressure on the interface at positions x to force (3 n), N (Eq. 17);
-  /// curved six-node faces are integrated as they are. `pressure` (s) Pa. On the reference shape it is that of
-  /// load_patterns; on the current one faces interpolate nodal_pressure.
-  void add_load(const Points& x, const Vector& pressure, Vector& force) const;
+  /// curved six-node faces are integrated as they are. `pressure` (s) Pa of the sections, `below` Pa of what is
+  /// below the first: FlowState::subglottal_pressure. On the reference shape it is that of load_patterns; on the
+  /// current one faces interpolate nodal_pressure.
+  void add_load(const Points& x, double below, const Vector& pressure, Vector& force) const;
   /// The load on the reference shape as a linear map of the section pressures.
   const LoadPatterns& load_patterns() const { return patterns_; }
-  /// (surface nodes) Pa, interpolated between sections along the reference height; p_s below the first section,
-  /// 0 above the last.
-  Vector nodal_pressure(const Vector& pressure) const;
+  /// (surface nodes) Pa, interpolated between sections along the reference height; `below` under the first
+  /// section, 0 above the last.
+  Vector nodal_pressure(double below, const Vector& pressure) const;
   /// Whether contact can stop the flow, and the flow jump.
   bool stops_at_contact() const { return std::holds_alternative<Bernoulli>(options_.model); }
   /// Whether contact at height z_bc, anteroposterior y_bc stops the flow: within tau * y_i of the middle.
@@ -65,7 +75,7 @@ class Airflow {
     std::int32_t section;  // the one at or below
     double weight;         // of the next one
   };
-  double pressure_at(const Place& place, const Vector& pressure) const;
+  static double pressure_at(const Place& place, double below, const Vector& pressure);
 
   Options options_;
   Sections sections_;

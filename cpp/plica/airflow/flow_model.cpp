@@ -60,6 +60,7 @@ FlowState bernoulli_flow(const Air& air, double closed_area, const Vector& areas
   if (separation) require_index("bernoulli_flow", "separation", *separation, areas.size());
   FlowState state;
   state.area = areas;
+  state.subglottal_pressure = air.subglottal_pressure;
   std::ptrdiff_t least = 0;
   const double least_area = areas.minCoeff(&least);
   state.stopped = stopped;
@@ -94,6 +95,7 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
   const double r = model.separation_ratio;
   FlowState state;
   state.area = areas;
+  state.subglottal_pressure = air.subglottal_pressure;
   Vector a(count);
   for (std::ptrdiff_t i = 0; i < count; ++i)
     a[i] = floored(areas[i], model.least_gap * channel.length[i] * channel.length[i]);
@@ -126,7 +128,8 @@ FlowState viscous_slit_flow(const ViscousSlit& model, const Air& air, const Chan
                                             (channel.height[i] - channel.height[i - 1]) * friction;
   }
   const double exit = stream[count - 1], total = resistance[count - 1], pressure = air.subglottal_pressure;
-  state.flow = 2 * pressure / (total + std::sqrt(total * total + 2 * air.density * pressure * exit));
+  if (pressure > 0)  // else 0, which 0 / 0 is not where there is no friction
+    state.flow = 2 * pressure / (total + std::sqrt(total * total + 2 * air.density * pressure * exit));
   const double head = 0.5 * air.density * state.flow * state.flow;
   stream = head * (exit - stream.array()) + state.flow * (total - resistance.array());
   state.supplied_power = pressure * state.flow;

@@ -7,19 +7,20 @@ namespace plica {
 
 /// What the flow does at one instant.
 struct FlowState {
-  Vector area;                  // (s) m^2, of each section
-  Vector pressure;              // (s) Pa, at each section
-  int separation = 0;           // first section of the free jet; the last one where it leaves at the exit
-  bool stopped = false;         // Bernoulli only: contact inside the middle of the glottis, or no area left
-  double flow = 0.0;            // m^3/s
-  double supplied_power = 0.0;  // W, subglottal pressure times flow; equal to the sum of the next two
-  double jet_power = 0.0;       // W, kinetic energy that leaves with the jet
-  double viscous_power = 0.0;   // W, lost to friction at the walls
+  Vector area;                       // (s) m^2, of each section
+  Vector pressure;                   // (s) Pa, at each section
+  int separation = 0;                // first section of the free jet; the last one where it leaves at the exit
+  bool stopped = false;              // Bernoulli only: contact inside the middle of the glottis, or no area left
+  double subglottal_pressure = 0.0;  // Pa, of the air that drives it
+  double flow = 0.0;                 // m^3/s
+  double supplied_power = 0.0;       // W, subglottal pressure times flow; equal to the sum of the next two
+  double jet_power = 0.0;            // W, kinetic energy that leaves with the jet
+  double viscous_power = 0.0;        // W, lost to friction at the walls
 };
 
 /// The air that drives the flow.
 struct Air {
-  double subglottal_pressure = 800.0;  // Pa, > 0, above the pressure at the glottal exit
+  double subglottal_pressure = 800.0;  // Pa, >= 0, above the pressure at the glottal exit
   double density = 1.23;               // kg/m^3, > 0
 };
 

@@ -17,15 +17,20 @@ using Instant = CoupledStep::Instant;
 /// Under the load of the flow through the sections as they are then; the residual is by how much that through the
 /// sections where they have come to differs from it.
 FlowRecord once(Instant at, const Airflow& flow, CoupledStep& step) {
-  FlowRecord record{flow.evaluate(step.areas(at), step.flow_stopped()), 1};
+  FlowRecord record{flow.evaluate(step.areas(at), step.air(at), step.flow_stopped()), 1};
   step.move(record.state.pressure, at);
-  const Vector reached = flow.evaluate(step.areas(Instant::weighted), step.flow_stopped()).pressure;
+  const Air air = step.air(Instant::weighted);
+  const Vector reached = flow.evaluate(step.areas(Instant::weighted), air, step.flow_stopped()).pressure;
   record.residual = pressure_difference(flow, reached, record.state.pressure);
   step.set_flow_stopped(step.blocks());
   return record;
 }
 
 }  // namespace
+
+Instant load_instant(const Coupling& coupling) {
+  return std::holds_alternative<Lagged>(coupling) ? Instant::last : Instant::weighted;
+}
 
 double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other) {
   return (one - other).cwiseAbs().maxCoeff() / flow.options().subglottal_pressure;
@@ -48,7 +53,8 @@ FlowRecord couple(const Extrapolated&, const Airflow& flow, CoupledStep& step) {
 
 FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
-  Vector pressure = flow.evaluate(step.areas(Instant::weighted), step.flow_stopped()).pressure;
+  const Air air = step.air(Instant::weighted);
+  Vector pressure = flow.evaluate(step.areas(Instant::weighted), air, step.flow_stopped()).pressure;
   Anderson mixing(depth);
   FlowRecord record;
   std::optional<int> separation;  // once held
@@ -57,7 +63,7 @@ FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& st
     const Stopwatch watch(step.times().load);
     if (!record.frozen) step.set_flow_stopped(step.blocks());
     const bool stopped = record.frozen ? record.state.stopped : step.flow_stopped();
-    record.state = flow.evaluate(step.areas(Instant::weighted), stopped, separation);
+    record.state = flow.evaluate(step.areas(Instant::weighted), air, stopped, separation);
     record.residual = pressure_difference(flow, record.state.pressure, pressure);
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;

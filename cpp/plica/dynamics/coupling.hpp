@@ -1,7 +1,7 @@
 #pragma once
 #include <variant>
 
-#include "plica/core/types.hpp"
+#include "plica/airflow/flow_model.hpp"
 
 namespace plica {
 
@@ -14,15 +14,22 @@ class CoupledStep {
  public:
   enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
   virtual ~CoupledStep() = default;
+  /// The air that drives the flow then.
+  virtual Air air(Instant at) const = 0;
   /// (s) m^2; weighted ones are extrapolated until it is moved, then those of where it has been moved.
   virtual Vector areas(Instant at) const = 0;
-  /// Moves it under section pressures (s) Pa, which press on the tissue where it is `at`.
+  /// Moves it under section pressures (s) Pa, which press on the tissue where it is `at`, with what presses below
+  /// the sections then.
   virtual void move(const Vector& pressure, Instant at) = 0;
   /// Whether contact, nodes or edges, lies in the middle of the glottis.
   virtual bool blocks() const = 0;
   virtual StepTimes& times() const = 0;
   bool flow_stopped() const { return flow_stopped_; }
   void set_flow_stopped(bool stopped) { flow_stopped_ = stopped; }
+  /// s, of the step after `steps` ones of length h (s).
+  static double time(Instant at, std::int64_t steps, double h, double alpha) {
+    return static_cast<double>(steps) * h + (at == Instant::last ? 0.0 : (1 + alpha) * h);
+  }
 
  protected:
   explicit CoupledStep(bool flow_stopped = false) : flow_stopped_(flow_stopped) {}
@@ -42,14 +49,17 @@ struct Extrapolated {};
 /// the recorded residual: equilibrium holds, the coupling is that of a lagged load for this step, and it is
 /// counted too.
 struct Iterated {
-  double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal pressures
+  double tolerance = 1e-5;  // -, > 0: largest change of a section's pressure, in subglottal ones after their rise
   int max_sweeps = 40;      // >= 1; with Bernoulli's flow > freeze_after
   int freeze_after = 8;     // >= 1; of Bernoulli's flow, no other jumps
   void validate() const;    // throws InvalidInput
 };
 using Coupling = std::variant<Lagged, Extrapolated, Iterated>;
 
-/// Largest difference of section pressures (s) Pa, in subglottal ones.
+/// When the load of a step is evaluated, and with it the pressure that drives the flow.
+CoupledStep::Instant load_instant(const Coupling& coupling);
+
+/// Largest difference of section pressures (s) Pa, in subglottal ones after their rise.
 double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other);
 
 /// Moves the step under the pressure of the flow through it, and says what the flow did.

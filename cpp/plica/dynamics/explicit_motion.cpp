@@ -196,14 +196,20 @@ ExplicitMotion::Taken ExplicitMotion::step(const State& last, Vector scene_load,
   if (flow) {
     const Stopwatch watch(times.load);
     now.flow_stopped = contact && contact->blocks(*flow, taken.contacts, x, taken.x_previous, last.depth);
-    const bool lagged = std::holds_alternative<Lagged>(coupling_);
+    const CoupledStep::Instant instant = load_instant(coupling_);
+    const bool lagged = instant == CoupledStep::Instant::last;
     const Points& at = lagged ? taken.x_previous : x;
-    const Airflow& air = flow->airflow();
-    taken.flow = FlowRecord{air.evaluate(flow->areas(at), lagged ? last.flow_stopped : now.flow_stopped), 1};
+    const Airflow& airflow = flow->airflow();
+    const auto through = [&](const Points& shape, CoupledStep::Instant then, bool stopped) {
+      const Air air = airflow.air(CoupledStep::time(then, last.step, h, motion_.scheme().alpha));
+      return airflow.evaluate(flow->areas(shape), air, stopped);
+    };
+    taken.flow = FlowRecord{through(at, instant, lagged ? last.flow_stopped : now.flow_stopped), 1};
+    const FlowState& state = taken.flow->state;
     if (lagged)
-      taken.flow->residual = pressure_difference(air, taken.flow->state.pressure,
-                                                 air.evaluate(flow->areas(x), now.flow_stopped).pressure);
-    flow->add_load(at, taken.flow->state.pressure, now.load);
+      taken.flow->residual = pressure_difference(
+          airflow, state.pressure, through(x, CoupledStep::Instant::weighted, now.flow_stopped).pressure);
+    flow->add_load(at, state.subglottal_pressure, state.pressure, now.load);
   }
   const Stopwatch watch(times.solve);
   accelerate(last, velocity, now);

@@ -22,13 +22,13 @@ State initial_state(const Scene& scene, const Motion& motion, const SceneLoads& 
   }
   if (airflow) {  // which knows the scene's coordinates
     const Points x = scene.mesh.points + as_points(motion.everywhere(state.displacement));
-    const FlowState air = airflow->evaluate(airflow->areas(x), false);
+    const FlowState flow = airflow->evaluate(airflow->areas(x), airflow->air(0.0));
     state.flow_load = Vector::Zero(x.size());
-    airflow->add_load(x, air.pressure, state.flow_load);
+    airflow->add_load(x, flow.subglottal_pressure, flow.pressure, state.flow_load);
     state.flow_load = motion.folded(std::move(state.flow_load));
     state.load += state.flow_load;
-    state.supplied_power = air.supplied_power;
-    state.viscous_power = air.viscous_power;
+    state.supplied_power = flow.supplied_power;
+    state.viscous_power = flow.viscous_power;
   }
   return state;
 }

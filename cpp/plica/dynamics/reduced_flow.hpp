@@ -18,7 +18,7 @@ class ReducedFlow {
   const Airflow& airflow() const { return airflow_; }
   /// (s) m^2 at mediolateral positions (n) m.
   Vector areas(const Vector& x) { return areas_.at(x); }
-  /// (r) Phi^T of the load below the sections.
+  /// (r) Phi^T of the load of 1 Pa below the sections.
   const Vector& load_below() const { return below_; }
   /// Phi^T of the load of section pressures (s) Pa; A^-1 of that, (r); and what that moves of the positions, (n).
   void load(const Vector& pressure, Vector& found) const { sections_.multiply(pressure, found); }

@@ -85,7 +85,9 @@ void ReducedModel::restore(const State& state) {
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times, State& now) {
   static const std::vector<std::int32_t> none;
   Taken taken;
-  step_->begin(last, scene_load, times);
+  const CoupledStep::Instant load =
+      flow_ ? load_instant(scene_.airflow->coupling) : CoupledStep::Instant::weighted;
+  step_->begin(last, scene_load, load, times);
   if (flow_)
     taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), *step_);
   else

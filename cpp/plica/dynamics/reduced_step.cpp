@@ -6,11 +6,12 @@
 
 namespace plica {
 
-void ReducedStep::begin(const State& last, const Vector& scene_load, StepTimes& times) {
+void ReducedStep::begin(const State& last, const Vector& scene_load, Instant flow_load, StepTimes& times) {
   last_ = &last;
   times_ = &times;
   set_flow_stopped(last.flow_stopped);
   scene_load_ = scene_load;
+  if (flow_) load_below_ = air(flow_load).subglottal_pressure * flow_->load_below();
   pressure_.resize(0);
   predict();
   if (contact_) contact_->begin(last);
@@ -39,7 +40,7 @@ void ReducedStep::solve_without() {
   const Stopwatch watch(times_->solve);
   const double h = motion_.step(), alpha = motion_.scheme().alpha;
   force_ = scene_load_ + inner_force_;
-  if (flow_) force_ += flow_->load_below();
+  if (flow_) force_ += load_below_;
   motion_.solve(force_, free_);
   end_ = displacement_predictor_ + inertia() * free_;
   if (contact_) free_contact_x_ = positions_.contact_at(end_);
@@ -83,6 +84,10 @@ Vector ReducedStep::free_end() const {
   return displacement_predictor_ + inertia() * (free_ + acceleration);
 }
 
+Air ReducedStep::air(Instant at) const {
+  return flow_->airflow().air(time(at, last_->step, motion_.step(), motion_.scheme().alpha));
+}
+
 Vector ReducedStep::areas(Instant at) const {
   return flow_->areas(at == Instant::last ? positions_.at(last_->displacement) : weighted_x_);
 }
@@ -107,7 +112,7 @@ void ReducedStep::end(State& now) {
     flow_->acceleration(pressure_, acceleration_);
     a += acceleration_;
     flow_->load(pressure_, now.flow_load);
-    now.flow_load += flow_->load_below();
+    now.flow_load += load_below_;
     now.load += now.flow_load;
   }
   if (contact_) {

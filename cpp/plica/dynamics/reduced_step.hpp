@@ -16,12 +16,14 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
               const Vector3& origin)
       : motion_(motion), positions_(positions), flow_(flow), contact_(contact), origin_(origin) {}
 
-  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha}; last and times must live until
-  /// its end. One object takes all steps of a run: its memory stays.
-  void begin(const State& last, const Vector& scene_load, StepTimes& times);
+  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and the pressure below the
+  /// sections at `flow_load`, when moves are to act; last and times must live until its end. One object takes all
+  /// steps of a run: its memory stays.
+  void begin(const State& last, const Vector& scene_load, Instant flow_load, StepTimes& times);
   /// Moves it under the scene's load alone.
   void move();
   void move(const Vector& pressure, Instant at) override;
+  Air air(Instant at) const override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return *times_; }
@@ -51,6 +53,7 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
   Vector displacement_predictor_, velocity_predictor_, viscous_predictor_, inner_force_;
   Vector elastic_behind_, viscous_behind_;
   Vector scene_load_;
+  Vector load_below_;                        // of the pressure below the sections; empty without airflow
   Vector free_;                              // (r) acceleration without section pressures and contact
   Vector free_weighted_x_, free_contact_x_;  // (n) m at t_{n+1+alpha} and (c) m at t_{n+1}, where that leads
   // Of this move.

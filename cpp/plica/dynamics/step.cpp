@@ -69,13 +69,17 @@ void Step::move() {
   touch();
 }
 
+Air Step::air(Instant instant) const {
+  return flow_->airflow().air(time(instant, last_.step, motion_.step(), motion_.scheme().alpha));
+}
+
 Vector Step::areas(Instant instant) const { return flow_->areas(at(instant)); }
 
 void Step::move(const Vector& pressure, Instant instant) {
   {
     const Stopwatch watch(times_.load);
     load_ = scene_load_;
-    flow_->add_load(at(instant), pressure, load_);
+    flow_->add_load(at(instant), air(instant).subglottal_pressure, pressure, load_);
     pressure_ = pressure;
   }
   if (!response_) {

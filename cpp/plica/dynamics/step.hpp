@@ -35,6 +35,7 @@ class Step final : public CoupledStep {
   void move();
   /// Under the flow's section pressures, too.
   void move(const Vector& pressure, Instant at) override;
+  Air air(Instant at) const override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return times_; }

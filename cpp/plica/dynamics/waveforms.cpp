@@ -112,6 +112,9 @@ std::vector<Waveform> make_waveforms() {
           "um"),
 
       wave("flow", "m^3/s", "Volume flow through the glottis.", [](const FlowRecord& r) { return r.state.flow; }),
+      only(Of::rise,
+           wave("subglottal_pressure", "Pa", "Of the air that drives the flow; of a scene in which it rises.",
+                [](const FlowRecord& r) { return r.state.subglottal_pressure; })),
       wave("minimum_area", "m^2", "Least section area: the glottal area.",
            [](const FlowRecord& r) { return r.state.area.minCoeff(); }),
       wave("separation", "1", "First section of the free jet, from 0; with Bernoulli's flow that of least area.",
@@ -200,6 +203,8 @@ bool Waveform::exists_in(const Scene& scene) const {
   switch (of) {
     case Of::airflow:
       return scene.airflow.has_value();
+    case Of::rise:
+      return scene.airflow && scene.airflow->flow.rise > 0;
     case Of::contact:
       return scene.contact.has_value();
     case Of::friction:
@@ -235,8 +240,9 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
   for (const std::string& name : names) {
     const Waveform& waveform = known(name);
     if (!waveform.exists_in(simulation.scene()))
-      throw InvalidInput("Recorder: \"" + name +
-                         "\" is a waveform of airflow, contact or friction; the scene must have that part.");
+      throw InvalidInput(
+          "Recorder: \"" + name +
+          "\" is a waveform of airflow, its rise, contact or friction; the scene must have that part.");
     std::vector<std::ptrdiff_t> shape;
     if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());
     if (waveform.per == Per::probe) shape.push_back(probes_.size());

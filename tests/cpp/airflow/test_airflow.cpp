@@ -245,7 +245,7 @@ TEST_CASE("nodes take the pressure of their reference height") {
   REQUIRE(airflow.sections().count() == 3);
   Vector pressure(3);
   pressure << 600, 500, 100;
-  const Vector nodal = airflow.nodal_pressure(pressure);
+  const Vector nodal = airflow.nodal_pressure(800, pressure);
   REQUIRE(nodal.size() == airflow.nodes().size());
   std::set<double> seen;
   for (int i = 0; i < nodal.size(); ++i) {
@@ -275,7 +275,7 @@ TEST_CASE("the load balances the open ends, is added to what is there, and takes
     const Airflow at_rest(mesh, mesh.surface("airway"), options);
     const Vector pressure = Vector::Constant(airflow.sections().count(), 800);
     Vector force = Vector::Zero(mesh.points.size());
-    airflow.add_load(mesh.points, pressure, force);
+    airflow.add_load(mesh.points, 800, pressure, force);
     // By the closed surface under constant pressure: the sides balance, and the open ends leave F_z = p times the
     // area of the lower end less that of the upper end (a duct that widens upward is pushed down).
     const Vector& height = airflow.sections().height;
@@ -284,14 +284,14 @@ TEST_CASE("the load balances the open ends, is added to what is there, and takes
     CHECK((total(force) - Vector3(0, 0, 800 * ends)).norm() < 1e-12 * std::abs(800 * ends));
     CHECK(force.norm() > 1e-3);
     Vector twice = force;
-    airflow.add_load(mesh.points, pressure, twice);
+    airflow.add_load(mesh.points, 800, pressure, twice);
     CHECK((twice - 2 * force).norm() < 1e-15 * force.norm() * 10);
     Points moved = 2 * mesh.points;
     Vector larger = Vector::Zero(force.size());
-    airflow.add_load(moved, pressure, larger);
+    airflow.add_load(moved, 800, pressure, larger);
     CHECK((larger - 4 * force).norm() < 1e-13 * force.norm());  // the current area
     Vector same = Vector::Zero(force.size());
-    at_rest.add_load(moved, pressure, same);
+    at_rest.add_load(moved, 800, pressure, same);
     CHECK((same - force).norm() < 1e-13 * force.norm());  // another order of the same sums
   }
 }
@@ -373,8 +373,8 @@ TEST_CASE("the load of linear faces between levels is that of their nodal pressu
   const Airflow by_nodes(mesh, mesh.surface("airway"), options);
   const FlowState flow = at_rest.evaluate(at_rest.areas(mesh.points));
   Vector one = Vector::Zero(mesh.points.size()), other = one;
-  at_rest.add_load(mesh.points, flow.pressure, one);
-  by_nodes.add_load(mesh.points, flow.pressure, other);
+  at_rest.add_load(mesh.points, flow.subglottal_pressure, flow.pressure, one);
+  by_nodes.add_load(mesh.points, flow.subglottal_pressure, flow.pressure, other);
   CHECK(one.norm() > 1e-3);
   CHECK((one - other).norm() < 1e-13 * one.norm());
 }
@@ -394,8 +394,8 @@ TEST_CASE("below the first section the load at rest is the subglottal pressure's
   const Airflow by_nodes(mesh, part, options);
   const Vector pressure = Vector::LinSpaced(3, options.subglottal_pressure, 0);  // at both ends what lies beyond
   Vector one = Vector::Zero(mesh.points.size()), other = one;
-  at_rest.add_load(mesh.points, pressure, one);
-  by_nodes.add_load(mesh.points, pressure, other);
+  at_rest.add_load(mesh.points, 800, pressure, one);
+  by_nodes.add_load(mesh.points, 800, pressure, other);
   double below = 0;  // of nodes under the sections
   for (const std::int32_t node : by_nodes.nodes())
     if (mesh.points(node, 2) < levels[1] - 1e-9) below += other.segment<3>(3 * std::ptrdiff_t(node)).norm();
@@ -415,7 +415,7 @@ TEST_CASE("the work of the load is pressure times the volume swept in each secti
   const Vector& height = airflow.sections().height;
   const Vector pressure = Vector::LinSpaced(15, 750, -90);
   Vector force = Vector::Zero(mesh.points.size());
-  airflow.add_load(mesh.points, pressure, force);
+  airflow.add_load(mesh.points, 800, pressure, force);
   const auto moved = [&](double by) {
     Points x = mesh.points;
     for (auto p : x.rowwise())

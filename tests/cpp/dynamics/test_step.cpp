@@ -57,8 +57,9 @@ TEST_CASE("the response to section pressures is the solution under their load") 
   const PressureResponse response(airflow, motion, airflow.nodes());
   const Vector pressure = Vector::Random(airflow.sections().count());
   Vector load = Vector::Zero(unknowns), offset = load;  // the load at zero is what lies below the first section
-  airflow.add_load(simulation.positions(), pressure, load);
-  airflow.add_load(simulation.positions(), Vector::Zero(pressure.size()), offset);
+  airflow.add_load(simulation.positions(), airflow.options().subglottal_pressure, pressure, load);
+  airflow.add_load(simulation.positions(), airflow.options().subglottal_pressure, Vector::Zero(pressure.size()),
+                   offset);
   load -= offset;
   simulation.scene().supports.project(load);
   Guess guess;

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from plica.phonation.scene.part import Count, OneOf, Part, engine_default, problem
-from plica.units import Density, Number, Pressure, Viscosity
+from plica.units import Density, Number, Pressure, Time, Viscosity
 
 __all__ = [
     "Airflow",
@@ -125,7 +125,10 @@ class Airflow(Part):
     subglottal_pressure: Annotated[Pressure, Field(gt=0)] = Field(
         default_factory=engine_default("Airflow", "subglottal_pressure")
     )
-    """[Pa] Above the pressure at the glottal exit."""
+    """[Pa] Above the pressure at the glottal exit; the final value if it rises."""
+    rise: Annotated[Time, Field(ge=0)] = Field(default_factory=engine_default("Airflow", "rise"))
+    """[s] Time over which the pressure rises from 0 to its value, as half a cosine: p (1 - cos(pi t / rise))
+    / 2. 0: it is there at once, and strains the tissue more than the voice does."""
     air_density: Annotated[Density, Field(gt=0)] = Field(
         default_factory=engine_default("Airflow", "air_density")
     )
