@@ -8,13 +8,14 @@ from itertools import pairwise
 import numpy as np
 
 from plica.measures.catalogue import closed_share
-from plica.measures.cycles import Cycles, differing, largest_difference
+from plica.measures.cycles import Cycles, differing, largest_difference, too_few
 from plica.measures.interval import of_slope
 from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import quotients
 from plica.measures.record import Floats, time_step
 from plica.measures.scale import SI, Scale
+from plica.measures.stationary import fewest
 
 few = 20  # samples per cycle; with fewer, quotients are off by more than a twelfth and get a caution
 
@@ -29,6 +30,13 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     )
     if not cycles.count:
         return [absent(name, cycles.note) for name in names]
+    if cycles.count < fewest:  # a block of a record: neither a line nor an autocorrelation has enough of it
+        few_cycles = too_few(cycles.count, "vibration", fewest)
+        return [
+            cycle_frequency(cycles, []),
+            per_cycle("period", cycles, cycles.periods),
+            *(absent(name, few_cycles) for name in names[2:]),
+        ]
     other = autocorrelation_frequency(signal[cycles.extent(time)], time_step(time))
     cautions = [cycles.note] if cycles.note else []
     differs = []

@@ -109,6 +109,8 @@ def _candidates(
     scene = run.scene
     steps = scene.time.steps
     if start is not None:
+        if scene.airflow is not None:
+            scene = scene.replace({"airflow.rise": 0.0})  # it is over where these levels start
         length = (transient + min(cycles.count, most_cycles)) * float(cycles.periods.mean())
         steps = int(np.ceil(length / scene.time.step))
     found = [_step_level(scene, steps, 2, basis)]

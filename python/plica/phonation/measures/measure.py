@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, whole
+from plica.measures.record import Array
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import medial_surface, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
@@ -18,7 +20,7 @@ from plica.phonation.measures.run_data import RunData, reached
 from plica.phonation.measures.solver import energy_measures, solver_measures
 from plica.units import read_quantity
 
-__all__ = ["fold_length", "measure", "steady_cycles"]
+__all__ = ["fold_length", "measure", "risen", "steady_cycles"]
 
 
 def steady_cycles(run: RunData) -> Cycles:
@@ -37,11 +39,21 @@ def steady_cycles(run: RunData) -> Cycles:
     if not time.size:
         return Cycles(np.empty(0), "no step was computed", "none")
     if "minimum_area" in waveforms:
-        return find_cycles(time, np.asarray(waveforms["minimum_area"], dtype=float), name="glottal area")
+        first = risen(waveforms)
+        if 0 < first == time.size - 1:
+            return Cycles(np.empty(0), "the subglottal pressure still rises at the end of the record", "none")
+        area = np.asarray(waveforms["minimum_area"], dtype=float)
+        return find_cycles(time[first:], area[first:], name="glottal area")
     probes = waveforms.get("probes")
     if probes is not None and probes.size:
         return free_measures(time, waveforms)[1]
     return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in", "none")
+
+
+def risen(waveforms: Mapping[str, Array]) -> int:
+    """The first step from which the subglottal pressure stays as it is; what is before is no voice's."""
+    changes = np.flatnonzero(np.diff(waveforms.get("subglottal_pressure", ())))
+    return int(changes[-1]) + 1 if changes.size else 0
 
 
 def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
@@ -78,7 +90,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
         height = np.asarray(run.section_height, dtype=float)
         found += motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
-        found += _subglottal_pressure(run.scene_text)
+        found += _subglottal_pressure(run.scene_text, waveforms)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
     if cycles.count and "strain_999" in waveforms:
@@ -110,10 +122,12 @@ def fold_length(run: RunData) -> float | None:
     return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))
 
 
-def _subglottal_pressure(scene_text: str) -> list[Measure]:
+def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> list[Measure]:
     try:
         airflow = tomllib.loads(scene_text).get("airflow", {})
         value = read_quantity(airflow["subglottal_pressure"], "Pa")
     except (tomllib.TOMLDecodeError, KeyError, ValueError):
         return []  # unknown for a run that was not made from a scene file
-    return [whole("subglottal_pressure", value)]
+    reached = float(np.max(waveforms.get("subglottal_pressure", value)))
+    short = [f"not reached: {reached:.4g} Pa at the end of the record, where it still rises"]
+    return [whole("subglottal_pressure", value, cautions=short if reached < (1 - 1e-9) * value else [])]

@@ -259,6 +259,7 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
         *_gravity_caution(scene),
         *_layer_caution(scene, mesh),
         *_posture_caution(scene),
+        *_rise_caution(scene),
         *_mesh_caution(scene, scene.airflow.surface, mesh),
     )
 
@@ -280,6 +281,14 @@ def _layer_caution(scene: Scene, mesh: _Points) -> Iterator[Caution]:
             f"ligament are limited to {DEEPEST_LAYER:g} of its depth, {_shown(most, 'm')} or less."
         )
         yield Caution("layer_thickness", seen, "Use thinner layers, or a larger mesh.options.radius.")
+
+
+def _rise_caution(scene: Scene) -> Iterator[Caution]:
+    assert scene.airflow is not None
+    rise, duration = scene.airflow.rise, scene.time.duration
+    if rise > duration:
+        seen = f"airflow.rise = {rise:g} s; time.duration = {duration:g} s ends before that, with less pressure."
+        yield Caution("duration", seen, "Run longer, or let the pressure rise faster.")
 
 
 def _posture_caution(scene: Scene) -> Iterator[Caution]:
