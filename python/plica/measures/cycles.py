@@ -185,21 +185,18 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
 
 
 def differing(cycles: Cycles, other: float, scale: Scale = SI) -> str:
-    """Why cycles are no periods: the autocorrelation finds another frequency; empty if it does not, and of
-    fewer than three cycles, of which it has too few lags.
+    """Why cycles are no periods: the autocorrelation finds another frequency; empty if it does not.
 
     Both may differ by 2 %, by three standard errors of the mean period, and by a divisor of the pattern.
 
     Parameters
     ----------
     cycles : Cycles
-        Not empty.
+        At least three.
     other : float
         Hz, by autocorrelation; NaN if it finds none.
     """
     unit, periods = scale.unit("Hz"), cycles.periods
-    if periods.size < fewest:
-        return ""
     doubt = 3.0 * float(periods.std(ddof=1)) / float(periods.mean()) / np.sqrt(periods.size)
     limit = max(largest_difference, doubt if np.isfinite(doubt) else 0.0)
     explained = [m for m in range(1, cycles.pattern + 1) if cycles.pattern % m == 0]

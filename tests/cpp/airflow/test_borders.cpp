@@ -25,11 +25,11 @@ TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its
       Points x = mesh.points;
       Vector pressure = Vector::Constant(air.sections().count(), 100.0), force = Vector::Zero(x.size()),
              areas = air.areas(x), widths = air.section_areas().widths(x);
-      const auto load = [&] { air.add_load(x, pressure, force); };
+      const auto load = [&] { air.add_load(x, 800, pressure, force); };
       sizes("add_load x", x, load);
       sizes("add_load pressure", pressure, load);
       sizes("add_load force", force, load);
-      sizes("nodal_pressure", pressure, [&] { air.nodal_pressure(pressure); });
+      sizes("nodal_pressure", pressure, [&] { air.nodal_pressure(800, pressure); });
       sizes("evaluate areas", areas, [&] { air.evaluate(areas); });
       sizes("SectionAreas::areas widths", widths, [&] { air.section_areas().areas(widths); });
       x = mesh.points.topRows(3);
