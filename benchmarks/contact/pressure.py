@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import plica
 
@@ -36,8 +35,8 @@ def scene_of(order: int, mass: str, step: float, faces: str = "nodes") -> plica.
 
 
 def collide(order: int, mass: str, step: float, directory: Path) -> list[float]:
-    measures: dict[str, Any] = plica.run(scene_of(order, mass, step), directory, progress=False).measures
-    return [measures[name]["value"] for name in NAMES]
+    measures = plica.run(scene_of(order, mass, step), directory, progress=False).measures
+    return [measures[name].value for name in NAMES]
 
 
 def by_faces(faces: str, directory: Path) -> list[float]:
@@ -45,7 +44,7 @@ def by_faces(faces: str, directory: Path) -> list[float]:
     run = plica.run(scene, directory, progress=False)
     passes = run["contact_passes"][run["contact_rows"] > 0]
     start = run["kinetic_energy"][0] + run["elastic_energy"][0]
-    values = [run.measures[name]["value"] * scale for name, scale in zip(NAMES, SCALES, strict=True)]
+    values = [run.measures[name].value * scale for name, scale in zip(NAMES, SCALES, strict=True)]
     return [*values, passes.mean(), passes.max(), run["contact_work"][-1] / start]
 
 

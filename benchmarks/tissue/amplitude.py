@@ -81,7 +81,7 @@ def row(run: plica.Run, last: float) -> list[str]:
     sides = [np.asarray(waves[f"coronal_{side}"])[late] for side in ("right", "left")]
     motion = max(float(np.linalg.norm(np.ptp(path, axis=0), axis=1).max()) for path in sides)
     measures = run.measures
-    f0 = measures.get("fundamental_frequency", {})
+    f0 = measures.get("fundamental_frequency")
     strain, out = np.asarray(waves["strain_999"]), np.asarray(waves["strain_neglected"])
     largest = np.asarray(waves["strain_largest"])
     cell = int(np.asarray(waves["strain_cell"])[largest.argmax()])
@@ -92,7 +92,7 @@ def row(run: plica.Run, last: float) -> list[str]:
         f"{run.scene.airflow.subglottal_pressure:g}",
         "-" if opening is None else f"{opening:g}",
         run.status,
-        "-" if f0.get("value") is None else f"{f0['value']:.1f}",
+        "-" if f0 is None or f0.value is None else f"{f0.value:.1f}",
         str(f0.get("cycles", 0)),
         f"{1e6 * swing:.2f}",
         f"{swing / np.ptp(area[before]):.2f}",

@@ -58,7 +58,7 @@ def column_truth(column: Column, axis: int, run: plica.Run) -> Iterator[tuple[st
         start = 0.5 * RHO * LENGTH * WIDTH**2 * column.speed**2
         truth["viscous_loss"] = start - kinetic[-1] - elastic[-1]
     for name, value in truth.items():
-        measured = run.measures.get(name, {}).get("value")
+        measured = run.measures[name].value if name in run.measures else None
         if value is not None and measured is not None and name != "amplitude_growth":
             yield name, abs(measured - value), abs(value)
     exact = {
@@ -146,7 +146,7 @@ def impact_truth(run: plica.Run) -> Iterator[tuple[str, float, float]]:
         f"contact_force_{side}_{what}": force for side in ("left", "right") for what in ("mean", "peak")
     }
     for name, value in truth.items():
-        measured = run.measures[name]["value"]
+        measured = run.measures[name].value
         if measured is not None:
             yield name, abs(measured - value), max(abs(value), 1e-9)
     fine = run.scene.time.step / FINER * np.arange(1, run.steps * FINER + 1)

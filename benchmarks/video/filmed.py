@@ -45,7 +45,7 @@ def compared(clip: Clip, found: Analysis, run: plica.Run) -> Iterator[tuple[str,
     glottis = [clip.glottis(k) for k in range(clip.count)]
     true, _ = measures(areas(glottis, found.midline), clip.fps)
     values, size = found.measures, CAMERA.mm_per_px
-    pitch = run.measures["fundamental_frequency"]["value"]
+    pitch = run.measures["fundamental_frequency"].value
     yield "fundamental frequency (Hz)", f"{pitch:.1f}", f"{values['fundamental_frequency'].value:.1f}"
     area = size**2 * np.mean([mask.sum() for mask in glottis])
     yield "mean glottal area (mm²)", f"{area:.2f}", f"{size**2 * found.area.total.mean():.2f}"

@@ -71,7 +71,8 @@ Runs SCENE and stores the results in DIR as they are computed:
                  in Python, h5read("results.h5", "/waveforms/flow") in MATLAB, which reverses the axes
   fields.xdmf    the fields for ParaView
   waveforms.csv  one row per step, in SI; waveforms of every section are only in results.h5
-  measures.json  {name: {value, unit, spread, cycles, definition}} in SI
+  measures.json  {name: {value, unit, spread, cycles, uncertainty, definition}} in SI; the
+                 spread is that between cycles, the uncertainty numerical, where it is known
   cautions.json  [{name, seen, advice}]: possible problems, with advice
   report.html    figures and tables
 
@@ -251,11 +252,10 @@ def _measured(run: Run) -> Measures:
     """The measures of a run, after writing them with its cautions and waveforms to its directory."""
     from plica.measures.caution import write_cautions
     from plica.measures.file import write_measures
-    from plica.phonation.measures.measure import measure
     from plica.phonation.run.table import write_waveforms
     from plica.storage.files import storage_errors
 
-    measures = measure(run)
+    measures = run.measures
     with storage_errors(run.directory):
         write_measures(measures, run.directory / "measures.json")
         write_cautions(run.cautions, run.directory / "cautions.json")
@@ -336,7 +336,6 @@ def _report(options: argparse.Namespace) -> int:
 def _measures(options: argparse.Namespace) -> int:
     import plica
     from plica.phonation.measures.cautions import cautions
-    from plica.phonation.measures.measure import measure
 
     asked = options.start is not None or options.end is not None
     if video.is_analysis(options.directory):
@@ -346,7 +345,7 @@ def _measures(options: argparse.Namespace) -> int:
     run = plica.Run.load(options.directory)
     with as_options(("Run.between",), {"start": "--from", "end": "--to"}):
         chosen = run.between(_time(options.start), _time(options.end)) if asked else run
-    measures = measure(chosen) if asked else _measured(run)
+    measures = chosen.measures if asked else _measured(run)
     print(measures_table(measures))
     if run.steps < run.steps_asked:
         _print_error(

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
+from plica.measures.measure import Measures
+from plica.phonation.measures.measure import measure
 
 Array = NDArray[Any]
 Floats = NDArray[np.floating[Any]]
@@ -41,6 +43,11 @@ class AnalyticRun:
     steps_asked: int = 0
     failure: str = ""
     versions: Mapping[str, str] = field(default_factory=lambda: {"plica": "0.0", "numpy": np.__version__})
+
+    @property
+    def measures(self) -> Measures:
+        """Without numerical uncertainty."""
+        return measure(self)
 
     @property
     def whole(self) -> AnalyticRun:

@@ -15,7 +15,7 @@ from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.commands.table import MAIN_MEASURES, measures_table
 from plica.errors import InvalidInput
 from plica.measures.catalogue import CATALOGUE, quantity
-from plica.measures.file import read_measures, write_measures
+from plica.measures.file import write_measures
 from plica.measures.measure import Measure, Measures, average
 from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
@@ -165,34 +165,13 @@ def test_a_measure_that_is_not_there_is_answered_with_the_nearest(asked: str, me
         Measure("unknown", 1.0)
 
 
-def test_the_file_has_definition_note_and_cautions_and_is_read_back(tmp_path: Path) -> None:
+def test_the_file_has_definition_note_and_cautions(tmp_path: Path) -> None:
     found = measure(VOICES["gliding"])
     path = write_measures(found, tmp_path / "measures.json")
     entries = json.loads(path.read_text())
     assert "5 % of the cycle's largest" in entries["open_quotient"]["definition"]
     assert entries["amplitude_left"]["note"].startswith("section ")
     assert any("not settled" in text for text in entries["fundamental_frequency"]["cautions"])
-    again = read_measures(path)
-    assert again == entries
-    with pytest.raises(InvalidInput, match="fundamental_frequency"):
-        again["f0"]
-
-
-def test_a_file_of_measures_with_another_meaning_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "measures.json"
-    old = {"value": 0.6, "unit": "1", "spread": None, "cycles": 5, "note": "above 1 % of the cycle's maximum"}
-    path.write_text(json.dumps({"open_quotient": old}))
-    assert read_measures(path) is None
-    path.write_text(json.dumps({"phase_asymmetry": old}))
-    assert read_measures(path) is None
-    assert read_measures(tmp_path / "none.json") is None
-    path.write_text('{"open_quotient": ')
-    assert read_measures(path) is None
-    path.write_bytes(b"\xff\xfe")
-    assert read_measures(path) is None
-    for wrong in ("[]", "3", '{"period": 3}'):
-        path.write_text(wrong)
-        assert read_measures(path) is None
 
 
 def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:
@@ -208,12 +187,12 @@ def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:
     )
     lines = [line.split() for line in measures_table(found, short=True).splitlines()]
     assert lines == [
-        ["fundamental_frequency", "278", "Hz", "+-", "79", "(3", "cycles)", "!"],
+        ["fundamental_frequency", "278", "Hz", "scatter", "of", "3", "cycles", "79", "!"],
         ["!", "not", "settled"],
         ["!", "autocorrelation:", "331.7", "Hz"],
-        ["open_quotient", "0.61", "+-", "0.02", "(3", "cycles)", "!"],  # said above
+        ["open_quotient", "0.61", "scatter", "of", "3", "cycles", "0.02", "!"],  # said above
         ["speed_quotient", "-", "the", "folds", "never", "close"],
-        ["contact_impulse", "2.5", "uN", "s", "+-", "0.1", "(3", "cycles)"],
+        ["contact_impulse", "2.5", "uN", "s", "scatter", "of", "3", "cycles", "0.1"],
     ]
 
 
@@ -222,7 +201,8 @@ def test_a_voice_that_does_not_settle_is_not_printed_as_one_that_does(short: boo
     message = measures_table(measure(VOICES["gliding"]), short=short)
     steady = measures_table(measure(VOICES["closing"]), short=short)
     assert re.search(r"fundamental_frequency .*!\n    ! not settled", message)
-    assert "!" not in steady
+    steady = "\n".join(line for line in steady.splitlines() if "peak_contact_pressure" not in line)
+    assert not re.search(r"!\n|not settled", steady)
 
 
 def test_a_voice_that_is_silent_says_so_once_in_the_short_table() -> None:

@@ -41,7 +41,7 @@ def test_run_ends_with_measures_and_a_report(
     assert measures["steps"]["value"] == 40
     for entry in measures.values():
         assert {"value", "unit", "spread", "cycles"} <= set(entry)
-    assert plica.Run.load(tmp_path / "run").measures == measures
+    assert plica.Run.load(tmp_path / "run").measures.as_json() == measures
 
 
 @pytest.mark.slow

@@ -75,7 +75,7 @@ def test_python_of_the_readme_varies_a_scene_and_continues(
     assert peaks == sorted(peaks)
     assert len(set(peaks)) == 3
     assert names["late"].time.size == 40
-    assert names["late"].measures["steps"]["value"] == 40
+    assert names["late"].measures["steps"].value == 40
     assert names["run"].scene.tissue["cover"].E == 2000.0
 
 

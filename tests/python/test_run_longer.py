@@ -135,10 +135,10 @@ def test_what_described_the_shorter_run_goes_when_it_continues(bar: plica.Scene,
     assert described <= files(tmp_path / "run").keys()
     run = plica.run(bar, tmp_path / "run", progress=False, resume=True)
     assert not described & files(tmp_path / "run").keys()
-    assert run.measures["steps"]["value"] == 40
+    assert run.measures["steps"].value == 40
     bar.replace({"time.duration": "5 ms"}).save(tmp_path / "s.toml")
     assert main([*command, "--resume"]) == 0
-    assert plica.Run.load(tmp_path / "run").measures["steps"]["value"] == 50
+    assert plica.Run.load(tmp_path / "run").measures["steps"].value == 50
 
 
 class Killed(BaseException):

@@ -101,7 +101,7 @@ def test_what_was_measured_while_a_run_went_on_is_not_taken_for_its_measures(
     half = measure(run.between(None, 0.5 * float(run.time[-1])))
     write_measures(half, tmp_path / "run" / "measures.json")
     assert half["steps"].value != run.steps
-    assert plica.Run.load(tmp_path / "run").measures == measure(run).as_json()
+    assert plica.Run.load(tmp_path / "run").measures == measure(run)
 
 
 def test_a_waveform_that_is_not_there_is_answered_with_the_nearest(bar: plica.Scene, tmp_path: Path) -> None:
@@ -147,13 +147,13 @@ def test_steps_whose_coupling_does_not_converge_are_kept_and_counted(
     np.testing.assert_array_equal(converged, run["coupling_residual"] <= 1e-5)
     np.testing.assert_array_equal(frozen, run["coupling_sweeps"] == 2)
     assert frozen[~converged].all()
-    assert run.measures["coupling_converged_fraction"]["value"] == pytest.approx(converged.mean())
-    assert run.measures["coupling_frozen_fraction"]["value"] == pytest.approx(frozen.mean())
+    assert run.measures["coupling_converged_fraction"].value == pytest.approx(converged.mean())
+    assert run.measures["coupling_frozen_fraction"].value == pytest.approx(frozen.mean())
 
 
 def test_measures_are_not_taken_from_a_file_beside_the_run(bar: plica.Scene, tmp_path: Path) -> None:
     run = plica.run(bar, tmp_path / "run", progress=False)
-    wrong = {name: entry | {"value": 3} for name, entry in run.measures.items()}
+    wrong = {name: entry | {"value": 3} for name, entry in run.measures.as_json().items()}
     (tmp_path / "run" / "measures.json").write_text(json.dumps(wrong))
     assert plica.Run.load(tmp_path / "run").measures == run.measures
     with pytest.raises(plica.InvalidInput, match=r'"f0"; must be one of '):

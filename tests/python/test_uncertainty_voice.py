@@ -39,7 +39,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     found = plica.estimate_uncertainty(voice, mesh="none", progress=False)
     run = plica.Run.load(voice)
     frequency = found.measures["fundamental_frequency"]
-    assert frequency.value == run.measures["fundamental_frequency"]["value"]
+    assert frequency.value == run.measures["fundamental_frequency"].value
     assert frequency.step is not None
     assert set(frequency.step.values) == {"run", "step-2", "step-4"}
     assert found.waveforms == {}
@@ -51,7 +51,7 @@ def test_levels_of_a_settled_voice_begin_in_its_orbit(voice: Path) -> None:
     assert all(level["steps"] < 2 * run.steps for level in found.levels)
     from_rest = plica.run(run.scene.replace({"time.step": "50 us"}), voice / "half", progress=False)
     assert frequency.step.values["step-2"] == pytest.approx(
-        from_rest.measures["fundamental_frequency"]["value"], rel=5e-3
+        from_rest.measures["fundamental_frequency"].value, rel=5e-3
     )
 
 

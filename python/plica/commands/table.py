@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from plica.measures.measure import Measure
 from plica.report.wording import digits_of
@@ -18,12 +18,18 @@ MAIN_MEASURES = (
     "glottal_area_max",
     "amplitude_left",
     "amplitude_right",
-    "peak_contact_pressure",
     "contact_impulse",
     "contact_duration",
+    "contact_force_left_mean",
+    "peak_contact_pressure",
     "contact_length_fraction",
     "ledger_error",
 )
+
+
+_OF_SIDES = ("left_right_phase", "amplitude_asymmetry")
+"""Of an asymmetric run."""
+_ROUND_OFF = 1e-6  # rad, and of the amplitudes; a symmetric run is symmetric to 1e-12
 
 
 def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> str:
@@ -32,7 +38,8 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
     Cautions are not repeated; a measure without a value refers to the first one with the same reason, or is
     omitted from the short table.
     """
-    names = [name for name in MAIN_MEASURES if name in measures] if short else []
+    main = (*MAIN_MEASURES, *(_OF_SIDES if _is_asymmetric(measures) else ())) if short else ()
+    names = [name for name in main if name in measures and not measures[name].no_limit]
     lines: list[str] = []
     shown: set[str] = set()
     reasons: dict[str, str] = {}
@@ -51,7 +58,29 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
         lines.append(f"{_line(item)} {mark}".rstrip())
         lines += [f"    ! {text}" for text in new]
         shown.update(item.cautions)
-    return "\n".join(lines)
+    return "\n".join([*lines, *_meaning([measures[name] for name in names or measures])])
+
+
+def _is_asymmetric(measures: Mapping[str, Measure]) -> bool:
+    """Whether left and right move differently: by more than round-off."""
+    return any(
+        name in measures and abs(measures[name].value or 0.0) > _ROUND_OFF
+        for name in ("amplitude_asymmetry", "left_right_phase")
+    )
+
+
+def _meaning(items: Sequence[Measure]) -> list[str]:
+    """What the numbers beside the values are."""
+    lines = []
+    if any(item.spread is not None for item in items):
+        lines.append("scatter: standard deviation between cycles; it is no accuracy")
+    sources = dict.fromkeys(item.bound.source for item in items if item.bound is not None)
+    lines += [f"numerical: bound on the error of step and mesh ({source})" for source in sources]
+    if sources:
+        lines.append("neither has the error of the model")
+    elif lines and not any(item.interval for item in items):
+        lines.append("the numerical uncertainty is not known: plica uncertainty DIR estimates it")
+    return ["", *lines] if lines else []
 
 
 def _without(text: str, shown: set[str]) -> str:
@@ -63,13 +92,18 @@ def _without(text: str, shown: set[str]) -> str:
 def _line(item: Measure) -> str:
     factor, unit = item.quantity.people(item.scale)
     unit = "" if unit == "1" else unit
-    spread = f"+- {item.spread * factor:.2g}" if item.spread is not None else ""
     cycles = f"({item.cycles} cycles)" if item.cycles else ""
+    if item.spread is not None:
+        cycles = f"scatter of {item.cycles} cycles {item.spread * factor:.2g}"
     if item.interval is not None:
         low, high = (float(f"{factor * end:.3g}") for end in item.interval)
         cycles = f"[{low:g}, {high:g}] {cycles}"
     digits = digits_of(item.value or 0.0, item.interval)
     if item.interval is None and item.spread and item.value:  # two digits of the spread, as it is shown
         digits = min(digits_of(item.value, (item.value - item.spread, item.value + item.spread)) + 1, 6)
+    numerical = ""
+    if item.bound is not None:
+        doubts = f" ({'; '.join(item.bound.doubts)})" if item.bound.doubts else ""
+        numerical = f"numerical {factor * item.bound.uncertainty:.2g}{doubts}"
     value = float(f"{(item.value or 0.0) * factor:.{digits}g}")
-    return f"{item.name:<40} {value:<12.6g} {unit:<8} {spread:<11} {cycles:<12}"
+    return f"{item.name:<40} {value:<12.6g} {unit:<8} {cycles:<28} {numerical}".rstrip()

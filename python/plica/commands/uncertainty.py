@@ -20,7 +20,7 @@ printed first. Then it writes, in addition to measures.json,
                      statistical, spread, cycles}}, waveforms: likewise}; step and mesh are
                      {uncertainty, verdict, order, extrapolated, values}
   uncertainty.csv    one row per measure, in SI
-  report.html        again, with value +- uncertainty
+  report.html        and measures.json again, with the numerical uncertainty
 
 "numerical" is the sum of the uncertainties by step and by mesh, bounds for 95 of 100 cases; "statistical",
 of the mean over the measured cycles, is not included. The table shows how each part was determined:
@@ -75,6 +75,7 @@ def _uncertainty(options: argparse.Namespace) -> int:
 
 def estimated(directory: Path, *, budget: float = 4.0, mesh: str = "auto", quiet: bool = False) -> int:
     """Estimate, print the table and write the report again."""
+    from plica.measures.file import write_measures
     from plica.phonation.report import write_report
     from plica.phonation.run.results import Run
     from plica.report.progress import figures_shown
@@ -84,7 +85,9 @@ def estimated(directory: Path, *, budget: float = 4.0, mesh: str = "auto", quiet
 
     found = estimate_uncertainty(directory, budget=budget, mesh=mesh, progress=not quiet)
     with storage_errors(directory), figures_shown(not quiet):
-        report = write_report(Run.load(directory), directory / "report.html", found)
+        run = Run.load(directory)
+        write_measures(run.measures, directory / "measures.json")
+        report = write_report(run, directory / "report.html", found)
     if not quiet:
         print(uncertainty_table(found))
         print(f"\nreport: {report}")

@@ -50,6 +50,13 @@ class Quantity:
         Common abbreviation.
     shown : str
         Unit in reports, if it is not the usual one for `unit`.
+    no_limit : str
+        Why it does not converge as the step falls, and what to use instead; empty if it does. Such a measure
+        is no headline, and has this as a caution.
+    no_limit_of : {"every run", "surfaces with mass"}
+        The runs of which that is true.
+    diagnostic : bool
+        Whether it is of the accuracy of the solution or its effort, not of the voice; no headline either.
     """
 
     name: str
@@ -61,6 +68,9 @@ class Quantity:
     source: Source
     symbol: str = ""
     shown: str = ""
+    no_limit: str = ""
+    no_limit_of: Literal["every run", "surfaces with mass"] = "every run"
+    diagnostic: bool = False
 
     def people(self, scale: Scale = SI) -> tuple[float, str]:
         """Factor to the unit used in reports, and that unit, for a record with this scale."""
@@ -93,7 +103,8 @@ _perturbation = partial(Quantity, group="Perturbation", source="video")
 _airflow = partial(Quantity, group="Airflow", source="run")
 _contact = partial(Quantity, group="Contact", source="run")
 _energy = partial(Quantity, group="Energy", source="run")
-_solver = partial(Quantity, group="Solver", source="run")
+_accuracy = partial(Quantity, group="Accuracy of the solution", source="run", diagnostic=True)
+_solver = partial(Quantity, group="Solver", source="run", diagnostic=True)
 
 _QUANTITIES = (
     _vibration(
@@ -372,12 +383,6 @@ _QUANTITIES = (
         "contact_force_right_mean", "Mean force, right fold", "N", f"impulse over duration, {_COLLISION}"
     ),
     _contact(
-        "contact_force_balance",
-        "Imbalance of the forces",
-        "1",
-        "largest magnitude of the sum of both forces over the largest force",
-    ),
-    _contact(
         "contact_area_max",
         "Largest contact area",
         "m^2",
@@ -402,45 +407,60 @@ _QUANTITIES = (
         f"Peak contact pressure, mean over {1e3 * pressure_window:g} ms",
         "Pa",
         f"moving mean over {1e3 * pressure_window:g} ms of the {_STEP_PRESSURE} (an upper bound of any one "
-        "node's mean); grows as the step falls where the surfaces have mass, converges without "
-        f'(contact.surface_mass = "redistributed"); {_LARGEST}',
+        f"node's mean); {_LARGEST}",
+        no_limit="surfaces with mass: it grows as the step falls and has no limit; use the impulse, the "
+        'duration and the mean force, or contact.surface_mass = "redistributed", with which it converges',
+        no_limit_of="surfaces with mass",
     ),
     _contact(
         "peak_contact_pressure_step",
         "Peak contact pressure of a single step",
         "Pa",
-        f"{_STEP_PRESSURE}: grows as the step falls, not a physical figure; {_LARGEST}",
-    ),
-    _contact(
-        "deepest_gap", "Deepest gap", "m", "of the whole run, at a node; negative is overlap", shown="um"
-    ),
-    _contact("overlap_volume_max", "Largest overlap", "m^3", "of the whole run, confirmed at nodes"),
-    _contact(
-        "edge_overlap_volume_max",
-        "Largest overlap, edge to edge",
-        "m^3",
-        "of the whole run, without a contact row",
-    ),
-    _contact(
-        "largest_multiplier",
-        "Largest multiplier",
-        "N",
-        "of the whole run; positive would be tensile",
-        shown="uN",
+        f"{_STEP_PRESSURE}; {_LARGEST}",
+        no_limit="pressure of single steps: it grows as the step falls and is no physical figure; use the "
+        "impulse, the duration and the mean force",
     ),
     _energy("kinetic_energy", "Kinetic energy", "J", "at the end of the run"),
     _energy("elastic_energy", "Elastic energy", "J", "at the end of the run"),
     _energy("load_work", "Work of the loads", "J", "at the end of the run, the airflow's included"),
     _energy("flow_work", "Work of the airflow", "J", "on the tissue, at the end of the run"),
     _energy("viscous_loss", "Viscous loss", "J", "at the end of the run"),
-    _energy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
     _energy("contact_work", "Work of the contact", "J", "at the end of the run"),
     _energy("friction_loss", "Friction loss", "J", "minus the work of friction, over the run"),
     _energy(
         "air_supplied_energy", "Energy supplied to the air", "J", "by the subglottal pressure, over the run"
     ),
     _energy("air_viscous_energy", "Air's viscous loss", "J", "of the energy supplied, over the run"),
-    _energy("ledger_error", "Ledger error", "1", "largest over the largest energy of the run"),
+    _accuracy(
+        "contact_force_balance",
+        "Imbalance of the forces",
+        "1",
+        "largest magnitude of the sum of both forces over the largest force",
+    ),
+    _accuracy(
+        "deepest_gap", "Deepest gap", "m", "of the whole run, at a node; negative is overlap", shown="um"
+    ),
+    _accuracy("overlap_volume_max", "Largest overlap", "m^3", "of the whole run, confirmed at nodes"),
+    _accuracy(
+        "edge_overlap_volume_max",
+        "Largest overlap, edge to edge",
+        "m^3",
+        "of the whole run, without a contact row",
+    ),
+    _accuracy(
+        "largest_multiplier",
+        "Largest multiplier",
+        "N",
+        "of the whole run; positive would be tensile",
+        shown="uN",
+    ),
+    _accuracy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
+    _accuracy(
+        "ledger_error",
+        "Energy balance error",
+        "1",
+        "largest of what does not balance, over the largest energy of the run",
+    ),
     _solver("steps", "Steps", "1", "computed"),
     _solver("time_step", "Time step", "s", shown="us"),
     _solver("duration", "Time simulated", "s"),

@@ -5,7 +5,7 @@ The catalogue has the unit and the definition of each.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -18,6 +18,7 @@ from plica.measures.cycles import Cycles
 from plica.measures.interval import Replicates, of_mean, of_ratio
 from plica.measures.record import Floats
 from plica.measures.scale import SI, Scale
+from plica.measures.uncertainty import Bound
 
 __all__ = [
     "ByName",
@@ -58,6 +59,13 @@ class Measure:
         The units of the record.
     replicates : Replicates or None
         Bootstrap replicates of the value over the cycles of a recording; None for a run.
+    bound : Bound or None
+        Bound on the numerical error of the value of a run; None if it is not known, and for a recording.
+    no_limit : str
+        Why the value does not converge as the step falls, also among the cautions; empty if it does.
+
+    The spread says how cycles differ, the uncertainty how far step and mesh may be from converged, the
+    interval how well cycles determine a mean. None of them has the error of the model.
     """
 
     name: str
@@ -68,6 +76,8 @@ class Measure:
     cautions: tuple[str, ...] = ()
     scale: Scale = SI
     replicates: Replicates | None = field(default=None, repr=False, compare=False)
+    bound: Bound | None = None
+    no_limit: str = ""
 
     def __post_init__(self) -> None:
         quantity(self.name)
@@ -83,6 +93,16 @@ class Measure:
         return None if self.replicates is None else self.replicates.interval
 
     @property
+    def uncertainty(self) -> float | None:
+        """Numerical uncertainty, in the unit of the value; None if it is not known."""
+        return None if self.bound is None else self.bound.uncertainty
+
+    @property
+    def uncertainty_source(self) -> str:
+        """What the numerical uncertainty was determined of; empty without one."""
+        return "" if self.bound is None else "; ".join((self.bound.source, *self.bound.doubts))
+
+    @property
     def unit(self) -> str:
         """SI, "1" for a pure number; px and frames for a recording of unknown scale."""
         return self.scale.unit(self.quantity.unit)
@@ -95,6 +115,8 @@ class Measure:
             "spread": self.spread,
             "cycles": self.cycles,
         }
+        if self.bound is not None:
+            entry |= {"uncertainty": self.uncertainty, "uncertainty_source": self.uncertainty_source}
         if self.interval is not None:
             entry["interval"] = list(self.interval)
         if self.quantity.meaning:
@@ -127,7 +149,18 @@ class Measures(ByName[Measure]):
     """
 
     def __init__(self, found: Iterable[Measure] = (), scale: Scale = SI) -> None:
+        self.scale = scale
         super().__init__((item.name, replace(item, scale=scale)) for item in found)
+
+    def bounded(self, bounds: Mapping[str, Bound]) -> Measures:
+        """The same with the numerical uncertainty of those that have a value and one here."""
+        return Measures(
+            (
+                replace(item, bound=bounds.get(name)) if item.value is not None else item
+                for name, item in self.items()
+            ),
+            self.scale,
+        )
 
     def as_json(self) -> dict[str, dict[str, Any]]:
         """The content of measures.json."""

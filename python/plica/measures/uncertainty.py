@@ -11,10 +11,39 @@ from typing import Any
 from plica.storage.files import storage_errors
 from plica.storage.json_file import write_json
 
-__all__ = ["JSON_FILE", "Refinement", "Uncertain", "Uncertainty", "read_uncertainty", "write_uncertainty"]
+__all__ = [
+    "JSON_FILE",
+    "Bound",
+    "Refinement",
+    "Uncertain",
+    "Uncertainty",
+    "from_json",
+    "read_uncertainty",
+    "write_uncertainty",
+]
 
 JSON_FILE = "uncertainty.json"
 _FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A bound on the numerical error of one value.
+
+    Attributes
+    ----------
+    uncertainty : float
+        In the unit of the value: its distance from that of an infinitely small step and mesh is at most this,
+        in 95 of 100 cases. Neither the scatter between cycles nor the error of the model.
+    source : str
+        What it was determined of.
+    doubts : tuple of str
+        Why it may be too small.
+    """
+
+    uncertainty: float
+    source: str
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -90,6 +119,11 @@ class Uncertain:
         found = [name for name, part in parts if part is not None and part.verdict == "no convergence"]
         return (f"not in the asymptotic range of {' and '.join(found)}",) if found else ()
 
+    def bound(self, source: str) -> Bound | None:
+        """The numerical uncertainty alone; None if there is none."""
+        doubts = (*([self.alone] if self.alone else []), *self.doubts)
+        return None if self.numerical is None else Bound(self.numerical, source, doubts)
+
     def as_json(self) -> dict[str, Any]:
         """The entry of uncertainty.json."""
         return {"numerical": self.numerical} | asdict(self)
@@ -122,6 +156,12 @@ class Uncertainty:
     remarks: list[str]
     plica: str = ""
 
+    @property
+    def bounds(self) -> dict[str, Bound]:
+        """The numerical uncertainty of each measure that has one."""
+        source = "plica uncertainty of this run"
+        return {name: one for name, item in self.measures.items() if (one := item.bound(source))}
+
     def as_json(self) -> dict[str, Any]:
         """The content of uncertainty.json."""
         tables = {"measures": self.measures, "waveforms": self.waveforms}
@@ -153,20 +193,25 @@ def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
     with storage_errors(path, "read"):
         text = path.read_bytes()
     try:
-        data = json.loads(text)
-        if data["format"] != _FORMAT or data["steps"] != steps:
-            return None
-        return Uncertainty(
-            steps=data["steps"],
-            source=data["source"],
-            levels=data["levels"],
-            measures=_uncertain(data["measures"]),
-            waveforms=_uncertain(data["waveforms"]),
-            remarks=data["remarks"],
-            plica=data["plica"],
-        )
+        found = from_json(json.loads(text))
+        return found if found is not None and found.steps == steps else None
     except (ValueError, KeyError, TypeError, AttributeError):
         return None
+
+
+def from_json(data: Mapping[str, Any]) -> Uncertainty | None:
+    """The inverse of `Uncertainty.as_json`; None if it is of another format."""
+    if data["format"] != _FORMAT:
+        return None
+    return Uncertainty(
+        steps=data["steps"],
+        source=data["source"],
+        levels=data["levels"],
+        measures=_uncertain(data["measures"]),
+        waveforms=_uncertain(data["waveforms"]),
+        remarks=data["remarks"],
+        plica=data["plica"],
+    )
 
 
 def _uncertain(entries: Mapping[str, Mapping[str, Any]]) -> dict[str, Uncertain]:

@@ -105,6 +105,9 @@ def comparison_table(changes: Sequence[Change]) -> str:
         line = f"{change.name:<40} {shown.before.value:>12} {shown.after.value:>12} {unit:<6} "
         line += f"{shown.difference.removesuffix(unit).strip() or '-':<14} "
         line += f"[{shown.interval}]" if shown.interval else ""
+        if shown.before.numerical or shown.after.numerical:
+            both = (one.numerical or "?" for one in (shown.before, shown.after))
+            line += f"numerical uncertainty {', '.join(both)}"
         line += " *" if shown.beyond else ""
         numbers = ", ".join(map(str, shown.notes))
         lines.append(f"{line}  ({numbers})" if numbers else line.rstrip())
@@ -155,6 +158,9 @@ def _write_tables(sheet: Sheet, directory: Path) -> None:
         items = [getattr(change, side) for change in sheet.changes]
         columns[f"unit {side}"] = [item.unit for item in items]
         columns[side] = [np.nan if item.value is None else item.value for item in items]
+        columns[f"{side} uncertainty"] = [
+            np.nan if one.uncertainty is None else one.uncertainty for one in items
+        ]
         for k, end in enumerate(("from", "to")):
             columns[f"{side} {end}"] = [
                 np.nan if item.interval is None else item.interval[k] for item in items

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import Measure
 from plica.measures.scale import SI, Scale, shown_unit
-from plica.measures.uncertainty import Uncertain
 from plica.measures.waveforms import Waveform
 
 headline = (
@@ -37,7 +35,6 @@ class Row:
     cautions: tuple[str, ...]
     note: str
     numerical: str = ""
-    alone: str = ""
     doubts: tuple[str, ...] = ()
 
 
@@ -86,11 +83,11 @@ def digits_of(value: float, interval: tuple[float, float] | None, most: int = 6)
     return min(max(math.floor(math.log10(abs(value)) + 1e-12) - last + 1, 1), most)
 
 
-def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
+def row(item: Measure) -> Row:
     """A measure in its common unit, with its numerical uncertainty if there is one."""
     factor, unit = item.quantity.people(item.scale)
     digits = 4 if item.value is None else min(digits_of(item.value, item.interval), 4)
-    half = uncertain.numerical if uncertain is not None else None
+    half = item.uncertainty
     if item.value is not None and half:
         digits = min(digits_of(item.value, (item.value - half, item.value + half)) + 1, 6)
     value = "–" if item.value is None else number(factor * item.value, digits)
@@ -108,8 +105,7 @@ def row(item: Measure, uncertain: Uncertain | None = None) -> Row:
         cautions=item.cautions,
         note="; ".join(filter(None, (item.note, item.quantity.meaning if item.value is not None else ""))),
         numerical="" if half is None else number(factor * half, 2),
-        alone="" if uncertain is None else uncertain.alone,
-        doubts=() if uncertain is None else uncertain.doubts,
+        doubts=() if item.bound is None else item.bound.doubts,
     )
 
 
@@ -134,9 +130,7 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
     return tuple(notes.index(text) + 1 for text in texts)
 
 
-def tables(
-    measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
-) -> list[tuple[str, list[Row]]]:
+def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
     """The measures by group, in the order of the catalogue; a reason for a missing value is given once, and
     other measures refer to that."""
     groups: dict[str, list[Row]] = {}
@@ -144,7 +138,7 @@ def tables(
     for name, entry in CATALOGUE.items():
         if name not in measures:
             continue
-        made, item = row(measures[name], uncertain.get(name)), measures[name]
+        made, item = row(measures[name]), measures[name]
         if (
             item.value is None
             and item.note
@@ -155,8 +149,6 @@ def tables(
     return list(groups.items())
 
 
-def headlines(
-    measures: Mapping[str, Measure], uncertain: Mapping[str, Uncertain] = MappingProxyType({})
-) -> Sequence[Row]:
-    """The main measures at the top of the page."""
-    return [row(measures[name], uncertain.get(name)) for name in headline if name in measures]
+def headlines(measures: Mapping[str, Measure]) -> Sequence[Row]:
+    """The main measures at the top of the page; of these, those that converge."""
+    return [row(measures[name]) for name in headline if name in measures and not measures[name].no_limit]

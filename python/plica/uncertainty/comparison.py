@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from plica.measures.catalogue import CATALOGUE
 from plica.measures.uncertainty import Refinement, Uncertain
 from plica.phonation.run.results import Run
 from plica.phonation.scene.scene import Scene
@@ -22,8 +23,6 @@ _RUN = "run"
 _ERROR = "relative_error"
 _WHOLE_STEPS = frozenset(("contact_duration",))
 """Measures that are a number of steps: their uncertainty is at least a step."""
-_PRESSURES = frozenset(("peak_contact_pressure", "peak_contact_pressure_step"))
-"""Measures that diverge as the step decreases if contact surfaces have mass."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,9 @@ def _orders(scene: Scene, kind: str) -> tuple[float, float]:
 
 
 def _diverges(name: str, scene: Scene) -> bool:
-    return name in _PRESSURES and scene.contact is not None and scene.contact.surface_mass == "kept"
+    quantity = CATALOGUE[name]
+    massless = scene.contact is not None and scene.contact.surface_mass != "kept"
+    return bool(quantity.no_limit) and not (quantity.no_limit_of == "surfaces with mass" and massless)
 
 
 def _size(run: Run, kind: str) -> float:

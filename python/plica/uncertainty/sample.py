@@ -24,20 +24,8 @@ _BLOCK = 2  # least number of cycles: neighbours are correlated, and alternate i
 _FEWEST_BLOCKS = 4
 _WAVES = ("probes", "minimum_area", "flow", "contact_force_first", "kinetic_energy", "elastic_energy")
 _AT_THE_LOAD = ("minimum_area", "flow")  # belong to t_{n+1+alpha}
-_EXCLUDED = frozenset(
-    (
-        "subglottal_pressure",
-        "amplitude_growth",
-        "numerical_loss",
-        "ledger_error",
-        "contact_force_balance",
-        "deepest_gap",
-        "overlap_volume_max",
-        "edge_overlap_volume_max",
-        "largest_multiplier",
-    )
-)
-"""Inputs, and measures of the accuracy of the solution, which have no limit under refinement."""
+_EXCLUDED = frozenset(("subglottal_pressure", "amplitude_growth"))
+"""An input, and what is zero in the limit; diagnostics of the solution are left out too."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +64,7 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
     scatter = _scatter(run, cycles, found) if cycles.settled else {}
     samples = {}
     for name, item in found.items():
-        left_out = name in _EXCLUDED or CATALOGUE[name].group == "Solver" or (of_cycles and not item.cycles)
+        left_out = name in _EXCLUDED or CATALOGUE[name].diagnostic or (of_cycles and not item.cycles)
         if item.value is not None and not left_out:
             samples[name] = Sample(item, scatter.get(name, 0.0) if item.cycles else 0.0)
     return Sampled(cycles, samples)

@@ -61,7 +61,7 @@ def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
 
 def uncertainty_table(found: Uncertainty) -> str:
     """Measures with uncertainties in common units; one line per waveform; source and remarks."""
-    head = f"{'':<40} {'value':<12} {'+-':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
+    head = f"{'':<40} {'value':<12} {'numerical':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
     lines = [head]
     for item in found.measures.values():
         factor, unit = _shown_unit(item)
@@ -77,6 +77,11 @@ def uncertainty_table(found: Uncertainty) -> str:
         "",
         found.source,
         *(f"! {remark}" for remark in found.remarks),
+        *(
+            f"! {item.name}: {CATALOGUE[item.name].no_limit}"
+            for item in found.measures.values()
+            if item.doubts and CATALOGUE[item.name].no_limit
+        ),
     ]
     return "\n".join(lines)
 

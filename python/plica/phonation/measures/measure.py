@@ -98,7 +98,27 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found.append(over_cycles("peak_strain", time, strain, cycles, np.max))
     if "contact_force_first" in waveforms:
         found += contact_measures(time, waveforms, cycles, fold_length(run))
-    return Measures([*found, *energy_measures(waveforms), *solver_measures(time, waveforms)])
+    found += [*energy_measures(waveforms), *solver_measures(time, waveforms)]
+    return Measures(_doubted(item, run.scene_text) for item in found)
+
+
+def _doubted(item: Measure, scene_text: str) -> Measure:
+    """The measure with its reason among the cautions, if it does not converge in this run."""
+    reason = item.quantity.no_limit
+    if item.value is None or not reason:
+        return item
+    if item.quantity.no_limit_of == "surfaces with mass" and _massless(scene_text):
+        return item
+    return replace(item, no_limit=reason, cautions=(*item.cautions, reason))
+
+
+def _massless(scene_text: str) -> bool:
+    """Whether the contact surfaces have no mass; where that is not known, they have."""
+    try:
+        contact = tomllib.loads(scene_text).get("contact", {})
+    except tomllib.TOMLDecodeError:
+        return False
+    return isinstance(contact, dict) and contact.get("surface_mass") == "redistributed"
 
 
 def fold_length(run: RunData) -> float | None:

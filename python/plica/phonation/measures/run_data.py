@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from plica.measures.caution import Caution
+from plica.measures.measure import Measures
 from plica.measures.record import Array, Floats
 
 
@@ -89,6 +90,14 @@ class RunData(Protocol):
     @property
     def versions(self) -> Mapping[str, str]:
         """Versions of the software that computed the run, and with contact its solver."""
+
+
+class MeasuredRun(RunData, Protocol):
+    """A run with its measures, as reports take it."""
+
+    @property
+    def measures(self) -> Measures:
+        """With their numerical uncertainty where it is known."""
 
 
 def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:

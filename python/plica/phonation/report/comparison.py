@@ -12,8 +12,7 @@ from pathlib import Path
 from plica.errors import InvalidInput
 from plica.measures.comparison import Change, changes
 from plica.phonation.measures.cautions import cautions
-from plica.phonation.measures.measure import measure
-from plica.phonation.measures.run_data import RunData
+from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.page import sections
 from plica.phonation.report.reading import read
 from plica.report.comparison import Sheet
@@ -26,13 +25,13 @@ __all__ = ["RunComparison", "compare_runs"]
 class RunComparison:
     """Two finished runs and their directories."""
 
-    runs: tuple[RunData, RunData]
+    runs: tuple[MeasuredRun, MeasuredRun]
     directories: tuple[Path, Path]
 
     @cached_property
     def changes(self) -> list[Change]:
         """The changes of all measures that both have."""
-        before, after = (measure(run) for run in self.runs)
+        before, after = (run.measures for run in self.runs)
         return changes(before, after)
 
     @cached_property
@@ -68,7 +67,7 @@ class RunComparison:
         return Sheet((names[0], names[1]), (facts[0], facts[1]), self.remarks, self.changes, command, shown)
 
 
-def compare_runs(runs: Sequence[RunData], directories: Sequence[Path]) -> RunComparison:
+def compare_runs(runs: Sequence[MeasuredRun], directories: Sequence[Path]) -> RunComparison:
     """Compare two runs; raises InvalidInput if one is not finished."""
     for run, directory in zip(runs, directories, strict=True):
         if run.failure or run.time.size < run.steps_asked:
@@ -79,7 +78,7 @@ def compare_runs(runs: Sequence[RunData], directories: Sequence[Path]) -> RunCom
     return RunComparison((runs[0], runs[1]), (directories[0], directories[1]))
 
 
-def _drawings(run: RunData) -> list[Drawing]:
+def _drawings(run: MeasuredRun) -> list[Drawing]:
     return [drawing for _, drawings in sections(read(run)) for drawing in drawings]
 
 

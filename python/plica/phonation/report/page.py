@@ -6,7 +6,7 @@ from pathlib import Path
 
 from plica.measures.uncertainty import Uncertainty
 from plica.phonation.measures.cautions import cautions
-from plica.phonation.measures.run_data import RunData
+from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
 from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
 from plica.phonation.report.energy_figures import energy_ledger, probe_motion, probe_spectrum
@@ -17,17 +17,17 @@ from plica.report.page import render, write_page
 from plica.report.wording import headlines, number, numbered, tables
 
 
-def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = None) -> Path:
+def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None = None) -> Path:
     """Write the report of a run as one self-contained HTML page.
 
     Parameters
     ----------
-    run : RunData
+    run : MeasuredRun
         Finished, interrupted or failed; the page shows which.
     path : Path
         Path of the page, which is replaced as a whole.
     uncertainty : Uncertainty, optional
-        Uncertainty of its measures: shown as value +- uncertainty, with its sources.
+        The estimate of the numerical uncertainty that its measures have, for its levels and remarks.
 
     Returns
     -------
@@ -35,8 +35,7 @@ def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = Non
         The page.
     """
     reading = read(run)
-    uncertain = {} if uncertainty is None else uncertainty.measures
-    measured, notes = tables(reading.measures, uncertain), list[str]()
+    measured, notes = tables(reading.measures), list[str]()
     marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
     text = render(
         "phonation/report/page.html.j2",
@@ -44,11 +43,12 @@ def write_report(run: RunData, path: Path, uncertainty: Uncertainty | None = Non
         banner=banner(reading),
         cautions=cautions(run),
         remark=remark(reading),
-        headlines=headlines(reading.measures, uncertain),
+        headlines=headlines(reading.measures),
         tables=measured,
         marks=marks,
         notes=notes,
         uncertainty=uncertainty,
+        source=next((item.bound.source for item in reading.measures.values() if item.bound), ""),
         sections=sections(reading),
         scene=run.scene_text.strip(),
         versions=dict(run.versions),

@@ -11,8 +11,8 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure
 from plica.measures.record import Array, Floats
 from plica.phonation.measures.folds import glottal_canal, half_widths, midline, rest_width
-from plica.phonation.measures.measure import measure, steady_cycles
-from plica.phonation.measures.run_data import RunData, reached
+from plica.phonation.measures.measure import steady_cycles
+from plica.phonation.measures.run_data import MeasuredRun, RunData, reached
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class Reading:
         return max(low - 0.6 * length, float(height[0])), min(high + 0.4 * length, float(height[-1]))
 
 
-def read(run: RunData) -> Reading:
+def read(run: MeasuredRun) -> Reading:
     """Read a run for the report."""
     time, waveforms = reached(run)
-    return Reading(run, time, waveforms, steady_cycles(run), measure(run))
+    return Reading(run, time, waveforms, steady_cycles(run), run.measures)

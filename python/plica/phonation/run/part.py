@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
-from plica.measures.measure import ByName
+from plica.measures.measure import Measures
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.cautions import cautions
@@ -63,9 +62,9 @@ class RunPart:
         return Named("Run.between", ((name, values[shown]) for name, values in self.run.fields.items()))
 
     @cached_property
-    def measures(self) -> ByName[dict[str, Any]]:
-        """Measures of the part, as `Run.measures` for a run."""
-        return ByName(measure(self).as_json())
+    def measures(self) -> Measures:
+        """Measures of the part; their numerical uncertainty is not known."""
+        return measure(self)
 
     @cached_property
     def cautions(self) -> tuple[Caution, ...]:

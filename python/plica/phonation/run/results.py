@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
-from plica.measures.measure import ByName
+from plica.measures.measure import Measures
 from plica.measures.uncertainty import Uncertainty, read_uncertainty
 from plica.phonation.run import store
+from plica.phonation.run.example_bounds import example_bounds
 from plica.phonation.run.part import RunPart, part_of
 from plica.phonation.run.progress_record import ProgressRecord
 from plica.phonation.scene.plausibility import scene_cautions
@@ -288,13 +289,20 @@ class Run(Mapping[str, NDArray[Any]]):
         """The version of Plica that computed the run, and with contact the solver that "auto" selected."""
         return self._versions
 
+    @property
+    def measures(self) -> Measures:
+        """`Measure` by name, in SI: ``.value``, ``.spread`` (the standard deviation between cycles),
+        ``.uncertainty`` (numerical: of `estimate_uncertainty`, else, for a voice near the example, of that;
+        else None) and ``.cautions``."""
+        estimated = self.uncertainty
+        bounds = example_bounds(self.scene, self._measured) if estimated is None else estimated.bounds
+        return self._measured.bounded(bounds)
+
     @cached_property
-    def measures(self) -> ByName[dict[str, Any]]:
-        """``{name: {"value", "unit", "spread", "cycles"}}`` in SI, with a definition, and a note and
-        cautions if there are any; measured from the waveforms, not read from measures.json."""
+    def _measured(self) -> Measures:
         from plica.phonation.measures.measure import measure
 
-        return ByName(measure(self).as_json())
+        return measure(self)
 
     @property
     def uncertainty(self) -> Uncertainty | None:
