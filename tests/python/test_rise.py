@@ -77,7 +77,7 @@ def test_a_run_stores_the_pressure_as_it_rises_and_continues_in_it(
     instants = whole.time - 0.3 * scene.time.step  # of the load: alpha = -0.3
     share = np.where(instants < 1.5e-3, 0.5 * (1 - np.cos(np.pi * instants / 1.5e-3)), 1.0)
     assert np.allclose(whole["subglottal_pressure"], 800 * share, rtol=0, atol=1e-9)
-    assert whole.measures["subglottal_pressure"]["value"] == 800.0
+    assert whole.measures["subglottal_pressure"].value == 800.0
     assert "subglottal_pressure" not in plica.run(phonating, tmp_path / "sudden", progress=False).waveforms
 
 

@@ -287,7 +287,9 @@ def _rise_caution(scene: Scene) -> Iterator[Caution]:
     assert scene.airflow is not None
     rise, duration = scene.airflow.rise, scene.time.duration
     if rise > duration:
-        seen = f"airflow.rise = {rise:g} s; time.duration = {duration:g} s ends before that, with less pressure."
+        seen = (
+            f"airflow.rise = {rise:g} s; time.duration = {duration:g} s ends before that, with less pressure."
+        )
         yield Caution("duration", seen, "Run longer, or let the pressure rise faster.")
 
 
