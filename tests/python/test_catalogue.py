@@ -185,7 +185,9 @@ def test_the_terminal_says_below_a_number_what_speaks_against_it() -> None:
             Measure("contact_impulse", 2.5e-6, 1e-7, 3),
         ]
     )
-    lines = [line.split() for line in measures_table(found, short=True).splitlines()]
+    text, _, meaning = measures_table(found, short=True).partition("\n\n")
+    assert "scatter: standard deviation" in meaning
+    lines = [line.split() for line in text.splitlines()]
     assert lines == [
         ["fundamental_frequency", "278", "Hz", "scatter", "of", "3", "cycles", "79", "!"],
         ["!", "not", "settled"],
