@@ -612,6 +612,7 @@ class Airflow:
         *,
         surface: str = "airway",
         subglottal_pressure: typing.SupportsFloat | typing.SupportsIndex = 800.0,
+        rise: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         air_density: typing.SupportsFloat | typing.SupportsIndex = 1.23,
         model: ViscousSlit | Bernoulli = ...,
         area: Cut | Elliptic = ...,
@@ -629,6 +630,8 @@ class Airflow:
     def load_shape(self) -> str: ...
     @property
     def model(self) -> ViscousSlit | Bernoulli: ...
+    @property
+    def rise(self) -> float: ...
     @property
     def subglottal_pressure(self) -> float: ...
     @property
