@@ -1,6 +1,7 @@
 // A subglottal pressure that rises from 0.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "plica/core/error.hpp"
@@ -41,10 +42,11 @@ void check_instants(const Scene& scene, const Simulation::Options& how, int step
     const double expected = risen(p, lagged ? k * h : (k + 1 + alpha) * h);
     const FlowState& flow = simulation.record().flow->state;
     CHECK(std::abs(flow.subglottal_pressure - expected) < 1e-13 * p);
+    const bool held = flow.stopped || simulation.record().flow->frozen;
     const FlowState law = airflow.evaluate(flow.area, Air{expected, airflow.options().air_density}, flow.stopped,
-                                           flow.stopped ? std::optional(flow.separation) : std::nullopt);
+                                           held ? std::optional(flow.separation) : std::nullopt);
     CHECK(std::abs(flow.flow - law.flow) <= 1e-12 * law.flow);
-    CHECK(simulation.record().flow->converged);
+    CHECK((simulation.record().flow->converged || airflow.stops_at_contact()));  // Bernoulli's may jump
     const Ledger& ledger = simulation.state().ledger;
     energy = std::max(energy, ledger.kinetic + ledger.elastic);
     CHECK(std::abs(ledger.error()) < 1e-8 * energy);
@@ -88,7 +90,7 @@ TEST_CASE("the flow is that of the pressure at the instant at which the load act
       const Scene folds = rising(scenes::symmetric_folds(), coupling);
       check_instants(scenes::reduced(folds, scenes::every_displacement(folds)), options(hht, 1e-4), 20);
       Scene symmetric = folds;
-      symmetric.symmetry = Symmetry::left_right;
+      symmetric.symmetry = Symmetry::half;
       check_instants(symmetric, options(hht, 1e-4), 20);
     }
 }
