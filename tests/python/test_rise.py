@@ -61,7 +61,7 @@ def test_a_rise_that_the_run_does_not_reach_is_cautioned_of(phonating: plica.Sce
     mesh = build_mesh(phonating.mesh)
     for rise, duration, cautioned in (("2 ms", "2 ms", False), ("2.05 ms", "2 ms", True)):
         scene = phonating.replace({"airflow.rise": rise, "time.duration": duration})
-        seen = [caution.text for caution in scene_cautions(scene, mesh) if "airflow.rise" in caution.text]
+        seen = [one for one in scene_cautions(scene, mesh) if "airflow.rise" in str(one)]
         assert bool(seen) == cautioned
 
 

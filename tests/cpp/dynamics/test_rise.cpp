@@ -45,7 +45,8 @@ void check_instants(const Scene& scene, const Simulation::Options& how, int step
     const bool held = flow.stopped || simulation.record().flow->frozen;
     const FlowState law = airflow.evaluate(flow.area, Air{expected, airflow.options().air_density}, flow.stopped,
                                            held ? std::optional(flow.separation) : std::nullopt);
-    CHECK(std::abs(flow.flow - law.flow) <= 1e-12 * law.flow);
+    // The closed form knows 1 - cos to 1e-16 only, and the flow goes at most with the pressure.
+    CHECK(std::abs(flow.flow - law.flow) <= (1e-12 + 1e-15 * p / std::max(expected, 1e-300)) * law.flow);
     CHECK((simulation.record().flow->converged || airflow.stops_at_contact()));  // Bernoulli's may jump
     const Ledger& ledger = simulation.state().ledger;
     energy = std::max(energy, ledger.kinetic + ledger.elastic);
@@ -99,9 +100,9 @@ TEST_CASE("explicit steps have the pressure of their own instants, too") {
   for (const Coupling& coupling : {Coupling(Extrapolated{}), Coupling(Lagged{})}) {
     Scene scene = rising(scenes::small_larynx(), coupling);
     scene.contact.reset();
-    Simulation::Options how = options(CentralDifferences{}, 2e-6);
+    Simulation::Options how = options(CentralDifferences{}, 4e-7);
     how.mass = Simulation::Mass::lumped;
-    check_instants(scene, how, 800);
+    check_instants(scene, how, 3800);
   }
 }
 

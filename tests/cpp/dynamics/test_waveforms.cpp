@@ -39,14 +39,18 @@ TEST_CASE("every waveform has a name of its own, a unit and a meaning") {
 TEST_CASE("a scene has the waveforms of its parts and no others") {
   Scene scene = scenes::small_larynx();
   scene.contact->friction = Friction{0.3};
+  scene.airflow->flow.rise = 1e-3;
   const auto had = [](const Scene& one) {
     const std::vector<std::string> names = waveforms_of(one);
     return std::set<std::string>(names.begin(), names.end());
   };
   CHECK(had(scene).size() == waveforms().size());
+  scene.airflow->flow.rise = 0;
+  CHECK(had(scene).count("subglottal_pressure") == 0);
+  CHECK(had(scene).size() == waveforms().size() - 1);
   scene.contact->friction.reset();
   CHECK(had(scene).count("friction_loss") == 0);
-  CHECK(had(scene).size() == waveforms().size() - 1);
+  CHECK(had(scene).size() == waveforms().size() - 2);
   scene.contact.reset();
   CHECK(had(scene).count("contact_work") == 0);
   CHECK(had(scene).count("flow") == 1);
