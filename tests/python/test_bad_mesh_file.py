@@ -122,7 +122,7 @@ MESHES: dict[str, tuple[Callable[[meshio.Mesh], None], tuple[str, str], str]] = 
     "larynx pattern": (
         nothing,
         ("[time]", "[initial]\nopening_velocity = 1\n[time]"),
-        "initial.opening_velocity: must be",
+        "initial.opening_velocity needs the glottis",
     ),
     "unit": (nothing, ("layers", 'unit = "1 s"\nlayers'), 'mesh.unit = "1 s"; must be a number in m'),
 }

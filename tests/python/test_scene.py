@@ -14,7 +14,8 @@ import pytest
 import plica
 from plica import _engine
 from plica.phonation.run.build import fixed_components, materials_of, probe_nodes
-from plica.phonation.run.initial import initial_fields, opening_pattern
+from plica.phonation.run.initial import initial_fields
+from plica.phonation.run.opening import Glottis, opening_pattern
 from plica.units import read_quantity
 
 
@@ -202,10 +203,11 @@ def test_the_opening_pattern_is_one_at_the_upper_edge_and_zero_at_the_wall(
     assert isinstance(phonating.mesh, plica.Larynx)
     mesh = plica.build_mesh(phonating.mesh)
     points = np.asarray(mesh.points)
-    pattern = opening_pattern(points, phonating.mesh)
+    glottis = Glottis.of_larynx(phonating.mesh)
+    pattern = opening_pattern(points, glottis)
     edge = np.array([[2.5e-4, 0.0, -4e-4], [-2.5e-4, 0.0, -4e-4]])  # S26 in the mid-plane
     # the pattern's square roots leave a few units in the last place
-    np.testing.assert_allclose(opening_pattern(edge, phonating.mesh)[:, 0], [1.0, -1.0], atol=1e-14)
+    np.testing.assert_allclose(opening_pattern(edge, glottis)[:, 0], [1.0, -1.0], atol=1e-14)
     assert np.all(pattern[:, 1:] == 0)
     assert np.all(pattern[:, 0] * points[:, 0] >= 0)
     assert np.abs(pattern).max() <= 1 + 1e-14

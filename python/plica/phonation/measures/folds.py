@@ -4,8 +4,7 @@ Half-widths are the distances of the points of the right and of the left fold fr
 computed from the folds, wherever the mesh is. Both increase as the glottis opens.
 The glottal canal, which figures show, is the range of sections around the narrowest one whose width at rest
 is at most 1.5 times the smallest.
-The medial surface is the range of sections around the narrowest one over which the contour of the folds at
-rest is within 25 degrees of vertical (the catalogue says why); it ends at the inferior and the superior edge.
+The medial surface is that of `plica.phonation.measures.contour`, in whole sections.
 """
 
 from __future__ import annotations
@@ -15,11 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from plica.measures.catalogue import closed_share_1_percent, medial_angle
+from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
 from plica.measures.record import Array, Floats
 from plica.measures.sides import lags, side_measures
+from plica.phonation.measures.contour import coronal_contours
 from plica.phonation.measures.glottal import open_area
 from plica.phonation.measures.run_data import RunData
 
@@ -52,22 +52,12 @@ def rest_width(run: RunData) -> Floats:
     if surface is None:
         right, left = half_widths(run.waveforms)
         return np.asarray(right[0] + left[0], dtype=float)
-    points, corners = np.asarray(run.mesh.points, dtype=float), np.asarray(surface)[:, :3]
-    y = points[corners, 1]
-    middle = 0.5 * (y.min() + y.max())
-    u, v = (points[corners[:, k]] - points[corners[:, 0]] for k in (1, 2))
-    facing = np.sign(u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1])
-    width = np.zeros(len(run.section_height))
-    for side in (-1.0, 1.0):
-        own = corners[facing == side]
-        edges = np.concatenate((own[:, [0, 1]], own[:, [1, 2]], own[:, [2, 0]]))
-        y = points[edges, 1] - middle
-        crossing = (y.min(axis=1) <= 0) & (y.max(axis=1) >= 0) & (np.ptp(y, axis=1) > 0)
-        a, b, y = points[edges[crossing, 0]], points[edges[crossing, 1]], y[crossing]
-        cut = a - (y[:, 0] / (y[:, 1] - y[:, 0]))[:, None] * (b - a)
-        ascending = cut[np.argsort(cut[:, 2])]
-        width -= side * np.interp(run.section_height, ascending[:, 2], ascending[:, 0])
-    return width
+    height = run.section_height
+    larger, smaller = (
+        np.interp(height, line[:, 0], line[:, 1])
+        for line in coronal_contours(np.asarray(run.mesh.points, dtype=float), np.asarray(surface))
+    )
+    return np.asarray(larger - smaller)
 
 
 def glottal_canal(width: Floats) -> slice:
@@ -77,29 +67,6 @@ def glottal_canal(width: Floats) -> slice:
     while low > 0 and narrow[low - 1]:
         low -= 1
     while high + 1 < width.size and narrow[high + 1]:
-        high += 1
-    return slice(low, high + 1)
-
-
-def medial_surface(width: Floats, height: Floats) -> slice:
-    """Range of sections that form the medial surface at rest (see the module docstring).
-
-    Parameters
-    ----------
-    width : (s) m
-        Of the airway at rest; half of it is the distance of the folds' contour from the midline.
-    height : (s) m, ascending
-
-    Returns
-    -------
-    slice
-        A single section if the contour is nowhere so steep at the narrowest one.
-    """
-    steep = np.abs(np.diff(width)) <= 2.0 * np.tan(medial_angle) * np.diff(height)
-    low = high = int(np.argmin(width))
-    while low > 0 and steep[low - 1]:
-        low -= 1
-    while high + 1 < width.size and steep[high]:
         high += 1
     return slice(low, high + 1)
 

@@ -3,52 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import SceneError, nearest, one_of
+from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.phonation.run.opening import Glottis, opening_pattern
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
 
-__all__ = ["initial_fields", "opening_pattern"]
+__all__ = ["initial_fields"]
 
 _Reals = NDArray[np.float64]
-
-
-def opening_pattern(points: _Reals, larynx: Larynx) -> _Reals:
-    """The lateral opening pattern of `Initial`, (n, 3), equal to one at the upper glottal edge."""
-    fields = larynx_fields(larynx)
-    b, radius = float(fields["major"]), float(fields["radius"])
-    sections = np.asarray(fields["sections"])  # (k, 2): z, minor half-axis, m
-    a = sections[:, 1].min()
-    edge = np.flatnonzero(sections[:, 1] == a)[-1]
-    z_edge = sections[edge, 0]
-    z_low = _widened(sections[edge::-1], 4 * a)
-    z_high = _widened(sections[edge:], 4 * a)
-    x, y, z = points.T
-    inside = np.abs(y) < b
-    reach = np.where(z <= z_edge, z_low - z_edge, z_high - z_edge)
-    ratio = np.clip((z - z_edge) / reach, 0.0, 1.0)
-    along = np.where(inside, np.cos(0.5 * np.pi * y / b), 0.0)
-    height = 0.5 * (1 + np.cos(np.pi * ratio))
-    wall = np.sqrt(np.maximum(radius**2 - y**2, 0.0))
-    airway = a * np.sqrt(np.maximum(1 - (y / b) ** 2, 0.0))
-    depth = np.clip((wall - np.abs(x)) / np.where(inside, wall - airway, 1.0), 0.0, 1.0)
-    pattern = np.zeros_like(points)
-    pattern[:, 0] = np.sign(x) * along * height * depth
-    return pattern
-
-
-def _widened(sections: _Reals, minor: float) -> float:
-    """Height at which the minor half-axis first reaches `minor` along rows of (z, minor half-axis)."""
-    for (z0, m0), (z1, m1) in pairwise(sections):
-        if m1 >= minor:
-            return float(z0 + (z1 - z0) * (minor - m0) / (m1 - m0))
-    return float(sections[-1, 0])
 
 
 def initial_fields(
@@ -65,8 +32,8 @@ def initial_fields(
         ("velocity", initial.opening_velocity, initial.velocity),
     ):
         field = np.zeros_like(points)
-        if size is not None and isinstance(scene.mesh, Larynx):
-            field += size * opening_pattern(points, scene.mesh)
+        if size is not None:
+            field += size * opening_pattern(points, _glottis(scene, mesh, f"initial.opening_{name}"))
         nodes = {
             region: _nodes_of(region, mesh, f"{scene.source}: initial.{name}.{region}") for region in uniform
         }
@@ -79,6 +46,15 @@ def initial_fields(
         field[fixed] = 0.0
         found.append(field if field.any() else None)
     return found[0], found[1]
+
+
+def _glottis(scene: Scene, mesh: _engine.TetMesh, key: str) -> Glottis:
+    if isinstance(scene.mesh, Larynx):
+        return Glottis.of_larynx(scene.mesh)
+    try:
+        return Glottis.of_mesh(mesh, "airway" if scene.airflow is None else scene.airflow.surface)
+    except InvalidInput as error:
+        raise SceneError(f"{scene.source}: {key} {error}") from None
 
 
 def _regions(mesh: _engine.TetMesh) -> dict[str, NDArray[np.bool_]]:

@@ -39,22 +39,27 @@ class Supports(Part):
 class Initial(Part):
     """The state at t = 0 if it is not at rest. Fixed components stay zero.
 
-    The opening pattern is for a larynx. With b the half-length of the airway, R the cylinder's radius,
-    a and z_e the minor half-axis and the height of the upper glottal edge (S26 of the thesis), z_0 and z_1
-    the heights at which the airway has widened to four times a (below and above), the pattern is lateral,
-    away from the mid-plane on each fold, and has the size
+    The opening pattern is for a larynx, and for a mesh file with a glottis. With b the half-length of the
+    airway, R the cylinder's radius, z_e and a the height and the minor half-axis of the superior edge of the
+    medial surface (S26 of the thesis), z_0 and z_1 the heights at which the airway has widened to four times
+    a (below and above), the pattern is lateral, away from the mid-plane on each fold, and has the size
 
         cos(pi y / 2b) * H(z) * D(x, y),   |y| < b, else 0
         H = 1/2 (1 + cos(pi (z - z_e) / (z_0 - z_e))) for z_0 < z <= z_e, likewise with z_1 above, else 0
         D = (sqrt(R^2 - y^2) - |x|) / (sqrt(R^2 - y^2) - a sqrt(1 - y^2 / b^2)), clipped to [0, 1]
 
-    so it is one at the upper glottal edge in the mid-plane and decreases to zero at the wall.
+    so it is one at the upper glottal edge in the mid-plane and decreases to zero at the wall. The medial
+    surface is where the mid-coronal contour at rest is within 25 degrees of vertical, about the narrowest
+    place. Of a mesh file, all this is measured on the airway's surface (that of the airflow; without one,
+    the surface ``airway``): the half-axis is half the width of its mid-coronal contour, x counts from the
+    middle of the least width and y from that of the airway, and the wall is half an ellipse on each side,
+    through the mesh's smallest and largest x and as long as the mesh.
     """
 
     opening_velocity: Velocity | None = None
-    """[m/s] Size of the opening pattern; larynx only."""
+    """[m/s] Size of the opening pattern."""
     opening_displacement: Length | None = None
-    """[m] Size of the opening pattern; larynx only."""
+    """[m] Size of the opening pattern."""
     velocity: dict[str, tuple[Velocity, Velocity, Velocity]] = Field(default_factory=dict)
     """[m/s] Uniform over the nodes of a layer, e.g. ``{a = [35, 0, 0]}`` (in Python a dict), or of a fold,
     ``{left = [1, 0, 0], right = [-1, 0, 0]}``; nodes shared by both folds then stay at rest. A node in

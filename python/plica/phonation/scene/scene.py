@@ -245,10 +245,10 @@ class Scene(Part):
         if self.symmetry is not None:
             self._symmetry_fits()
         on_larynx = isinstance(self.mesh, Larynx)
-        if self.initial is not None and not on_larynx:
+        if self.initial is not None and isinstance(self.mesh, Block | Blocks):
             for name in ("opening_velocity", "opening_displacement"):
                 if getattr(self.initial, name) is not None:
-                    raise problem("must be left out: the pattern is only for a larynx.", "initial", name)
+                    raise problem("must be left out: a block has no glottis.", "initial", name)
         if self.initial is not None and self.initial.equilibrium:
             for name in ("opening_displacement", "displacement"):
                 if getattr(self.initial, name):
