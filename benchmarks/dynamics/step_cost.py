@@ -251,7 +251,7 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
                 results.write_frame(k, simulation)
                 framed = time.perf_counter()
                 held = checkpoint.Checkpoint(k, "", simulation.state(), {})
-                checkpoint.write(Path(folder), held)
+                checkpoint.write(Path(folder), held, checkpoint.SLOTS[k % 2])
                 taken["steps"].append(stored - start)
                 taken["frame"].append(framed - stored)
                 taken["checkpoint"].append(time.perf_counter() - framed)

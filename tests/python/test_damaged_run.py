@@ -11,6 +11,7 @@ import pytest
 
 import plica
 from plica.errors import StorageFailed
+from plica.phonation.run import checkpoint
 from stored_files import DAMAGES, damaged
 
 
@@ -116,3 +117,22 @@ def test_a_run_goes_on_from_damaged_files_to_the_same_bits_or_not_at_all(
             found = content(tmp_path / "run")
             assert {name: found[name] for name in whole} == whole
         assert "mesh changed" not in said
+
+
+def test_the_checkpoint_that_a_run_goes_on_from_is_not_the_first_to_be_replaced(
+    bar: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plica.run(bar.replace({"time.duration": "2.5 ms"}), tmp_path / "run", progress=False)
+    before, _ = checkpoint.whole(tmp_path / "run")
+    (newest, held), (older, kept) = before.items()
+    path = tmp_path / "run" / "results.h5"
+    content = path.read_bytes()
+    row = plica.Run.load(tmp_path / "run")["kinetic_energy"][kept.steps : held.steps].tobytes()
+    at = content.index(row)
+    path.write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+    written = []
+    monkeypatch.setattr(checkpoint, "write", lambda _, one, slot: written.append((slot, one.steps)))
+    plica.run(bar, tmp_path / "run", progress=False, resume=True)
+    assert written[0][0] == newest  # whose steps are damaged; the older one is what is left
+    assert written[0][1] > kept.steps
+    assert {slot for slot, _ in written} == {newest, older}

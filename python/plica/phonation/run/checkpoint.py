@@ -15,7 +15,7 @@ from plica.storage.files import replaced
 from plica.storage.hdf5 import image, put, put_text
 from plica.storage.stored import Stored
 
-__all__ = ["SLOTS", "Checkpoint", "newest", "whole", "write"]
+__all__ = ["SLOTS", "Checkpoint", "newest", "other", "whole", "write"]
 
 SLOTS = ("checkpoint-a.h5", "checkpoint-b.h5")
 
@@ -42,11 +42,13 @@ class Checkpoint:
     sums: Mapping[str, int]
 
 
-def write(directory: Path, checkpoint: Checkpoint) -> None:
-    """Write into the slot that does not hold the newest valid checkpoint."""
-    found = _read_slots(directory)
-    held = max(found, key=lambda slot: found[slot].steps, default=None)
-    slot = SLOTS[1] if held == SLOTS[0] else SLOTS[0]
+def other(slot: str | None) -> str:
+    """The slot to write next, after the one that holds what is to remain; None: nothing is."""
+    return SLOTS[1] if slot == SLOTS[0] else SLOTS[0]
+
+
+def write(directory: Path, checkpoint: Checkpoint, slot: str) -> None:
+    """Write into a slot, in the place of what it holds."""
 
     def fill(file: Any) -> None:
         put(file, "steps", checkpoint.steps)
@@ -56,43 +58,35 @@ def write(directory: Path, checkpoint: Checkpoint) -> None:
         put(file, "waveforms", sorted(checkpoint.sums))
         put(file, "sums", np.array([checkpoint.sums[name] for name in sorted(checkpoint.sums)], np.uint32))
 
-    replaced(directory / slot, lambda draft: _write_bytes(draft, image(fill)))
+    def store(draft: Path) -> None:
+        draft.write_bytes(image(fill))
+
+    replaced(directory / slot, store)
 
 
-def whole(directory: Path) -> tuple[list[Checkpoint], list[str]]:
-    """The checkpoints that are whole, the newest first, and the files of those that are damaged."""
-    damaged: list[str] = []
-    found = _read_slots(directory, damaged)
-    return sorted(found.values(), key=lambda checkpoint: -checkpoint.steps), damaged
-
-
-def newest(directory: Path) -> Checkpoint | None:
-    """The newest checkpoint, or None; raises Damaged if another is damaged, which may be newer."""
-    found, damaged = whole(directory)
-    if damaged:
-        raise Damaged(
-            f"{directory / damaged[0]}: is damaged; must be as plica wrote it. Remove it to go on from "
-            + (f"the checkpoint at step {found[0].steps}." if found else "the beginning.")
-        )
-    return found[0] if found else None
-
-
-def _write_bytes(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
-
-
-def _read_slots(directory: Path, damaged: list[str] | None = None) -> dict[str, Checkpoint]:
-    """By slot, the checkpoints that are whole; the other slots with a file are added to `damaged`."""
-    found = {}
+def whole(directory: Path) -> tuple[dict[str, Checkpoint], list[str]]:
+    """The checkpoints that are whole, by slot, the newest first; and the slots of those that are damaged."""
+    found, damaged = dict[str, Checkpoint](), list[str]()
     for slot in SLOTS:
         if not (directory / slot).exists():
             continue
         try:
             found[slot] = _read(directory / slot)
         except InvalidInput:
-            if damaged is not None:
-                damaged.append(slot)
-    return found
+            damaged.append(slot)
+    return dict(sorted(found.items(), key=lambda item: -item[1].steps)), damaged
+
+
+def newest(directory: Path) -> Checkpoint | None:
+    """The newest checkpoint, or None; raises Damaged if another is damaged, which may be newer."""
+    found, damaged = whole(directory)
+    held = next(iter(found.values()), None)
+    if damaged:
+        raise Damaged(
+            f"{directory / damaged[0]}: is damaged; must be as plica wrote it. Remove it to go on from "
+            + (f"the checkpoint at step {held.steps}." if held else "the beginning.")
+        )
+    return held
 
 
 def _read(path: Path) -> Checkpoint:

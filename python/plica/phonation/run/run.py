@@ -231,6 +231,7 @@ class _Runner:
         self.checkpoint_stride = max(1, round(scene.output.checkpoint_every / scene.time.step))
         self.digest = _digest(scene)
         self.done = 0
+        self.slot: str | None = None  # of the newest checkpoint
         self.chunk = 1
         self.seconds = 0.0
         self.shown = False
@@ -283,7 +284,7 @@ class _Runner:
     def _reopen(self, path: Path) -> ResultFile:
         """The existing result file, extended to the duration of this scene."""
         with ResultFile(path) as results:
-            held = self._continued(results)
+            self.slot, held = self._continued(results)
             steps, sums = (0, None) if held is None else (held.steps, held.sums)
             results.roll_back(steps, self._frames_at(steps), sums)
             if results.steps < self.total:
@@ -298,8 +299,8 @@ class _Runner:
         self.seconds = results.seconds
         return results
 
-    def _continued(self, results: ResultFile) -> Checkpoint | None:
-        """The newest checkpoint up to which everything is as it was written, if there are any.
+    def _continued(self, results: ResultFile) -> tuple[str, Checkpoint] | tuple[None, None]:
+        """The newest checkpoint up to which everything is as it was written, and its slot, if there are any.
 
         Raises InvalidInput if this scene and version cannot continue the run, Damaged if what was stored
         before every checkpoint is damaged.
@@ -309,31 +310,35 @@ class _Runner:
         if results.frames < np.count_nonzero(self.frames <= results.steps):
             missing.append("frame at t = 0")
         found, damaged = checkpoint.whole(self.directory)
-        if found and found[0].scene != self.digest:
-            missing.append("checkpoint of this scene")
-        elif found:
-            missing += [name for name in self.simulation.state() if name not in found[0].state]
+        for newest in list(found.values())[:1]:
+            if newest.scene != self.digest:
+                missing.append("checkpoint of this scene")
+            else:
+                missing += [name for name in self.simulation.state() if name not in newest.state]
         if missing:
             raise InvalidInput(
                 f"{self.directory}: cannot be continued: it has no {' or '.join(missing)}. It is from an "
                 "earlier version of plica. Run the scene again in another directory."
             )
-        usable, error = [], None
-        for held in found:
+        lost = [f"{self.directory / slot} is damaged." for slot in damaged]
+        error = None
+        for slot, held in found.items():
             try:
                 results.require_whole(held.steps, self._frames_at(held.steps), held.sums)
             except Damaged as one:
                 error = one
+                lost.append(str(one))
                 continue
-            usable.append(held)
-        if found and not usable:
-            raise error or Damaged(f"{self.directory}: is damaged.")
-        held_one = usable[0] if usable else None
-        lost = [f"{self.directory / slot} is damaged" for slot in damaged] + ([str(error)] if error else [])
+            self._tell_lost(lost, f"step {held.steps}")
+            return slot, held
+        if error is not None:
+            raise error
+        self._tell_lost(lost, "the beginning")
+        return None, None
+
+    def _tell_lost(self, lost: list[str], where: str) -> None:
         if lost and self.shown:
-            at = f"step {held_one.steps}" if held_one else "the beginning"
-            print(f"plica: {' '.join(lost)} Continuing from {at}.", file=sys.stderr, flush=True)
-        return held_one
+            print(f"plica: {' '.join(lost)} Continuing from {where}.", file=sys.stderr, flush=True)
 
     def _frames_at(self, steps: int) -> int:
         """Number of frames that are stored up to a step."""
@@ -388,7 +393,8 @@ class _Runner:
         """Write results to disk first, so that a checkpoint is never ahead of them."""
         self._commit(results, to_disk=True)
         state = Checkpoint(self.done, self.digest, self.simulation.state(), results.sums)
-        checkpoint.write(self.directory, state)
+        self.slot = checkpoint.other(self.slot)
+        checkpoint.write(self.directory, state, self.slot)
         write_xdmf(results.path)
 
     def _stopped(self, results: ResultFile, status: int, message: str) -> None:
