@@ -15,11 +15,11 @@ import argparse
 import tempfile
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 import plica
 from plica.identify import Settings, identify
+from plica.storage.stored import Stored
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "normal_phonation.toml"
 CAMERA = plica.Camera(mm_per_px=0.1, width=96, height=144)
@@ -50,8 +50,10 @@ def judged(scene: plica.Scene, where: Path, guess: float) -> str:
     """A row: errors of log theta in %, with the sd that is stated, and the residual test."""
     run = plica.run(scene, where / "run", progress=False)
     plica.film(run, CAMERA).write(where / "clip.npy")
-    with h5py.File(where / "clip.truth.h5", "r+") as file:
-        file["flow"][...] += np.random.default_rng(1).normal(0, NOISE, file["flow"].shape)
+    random = np.random.default_rng(1)
+    with Stored(where / "clip.truth.h5", "r+") as file:
+        for index, flow in enumerate(file.rows("flow")):
+            file.put_row("flow", index, flow + random.normal(0, NOISE, flow.shape))
     settings = Settings(parameters=ESTIMATED, coarser="none", sd=NOISE, spacing=8, voiced=False)
     bare = scene.replace({"contact": None, "initial": None, "symmetry": None, "output": plica.Output()})
     begin = {

@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from plica.phonation.run.store import ResultFile
-from plica.storage.hdf5 import CHECKSUMS, put_row, put_text
+from plica.storage.hdf5 import CHECKSUMS, checksum, put_row, put_text
 from plica.storage.stored import Stored
 
 
@@ -17,6 +18,30 @@ def rewrite_row(path: Path, name: str, index: int, values: Any) -> None:
     """Another row, with its checksum."""
     with Stored(path, "r+") as file:
         put_row(file.file, name, index, values)
+
+
+def rewrite(path: Path, name: str, values: Any) -> None:
+    """A data set with other values of the same shape, with its checksums."""
+    with Stored(path, "r+") as file:
+        data, sums = file.data(name), file.data(f"{CHECKSUMS}/{name}")
+        data[...] = values
+        sums[...] = [checksum(row) for row in data] if sums.shape else checksum(data[()])
+
+
+def forget(path: Path, *names: str) -> None:
+    """Without these groups or data sets."""
+    with h5py.File(path, "r+") as file:
+        for name in names:
+            del file[name]
+            if f"{CHECKSUMS}/{name}" in file:
+                del file[f"{CHECKSUMS}/{name}"]
+
+
+def add_noise(path: Path, sd: float, random: np.random.Generator) -> None:
+    """To the flow of a film's truth."""
+    with Stored(path, "r+") as file:
+        for index, flow in enumerate(file.rows("flow")):
+            file.put_row("flow", index, flow + random.normal(0, sd, flow.shape))
 
 
 def rewrite_text(path: Path, name: str, text: str) -> None:

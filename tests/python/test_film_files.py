@@ -49,7 +49,9 @@ def test_the_truth_is_stored_with_its_units(tmp_path: Path, name: str) -> None:
         assert file["film"].attrs["exposure"] == 0.2e-3
         assert ("frames" in file) == (name == "clip.h5")
         shapes = {
-            key: (data.shape, data.attrs["units"]) for key, data in file.items() if hasattr(data, "shape")
+            key: (data.shape, data.attrs["units"].decode())
+            for key, data in file.items()
+            if hasattr(data, "shape")
         }
         n = clip.count
         for key, expected in {

@@ -31,6 +31,7 @@ from plica.identify.placement import place
 from plica.identify.report import rows
 from plica.identify.sources import open_motion
 from plica.identify.step_error import angular_frequency, period_error, stiffness_error
+from stored_files import add_noise
 
 TRUTH = {"E": 5e3, "viscosity": 0.3}
 GUESS = {"E": 7e3, "viscosity": 0.2}
@@ -69,8 +70,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     run = plica.run(scene, where / "run", progress=False)
     plica.film(run, CAMERA).write(where / "clip.npy")
     rng = np.random.default_rng(7)
-    with h5py.File(where / "clip.truth.h5", "r+") as file:  # a camera's flow is never without error
-        file["flow"][...] += rng.normal(0, 0.03, file["flow"].shape).astype(np.float32)
+    add_noise(where / "clip.truth.h5", 0.03, rng)  # a camera's flow is never without error
     return where / "clip.truth.h5"
 
 
@@ -116,9 +116,9 @@ def test_what_is_stored_is_read_back(commanded: Path) -> None:
         assert float(rows[name]["low_95"]) == posterior.interval()[j, 0]
         assert rows[name]["unit"] == posterior.units[j]
     with h5py.File(commanded / "posterior.h5") as file:
-        assert file["recording/place"].attrs["units"] == "m"
+        assert file["recording/place"].attrs["units"] == b"m"
         assert np.allclose(file["posterior/derived/interval"], posterior.interval())
-        assert list(file["posterior/derived/warnings"].asstr()) == found.warnings
+        assert [text.decode() for text in file["posterior/derived/warnings"]] == found.warnings
     # the places of the points are on the upper face, where the camera sees them
     assert np.allclose(picture.place[:, 2], SIZE[2])
     assert np.allclose(CAMERA.project(picture.place)[:, :2], picture.start, atol=1e-6)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 
@@ -16,6 +15,7 @@ from plica.identify import Settings, identify, load
 from plica.identify.pressures import fed_back
 from plica.identify.report import rows
 from plica.identify.wording import GAUSSIAN_FALL
+from stored_files import add_noise
 
 FRAME, NOISE = 250e-6, 0.05  # s, px
 CAMERA = plica.Camera(mm_per_px=0.1, width=96, height=144)
@@ -47,8 +47,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     where = tmp_path_factory.mktemp("voice")
     run = plica.run(_voice(), where / "run", progress=False)
     plica.film(run, CAMERA).write(where / "clip.npy")
-    with h5py.File(where / "clip.truth.h5", "r+") as file:
-        file["flow"][...] += np.random.default_rng(1).normal(0, NOISE, file["flow"].shape)
+    add_noise(where / "clip.truth.h5", NOISE, np.random.default_rng(1))
     return where / "clip.truth.h5"
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from types import SimpleNamespace
 
-import h5py
 import numpy as np
 import pytest
 
@@ -19,6 +18,7 @@ from plica.video.settings import Settings
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.wave_measures import wave_measures
 from plica.video.waves import fundamental, wave_numbers, why_unknown
+from stored_files import forget, rewrite
 
 _SHAPE, _FRAMES, _PERIOD = (80, 96), 61, 14.3
 _LINE = Midline((47.5, 8.0), (47.5, 72.0))
@@ -220,10 +220,10 @@ def test_what_is_unusual_about_the_cycles_is_said_of_strain_and_waves(
 
 
 def test_an_analysis_whose_pairs_show_too_little_says_so_and_ends(short: Analysis) -> None:
-    with h5py.File(short.directory / "flow.h5", "r+") as file:
-        file["residual"][11:] = np.nan
-    with h5py.File(short.path, "r+") as file:
-        del file["waves"]
+    residual = short["flow/residual"]
+    residual[11:] = np.nan
+    rewrite(short.directory / "flow.h5", "residual", residual)
+    forget(short.path, "waves")
     found = analyse(short.source, short.directory, _SETTINGS, progress=False)
     assert found.fundamental is None
     for name in _WAVES:

@@ -156,21 +156,20 @@ def _filmed(options: argparse.Namespace) -> int:
 
 def _missing_cycles(truth: Path) -> str:
     """Why the true glottal area of a film has no cycles by the rule for recordings; empty if it has."""
-    import h5py
-
     from plica.measures.recorded import recorded_cycles
+    from plica.storage.stored import Stored
 
-    with h5py.File(truth) as file:
-        cycles = recorded_cycles(file["time"][()], file["glottal_area"][()], name="glottal area")
+    with Stored(truth) as file:
+        cycles = recorded_cycles(file.read("time"), file.read("glottal_area"), name="glottal area")
     return "" if cycles.count else cycles.note
 
 
 def _cut_frames(truth: Path) -> int:
     """Number of frames in which the true glottis of a film touches the border of the image."""
-    import h5py
+    from plica.storage.stored import Stored
 
-    with h5py.File(truth) as file:
-        glottis = file["glottis"]
+    with Stored(truth) as file:
+        glottis = file.rows("glottis")
         return sum(bool(k[[0, -1]].any() or k[:, [0, -1]].any()) for k in glottis)
 
 

@@ -23,7 +23,7 @@ folder of images, HDF5, NPY, and camera formats: Phantom .cine (pip install "pli
 with its .cih or .cihx. Stores in DIR:
 
   results.h5     masks, flow, modes, paths, strain and waves at the voice's frequency, trust (HDF5)
-  flow.h5        the motion from each frame to the next, and back (results.h5 links to it)
+  flow.h5        the motion from each frame to the next, and back
   waveforms.csv  one row per frame: glottal area left and right, phase, flags, drift, mode coefficients
   measures.json  {name: {value, unit, spread, cycles, definition}}
   report.html    images, waveforms, kymograms of images and flow, modes, strain, quality; a player
@@ -231,16 +231,13 @@ def _add_recording(video: argparse.ArgumentParser) -> None:
 
 def is_analysis(directory: Path) -> bool:
     """Whether a directory holds an analysis of a recording, not a run."""
-    import h5py
-
-    from plica.storage.stored import check_result_file
+    from plica.storage.stored import Stored
 
     path = directory / "results.h5"
     if not path.is_file():
         return False
-    check_result_file(path)
-    with h5py.File(path, "r", locking=False) as file:
-        return "recording" in file.attrs
+    with Stored(path) as file:
+        return file.attribute("/", "recording") is not None
 
 
 def redraw(directory: Path) -> Path:

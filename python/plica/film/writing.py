@@ -6,16 +6,17 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import build_info
 from plica.errors import InvalidInput
 from plica.storage.files import refuse_overwriting, replaced, storage_errors
+from plica.storage.hdf5 import create, lay_out, put, put_row, set_text
 
 if TYPE_CHECKING:
     from plica.film.clip import Clip
@@ -54,33 +55,35 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
 
 def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None:
     """Write frames and truth, frame by frame; the frames into the truth's file if `add` is None."""
-    with h5py.File(path, "w", locking=False) as file:
+    with create(path) as file:
         _describe(file, clip)
         if add is None:
-            frames = _create_dataset(
-                file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels."
-            )
-            add = frames.__setitem__
+            _packed(file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels.")
+            add = partial(put_row, file, "frames")
         for k in _frame_numbers(clip.count, progress):
             add(k, clip.frame(k))
-            file["glottis"][k] = clip.glottis(k)
-            file["glottal_area"][k] = clip.area(k)
+            put_row(file, "glottis", k, clip.glottis(k))
+            put_row(file, "glottal_area", k, clip.area(k))
             if k + 1 < clip.count:
-                file["flow"][k], file["visible"][k] = clip.flow(k)
+                flow, visible = clip.flow(k)
+                put_row(file, "flow", k, flow)
+                put_row(file, "visible", k, visible)
 
 
 def _describe(file: Any, clip: Clip) -> None:
     """Write attributes, times and camera, and create the data sets."""
-    file.attrs["plica_version"] = build_info()["version"]
+    set_text(file, "plica_version", build_info()["version"])
     file.attrs["fps"] = clip.fps
     file.attrs["mm_per_px"] = clip.camera.mm_per_px
     for name, fields in (("camera", asdict(clip.camera)), ("film", asdict(clip.options))):
         group = file.create_group(name)
         for key, value in fields.items():
-            if value is not None:
+            if isinstance(value, str):
+                set_text(group, key, value)
+            elif value is not None:
                 group.attrs[key] = value
-    _store(file, "time", clip.time, "s", "(n) middles of the exposures.")
-    _store(
+    put(file, "time", clip.time, "s", "(n) middles of the exposures.")
+    put(
         file,
         "projection",
         clip.camera.projection,
@@ -88,13 +91,10 @@ def _describe(file: Any, clip: Clip) -> None:
         "(3, 4) P (x, 1), x in m: column, row (downwards), height towards the camera.",
     )
     shape, pairs = clip.camera.shape, clip.count - 1
-    _create_dataset(
-        file, "glottis", (clip.count, *shape), bool, "1", "(n, h, w) looks through between the folds."
-    )
-    _store(
-        file, "glottal_area", np.full(clip.count, np.nan), "m^2", "(n) of glottis, across the line of sight."
-    )
-    _create_dataset(
+    _packed(file, "glottis", (clip.count, *shape), bool, "1", "(n, h, w) looks through between the folds.")
+    meaning = "(n) of glottis, across the line of sight."
+    lay_out(file, "glottal_area", (clip.count,), np.float64, "m^2", np.nan, meaning)
+    _packed(
         file,
         "flow",
         (pairs, *shape, 2),
@@ -102,20 +102,11 @@ def _describe(file: Any, clip: Clip) -> None:
         "px",
         "(n - 1, h, w, 2) motion (right, down) from frame k to k + 1 of what a pixel shows; NaN: no tissue.",
     )
-    _create_dataset(file, "visible", (pairs, *shape), bool, "1", "(n - 1, h, w) seen in frame k + 1 too.")
+    _packed(file, "visible", (pairs, *shape), bool, "1", "(n - 1, h, w) seen in frame k + 1 too.")
 
 
-def _store(file: Any, name: str, values: Any, unit: str, meaning: str) -> None:
-    file[name] = values
-    file[name].attrs.update({"units": unit, "meaning": meaning})
-
-
-def _create_dataset(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, meaning: str) -> Any:
-    data = file.create_dataset(
-        name, shape, kind, chunks=(1, *shape[1:]), compression="gzip", compression_opts=1, shuffle=True
-    )
-    data.attrs.update({"units": unit, "meaning": meaning})
-    return data
+def _packed(file: Any, name: str, shape: tuple[int, ...], kind: Any, unit: str, meaning: str) -> None:
+    lay_out(file, name, shape, kind, unit, None, meaning, packed=True)
 
 
 @contextmanager

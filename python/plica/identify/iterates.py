@@ -20,7 +20,7 @@ from plica.identify.settings import Settings
 from plica.phonation.scene.problems import differences
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import holds_nothing_but
-from plica.storage.json_file import write_json
+from plica.storage.json_file import read_json, write_json
 
 __all__ = ["EstimateInputs", "Iterates"]
 
@@ -92,18 +92,9 @@ class Iterates:
                 f"{directory}: already holds an identification. Continue it with --resume (resume=True), or "
                 "use another directory."
             )
-        try:
-            stored = json.loads(path.read_text(encoding="utf-8"))
-            stored_inputs = EstimateInputs(**stored["marks"])
-            found = Iterates(path, inputs, stored["points"], stored["ended"])
-            for point in (point for points in found.points.values() for point in points):
-                point.setdefault("start", 1)  # earlier versions stored one start, without its number
-        except (ValueError, KeyError, TypeError):
-            raise InvalidInput(
-                f"{path}: is damaged; must be as plica wrote it. Use another directory."
-            ) from None
-        _require_same(directory, stored_inputs, inputs)
-        return found
+        stored = read_json(path, "Use another directory")
+        _require_same(directory, EstimateInputs(**stored["marks"]), inputs)
+        return Iterates(path, inputs, stored["points"], stored["ended"])
 
     def last(self, mesh: str) -> dict[int, Floats]:
         """The last point of each start on a mesh."""
@@ -145,7 +136,8 @@ class Iterates:
         return f"{counts}, which has finished" if mesh in self.ended else counts
 
     def _write(self) -> None:
-        write_json({"marks": vars(self.inputs), "points": self.points, "ended": self.ended}, self.path)
+        content = {"marks": vars(self.inputs), "points": self.points, "ended": self.ended}
+        write_json(content, self.path, guarded=True)
 
 
 def _counted(number: int, what: str) -> str:

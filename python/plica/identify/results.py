@@ -8,7 +8,6 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,12 +19,14 @@ from plica.identify.posterior import FOLLOWED, Posterior
 from plica.identify.residuals import ResidualTest
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
-from plica.storage.stored import check_result_file
+from plica.storage.hdf5 import create, put, put_text, set_text
+from plica.storage.stored import Stored
 
 __all__ = ["Identification", "Picture", "load", "store"]
 
 Floats = NDArray[np.float64]
 
+_HINT = "Copy it again from where it is whole, or make it again (plica identify --resume)"
 _UNITS = {
     "posterior/mean": "log of the unit, or the unit",
     "recording/start": "px: column, row",
@@ -102,8 +103,7 @@ class Identification:
     """(i, 2) log posterior density and step (posterior sd) of each point of the scene's mesh; densities of
     start 0 use the learned error of the flow"""
     starts: NDArray[np.int_]
-    """(i) start number of each of these; 0: the estimate with the learned error of the flow; -1: not stored,
-    in files of an earlier version"""
+    """(i) start number of each of these; 0: the estimate with the learned error of the flow"""
     settings: dict[str, Any]
     scene_text: str
 
@@ -122,12 +122,11 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
     """Write posterior.h5 and posterior.csv, each completely or not at all."""
 
     def write(draft: Path) -> None:
-        with h5py.File(draft, "w", locking=False) as file:
-            file.attrs["plica_version"] = build_info()["version"]
-            file.attrs["settings"] = json.dumps(iterates.inputs.settings)
-            file.attrs["scene"] = scene.text()
-            _fill(file.create_group("posterior"), _plain(posterior))
-            group = file["posterior"]
+        with create(draft) as file:
+            put_text(file, "plica_version", build_info()["version"])
+            put_text(file, "settings", json.dumps(iterates.inputs.settings))
+            put_text(file, "scene", scene.text())
+            _fill(file, "posterior", _plain(posterior))
             derived = {
                 "median": posterior.median,
                 "interval": np.where(posterior.answered, posterior.interval(), np.nan),
@@ -138,14 +137,14 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
                 "weakest_direction": posterior.weakest_direction,
                 "warnings": posterior.warnings(),
             }
-            _fill(group.create_group("derived"), derived)
-            _fill(file.create_group("recording"), {f.name: getattr(picture, f.name) for f in fields(picture)})
+            _fill(file, "posterior/derived", derived)
+            _fill(file, "recording", {f.name: getattr(picture, f.name) for f in fields(picture)})
             points = iterates.points["scene"]
             history = {
                 "value_and_step": np.array([(p["value"], p["step"]) for p in points]),
                 "start": np.array([p["start"] for p in points]),
             }
-            _fill(file.create_group("iterations"), history)
+            _fill(file, "iterations", history)
 
     replaced(directory / "posterior.h5", write)
     replaced(directory / "posterior.csv", lambda draft: _write_csv(draft, posterior))
@@ -162,24 +161,19 @@ def load(directory: str | Path) -> Identification:
             if resumed
             else f"{where}: has no posterior.h5; must be the directory of an identification."
         )
-    check_result_file(path)
-    with storage_errors(path, "read"), h5py.File(path, "r", locking=False) as file:
-        if "posterior" not in file or "recording" not in file:
+    with storage_errors(path, "read"), Stored(path, hint=_HINT) as file:
+        if not (file.is_group("posterior") and file.is_group("recording")):
             raise InvalidInput(f"{path}: is not a result of plica identify; must be one.")
-        if "fed_back" not in file["posterior"].attrs:
-            raise InvalidInput(
-                f"{path}: is from an earlier version, which did not store whether the intervals of a voice "
-                "can be trusted; must be estimated again (plica identify)."
-            )
-        points = _read(file["iterations"])
+        settings, scene = json.loads(file.text("settings")), file.text("scene")
+        points = _read(file, "iterations")
         return Identification(
             where,
-            _posterior(_read(file["posterior"])),
-            Picture(**_read(file["recording"])),
+            _posterior(_read(file, "posterior")),
+            Picture(**{"correlation": None, **_read(file, "recording")}),
             points["value_and_step"],
-            points.get("start", np.full(len(points["value_and_step"]), -1)),
-            json.loads(str(file.attrs["settings"])),
-            str(file.attrs["scene"]),
+            points["start"],
+            settings,
+            scene,
         )
 
 
@@ -199,37 +193,39 @@ def _posterior(stored: dict[str, Any]) -> Posterior:
     return Posterior(**stored)
 
 
-def _fill(group: Any, values: dict[str, Any]) -> None:
+def _fill(file: Any, group: str, values: dict[str, Any]) -> None:
     """Write numbers and strings as attributes, lists of strings and arrays as data sets; None is omitted."""
+    owner = file.require_group(group)
     for name, value in values.items():
+        path = f"{group}/{name}"
         if value is None:
             continue
         if isinstance(value, dict):
-            _fill(group.create_group(name), value)
-        elif isinstance(value, str | bool | int | float):
-            group.attrs[name] = value
-        elif isinstance(value, tuple | list):
-            group.create_dataset(name, data=np.array(list(value), dtype=object), dtype=h5py.string_dtype())
+            _fill(file, path, value)
+        elif isinstance(value, str):
+            set_text(owner, name, value)
+        elif isinstance(value, bool | int | float):
+            owner.attrs[name] = value
         else:
-            data = group.create_dataset(name, data=value)
-            data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+            put(file, path, value, _UNITS.get(path, "1"))
 
 
-def _read(group: Any) -> dict[str, Any]:
+def _read(file: Stored, group: str) -> dict[str, Any]:
+    """What `_fill` wrote, without what is derived of it."""
     found: dict[str, Any] = {
-        name: value.item() if hasattr(value, "item") else value for name, value in group.attrs.items()
+        name: value.item() if hasattr(value, "item") else value
+        for name, value in file.attributes(group).items()
     }
-    for name, item in group.items():
+    for name in file.names(group):
+        path = f"{group}/{name}"
         if name == "derived":
             continue
-        if isinstance(item, h5py.Group):
-            found[name] = _read(item)
-        elif h5py.check_string_dtype(item.dtype):
-            found[name] = list(item.asstr()[()])
+        if file.is_group(path):
+            found[name] = _read(file, path)
+        elif file.data(path).dtype.kind == "S":
+            found[name] = file.texts(path)
         else:
-            found[name] = item[()]
-    if group.name == "/recording":
-        found.setdefault("correlation", None)
+            found[name] = file.read(path)
     return found
 
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
-from plica.storage.stored import check_result_file
+from plica.storage.hdf5 import CHECKSUMS
+from plica.storage.stored import Stored
 from plica.video.analysis import Analysis
 from plica.video.analysis import load as load_analysis
 from plica.view.camera import Camera
@@ -22,6 +22,8 @@ __all__ = ["PixelMotion", "open_motion"]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Glottis = tuple[tuple[float, float], tuple[float, float]]
+
+_FIELDS = ("flow", "visible", "sd", "glottal_area", "glottis", "projection", "fps", "mm_per_px")
 
 TRUSTED = 0.5
 """[px] Flow with a larger forward-backward error is treated as missing."""
@@ -88,9 +90,11 @@ def open_motion(path: str | Path) -> PixelMotion:
             f"{path}: must be the directory of a plica video analysis, or a file of flow (.h5, .hdf5, .npz). "
             "Run plica video first to analyse images."
         )
-    check_result_file(path)
-    file = h5py.File(path, "r", locking=False)  # stays open while the flow is read
-    return _of_arrays(path, file, file.attrs)
+    file = Stored(path, verified=False)  # stays open while the flow is read
+    if CHECKSUMS in file or file.attribute("/", "plica_version") is not None:
+        file.close()
+        file = Stored(path)
+    return _of_arrays(path, {name: file.rows(name) for name in _FIELDS if name in file}, file.attributes("/"))
 
 
 def _of_analysis(found: Analysis) -> PixelMotion:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from plica.storage.files import storage_errors
-from plica.storage.json_file import write_json
+from plica.storage.json_file import read_json, write_json
 
 __all__ = [
     "JSON_FILE",
@@ -178,25 +176,19 @@ class Uncertainty:
 
 def write_uncertainty(found: Uncertainty, path: Path) -> Path:
     """Write it as JSON; the file is replaced atomically."""
-    return write_json(found.as_json(), path)
+    return write_json(found.as_json(), path, guarded=True)
 
 
 def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
     """The uncertainty of the run of this number of steps in a directory.
 
-    None if there is none, if the file is damaged, or if it is for another number of steps or of another
-    format.
+    None if there is none, or if it is for another number of steps or of another format. Raises Damaged.
     """
     path = directory / JSON_FILE
     if not path.is_file():
         return None
-    with storage_errors(path, "read"):
-        text = path.read_bytes()
-    try:
-        found = from_json(json.loads(text))
-        return found if found is not None and found.steps == steps else None
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return None
+    found = from_json(read_json(path, "Remove it, or let plica uncertainty make it again"))
+    return found if found is not None and found.steps == steps else None
 
 
 def from_json(data: Mapping[str, Any]) -> Uncertainty | None:

@@ -51,12 +51,17 @@ def checksum(values: Any, before: int = 0) -> int:
 
 def set_text(owner: Any, name: str, text: str) -> None:
     """Set a short text as an attribute, at fixed length; `put_text` is for long ones."""
-    owner.attrs[name] = np.array(text.encode(), dtype=f"S{max(1, len(text.encode()))}")
+    owner.attrs[name] = _fixed(text)
 
 
 def put_text(file: h5py.File, name: str, text: str) -> None:
     """Add a text of any length as a data set."""
-    put(file, name, np.array(text.encode(), dtype=f"S{max(1, len(text.encode()))}"))
+    put(file, name, _fixed(text))
+
+
+def _fixed(text: str) -> Any:
+    raw = text.encode(errors="surrogateescape")  # names of files may be any bytes
+    return np.array(raw, dtype=f"S{max(1, len(raw))}")
 
 
 def put(
@@ -69,7 +74,7 @@ def put(
     rows: bool = False,
     packed: bool = False,
 ) -> None:
-    """Add a data set with its unit and checksum; texts at fixed length, truth values as 0 and 1.
+    """Add a data set with its unit and checksum; texts at fixed length.
 
     Parameters
     ----------
@@ -90,8 +95,6 @@ def put(
             array.shape
         )
         array = array if array.dtype.itemsize else array.astype("S1")
-    if array.dtype.kind == "b":
-        array = array.astype(np.uint8)
     how: dict[str, Any] = {"compression": "gzip", "compression_opts": 1} if packed and array.ndim else {}
     if how and rows:
         how["chunks"] = (1, *array.shape[1:])

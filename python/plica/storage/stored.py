@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +17,7 @@ from plica.errors import Damaged, InvalidInput, StorageFailed
 from plica.storage.files import require_file
 from plica.storage.hdf5 import CHECKSUMS, checksum, put_row
 
-__all__ = ["Stored", "check_result_file", "hdf5_errors", "inside", "open_hdf5"]
+__all__ = ["Rows", "Stored", "check_result_file", "hdf5_errors", "inside", "open_hdf5"]
 
 _MOST_PACKED = 1100  # deflate makes at most 1032 bytes of one
 _AGAIN = "Copy it again from where it is whole, or use another directory"
@@ -33,6 +33,8 @@ class Stored:
     mode : {"r", "r+"}
     hint : str
         What to do if the file is damaged.
+    verified : bool
+        False: a file of another program, without checksums.
 
     Raises
     ------
@@ -44,8 +46,10 @@ class Stored:
         If the system refuses to open it.
     """
 
-    def __init__(self, path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN) -> None:
-        self.path, self._hint = path, hint
+    def __init__(
+        self, path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN, verified: bool = True
+    ) -> None:
+        self.path, self._hint, self._verified = path, hint, verified
         self.file = open_hdf5(path, mode, hint=hint)
         self._sums: dict[str, NDArray[np.uint32]] = {}
 
@@ -71,6 +75,11 @@ class Stored:
             found = inside(self.file, group, self.path)
             return sorted(found) if isinstance(found, h5py.Group) else []
 
+    def is_group(self, name: str) -> bool:
+        """Whether there is a group of this name."""
+        with self._errors(name):
+            return isinstance(inside(self.file, name, self.path), h5py.Group)
+
     def data(self, name: str) -> h5py.Dataset:
         """A data set, for its shape and type; raises InvalidInput if there is none."""
         with self._errors(name):
@@ -84,9 +93,12 @@ class Stored:
 
     def read(self, name: str) -> Any:
         """All of a data set."""
-        data, sums = self.data(name), self._checksums(name)
+        data = self.data(name)
         with self._errors(name):
             values = data[()]
+        if not self._verified:
+            return values
+        sums = self._checksums(name)
         rowwise = sums.ndim == 1
         whole = (
             np.shape(values)[:1] == sums.shape and all(map(self._is, values, sums))
@@ -99,12 +111,35 @@ class Stored:
 
     def row(self, name: str, index: int) -> Any:
         """One index of the first axis."""
-        data, sums = self.data(name), self._checksums(name)
+        data = self.data(name)
         with self._errors(name):
             values = data[index]
+        if not self._verified:
+            return values
+        sums = self._checksums(name)
         if sums.shape != data.shape[:1] or not self._is(values, sums[index]):
             raise self.damaged(f"{name}[{index}]")
         return values
+
+    def rows(self, name: str) -> Rows:
+        """A data set of which each index of the first axis is read when it is asked for."""
+        return Rows(self, name)
+
+    def whole(self, name: str) -> h5py.Dataset:
+        """A data set all of whose rows have been verified, to be read in parts of another kind."""
+        for _ in self.rows(name):
+            pass
+        return self.data(name)
+
+    def copy_into(self, other: h5py.File, without: Collection[str] = ()) -> None:
+        """Copy attributes and groups, but for these, with the checksums that they have."""
+        with self._errors("/"):
+            other.attrs.update(self.file.attrs)
+            for name in set(self.names("/")) - {CHECKSUMS, *without}:
+                for path in (name, f"{CHECKSUMS}/{name}"):
+                    if inside(self.file, path, self.path) is not None:
+                        other.require_group(path.rpartition("/")[0] or "/")
+                        self.file.copy(path, other, path)
 
     def put_row(self, name: str, index: int, values: Any) -> None:
         """Write one index of the first axis, and its checksum."""
@@ -123,7 +158,7 @@ class Stored:
     def text(self, name: str) -> str:
         """A text that is a data set."""
         with self._errors(name):
-            return bytes(self.read(name)).decode()
+            return bytes(self.read(name)).decode(errors="surrogateescape")
 
     def texts(self, name: str) -> list[str]:
         """Texts that are a data set."""
@@ -137,13 +172,23 @@ class Stored:
             if found is None or name not in found.attrs:
                 return None
             value = found.attrs[name]
-            return bytes(value).decode() if isinstance(value, bytes) else value
+            return bytes(value).decode(errors="surrogateescape") if isinstance(value, bytes) else value
+
+    def attributes(self, owner: str) -> dict[str, Any]:
+        """All attributes of a data set or group, by name; empty if it is not there."""
+        with self._errors(owner):
+            found = inside(self.file, owner, self.path)
+            names = [] if found is None else list(found.attrs)
+        return {name: self.attribute(owner, name) for name in names}
 
     def damaged(self, name: str) -> Damaged:
         """The error for a part that is."""
+        part = name.strip("/") or "its structure"
+        if not self._verified:
+            return Damaged(f"{self.path}: {part} is damaged: it cannot be read; must be whole. {self._hint}.")
         return Damaged(
-            f"{self.path}: {name.strip('/') or 'its structure'} is damaged: it is not what its checksum "
-            f"says; must be as plica wrote it. {self._hint}."
+            f"{self.path}: {part} is damaged: it is not what its checksum says; must be as plica wrote it. "
+            f"{self._hint}."
         )
 
     @staticmethod
@@ -170,6 +215,34 @@ class Stored:
             raise
         except _BROKEN:
             raise self.damaged(name) from None
+
+
+class Rows:
+    """A data set of a file that stays open, read and verified by indices of its first axis.
+
+    Attributes
+    ----------
+    shape : tuple of int
+    dtype : dtype
+    ndim : int
+    """
+
+    def __init__(self, file: Stored, name: str) -> None:
+        self._file, self._name = file, name
+        data = file.data(name)
+        self.shape, self.dtype, self.ndim = tuple(data.shape), data.dtype, data.ndim
+
+    def __len__(self) -> int:
+        return int(self.shape[0])
+
+    def __iter__(self) -> Iterator[Any]:
+        return map(self.__getitem__, range(len(self)))
+
+    def __getitem__(self, index: int) -> Any:
+        return self._file.row(self._name, index)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self._file.read(self._name), dtype)
 
 
 def open_hdf5(path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN) -> h5py.File:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ from plica.measures.cycles import Cycles
 from plica.phonation.run.results import Run
 from plica.phonation.scene.parts import Output
 from plica.phonation.scene.scene import Scene
-from plica.storage.json_file import write_json
+from plica.storage.json_file import read_json, write_json
 from plica.uncertainty.cost import Own, cost_of
 from plica.uncertainty.level import Basis, PlannedLevel
 from plica.uncertainty.meshes import OtherMesh, coarser, finer
@@ -94,7 +93,7 @@ def plan_levels(
     if not any(level.kind == "mesh" for level in chosen):
         remarks.append(_no_mesh(other, candidates, "mesh" in too_expensive))
     content = {"options": options, "seconds": {one.name: one.seconds for one in chosen}, "remarks": remarks}
-    write_json(content, path)
+    write_json(content, path, guarded=True)
     return Plan(tuple(chosen), tuple(remarks))
 
 
@@ -150,14 +149,11 @@ def steps_measured(level: PlannedLevel, cycles: Cycles) -> int:
 def _kept(path: Path, options: Mapping[str, Any], candidates: Mapping[str, PlannedLevel]) -> Plan | None:
     if not path.is_file():
         return None
-    try:
-        held = json.loads(path.read_text(encoding="utf-8"))
-        if held["options"] != options:
-            return None
-        levels = tuple(replace(candidates[name], seconds=cost) for name, cost in held["seconds"].items())
-        return Plan(levels, tuple(held["remarks"]))
-    except (ValueError, KeyError, TypeError):
+    held = read_json(path, f"Remove the directory {path.parent} to compute all levels again")
+    if held["options"] != options:
         return None
+    levels = tuple(replace(candidates[name], seconds=cost) for name, cost in held["seconds"].items())
+    return Plan(levels, tuple(held["remarks"]))
 
 
 def _level_text(level: PlannedLevel) -> str:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 import numpy.typing as npt
 
@@ -19,8 +17,8 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
-from plica.storage.files import only_writer, storage_errors
-from plica.storage.stored import check_result_file
+from plica.storage.files import only_writer
+from plica.storage.stored import Stored
 from plica.video.camera import Camera
 from plica.video.chain import Chain
 from plica.video.checks import checked_masks, require_modes
@@ -37,7 +35,7 @@ from plica.video.modes import Modes
 from plica.video.network import Network
 from plica.video.quality import flags
 from plica.video.recording import Recording, Region
-from plica.video.results import Results
+from plica.video.results import HINT, Results
 from plica.video.settings import Settings
 from plica.video.trajectories import Paths
 from plica.video.vibrogram import vibrogram
@@ -130,9 +128,8 @@ def load(directory: str | Path, *, needs: str = "sides") -> Analysis:
     path = where / "results.h5"
     if not path.exists():
         raise VideoError(f"Video: {where} has no results.h5; must be the directory of an analysis.")
-    check_result_file(path)
-    with storage_errors(path, "read"), h5py.File(path, "r") as file:
-        if "settings" not in file.attrs:
+    with Stored(path, hint=HINT) as file:
+        if file.attribute("/", "settings") is None:
             raise VideoError(f"Video: {path} is no analysis of a recording; must be. Take another directory.")
         if needs not in file:
             raise VideoError(f"Video: the analysis in {where} is not finished. Start it again: it goes on.")
@@ -161,14 +158,20 @@ class Analysis:
         self.directory = directory
         self.path = directory / "results.h5"
         self._results = Results(self.path)
-        with h5py.File(self.path, "r") as file:
-            low, high = file.attrs["scale"]
-            self._scale = float(low), float(high)
-            self.source = Path(str(file.attrs["source"]))
-            self.settings = Settings.from_json(str(file.attrs["settings"]))
-            self.file_date = FileDate(*map(str, file.attrs.get("file_date", ("", ""))))
-            self.segmenter = str(file.attrs.get("segmenter", ""))
-            camera = json.loads(str(file.attrs.get("camera", "null")))
+        with Stored(self.path, hint=HINT) as file:
+            marks = file.attributes("/")
+        if "scale" not in marks or "file_date" not in marks:
+            raise VideoError(
+                f"Video: {self.path} is from an earlier version of plica; must be of this one. Analyse the "
+                "recording again in another directory."
+            )
+        low, high = marks["scale"]
+        self._scale = float(low), float(high)
+        self.source = Path(marks["source"])
+        self.settings = Settings.from_json(marks["settings"])
+        self.file_date = FileDate(*json.loads(marks["file_date"]))
+        self.segmenter = str(marks["segmenter"])
+        camera = json.loads(marks["camera"])
         self.camera = None if camera is None else Camera(**camera)
 
     def __repr__(self) -> str:
@@ -180,15 +183,12 @@ class Analysis:
 
     def __getitem__(self, name: str) -> Any:
         """A data set of results.h5 by its name, ``"sides/left"``; VideoError where it is not there."""
-        with self._opened(name) as data:
-            return data[()]
+        self._require(name)
+        return self._results.read(name)[0]
 
-    @contextmanager
-    def _opened(self, name: str) -> Iterator[h5py.Dataset]:
-        with h5py.File(self.path, "r") as file:
-            if name not in file:
-                raise VideoError(f'Video: {self.path} has no "{name}"; must have it. Is the analysis done?')
-            yield file[name]
+    def _require(self, name: str) -> None:
+        if name not in self._results:
+            raise VideoError(f'Video: {self.path} has no "{name}"; must have it. Is the analysis done?')
 
     @property
     def label(self) -> str:
@@ -357,11 +357,11 @@ class Analysis:
 
     @cached_property
     def flow_origin(self) -> FlowOrigin | None:
-        """What found the flow; None without flow, and where an earlier version does not say."""
+        """What found the flow; None without flow."""
         if "flow/probe" not in self:
             return None
-        with h5py.File(self.path, "r") as file:
-            return FlowOrigin.read(file["flow"])
+        with Stored(self._results.flows, hint=HINT) as file:
+            return FlowOrigin.read(file)
 
     @cached_property
     def brightness(self) -> Floats:
@@ -401,10 +401,11 @@ class Analysis:
         return np.asarray(self._entry("flow/round_trip", frame))
 
     def _entry(self, name: str, frame: int) -> Any:
-        with self._opened(name) as data:
-            if not -len(data) <= frame < len(data):
-                raise VideoError(f'Video: frame {frame} of "{name}"; must be in [0, {len(data)}).')
-            return data[frame % len(data)]
+        self._require(name)
+        count = self._results.shape(name)[0]
+        if not -count <= frame < count:
+            raise VideoError(f'Video: frame {frame} of "{name}"; must be in [0, {count}).')
+        return self._results.row(name, frame % count)
 
     @cached_property
     def paths(self) -> Paths:

@@ -2,7 +2,7 @@
 
 results.h5 has a group for each step that is done (results.py). The flow, which is large, is in flow.h5, laid
 out at its full length when it is begun; each pair's entry says with which masks it was found, so that only
-those are computed that are not there, or whose masks were corrected. results.h5 links to it.
+those are computed that are not there, or whose masks were corrected.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced, require_space
-from plica.storage.hdf5 import lay_out
-from plica.storage.stored import check_result_file
+from plica.storage.hdf5 import create, lay_out, put, put_row, put_text
+from plica.storage.stored import Stored
 from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
 from plica.video.edge_blur import EdgeProfiles
 from plica.video.edges import edge_agreement
@@ -37,7 +37,7 @@ from plica.video.network import Network
 from plica.video.outline import Finder
 from plica.video.parting import Folds, dark_level
 from plica.video.recording import Grey, Recording, spread
-from plica.video.results import Results, fill
+from plica.video.results import HINT, Results, fill
 from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
 from plica.video.slits import lost_to_blur
@@ -79,7 +79,7 @@ class Chain:
         *,
         shown: bool,
     ) -> None:
-        self._results, self._flows = results, results.path.with_name("flow.h5")
+        self._results, self._flows = results, results.flows
         self._recording, self._settings, self._shown = recording, settings, shown
         self._network = network
         self._count, self._shape = recording.count, recording.shape
@@ -161,13 +161,9 @@ class Chain:
         finder = self._finder(drawn)
 
         def add(file: h5py.File) -> None:
-            group = file.create_group("glottis")
-            packed = {"chunks": (1, *self._shape), "compression": "gzip", "compression_opts": 1}
-            kept, inner = (
-                group.create_dataset(name, (self._count, *self._shape), np.uint8, **packed)
-                for name in ("mask", "inner")
-            )
-            kept.attrs["units"] = inner.attrs["units"] = "1"
+            for name in ("mask", "inner"):
+                shape = (self._count, *self._shape)
+                lay_out(file, f"glottis/{name}", shape, np.uint8, "1", packed=True)
             band, border = np.empty((self._count, 2)), np.zeros(self._count, dtype=bool)
             confined = np.zeros(self._count)
             tissue = np.ones(self._shape, dtype=bool)
@@ -182,8 +178,8 @@ class Chain:
                 else:
                     found = finder.outline(frame, index)
                     mask, band[index] = found.mask, (found.least, found.largest)
-                kept[index] = mask
-                inner[index] = mask if found is None else found.inner
+                put_row(file, "glottis/mask", index, mask)
+                put_row(file, "glottis/inner", index, mask if found is None else found.inner)
                 confined[index] = 0.0 if found is None else found.confined
                 border[index] = mask[[0, -1]].any() or mask[:, [0, -1]].any()
                 tissue &= ~mask
@@ -191,16 +187,22 @@ class Chain:
                     always &= mask
             if self._network is not None and tissue.all():
                 raise VideoError(_found_nothing(self._network, self._count))
-            fill(group, always=always, left_out=finder.left_out(~tissue))
-            fill(group, blur=np.array(finder.blur))
-            fill(group, least=band[:, 0], largest=band[:, 1], border=border, confined=confined, tissue=tissue)
+            fill(
+                file,
+                "glottis",
+                always=always,
+                left_out=finder.left_out(~tissue),
+                blur=np.array(finder.blur),
+                least=band[:, 0],
+                largest=band[:, 1],
+                border=border,
+                confined=confined,
+                tissue=tissue,
+            )
 
         self._results.change(add)
 
     def _sides(self) -> None:
-        if "glottis/blur" not in self._results:  # an analysis that an earlier version began
-            self._results.change(lambda _: None, without=("glottis",))
-            self._glottis()
         ends = self._settings.midline
         midline = find_midline(self._results.masks()) if ends is None else Midline.between(ends)
         inner = areas(self._results.masks(name="inner"), midline)
@@ -252,85 +254,71 @@ class Chain:
 
     def _flow(self) -> None:
         pairs = self._count - 1
-        if self._flows.exists():
-            check_result_file(self._flows)
-            if not self._flow_is_current():
-                self._flows.unlink()
-        if not self._flows.exists():
-            self._lay_out_flow(pairs)
-        start = zlib.crc32(np.append(self._flow_line(), self._flow_dark()).tobytes())
+        line, dark, taken = self._flow_line(), self._flow_dark(), self._flows.exists()
+        if taken:  # what it took before, but where today's is another
+            with Stored(self._flows, hint=HINT) as file:
+                before, level = file.read("midline"), float(file.read("dark"))
+            line = before if np.abs(before - line).max() <= _SAME_LINE else line
+            dark = level if abs(level - dark) <= _SAME_DARK else dark
+        start = zlib.crc32(np.append(line, dark).tobytes())
         prints = [zlib.crc32(np.packbits(mask).tobytes(), start) for mask in self._results.masks()]
         asked = np.array([one << 32 | other for one, other in pairwise(prints)], dtype=np.uint64)
-        with h5py.File(self._flows, "r+") as file:
-            stale = np.flatnonzero(file["checksum"][:] != asked)
-            origin = FlowOrigin.of(self._settings.preset)
-            if stale.size and origin.difference(FlowOrigin.read(file)):  # no flows of two programs in one
-                file["checksum"][:] = 0
-                file.flush()
-                origin.write(file)
-                stale = np.arange(pairs)
+        origin, stale = FlowOrigin.of(self._settings.preset), np.arange(pairs)
+        if taken:
+            with Stored(self._flows, hint=HINT) as file:
+                stale = np.flatnonzero(np.asarray(file.data("checksum")) != asked)  # guards itself
+                if stale.size and origin.difference(FlowOrigin.read(file)):  # no flows of two programs in one
+                    stale = np.arange(pairs)
+        if stale.size == pairs:  # all, too, where the midline or the dark level is another
+            self._lay_out_flow(pairs, line, dark, origin)
+        with Stored(self._flows, "r+", hint=HINT) as file:
+            done = file.data("checksum")
+            folds = Midline.between(line.tolist()), dark
             for index, before, after in self._watched("flow", self._pairs(stale), stale.size):
-                file["checksum"][index] = 0  # until all of the pair is there
-                file.flush()
-                self._store_pair(file, index, before, after)
-                file.flush()
-                file["checksum"][index] = asked[index]
-                file.flush()
-        self._results.change(lambda results: results.__setitem__("flow", h5py.ExternalLink("flow.h5", "/")))
+                done[index] = 0  # until all of the pair is there
+                file.file.flush()
+                self._store_pair(file, index, before, after, folds)
+                file.file.flush()
+                done[index] = asked[index]
+                file.file.flush()
+        self._results.change(lambda results: put_text(results, "flow/file", self._flows.name))
 
-    def _lay_out_flow(self, pairs: int) -> None:
+    def _lay_out_flow(
+        self, pairs: int, line: npt.NDArray[np.float64], dark: float, origin: FlowOrigin
+    ) -> None:
+        """In the place of what is there."""
         large = (pairs, *self._shape, 2)
+        self._flows.unlink(missing_ok=True)
         require_space(self._flows.with_name("flow.h5.space"), 8 * int(np.prod(large)))
 
         def write(draft: Path) -> None:
-            with h5py.File(draft, "w") as file:
+            with create(draft) as file:
                 lay_out(file, "uv", large, "f4", "px", None)
                 lay_out(file, "round_trip", large, "f4", "px", None)
                 lay_out(file, "residual", (pairs,), "f8", "grey levels", np.nan)
                 lay_out(file, "warp_error", (pairs,), "f8", "grey levels", np.nan)
                 lay_out(file, "brightness", (pairs,), "f8", "1", np.nan)
                 lay_out(file, "unevenness", (pairs,), "f8", "1", np.nan)
-                lay_out(file, "midline", (4,), "f8", "px", np.nan)
-                lay_out(file, "dark", (), "f8", "grey levels", np.nan)
-                lay_out(
-                    file,
-                    "checksum",
-                    (pairs,),
-                    "u8",
-                    "checksum of masks, midline and dark level; 0: not done",
-                    0,
-                )
+                put(file, "midline", line, "px")
+                put(file, "dark", dark, "grey levels")
+                origin.write(file)
+                meaning = "checksum of masks, midline and dark level; 0: not done"
+                lay_out(file, "checksum", (pairs,), "u8", "1", 0, meaning, guarded=False)
 
         replaced(self._flows, write)
 
-    def _flow_is_current(self) -> bool:
-        """Whether flow.h5 has all that is stored today."""
-        with h5py.File(self._flows, "r") as file:
-            return "dark" in file
-
     def _flow_line(self) -> npt.NDArray[np.float64]:
-        """The midline that the flow takes, x, y of both ends: the one it took before, but where today's
-        is over a pixel off that: a mask that is corrected moves it by less."""
-        line = np.array([*self._midline().upper, *self._midline().lower])
-        with h5py.File(self._flows, "r+") as file:
-            taken = np.asarray(file["midline"][:])
-            if np.abs(taken - line).max() <= _SAME_LINE:
-                return taken
-            file["midline"][:] = line
-        return line
+        """The midline, x, y of both ends. The flow is found again where this is over a pixel off the one that
+        it took: a mask that is corrected moves it by less."""
+        return np.array([*self._midline().upper, *self._midline().lower])
 
     def _flow_dark(self) -> float:
-        """Grey level of the widest glottis, as the flow takes it: the one it took before, but where today's
-        is over three grey levels off that."""
+        """Grey level of the widest glottis. The flow is found again where this is over three grey levels off
+        that which it took."""
         sizes = [int(mask.sum()) for mask in self._results.masks()]
         widest = int(np.argmax(sizes))
         frame, mask = next(self._steady().frames(widest)), next(self._results.masks(widest))
-        with h5py.File(self._flows, "r+") as file:
-            taken, level = float(file["dark"][()]), dark_level(frame, mask)
-            if abs(taken - level) <= _SAME_DARK:
-                return taken
-            file["dark"][()] = level
-        return level
+        return dark_level(frame, mask)
 
     def _pairs(self, wanted: npt.NDArray[np.int_]) -> Iterator[tuple[int, Seen, Seen]]:
         """Pairs of frames, and what they show."""
@@ -346,13 +334,14 @@ class Chain:
                 return
             before = seen
 
-    def _store_pair(self, file: h5py.File, index: int, before: Seen, after: Seen) -> None:
+    def _store_pair(
+        self, file: Stored, index: int, before: Seen, after: Seen, folds: tuple[Midline, float]
+    ) -> None:
         tissue = before.tissue
         if before.lost or after.lost or tissue.mean() < _BLIND:
-            file["uv"][index] = 0.0
-            file["round_trip"][index] = np.nan
-            for name in ("residual", "warp_error", "brightness", "unevenness"):
-                file[name][index] = np.nan
+            file.put_row("uv", index, 0.0)
+            for name in ("round_trip", "residual", "warp_error", "brightness", "unevenness"):
+                file.put_row(name, index, np.nan)
             return
         pair = flow(
             before.frame,
@@ -361,32 +350,27 @@ class Chain:
             mask=informing(before, after),
             intensity=(0.0, 255.0),
             round_trip=True,
-            folds=Folds(
-                before.glottis,
-                after.glottis,
-                Midline.between(file["midline"][:]),
-                float(file["dark"][()]),
-            ),
+            folds=Folds(before.glottis, after.glottis, *folds),
         )
         assert pair.round_trip is not None
-        file["uv"][index] = pair.flow
-        file["round_trip"][index] = np.where(tissue[..., None], pair.round_trip, np.nan)
+        file.put_row("uv", index, pair.flow)
+        file.put_row("round_trip", index, np.where(tissue[..., None], pair.round_trip, np.nan))
         left = pair.residual[tissue & np.isfinite(pair.residual)]
-        file["residual"][index] = np.sqrt(np.mean(np.square(left, dtype=float)))
-        file["brightness"][index] = pair.light.change
-        file["unevenness"][index] = np.ptp(pair.light.gain)
-        file["warp_error"][index] = warp_error(before.frame, after.frame, pair.flow).rms
+        file.put_row("residual", index, np.sqrt(np.mean(np.square(left, dtype=float))))
+        file.put_row("brightness", index, pair.light.change)
+        file.put_row("unevenness", index, np.ptp(pair.light.gain))
+        file.put_row("warp_error", index, warp_error(before.frame, after.frame, pair.flow).rms)
 
     def _trust(self) -> None:
         (folds,) = self._results.read("sides/folds")
         pairs = self._count - 1
         mismatch, trusted = np.empty(pairs), np.zeros(self._shape)
-        with h5py.File(self._flows, "r") as file:
-            residual = file["residual"][:]
-            flows = (file["uv"][k] for k in range(pairs))
+        with Stored(self._flows, hint=HINT) as file:
+            residual, ways = file.read("residual"), file.rows("round_trip")
+            flows = iter(file.rows("uv"))
             edges = edge_agreement(flows, self._results.masks(), self._area(), self._midline())
             for k in self._watched("trust", range(pairs), pairs):
-                missed = np.hypot(*np.moveaxis(file["round_trip"][k], -1, 0))
+                missed = np.hypot(*np.moveaxis(ways[k], -1, 0))
                 mismatch[k] = _median(missed[folds > 0])
                 trusted += missed < _CLOSES
         self._results.store(
@@ -401,8 +385,8 @@ class Chain:
         y, x = np.mgrid[spacing : height - spacing : spacing, spacing : width - spacing : spacing]
         points = np.stack([x.ravel(), y.ravel()], axis=1)
         points = points[~next(self._results.masks())[points[:, 1], points[:, 0]]]
-        with h5py.File(self._flows, "r") as file:
-            paths = follow((file["uv"][k] for k in range(self._count - 1)), points.astype(float))
+        with Stored(self._flows, hint=HINT) as file:
+            paths = follow(iter(file.rows("uv")), points.astype(float))
         _, cycles = measures(self._area())
         closing = paths.closing_error(cycles, np.arange(float(self._count)))
         self._results.store("paths", places=paths.places, closing=closing)
@@ -416,15 +400,12 @@ class Chain:
                 f"Modes: no pixel of tissue is seen well in {_TRUSTED:.0%} of the pairs of frames; must be "
                 "some. Is the recording sharp, and its light steady? plica glottis needs no motion."
             )
-        with h5py.File(self._flows, "r") as file:
-            seen = np.isfinite(file["residual"][:])
-            found = modes(file["uv"], self._mode_count(int(seen.sum()), int(used.sum())), used, midline, seen)
-            error = np.array(
-                [
-                    np.tensordot(found.patterns, np.nan_to_num(file["round_trip"][k]), 3)
-                    for k in range(self._count - 1)
-                ]
-            )
+        with Stored(self._flows, hint=HINT) as file:
+            seen = np.isfinite(file.read("residual"))
+            count = self._mode_count(int(seen.sum()), int(used.sum()))
+            found = modes(file.whole("uv"), count, used, midline, seen)
+            ways = file.rows("round_trip")
+            error = np.array([np.tensordot(found.patterns, np.nan_to_num(way), 3) for way in ways])
         self._results.store(
             "modes",
             mean=found.mean.astype(np.float32),
@@ -441,14 +422,12 @@ class Chain:
         _, cycles = measures(self._area())
         (used,), midline = self._results.read("modes/used"), self._midline()
         half = (self._results.shape("sides/kymogram")[2] - 1) // 2
-        with h5py.File(self._flows, "r") as file:
-            across = (file["uv"][k] @ midline.across for k in range(self._count - 1))
+        with Stored(self._flows, hint=HINT) as file:
+            uv = file.rows("uv")
+            across = (flow @ midline.across for flow in uv)
             lines = kymogram(across, midline, self._settings.places, half).astype(np.float32)
-        with h5py.File(self._flows, "r") as file:
-            seen = np.isfinite(file["residual"][:])
-            flows = (
-                file["uv"][k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size)
-            )
+            seen = np.isfinite(file.read("residual"))
+            flows = (uv[k] if seen[k] else np.full((*self._shape, 2), np.nan) for k in range(seen.size))
             found = fundamental(flows, cycles, np.arange(float(self._count)), used > 0, midline)
         if found is None:
             self._results.store("waves", known=False, kymogram=lines)

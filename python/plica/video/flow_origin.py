@@ -16,6 +16,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from plica.storage.hdf5 import put, set_text
+from plica.storage.stored import Stored
 from plica.video.flow import PRESETS, FlowOptions, flow
 from plica.video.midline import Midline
 from plica.video.parting import Folds
@@ -50,19 +52,14 @@ class FlowOrigin:
         return cls({name: getattr(options, name) for name in names}, _probe(preset))
 
     @classmethod
-    def read(cls, file: h5py.File) -> FlowOrigin | None:
-        """That of a stored flow; None where it was stored before this was kept."""
-        if "probe" not in file:
-            return None
-        return cls(json.loads(str(file["probe"].attrs["constants"])), file["probe"][()])
+    def read(cls, file: Stored) -> FlowOrigin:
+        """That of a stored flow."""
+        return cls(json.loads(str(file.attribute("probe", "constants"))), file.read("probe"))
 
     def write(self, file: h5py.File) -> None:
-        """Keep it beside the flow, in the place of what is there."""
-        if "probe" in file:
-            del file["probe"]
-        data = file.create_dataset("probe", data=self.probe)
-        data.attrs["units"] = "px: to the right, down"
-        data.attrs["constants"] = json.dumps(self.constants)
+        """Keep it beside the flow."""
+        put(file, "probe", self.probe, "px: to the right, down")
+        set_text(file["probe"], "constants", json.dumps(self.constants))
 
     def difference(self, other: FlowOrigin | None) -> str:
         """In what the other differs, for a sentence; empty where both find the same."""

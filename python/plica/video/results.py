@@ -1,9 +1,13 @@
-"""results.h5 of an analysis: a group for each step that is done, replaced as a whole when one is added."""
+"""results.h5 of an analysis: a group for each step that is done, replaced as a whole when one is added.
+
+The group of the flow only says that it is done: its data are in flow.h5.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -13,14 +17,18 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.storage.files import replaced
-from plica.storage.stored import check_result_file
+from plica.storage.hdf5 import image, put, set_text
+from plica.storage.stored import Stored
 from plica.video.dated import file_date
 from plica.video.errors import VideoError
 from plica.video.network import fingerprint
 from plica.video.recording import Recording
 from plica.video.settings import Settings
 
-__all__ = ["Results", "fill"]
+__all__ = ["HINT", "Results", "fill"]
+
+HINT = "Copy it again from where it is whole, or analyse the recording again in another directory"
+"""What to do with a file that is damaged."""
 
 Mask = npt.NDArray[np.bool_]
 
@@ -83,8 +91,23 @@ class Results:
         self.path = path
 
     def __contains__(self, name: str) -> bool:
-        with h5py.File(self.path, "r") as file:
-            return name in file
+        with Stored(self.path, hint=HINT) as file:
+            if not name.startswith("flow/") or "flow" not in file:
+                return name in file
+        with self._holding(name) as (flows, inner):
+            return inner in flows
+
+    @property
+    def flows(self) -> Path:
+        """The file of the flow."""
+        return self.path.with_name("flow.h5")
+
+    @contextmanager
+    def _holding(self, name: str) -> Iterator[tuple[Stored, str]]:
+        """The file that has a data set, and its name there."""
+        of_flow = name.startswith("flow/")
+        with Stored(self.flows if of_flow else self.path, hint=HINT) as file:
+            yield file, name.removeprefix("flow/") if of_flow else name
 
     def merged(self, source: Path, recording: Recording, settings: Settings) -> Settings:
         """The settings with those given before, where one that may change is not given now.
@@ -93,9 +116,7 @@ class Results:
         """
         if not self.path.exists():
             return settings
-        check_result_file(self.path)
-        with h5py.File(self.path, "r") as file:
-            there = {name: str(file.attrs.get(name, "")) for name in ("recording", "settings", "segmenter")}
+        there = self._marks("recording", "settings", "segmenter")
         if not there["settings"]:
             raise VideoError(
                 f"Video: {self.path} is no analysis of a recording; must be, or not be there. Choose "
@@ -135,18 +156,27 @@ class Results:
         }
         stale: set[str] = set()
         if self.path.exists():
-            with h5py.File(self.path, "r") as file:
-                there = {name: str(file.attrs.get(name, "")) for name in marks}
+            there = self._marks(*marks)
             if there == marks:
                 return
             old = Settings.from_json(there["settings"])
             changed = [name for name in _CHANGES if getattr(old, name) != getattr(settings, name)]
             stale = {group for name in changed for group in _CHANGES[name]}
         else:
-            self.path.with_name("flow.h5").unlink(missing_ok=True)  # of another analysis
-        said = file_date(source, recording.camera) or ("", "")
-        further = {"scale": recording.scale, "file_date": list(said)}
-        self.change(lambda file: file.attrs.update({**marks, **further}), without=stale)
+            self.flows.unlink(missing_ok=True)  # of another analysis
+        marks["file_date"] = json.dumps(list(file_date(source, recording.camera) or ("", "")))
+
+        def mark(file: h5py.File) -> None:
+            for name, text in marks.items():
+                set_text(file, name, text)
+            file.attrs["scale"] = recording.scale
+
+        self.change(mark, without=stale)
+
+    def _marks(self, *names: str) -> dict[str, str]:
+        """Texts that say of what they are; empty where there is none."""
+        with Stored(self.path, hint=HINT) as file:
+            return {name: str(file.attribute("/", name) or "") for name in names}
 
     def correct(self, drawn: Mapping[int, Mask]) -> None:
         """Keep these masks as drawn by hand, and drop what stands on others: all but the drift."""
@@ -154,7 +184,8 @@ class Results:
         def add(file: h5py.File) -> None:
             if drawn:
                 fill(
-                    file.create_group("drawn"),
+                    file,
+                    "drawn",
                     frames=np.array(sorted(drawn)),
                     masks=np.array([drawn[k] for k in sorted(drawn)]),
                 )
@@ -163,64 +194,62 @@ class Results:
 
     def read(self, *names: str) -> list[Any]:
         """Data sets by their names."""
-        with h5py.File(self.path, "r") as file:
-            return [file[name][()] for name in names]
+        found = []
+        for name in names:
+            with self._holding(name) as (file, inner):
+                found.append(file.read(inner))
+        return found
+
+    def row(self, name: str, index: int) -> Any:
+        """One index of the first axis of a data set that is stored so: masks, the flow and its way back."""
+        with self._holding(name) as (file, inner):
+            return file.row(inner, index)
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Of a data set."""
-        with h5py.File(self.path, "r") as file:
-            return tuple(file[name].shape)
+        with self._holding(name) as (file, inner):
+            return tuple(file.data(inner).shape)
 
     def drawn(self) -> dict[int, Mask]:
         """Masks drawn by hand, by their frames."""
-        with h5py.File(self.path, "r") as file:
+        with Stored(self.path, hint=HINT) as file:
             if "drawn" not in file:
                 return {}
-            masks = file["drawn/masks"][()].astype(bool)
-            return dict(zip(file["drawn/frames"][()].tolist(), masks, strict=True))
+            masks = file.read("drawn/masks").astype(bool)
+            return dict(zip(file.read("drawn/frames").tolist(), masks, strict=True))
 
     def masks(self, begin: int = 0, name: str = "mask") -> Iterator[Mask]:
         """The glottis of each frame from this one on, or its "inner" part."""
-        with h5py.File(self.path, "r") as file:
-            kept = file[f"glottis/{name}"]
+        with Stored(self.path, hint=HINT) as file:
+            kept = file.rows(f"glottis/{name}")
             for index in range(begin, len(kept)):
                 yield kept[index].astype(bool)
 
     def change(self, add: Callable[[h5py.File], None], without: Iterable[str] = ()) -> None:
         """The file but for these groups, and with what is added, takes the place of the one that is there."""
-        # Made in memory: HDF5 does not survive a full disk.
-        with h5py.File("results", "w", driver="core", backing_store=False) as file:
+
+        def make(file: h5py.File) -> None:
             if self.path.exists():
-                with h5py.File(self.path, "r") as old:
-                    file.attrs.update(old.attrs)
-                    for name in set(old) - set(without):
-                        link = old.get(name, getlink=True)
-                        if isinstance(link, h5py.ExternalLink):
-                            file[name] = link
-                        else:
-                            old.copy(name, file)
+                with Stored(self.path, hint=HINT) as old:
+                    old.copy_into(file, set(without))
             add(file)
-            file.flush()
-            image = file.id.get_file_image()
 
         def write(draft: Path) -> None:
-            draft.write_bytes(image)
+            draft.write_bytes(image(make))
 
         replaced(self.path, write)
 
     def store(self, name: str, **arrays: Any) -> None:
         """Add a group."""
-        self.change(lambda file: fill(file.create_group(name), **arrays))
+        self.change(lambda file: fill(file, name, **arrays))
 
 
-def fill(group: h5py.Group, **arrays: Any) -> None:
+def fill(file: h5py.File, group: str, **arrays: Any) -> None:
     """Add data sets, the larger ones packed, truth values as 0 and 1, each with its unit."""
     for name, value in arrays.items():
-        value = np.asarray(value) if not hasattr(value, "dtype") else value
-        value = value.astype(np.uint8) if value.dtype == bool else value
-        packed = {"compression": "gzip", "compression_opts": 1} if value.size > 10_000 else {}
-        data = group.create_dataset(name, data=value, **packed)
-        data.attrs["units"] = _UNITS.get(f"{group.name.strip('/')}/{name}", "1")
+        path, array = f"{group}/{name}", np.asarray(value)
+        array = array.astype(np.uint8) if array.dtype == bool else array
+        put(file, path, array, _UNITS.get(path, "1"), packed=array.size > 10_000)
 
 
 def _print(settings: Settings) -> str:

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from plica.errors import InvalidInput
 from plica.storage.files import require_file
-from plica.storage.stored import inside
+from plica.storage.hdf5 import CHECKSUMS
+from plica.storage.stored import Stored
 from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.grey import depth, to_grey
@@ -355,21 +356,17 @@ class Dataset(Arrays):
     """
 
     def __init__(self, path: Path, dataset: str | None) -> None:
-        import h5py
-
         self._path = path
-        with _hdf5_errors(path), h5py.File(path, "r") as file:
-            self._key = _dataset(file, path, dataset)
-            _require_inside(file, self._key, path)
+        with _hdf5_errors(path), Stored(path, verified=False) as file:
+            self._key = _dataset(file.file, path, dataset)
+            self._verified = f"{CHECKSUMS}/{self._key}" in file
             of_matlab = path.suffix.lower() == ".mat"
-            super().__init__(f"{path.name}: {self._key}", file[self._key], reversed_axes=of_matlab)
+            super().__init__(f"{path.name}: {self._key}", file.data(self._key), reversed_axes=of_matlab)
         self._data = None
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-        import h5py
-
-        with _hdf5_errors(self._path), h5py.File(self._path, "r") as file:
-            data = _require_inside(file, self._key, self._path)
+        with _hdf5_errors(self._path), Stored(self._path, verified=self._verified) as file:
+            data = file.rows(self._key)
             yield from Arrays(self.name, data, reversed_axes=self._reversed).pixels(begin, end)
 
 
@@ -380,12 +377,12 @@ def _hdf5_errors(path: Path) -> Iterator[None]:
         yield
     except VideoError:
         raise
+    except InvalidInput as error:
+        hint = " A .mat file must be saved with -v7.3." if path.suffix.lower() == ".mat" else ""
+        raise VideoError(f"Recording: {error}{hint}") from None
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
         reason = " ".join(str(error).split())
-        raise VideoError(
-            f"Recording: {path.name} cannot be read as HDF5 ({reason}). Is it whole? A .mat file must be "
-            "saved with -v7.3."
-        ) from None
+        raise VideoError(f"Recording: {path.name} cannot be read as HDF5 ({reason}). Is it whole?") from None
 
 
 def _dataset(file: Any, path: Path, wanted: str | None) -> str:
@@ -411,14 +408,6 @@ def _dataset(file: Any, path: Path, wanted: str | None) -> str:
             f"{': ' + ', '.join(found) if found else ''}; must be one. Name it: --dataset NAME."
         )
     return found[0]
-
-
-def _require_inside(file: Any, key: str, path: Path) -> Any:
-    """The data set, all of which is in the file itself; raises VideoError."""
-    try:
-        return inside(file, key, path)
-    except InvalidInput as error:
-        raise VideoError(f"Recording: {error}") from None
 
 
 def _require_file(path: Path) -> None:
