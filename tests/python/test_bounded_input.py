@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,11 +13,21 @@ import h5py
 import meshio
 import numpy as np
 import pytest
+import tifffile
 from PIL import Image
 
 import plica
+from camera_files import cine, mraw
+from flow_files import SETTINGS, block_scene, fields, flow_file
+from plica.bench.extremes.good_files import picture_file
+from plica.identify import Settings, identify
+from plica.identify.sources import open_motion
 from plica.phonation.scene.mesh_file import read_mesh
+from plica.storage import npz as module_npz
+from plica.video import photron, sources, tiff_file
 from plica.video.errors import VideoError
+from plica.video.flow_file import read_flow
+from plica.video.image_file import read_image
 from plica.video.recording import Recording
 from plica.video.sources import open_source
 
@@ -130,3 +142,153 @@ def test_a_gmsh_element_with_a_node_that_is_not_there_is_named(tmp_path: Path, n
     path.write_text(text[:at] + text[at:].replace(" 1 2 3 4\n", f" 1 2 3 {node}\n"))
     with pytest.raises(plica.InvalidInput, match=rf"element 1 has node {node}; must be a node of the file"):
         read_mesh(plica.MeshFile(file=path, unit="m"), "scene")
+
+
+def pipe(path: Path) -> Path:
+    os.mkfifo(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("settings.toml", Settings.load),
+        ("flow.npz", open_motion),
+        ("flow.h5", open_motion),
+        ("a.flo", read_flow),
+        ("frame.png", read_image),
+    ],
+)
+def test_a_pipe_is_no_input(tmp_path: Path, name: str, read: Callable[[Path], Any]) -> None:
+    with pytest.raises(plica.InvalidInput, match=f"{name} is a pipe; must be a file"):
+        read(pipe(tmp_path / name))
+
+
+def test_a_table_of_pressures_is_no_pipe(tmp_path: Path) -> None:
+    chosen = Settings(**SETTINGS | {"heights": (1e-3, 2e-3), "drive": pipe(tmp_path / "drive.csv")})
+    source = flow_file(tmp_path / "flow.h5")
+    with pytest.raises(plica.InvalidInput, match=r"drive\.csv is a pipe; must be a file"):
+        identify(source, block_scene(), tmp_path / "out", chosen, progress=False)
+
+
+def npz(path: Path, **arrays: Any) -> Path:
+    np.savez(path, **arrays)
+    return path
+
+
+def rewritten(path: Path, change: Callable[[bytes], bytes]) -> Path:
+    path.write_bytes(change(path.read_bytes()))
+    return path
+
+
+def test_an_archive_of_arrays_is_read_to_the_bit(tmp_path: Path) -> None:
+    stored = fields()
+    found = open_motion(npz(tmp_path / "a.npz", **stored))
+    np.testing.assert_array_equal(found.flow(3), stored["flow"][3])
+    assert found.fps == stored["fps"]
+    np.savez_compressed(tmp_path / "b.npz", flow=np.asfortranarray(stored["flow"]))
+    np.testing.assert_array_equal(open_motion(tmp_path / "b.npz").flow(3), stored["flow"][3])
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda p: rewritten(npz(p, flow=FRAMES), lambda b: b[:-40]), "cannot be read as NPZ"),
+        (lambda p: rewritten(npz(p, flow=FRAMES), lambda b: b"\x80" * len(b)), "cannot be read as NPZ"),
+        (lambda p: rewritten(npz(p, flow=FRAMES), lambda b: b[:400] + b"?" + b[401:]), "CRC-32"),
+        (lambda p: npz(p, flow=np.array([{}])), "is no array of numbers"),
+        (lambda p: stated(p, (4, 10**9, 10**9, 2)), "has not the size that it states"),
+        (lambda p: stated(p, (-4, -20, 24)), "has not the size that it states|cannot be read as NPZ"),
+    ],
+)
+def test_an_archive_that_is_none_or_states_another_size_is_refused(
+    tmp_path: Path, make: Callable[[Path], Path], reason: str
+) -> None:
+    with pytest.raises(plica.InvalidInput, match=reason):
+        open_motion(make(tmp_path / "a.npz"))
+
+
+def stated(path: Path, shape: tuple[int, ...]) -> Path:
+    """An archive whose array states a shape that it has not."""
+    raw = io.BytesIO()
+    header = {"shape": shape, "fortran_order": False, "descr": "|u1"}
+    np.lib.format.write_array_header_1_0(raw, header)  # type: ignore[arg-type]
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("flow.npy", raw.getvalue() + FRAMES.tobytes())
+    return path
+
+
+def test_an_archive_that_unpacks_to_more_than_memory_holds_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module_npz, "_MOST", 1000)
+    np.savez_compressed(tmp_path / "a.npz", flow=np.zeros((40, 20, 24)))
+    with pytest.raises(plica.InvalidInput, match=r"must be at most 1e-06 GB. Store them as HDF5"):
+        open_motion(tmp_path / "a.npz")
+
+
+def tiff(path: Path) -> tuple[bytearray, list[int]]:
+    """A stack, and where each of its pages names the next."""
+    tifffile.imwrite(path, FRAMES, photometric="minisblack", metadata=None)
+    content, places = bytearray(path.read_bytes()), [4]
+    while at := int.from_bytes(content[places[-1] : places[-1] + 4], "little"):
+        places.append(at + 2 + 12 * int.from_bytes(content[at : at + 2], "little"))
+    return content, places
+
+
+@pytest.mark.parametrize("to", [0, 1, 3])
+def test_pages_that_lead_back_are_refused(tmp_path: Path, to: int) -> None:
+    path = tmp_path / "a.tif"
+    content, places = tiff(path)
+    assert len(places) == len(FRAMES) + 1
+    content[places[-1] : places[-1] + 4] = content[places[to] : places[to] + 4]
+    path.write_bytes(content)
+    with pytest.raises(VideoError, match="leads back to one before it"):
+        open_source(path)
+    with pytest.raises(plica.InvalidInput, match="leads back to one before it"):
+        read_image(path)
+
+
+def test_more_pages_than_a_recording_has_are_refused_before_they_are_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tiff(tmp_path / "a.tif")
+    monkeypatch.setattr(tiff_file, "MOST_FRAMES", 3)
+    with pytest.raises(VideoError, match="4 pages or more; must be at most 3"):
+        open_source(tmp_path / "a.tif")
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".avi"])
+def test_a_picture_larger_than_any_is_refused_before_it_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    path = picture_file(suffix, tmp_path)
+    for module in (tiff_file, sources):
+        monkeypatch.setattr(module, "MOST_PIXELS", 1000)
+    monkeypatch.setattr(sources, "read_pixels", None)
+    with pytest.raises(VideoError, match=r"must (be|have) at most 1000 px"):
+        open_source(path)
+
+
+@pytest.mark.parametrize(
+    ("count", "reason"),
+    [(1000, r"must have \d+ for the places of the 1000 frames"), (2**32 - 1, "must be at most 1000000")],
+)
+def test_a_cine_file_that_states_more_frames_than_it_can_hold_is_refused(
+    tmp_path: Path, count: int, reason: str
+) -> None:
+    path = cine(tmp_path / "a.cine", FRAMES)
+    content = bytearray(path.read_bytes())
+    content[20:24] = count.to_bytes(4, "little")  # ImageCount
+    path.write_bytes(content)
+    with pytest.raises(VideoError, match=reason):
+        open_source(path)
+
+
+def test_a_photron_header_as_large_as_frames_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = mraw(tmp_path / "a.cih", FRAMES)
+    monkeypatch.setattr(photron, "_MOST_HEADER", 100)
+    with pytest.raises(VideoError, match=r"a\.cih has \d+ bytes; must be a header of at most 100"):
+        open_source(path)

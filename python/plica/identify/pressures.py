@@ -16,6 +16,7 @@ from plica.identify.settings import Settings
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
+from plica.storage.files import require_file
 
 __all__ = ["fed_back", "forcing_of", "heights_of", "pressed_surface", "seen_surface"]
 
@@ -123,6 +124,7 @@ def _drive(path: Path, heights: int, scene: Scene, seen: Observation, lead: int)
 
 
 def _table(path: Path, heights: int) -> tuple[Floats, Floats]:
+    require_file(path, f"drive = {path}")
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = [row for row in csv.reader(file) if row]

@@ -13,6 +13,7 @@ from plica.identify.parameters import FIELDS, WIDEST, Prior, TissueParameter
 from plica.phonation.scene.part import Count, Part, problem
 from plica.phonation.scene.problems import describe
 from plica.phonation.scene.scene import Scene
+from plica.storage.files import require_file
 from plica.units import Length, Number, Time, read_quantity
 
 __all__ = ["Estimated", "Settings"]
@@ -169,6 +170,7 @@ class Settings(Part):
     def load(cls, path: str | Path) -> Self:
         """The table ``[identify]`` of a TOML file; `drive` and `coarser` are relative to it."""
         path = Path(path)
+        require_file(path, str(path))
         try:
             data = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
 from plica.storage.hdf5 import CHECKSUMS
+from plica.storage.npz import read_npz
 from plica.storage.stored import Stored
 from plica.video.analysis import Analysis
 from plica.video.analysis import load as load_analysis
@@ -80,11 +81,7 @@ def open_motion(path: str | Path) -> PixelMotion:
     if path.is_dir():
         return _of_analysis(load_analysis(path, needs="modes"))
     if path.suffix == ".npz":
-        try:
-            with np.load(path) as stored:
-                return _of_arrays(path, {name: stored[name] for name in stored.files}, {})
-        except (ValueError, OSError) as error:
-            raise InvalidInput(f"{path}: cannot be read as NPZ: {error}.") from None
+        return _of_arrays(path, read_npz(path, _FIELDS), {})
     if path.suffix not in (".h5", ".hdf5"):
         raise InvalidInput(
             f"{path}: must be the directory of a plica video analysis, or a file of flow (.h5, .hdf5, .npz). "

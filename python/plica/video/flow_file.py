@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput, StorageFailed
+from plica.storage.files import require_file
 
 __all__ = ["read_flow", "write_flow"]
 
@@ -29,6 +30,7 @@ def read_flow(path: str | Path) -> NDArray[np.float32]:
         Where the file is missing, is not in the format, or ends too early.
     """
     where = f"read_flow: {path}"
+    require_file(Path(path), where)
     try:
         data = Path(path).read_bytes()
     except OSError as error:

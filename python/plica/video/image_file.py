@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
+from plica.storage.files import require_file
 from plica.video.grey import to_grey
 from plica.video.tiff_file import NotDecodedError, count_pages, is_tiff, open_tiff, page_pixels
 
@@ -55,6 +56,7 @@ def read_pixels(path: str | Path) -> NDArray[Any]:
     """
     where = f"read_image: {path}"
     with _errors(where):
+        require_file(Path(path), where)
         with open(path, "rb") as file:
             begin = file.read(4)
         if not begin:

@@ -20,12 +20,14 @@ import numpy.typing as npt
 
 from plica.video.camera import Camera
 from plica.video.errors import VideoError
+from plica.video.limits import MOST_FRAMES
 
 __all__ = ["Phantom"]
 
 _UNPACKED, _PACKED_10, _PACKED_12 = 0, 256, 1024  # biCompression
 _GREY = 0  # Compression: of the file; others are JPEG and raw colour
 _TIMES = 1002  # tagged block
+_MOST_BLOCKS = 10_000
 _SAME_RATE = 0.01  # relative, of the set-up's rate and that of the pictures' times
 _SAME_STEP = 0.1  # of the median step, by which the pictures' times may go otherwise
 
@@ -59,6 +61,7 @@ class Phantom:
                 picture = _structure(file, cine.BITMAPINFOHEADER, head.OffImageHeader)
                 setup = _structure(file, cine.SETUP, head.OffSetup)
                 self.count = int(head.ImageCount)
+                self._check_count(int(head.OffImageOffsets) + 8 * self.count)
                 self._places = np.array(_read(file, head.OffImageOffsets, f"<{self.count}q"), np.int64)
                 times = _times(file, head.OffSetup + setup.Length, head.OffImageOffsets, self.count)
         except struct.error:
@@ -143,6 +146,19 @@ class Phantom:
             )
         return usual if usual > 0 else None
 
+    def _check_count(self, end: int) -> None:
+        """`end`: of the table of the frames' places."""
+        if self.count > MOST_FRAMES:
+            raise VideoError(
+                f"Recording: {self.name} states {self.count} frames; must be at most {MOST_FRAMES}. Store "
+                "the part that is to be analysed in a file of its own."
+            )
+        if end > (there := self._path.stat().st_size):
+            raise VideoError(
+                f"Recording: {self.name} has {there} bytes; must have {end} for the places of the "
+                f"{self.count} frames that it states. It is cut off: copy it again."
+            )
+
     def _check(self, compression: int, filters: int) -> None:
         if compression != _GREY or filters:
             raise VideoError(
@@ -181,7 +197,9 @@ def _read(file: BinaryIO, place: int, form: str) -> tuple[Any, ...]:
 
 def _times(file: BinaryIO, begin: int, end: int, count: int) -> npt.NDArray[np.float64] | None:
     """(count) s of each picture since 1970; None where the file does not say."""
-    while begin + 8 <= end:
+    for _ in range(_MOST_BLOCKS):
+        if begin + 8 > end:
+            return None
         size, kind, _ = _read(file, begin, "<IHH")
         if size < 8:
             return None
@@ -189,7 +207,7 @@ def _times(file: BinaryIO, begin: int, end: int, count: int) -> npt.NDArray[np.f
             parts = np.array(_read(file, begin + 8, f"<{2 * count}I"), float).reshape(count, 2)
             return np.asarray(parts[:, 1] - parts[0, 1] + parts[:, 0] / 2.0**32)
         begin += size
-    return None
+    raise struct.error
 
 
 def _date(trigger: Any) -> str | None:

@@ -42,6 +42,7 @@ _NAMES = {
 }
 """What is read: its name in .cih, and its place in .cihx."""
 
+_MOST_HEADER = 1 << 24  # bytes
 _STORED = (8, 10, 12, 16)  # bits a pixel
 
 
@@ -151,6 +152,11 @@ def _both(path: Path) -> tuple[Path, Path]:
 
 def _fields(header: Path) -> dict[str, str]:
     """What the header says, by the names of .cih."""
+    if (size := header.stat().st_size) > _MOST_HEADER:
+        raise VideoError(
+            f"Recording: {header.name} has {size} bytes; must be a header of at most {_MOST_HEADER}. Is it "
+            "the file of the frames?"
+        )
     raw = header.read_bytes()
     if header.suffix.lower() == ".cih":
         lines = (line.partition(":") for line in raw.decode("latin-1").splitlines())

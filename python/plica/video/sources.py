@@ -20,6 +20,7 @@ from plica.video.camera import Camera
 from plica.video.errors import VideoError
 from plica.video.grey import depth, to_grey
 from plica.video.image_file import PICTURES, is_picture, read_page, read_pixels
+from plica.video.limits import MOST_FRAMES, MOST_PIXELS
 from plica.video.phantom import Phantom
 from plica.video.photron import Photron
 from plica.video.tiff_file import count_pages, open_tiff
@@ -31,8 +32,6 @@ _TIFF = {".tif", ".tiff"}
 _HDF5 = {".h5", ".hdf5", ".mat"}
 _PHOTRON = {".mraw", ".cih", ".cihx"}
 _LEAST = 16  # px, of a side
-_MOST_FRAMES = 1_000_000  # 50 s at 20,000 frames/s
-_MOST_PIXELS = 1 << 26  # of a frame, 8192 x 8192
 
 
 class FrameSource(Protocol):
@@ -132,14 +131,14 @@ def check(name: str, count: int, shape: tuple[int, int]) -> None:
         raise VideoError(
             f"Recording: {name} has {count} frame{'' if count == 1 else 's'}; must be two or more."
         )
-    if count > _MOST_FRAMES:
+    if count > MOST_FRAMES:
         raise VideoError(
-            f"Recording: {name} has {count} frames or more; must be at most {_MOST_FRAMES}. Store the part "
+            f"Recording: {name} has {count} frames or more; must be at most {MOST_FRAMES}. Store the part "
             "that is to be analysed in a file of its own."
         )
-    if shape[0] * shape[1] > _MOST_PIXELS:
+    if shape[0] * shape[1] > MOST_PIXELS:
         raise VideoError(
-            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must have at most {_MOST_PIXELS} "
+            f"Recording: {name} has frames of {shape[1]} x {shape[0]} px; must have at most {MOST_PIXELS} "
             "px. Store the region that is to be analysed in a file of its own."
         )
     if min(shape) < _LEAST:
@@ -167,7 +166,7 @@ class Video:
                     index, f"is {frame.width} x {frame.height} px, frame 0 {self.shape[1]} x {self.shape[0]}"
                 )
             self.count, self.shape = index + 1, size
-            if max(self.count, stated) > _MOST_FRAMES:
+            if max(self.count, stated) > MOST_FRAMES:
                 check(self.name, max(self.count, stated), size)
         if stated and self.count < stated:
             raise VideoError(
@@ -205,6 +204,9 @@ class Video:
                 if not container.streams.video:
                     raise VideoError(f"Recording: {self.name} has no video.")
                 stream = container.streams.video[0]
+                stated = stream.codec_context
+                if stated.width * stated.height > MOST_PIXELS:  # before one of them takes all memory
+                    check(self.name, 2, (stated.height, stated.width))
                 stream.thread_type = "AUTO"
                 # Matroska states its length and no count; with sound beside, whose length it is is not said.
                 alone = "matroska" in container.format.name and len(container.streams) == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
+from plica.video.limits import MOST_FRAMES, MOST_PIXELS
 
 if TYPE_CHECKING:
     from tifffile import TiffFile
@@ -52,11 +54,12 @@ def count_pages(stack: TiffFile, where: str) -> int:
     Raises
     ------
     InvalidInput
-        Where pages are missing, or do not follow one another in time: many pictures in one page, channels or
-        slices between the frames.
+        Where pages are missing, lead back to one another or are too many, or do not follow one another in
+        time: many pictures in one page, channels or slices between the frames.
     """
+    _check_chain(stack, where)
     count = len(stack.pages)
-    if _continues(stack, count):
+    if _next_page(stack, stack.pages[count - 1].offset) != 0:
         raise InvalidInput(
             f"{where} ends after page {count} and states more of them. It is cut off: copy it again."
         )
@@ -77,17 +80,37 @@ def count_pages(stack: TiffFile, where: str) -> int:
     return count
 
 
-def _continues(stack: TiffFile, count: int) -> bool:
-    """Whether the last page that can be read names another one after it."""
+def _check_chain(stack: TiffFile, where: str) -> None:
+    """Raise InvalidInput where the pages, each of which names the place of the next, never end."""
+    at = stack.pages.first.offset
+    found = {at}
+    while (at := _next_page(stack, at)) != 0:
+        if at in found:
+            raise InvalidInput(
+                f"{where}: page {len(found)} leads back to one before it; must lead to another. It is "
+                "damaged: copy it again."
+            )
+        found.add(at)
+        if len(found) > MOST_FRAMES:
+            raise InvalidInput(
+                f"{where} has {len(found)} pages or more; must be at most {MOST_FRAMES}. Store the part that "
+                "is to be analysed in a file of its own."
+            )
+
+
+def _next_page(stack: TiffFile, place: int) -> int:
+    """The place that the page at this one names for the next; 0 for none, or beyond the end."""
     form, file = stack.tiff, stack.filehandle
-    file.seek(stack.pages[count - 1].offset)
-    entries = int.from_bytes(file.read(form.tagnosize), _order(stack))
-    file.seek(stack.pages[count - 1].offset + form.tagnosize + entries * form.tagsize)
-    return int.from_bytes(file.read(form.offsetsize), _order(stack)) != 0
-
-
-def _order(stack: TiffFile) -> Any:
-    return "little" if stack.byteorder == "<" else "big"
+    order: Any = "little" if stack.byteorder == "<" else "big"
+    if place >= file.size:
+        return 0
+    file.seek(place)
+    entries = int.from_bytes(file.read(form.tagnosize), order)
+    end = place + form.tagnosize + entries * form.tagsize
+    if end >= file.size:
+        return 0
+    file.seek(end)
+    return int.from_bytes(file.read(form.offsetsize), order)
 
 
 def page_pixels(stack: TiffFile, index: int) -> NDArray[Any]:
@@ -95,10 +118,15 @@ def page_pixels(stack: TiffFile, index: int) -> NDArray[Any]:
 
     Raises
     ------
+    InvalidInput
+        Where it is larger than any picture.
     NotDecodedError
         For a compression or a colour space that is not read here.
     """
     page: Any = stack.pages[index]
+    if math.prod(page.shape[:2]) > MOST_PIXELS or math.prod(page.shape) > 4 * MOST_PIXELS:
+        size = " x ".join(map(str, page.shape))
+        raise InvalidInput(f"page {index} states {size} px and colours; must be at most {MOST_PIXELS} px.")
     kind = int(page.photometric)
     if kind not in (_WHITE_IS_ZERO, _BLACK_IS_ZERO, _RGB, _PALETTE):
         raise NotDecodedError(f"photometric interpretation {kind}")
