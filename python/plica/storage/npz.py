@@ -7,6 +7,7 @@ import struct
 import zlib
 from collections.abc import Collection
 from pathlib import Path
+from tokenize import TokenError
 from typing import IO, Any
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
@@ -17,8 +18,10 @@ from numpy.typing import NDArray
 from plica.errors import InvalidInput
 from plica.storage.files import require_file
 
-__all__ = ["read_npz"]
+__all__ = ["NPY_ERRORS", "read_npz"]
 
+NPY_ERRORS = (OSError, ValueError, EOFError, TypeError, OverflowError, MemoryError, SyntaxError, TokenError)
+"""What NumPy raises for a broken array: its header is an expression of Python."""
 _MOST = 1 << 32  # bytes of all arrays, which are kept in memory
 
 
@@ -48,8 +51,8 @@ def read_npz(path: Path, names: Collection[str]) -> dict[str, NDArray[Any]]:
         raise
     except OSError as error:
         raise InvalidInput(f"{path}: cannot be read: {error.strerror or error}.") from None
-    except (BadZipFile, zlib.error, ValueError, EOFError, RuntimeError, struct.error, MemoryError) as error:
-        reason = " ".join(str(error).split())  # NotImplementedError and RecursionError are RuntimeErrors
+    except (BadZipFile, zlib.error, struct.error, RuntimeError, *NPY_ERRORS) as error:
+        reason = " ".join(str(error).split())  # NotImplementedError is a RuntimeError
         raise InvalidInput(f"{path}: cannot be read as NPZ: {reason}. Is it whole?") from None
 
 

@@ -89,7 +89,10 @@ def _of_tiff(path: str | Path, where: str) -> NDArray[Any]:
         count = count_pages(stack, where)
         if count != 1:
             raise InvalidInput(f"{where} has {count} frames; must have one.")
-        return read_page(stack, path, 0)
+        try:
+            return read_page(stack, path, 0)
+        except InvalidInput as error:
+            raise InvalidInput(f"{where}: {str(error).removeprefix(f'{where}: ')}") from None
 
 
 def _of_pillow(image: Image.Image, where: str) -> NDArray[Any]:

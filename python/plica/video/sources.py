@@ -15,6 +15,7 @@ import numpy.typing as npt
 from plica.errors import InvalidInput
 from plica.storage.files import require_file
 from plica.storage.hdf5 import CHECKSUMS
+from plica.storage.npz import NPY_ERRORS
 from plica.storage.stored import Stored
 from plica.video.camera import Camera
 from plica.video.errors import VideoError
@@ -205,6 +206,8 @@ class Video:
                     raise VideoError(f"Recording: {self.name} has no video.")
                 stream = container.streams.video[0]
                 stated = stream.codec_context
+                if stated is None:
+                    raise VideoError(f"Recording: {self.name} has no video that can be decoded. Is it whole?")
                 if stated.width * stated.height > MOST_PIXELS:  # before one of them takes all memory
                     check(self.name, 2, (stated.height, stated.width))
                 stream.thread_type = "AUTO"
@@ -294,7 +297,8 @@ class Stack:
                 self.count = count_pages(stack, path.name)
                 first = read_page(stack, path, 0)
         except InvalidInput as error:
-            raise VideoError(f"Recording: {error}") from None
+            named = "" if path.name in str(error) else f"{path.name}: "
+            raise VideoError(f"Recording: {named}{error}") from None
         except (tifffile.TiffFileError, ValueError, OSError, IndexError) as error:
             raise VideoError(f"Recording: {self.name} cannot be read as a TIFF stack ({error}).") from None
         self.shape, self._depth = (first.shape[0], first.shape[1]), depth(first)
@@ -422,8 +426,8 @@ def _require_file(path: Path) -> None:
 def _loaded(path: Path) -> Any:
     try:
         return np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, OSError, EOFError) as error:
-        reason = str(error).splitlines()[0] if "pickle" not in str(error) else "no array of numbers"
+    except NPY_ERRORS as error:
+        reason = " ".join(str(error).split()) if "pickle" not in str(error) else "no array of numbers"
         raise VideoError(f"Recording: {path.name} cannot be read as a NumPy array ({reason}).") from None
 
 

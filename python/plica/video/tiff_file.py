@@ -42,10 +42,26 @@ def open_tiff(path: str | Path) -> Iterator[TiffFile]:
     log, nowhere = logging.getLogger("tifffile"), logging.NullHandler()
     log.addHandler(nowhere)
     try:
-        with tifffile.TiffFile(path) as stack:
+        with _errors(str(path)):
+            stack = tifffile.TiffFile(path)
+        with stack:
             yield stack
     finally:
         log.removeHandler(nowhere)
+
+
+@contextmanager
+def _errors(where: str) -> Iterator[None]:
+    """What tifffile raises for a broken file, which is of any kind, as InvalidInput."""
+    try:
+        yield
+    except (InvalidInput, NotDecodedError):
+        raise
+    except Exception as error:
+        if isinstance(error, OSError) and error.errno:
+            raise  # of the system
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InvalidInput(f"{where} cannot be read as TIFF: {reason}. Is it whole?") from None
 
 
 def count_pages(stack: TiffFile, where: str) -> int:
@@ -57,6 +73,11 @@ def count_pages(stack: TiffFile, where: str) -> int:
         Where pages are missing, lead back to one another or are too many, or do not follow one another in
         time: many pictures in one page, channels or slices between the frames.
     """
+    with _errors(where):
+        return _count(stack, where)
+
+
+def _count(stack: TiffFile, where: str) -> int:
     _check_chain(stack, where)
     count = len(stack.pages)
     if _next_page(stack, stack.pages[count - 1].offset) != 0:
@@ -119,11 +140,18 @@ def page_pixels(stack: TiffFile, index: int) -> NDArray[Any]:
     Raises
     ------
     InvalidInput
-        Where it is larger than any picture.
+        Where it is broken, or larger than any picture.
     NotDecodedError
         For a compression or a colour space that is not read here.
     """
-    page: Any = stack.pages[index]
+    with _errors(f"page {index}"):
+        data = _page(stack.pages[index], index)
+        if data.ndim not in (2, 3) or data.size == 0:
+            raise InvalidInput(f"page {index} has shape {data.shape}; must be a picture.")
+        return data
+
+
+def _page(page: Any, index: int) -> NDArray[Any]:
     if math.prod(page.shape[:2]) > MOST_PIXELS or math.prod(page.shape) > 4 * MOST_PIXELS:
         size = " x ".join(map(str, page.shape))
         raise InvalidInput(f"page {index} states {size} px and colours; must be at most {MOST_PIXELS} px.")
