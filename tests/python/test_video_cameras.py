@@ -184,7 +184,10 @@ FILES: dict[str, tuple[Callable[[Path], Path], str]] = {
         lambda p: text(p / "x.cine", "BM" + "x" * 20000),
         "x.cine is no .cine file: it does not begin with CI",
     ),
-    "cine cut in its header": (lambda p: cut(cine(p / "x.cine", F), 3000), "x.cine is cut off in its header"),
+    "cine cut in its header": (
+        lambda p: cut(cine(p / "x.cine", F), 3000),
+        "x.cine has 3000 bytes; must have",
+    ),
     "cine cut in a frame": (
         lambda p: cut(cine(p / "x.cine", F), cine(p / "y.cine", F).stat().st_size - 700),
         "frame 2 is not whole. The 2 frames before it are",

@@ -193,7 +193,7 @@ def broken(directory: Path, kind: str) -> Path | None:
         ("frame missing", "go from frame1.png to frame3.png; must be equally spaced"),
         ("two datasets", "2 datasets that can be frames: camera/frames, other; must be one"),
         ("no dataset", "0 datasets that can be frames; must be one"),
-        ("not HDF5", "cannot be read as HDF5"),
+        ("not HDF5", "is not an HDF5 file"),
         ("not NumPy", "cannot be read as a NumPy array"),
         ("four channels", r"has shape \(3, 20, 20, 2\); must be \(frames, height, width\)"),
         ("text", "holds <U1; must be numbers"),

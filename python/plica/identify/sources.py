@@ -26,6 +26,7 @@ Glottis = tuple[tuple[float, float], tuple[float, float]]
 
 _FIELDS = ("flow", "visible", "sd", "glottal_area", "glottis", "projection", "fps", "mm_per_px")
 
+_AGAIN = "Copy it again from where it is whole"
 TRUSTED = 0.5
 """[px] Flow with a larger forward-backward error is treated as missing."""
 
@@ -87,10 +88,10 @@ def open_motion(path: str | Path) -> PixelMotion:
             f"{path}: must be the directory of a plica video analysis, or a file of flow (.h5, .hdf5, .npz). "
             "Run plica video first to analyse images."
         )
-    file = Stored(path, verified=False)  # stays open while the flow is read
+    file = Stored(path, hint=_AGAIN, verified=False)  # stays open while the flow is read
     if CHECKSUMS in file or file.attribute("/", "plica_version") is not None:
         file.close()
-        file = Stored(path)
+        file = Stored(path, hint=_AGAIN)
     return _of_arrays(path, {name: file.rows(name) for name in _FIELDS if name in file}, file.attributes("/"))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +17,7 @@ from plica.errors import Damaged, InvalidInput, StorageFailed
 from plica.storage.files import require_file
 from plica.storage.hdf5 import CHECKSUMS, checksum, put_row
 
-__all__ = ["Rows", "Stored", "check_result_file", "hdf5_errors", "inside", "open_hdf5"]
+__all__ = ["Rows", "Stored", "inside"]
 
 _MOST_PACKED = 1100  # deflate makes at most 1032 bytes of one
 _AGAIN = "Copy it again from where it is whole, or use another directory"
@@ -50,7 +50,7 @@ class Stored:
         self, path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN, verified: bool = True
     ) -> None:
         self.path, self._hint, self._verified = path, hint, verified
-        self.file = open_hdf5(path, mode, hint=hint)
+        self.file = _open(path, mode, hint=hint, what="a result file of plica" if verified else "one")
         self._sums: dict[str, NDArray[np.uint32]] = {}
 
     def __enter__(self) -> Self:
@@ -245,8 +245,8 @@ class Rows:
         return np.asarray(self._file.read(self._name), dtype)
 
 
-def open_hdf5(path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN) -> h5py.File:
-    """A file that is HDF5; raises as `Stored`."""
+def _open(path: Path, mode: Literal["r", "r+"], *, hint: str, what: str) -> h5py.File:
+    """A file that is HDF5, or the error says `what` it must be; raises as `Stored`."""
     require_file(path, str(path))
     try:
         return h5py.File(path, mode, locking=False)
@@ -254,28 +254,10 @@ def open_hdf5(path: Path, mode: Literal["r", "r+"] = "r", *, hint: str = _AGAIN)
         if error.errno:
             raise StorageFailed(f"{path}: cannot be read: {os.strerror(error.errno)}.") from None
         if not h5py.is_hdf5(path):
-            raise InvalidInput(
-                f"{path}: is not an HDF5 file; must be a result file of plica. {hint}."
-            ) from None
+            raise InvalidInput(f"{path}: is not an HDF5 file; must be {what}. {hint}.") from None
     except _BROKEN:
         pass
     raise Damaged(f"{path}: is damaged or truncated; must be as plica wrote it. {hint}.")
-
-
-def check_result_file(path: Path) -> None:
-    """Raise as `Stored` unless `path` opens as HDF5."""
-    open_hdf5(path).close()
-
-
-@contextmanager
-def hdf5_errors(told: Callable[[str], Exception]) -> Iterator[None]:
-    """What h5py raises for a broken file, as the error that `told` makes of the reason."""
-    try:
-        yield
-    except (InvalidInput, StorageFailed):
-        raise
-    except _BROKEN as error:
-        raise told(" ".join(str(error).split())) from None
 
 
 def inside(file: Any, name: str, path: Path) -> h5py.Group | h5py.Dataset | None:

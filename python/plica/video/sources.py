@@ -33,6 +33,7 @@ _TIFF = {".tif", ".tiff"}
 _HDF5 = {".h5", ".hdf5", ".mat"}
 _PHOTRON = {".mraw", ".cih", ".cihx"}
 _LEAST = 16  # px, of a side
+_AGAIN = "Copy it again from where it is whole"
 
 
 class FrameSource(Protocol):
@@ -363,7 +364,7 @@ class Dataset(Arrays):
 
     def __init__(self, path: Path, dataset: str | None) -> None:
         self._path = path
-        with _hdf5_errors(path), Stored(path, verified=False) as file:
+        with _hdf5_errors(path), Stored(path, hint=_AGAIN, verified=False) as file:
             self._key = _dataset(file.file, path, dataset)
             self._verified = f"{CHECKSUMS}/{self._key}" in file
             of_matlab = path.suffix.lower() == ".mat"
@@ -371,7 +372,7 @@ class Dataset(Arrays):
         self._data = None
 
     def pixels(self, begin: int, end: int) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-        with _hdf5_errors(self._path), Stored(self._path, verified=self._verified) as file:
+        with _hdf5_errors(self._path), Stored(self._path, hint=_AGAIN, verified=self._verified) as file:
             data = file.rows(self._key)
             yield from Arrays(self.name, data, reversed_axes=self._reversed).pixels(begin, end)
 
