@@ -2,6 +2,7 @@
 #include "dynamics_state.hpp"
 #include "engine.hpp"
 #include "options.hpp"
+#include "plica/dynamics/rigid_motion.hpp"
 #include "plica/dynamics/simulation.hpp"
 #include "plica/dynamics/statics.hpp"
 
@@ -190,6 +191,21 @@ Supports to_supports(const Held& fixed, std::ptrdiff_t nodes) {
   return supports;
 }
 
+/// One for each body that can move without strain: its lowest node, and whether none of its unknowns is held.
+std::vector<std::pair<std::int32_t, bool>> free_bodies(const TetMesh& mesh, const Held& fixed) {
+  const Supports supports = to_supports(fixed, mesh.node_count());
+  const Indices body = body_of_nodes(mesh);
+  std::vector<char> held(static_cast<std::size_t>(mesh.node_count()), 0);
+  for (std::int32_t node = 0; node < body.size(); ++node)
+    for (int c = 0; c < 3; ++c)
+      if (supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + c))
+        held[static_cast<std::size_t>(body[node])] = 1;
+  std::vector<std::pair<std::int32_t, bool>> found;
+  for (const RigidMotion& motion : rigid_motions(mesh, supports))
+    found.emplace_back(motion.body, held[static_cast<std::size_t>(motion.body)] == 0);
+  return found;
+}
+
 Scene make_scene(const TetMesh& mesh, std::vector<Material> materials, std::vector<std::string> names,
                  const py::array& cell_material, const Held& fixed, std::vector<Load> loads,
                  const std::optional<Vec3>& gravity) {
@@ -312,6 +328,7 @@ void bind_dynamics(py::module_& engine) {
   bind_options(engine);
   bind_enforcement(engine);
   bind_reduction(engine);
+  engine.def("free_bodies", &free_bodies, py::arg("mesh"), py::arg("fixed"));
   engine.def("equilibrium", &equilibrium_of, py::arg("mesh"), py::arg("materials"), py::arg("material_names"),
              py::arg("cell_material"), py::arg("fixed"), py::kw_only(), py::arg("loads") = py::list(),
              py::arg("gravity") = py::none());
@@ -381,16 +398,17 @@ void bind_dynamics(py::module_& engine) {
           "contact_pressure",
           [](const SteppedSimulation& self) { return give(self.simulation().contact_pressure()); })
       .def_property_readonly(
-          "mass", [](const SteppedSimulation& self) { return give_csr(self.simulation().mass().to_sparse()); })
+          "mass", [](const SteppedSimulation& self) { return give_csr(self.whole(self.simulation().mass())); })
       .def_property_readonly(
           "stiffness",
-          [](const SteppedSimulation& self) { return give_csr(self.simulation().stiffness().to_sparse()); })
+          [](const SteppedSimulation& self) { return give_csr(self.whole(self.simulation().stiffness())); })
       .def_property_readonly("viscosity",
                              [](const SteppedSimulation& self) -> std::optional<py::tuple> {
                                const auto& viscosity = self.simulation().viscosity();
                                if (!viscosity) return std::nullopt;
-                               return give_csr(viscosity->to_sparse());
+                               return give_csr(self.whole(*viscosity));
                              })
+      .def_property_readonly("images", &SteppedSimulation::images)
       .def_property_readonly("section_height",
                              [](const SteppedSimulation& self) { return give(self.sections().height); })
       .def_property_readonly("section_major",

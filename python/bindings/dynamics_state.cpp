@@ -213,6 +213,16 @@ py::dict SteppedSimulation::info() const {
   return info;
 }
 
+std::optional<py::array_t<std::int32_t>> SteppedSimulation::images() const {
+  const MirrorImages* images = simulation_.images();
+  if (!images) return std::nullopt;
+  py::array_t<std::int32_t> nodes({static_cast<py::ssize_t>(images->copies()), images->nodes().size()});
+  for (int copy = 0; copy < images->copies(); ++copy)
+    for (std::int32_t own = 0; own < images->nodes().size(); ++own)
+      nodes.mutable_at(copy, own) = images->image(copy, own);
+  return nodes;
+}
+
 py::dict SteppedSimulation::times() const {
   const StepTimes t = simulation_.times();
   py::dict times;

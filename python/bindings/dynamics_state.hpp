@@ -24,6 +24,14 @@ class SteppedSimulation {
   /// Where a step fails, throws plica.errors.StepFailed, which has those of the steps before it.
   py::dict advance(int steps, const std::optional<std::vector<std::string>>& waveforms);
   py::dict info() const;
+  /// A matrix of the motion, of all nodes.
+  template <typename Matrix>
+  SparseMatrix whole(const Matrix& matrix) const {
+    const MirrorImages* images = simulation_.images();
+    return images ? images->unfolded(matrix.to_sparse()) : matrix.to_sparse();
+  }
+  /// (copies, p) nodes of each copy of a symmetric scene's part; none without symmetry.
+  std::optional<py::array_t<std::int32_t>> images() const;
   py::dict times() const;
   /// Throws InvalidInput without airflow.
   const Sections& sections() const;

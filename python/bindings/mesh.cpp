@@ -86,6 +86,8 @@ void bind_tet_mesh(py::module_& engine) {
         return give(least_jacobian_ratios(x, rows));
       },
       py::arg("points"), py::arg("cells"));
+  engine.def(
+      "body_of_nodes", [](const TetMesh& mesh) { return give(body_of_nodes(mesh)); }, py::arg("mesh"));
   engine.def("check_mesh", &check, py::arg("mesh"), py::call_guard<Released>());
   engine.def(
       "boundary",

@@ -49,6 +49,7 @@ __all__: list[str] = [
     "VolumePenalty",
     "Waveform",
     "block_mesh",
+    "body_of_nodes",
     "boundary",
     "build_info",
     "check_mesh",
@@ -61,6 +62,7 @@ __all__: list[str] = [
     "equilibrium",
     "flat_triangles",
     "flow_residual",
+    "free_bodies",
     "gram_update",
     "larynx_mesh",
     "larynx_preset",
@@ -410,6 +412,8 @@ class Simulation:
     def contact_pressure(self) -> numpy.typing.NDArray[numpy.float64]: ...
     @property
     def displacement(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def images(self) -> numpy.typing.NDArray[numpy.int32] | None: ...
     @property
     def mass(
         self,
@@ -815,6 +819,7 @@ def block_mesh(
         collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], "FixedSize(3)"
     ] = [1, 1, 1],
 ) -> TetMesh: ...
+def body_of_nodes(mesh: TetMesh) -> numpy.typing.NDArray[numpy.int32]: ...
 def boundary(
     cells: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]: ...
@@ -880,6 +885,9 @@ def flow_residual(
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     flow: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
 ) -> numpy.typing.NDArray[numpy.float32]: ...
+def free_bodies(
+    mesh: TetMesh, fixed: typing.Annotated[numpy.typing.ArrayLike, numpy.bool]
+) -> list[tuple[int, bool]]: ...
 def gram_update(
     p: numpy.typing.NDArray[numpy.float64],
     w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],

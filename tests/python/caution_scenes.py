@@ -56,6 +56,9 @@ nu = 0
 E = "20 kPa"
 nu = 0
 
+[supports]
+fixed = []
+
 [contact]
 first = "a.x_max"
 second = "b.x_min"
@@ -81,10 +84,13 @@ class Given:
         The one that is changed.
     changes : str
         Lines ``key = value``, keys with dots from the top; ``without key`` leaves a table out.
+    also : tuple of str
+        Cautions that come with it.
     """
 
     scene: str
     changes: str
+    also: tuple[str, ...] = ()
 
     def data(self) -> dict[str, Any]:
         """The changed scene as plain data."""
@@ -150,6 +156,9 @@ tissue.cover.viscosity = 0.14""",
     "load_frequency": Given(
         LARYNX, 'loads = [{ surface = "airway", traction = [0, 0, "5 Pa"], frequency = 0.2 }]'
     ),
+    "free_body": Given(BLOCKS, 'supports.fixed = ["a.x_min"]'),
+    "open_ends": Given(LARYNX, 'supports.fixed = ["ends"]\nairflow.subglottal_pressure = "0.2 kPa"'),
+    "overlapping_bodies": Given(BLOCKS, 'without contact\nmesh.blocks.b.corner = ["9.9 mm", "1 mm", 0]'),
     "unsteady_voice": Given(
         LARYNX,
         """\
@@ -178,6 +187,7 @@ supports.fixed = []
 initial.velocity.body = [0, 0, 1]
 initial.velocity.ligament = [0, 0, 1]
 initial.velocity.cover = [0, 0, 1]""",
+        also=("free_body",),
     ),
     "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8"),
     "unconverged_coupling": Given(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -97,12 +98,68 @@ def test_tissue_of_one_layer_has_no_doubt_of_thickness() -> None:
     assert layers_below(mesh, "z_max") == {}
 
 
-@pytest.mark.parametrize("larynx", ["coarse", "demo"])
-def test_curved_cells_of_a_thicker_layer_are_not_folded(larynx: str) -> None:
-    mesh = plica.build_mesh(plica.Larynx(larynx=larynx, order=2))
+def thickness(mesh: _engine.TetMesh, layer: str) -> float:
+    """Mean of a layer, m: its volume over the area of its lower side is that of thin layers alone."""
+    lower = layers_below(mesh, "airway")[layer]
+    above = list(layers_below(mesh, "airway"))
+    upper = above.index(layer)
+    points = np.asarray(mesh.points)
+    start = (
+        np.unique(mesh.surfaces["airway"]) if upper == 0 else layers_below(mesh, "airway")[above[upper - 1]]
+    )
+    gaps = np.linalg.norm(points[lower][:, None] - points[start][None], axis=2).min(axis=1)
+    return float(gaps.mean())
+
+
+@pytest.mark.parametrize("factor", [0.8, 0.9, 1.1, 1.2])
+@pytest.mark.parametrize(
+    ("larynx", "order"),
+    [
+        ("coarse", 1),
+        ("coarse", 2),
+        ("thesis_coarse", 2),
+        pytest.param("demo", 1, marks=pytest.mark.slow),
+        pytest.param("demo", 2, marks=pytest.mark.slow),
+    ],
+)
+def test_a_larynx_s_layers_may_be_a_fifth_thicker_or_thinner(larynx: str, order: int, factor: float) -> None:
+    mesh = plica.build_mesh(plica.Larynx(larynx=larynx, order=order))
     layers = layers_below(mesh, "airway")
-    assert set(layers) == {"cover", "ligament"}
+    assert list(layers) == ["cover", "ligament"]
     for layer in layers:
-        thick = thicker(mesh, "airway", layer)
-        assert not np.array_equal(thick.points, mesh.points)
+        thick = thicker(mesh, "airway", layer, factor)
+        _engine.check_mesh(thick)
         assert _engine.least_jacobian_ratios(np.asarray(thick.points), np.asarray(thick.cells)).min() > 0
+        airway = np.unique(mesh.surfaces["airway"])
+        assert np.array_equal(np.asarray(thick.points)[airway], np.asarray(mesh.points)[airway])
+        # To the nearest nodes above, which lie aslant.
+        assert thickness(thick, layer) / thickness(mesh, layer) == pytest.approx(factor, abs=0.05)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("factor", [0.01, 0.6, 1.4, 2.5])
+def test_a_layer_that_has_no_room_is_refused_with_factor_and_cell(order: int, factor: float) -> None:
+    """Whatever comes back, the engine takes; the largest factors never do."""
+    mesh = plica.build_mesh(plica.Larynx(larynx="coarse", order=order))
+    for layer in layers_below(mesh, "airway"):
+        refusal = ""
+        try:
+            _engine.check_mesh(thicker(mesh, "airway", layer, factor))
+        except plica.InvalidInput as error:
+            refusal = str(error)
+        if refusal or factor >= 2.5:
+            assert f'thicker: factor = {factor:g} of the layer "{layer}"' in refusal
+            assert re.search(r"cell \d+", refusal)
+
+
+def test_a_layer_without_room_is_a_warning_of_the_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The estimate is there by then: that one of its doubts cannot be computed must not lose it."""
+
+    def no_room(*_: Any) -> Any:
+        raise plica.InvalidInput("thicker: factor = 1.1; must be nearer 1: cell 7.")
+
+    monkeypatch.setattr("plica.identify.thickness.thicker", no_room)
+    none: Any = None
+    found = thickness_warnings(none, none, layered_mesh(), "z_max", none)
+    assert len(found) == 2
+    assert 'layer "cover" is not known: thicker: factor = 1.1' in found[0]

@@ -9,7 +9,7 @@ import pytest
 
 import plica
 from analytic_run import Phonation
-from plica.phonation.measures.contour import medial_surface
+from plica.measures.contour import medial_surface
 from plica.phonation.measures.folds import rest_width
 from plica.phonation.measures.measure import measure
 from plica.phonation.scene.mesh_parts import Larynx

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import plica
-from plica.phonation.measures.contour import medial_surface, rest_contour
+from plica.measures.contour import medial_surface, rest_contour
 from plica.phonation.run.build import fixed_components
-from plica.phonation.run.initial import initial_fields
-from plica.phonation.run.opening import Glottis, opening_pattern
+from plica.phonation.scene.initial import initial_fields
+from plica.phonation.scene.opening import Glottis, opening_pattern
 
 MM = 1e3  # the files' unit
 

@@ -11,7 +11,7 @@ import pytest
 
 import plica
 from plica.phonation.run.build import fixed_components
-from plica.phonation.run.initial import initial_fields
+from plica.phonation.scene.initial import initial_fields
 
 _SIZE = np.array([4.0, 3.0, 2.0])  # mm
 

@@ -14,8 +14,8 @@ import pytest
 import plica
 from plica import _engine
 from plica.phonation.run.build import fixed_components, materials_of, probe_nodes
-from plica.phonation.run.initial import initial_fields
-from plica.phonation.run.opening import Glottis, opening_pattern
+from plica.phonation.scene.initial import initial_fields
+from plica.phonation.scene.opening import Glottis, opening_pattern
 from plica.units import read_quantity
 
 

@@ -47,8 +47,9 @@ class Simulation {
 
   const Scene& scene() const { return scene_; }
   const Options& options() const { return motion_.options(); }
-  /// Matrices and state() are of these unknowns: those of all nodes, or of the part of a symmetric scene that is
-  /// solved for, S^T M S and so on (MirrorImages), so that energies are those of the whole.
+  /// Matrices and state() are of the unknowns that are solved for: (3 n) of all nodes, or (3 p) of the part of a
+  /// symmetric scene, S^T M S and so on, so that energies are those of the whole. images() has the part's nodes,
+  /// and gives the matrix of all nodes: images()->unfolded(stiffness().to_sparse()).
   const NodalMatrix& mass() const { return motion_.mass(); }
   const BlockMatrix& stiffness() const { return motion_.stiffness(); }
   /// Absent where no material is viscous.

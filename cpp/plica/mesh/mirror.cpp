@@ -162,6 +162,37 @@ Indices MirrorImages::nodes_of(const Indices& nodes) const {
   return Eigen::Map<Indices>(own.data(), static_cast<std::ptrdiff_t>(own.size()));
 }
 
+std::int32_t MirrorImages::image(int copy, std::int32_t part_node) const {
+  require_index("MirrorImages", "copy", copy, copies());
+  require_index("MirrorImages", "part_node", part_node, nodes_.size());
+  std::int32_t node = nodes_[part_node];
+  for (std::size_t plane = 0; plane < planes(); ++plane)
+    if ((copy >> plane & 1) != 0) node = partner_[plane][node];
+  return node;
+}
+
+SparseMatrix MirrorImages::unfolded(const SparseMatrix& folded) const {
+  require_size("MirrorImages", "rows of the matrix", folded.rows(), 3 * nodes_.size());
+  require_size("MirrorImages", "columns of the matrix", folded.cols(), 3 * nodes_.size());
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(static_cast<std::size_t>(folded.nonZeros() * copies()));
+  for (int copy = 0; copy < copies(); ++copy) {
+    const auto row = [&](Eigen::Index own) {
+      return 3 * image(copy, static_cast<std::int32_t>(own / 3)) + static_cast<std::int32_t>(own % 3);
+    };
+    const auto turned = [&](Eigen::Index own) { return (copy >> own % 3 & 1) != 0; };
+    for (Eigen::Index outer = 0; outer < folded.outerSize(); ++outer)
+      for (SparseMatrix::InnerIterator entry(folded, outer); entry; ++entry) {
+        const double share = entry.value() / copies();
+        entries.emplace_back(row(entry.row()), row(entry.col()),
+                             turned(entry.row()) == turned(entry.col()) ? share : -share);
+      }
+  }
+  SparseMatrix whole(3 * node_of_.size(), 3 * node_of_.size());
+  whole.setFromTriplets(entries.begin(), entries.end());
+  return whole;
+}
+
 Vector MirrorImages::spread(const Vector& q) const {
   require_size("MirrorImages", "q", q.size(), 3 * nodes_.size());
   Vector u(3 * node_of_.size());

@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 
+#include "plica/core/block_matrix.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
@@ -34,6 +35,9 @@ class MirrorImages {
   Indices nodes_of(const Indices& nodes) const;  // ascending, each once
   /// Node that this one is mirrored to, itself where it lies in the plane.
   std::int32_t partner(std::size_t plane, std::int32_t node) const { return partner_[plane][node]; }
+  /// Node that one of the part (by its number there) is mirrored to in copy 0 ... copies() - 1 of the part: bit k
+  /// of the copy stands for plane k, which turns the sign of component k. Copy 0 is the part itself.
+  std::int32_t image(int copy, std::int32_t part_node) const;
   /// Whether it was mirrored in a plane to come from the part.
   bool mirrored(std::size_t plane, std::int32_t node) const { return (turned_[node] >> plane & 1) != 0; }
 
@@ -47,6 +51,9 @@ class MirrorImages {
   void add_folded(const Vector& f, const Indices& nodes, Vector& sum) const;
   /// The symmetric forces on all nodes whose sum over images is f: S (S^T S)^-1 f.
   Vector shared(const Vector& f) const;
+  /// The matrix (3 n, 3 n) of the whole that one of the part is the S^T A S of, if cells alone make it up, as
+  /// mass, viscosity and stiffness: each copy of the part adds its share. O(entries).
+  SparseMatrix unfolded(const SparseMatrix& folded) const;
   /// The part's rows of a symmetric field (3 n), its components across the planes zero there. Throws InvalidInput
   /// naming the node where it differs from its mirror image by more than 1e-6 of the field's largest entry.
   Vector part_of(const Vector& field, const std::string& name, const Points& places) const;

@@ -76,4 +76,11 @@ TEST_CASE("mirror images refuse vectors of another mesh") {
   sizes("add_folded sum", sum, [&] { images.add_folded(f, nodes, sum); });
   indices("add_folded nodes", nodes, [&] { images.add_folded(f, nodes, sum); });
   indices("nodes_of", nodes, [&] { images.nodes_of(nodes); });
+  indices("image", nodes, [&] { images.image(1, nodes[0]); });
+  CHECK_THROWS_AS(images.image(2, 0), InvalidInput);
+  CHECK_THROWS_AS(images.image(-1, 0), InvalidInput);
+  for (const std::ptrdiff_t rows : {q.size() - 1, q.size() + 3, std::ptrdiff_t{0}}) {
+    CHECK_THROWS_AS(images.unfolded(SparseMatrix(rows, q.size())), InvalidInput);
+    CHECK_THROWS_AS(images.unfolded(SparseMatrix(q.size(), rows)), InvalidInput);
+  }
 }

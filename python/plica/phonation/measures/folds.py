@@ -4,7 +4,7 @@ Half-widths are the distances of the points of the right and of the left fold fr
 computed from the folds, wherever the mesh is. Both increase as the glottis opens.
 The glottal canal, which figures show, is the range of sections around the narrowest one whose width at rest
 is at most 1.5 times the smallest.
-The medial surface is that of `plica.phonation.measures.contour`, in whole sections.
+The medial surface is that of `plica.measures.contour`, in whole sections.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from dataclasses import replace
 import numpy as np
 
 from plica.measures.catalogue import closed_share_1_percent
+from plica.measures.contour import coronal_contours
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
 from plica.measures.record import Array, Floats
 from plica.measures.sides import lags, side_measures
-from plica.phonation.measures.contour import coronal_contours
 from plica.phonation.measures.glottal import open_area
 from plica.phonation.measures.run_data import RunData
 

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from plica.measures.contour import medial_surface
 from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, whole
 from plica.measures.record import Array
 from plica.phonation.measures.contact import contact_measures
-from plica.phonation.measures.contour import medial_surface
 from plica.phonation.measures.folds import motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
 from plica.phonation.measures.glottal import flow_measures, open_area, several_summits, strict_open_quotient

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.run.full_run import stored_motion
-from plica.phonation.run.initial import initial_fields
 from plica.phonation.run.results import Run
+from plica.phonation.scene.held import fixed_components
+from plica.phonation.scene.initial import initial_fields
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
@@ -54,7 +55,13 @@ def build_simulation(
         "minimum_area"])`` only these, which is faster; if a step has no solution it raises
         `plica.StepFailed`, which carries those of the previous steps. ``set_external_force(force)`` adds a
         nodal force (n, 3) N to the loads until it is replaced; it acts at t + (1 + alpha) h of a step from
-        t to t + h (with Newmark, alpha = 0, at its end).
+        t to t + h (with Newmark, alpha = 0, at its end). ``displacement``, ``velocity`` and ``acceleration``
+        are (n, 3); ``mass``, ``stiffness`` and ``viscosity`` (None where no material is viscous) are
+        (3 n, 3 n), as (values, columns, row starts) of ``scipy.sparse.csr_array``, without supports: all are
+        of all nodes n, with a symmetry, too. ``state()`` is of what is solved for: with a symmetry of the
+        part's nodes ``images[0]`` (p), whose vectors are (3 p). ``images`` (copies, p) has the node that each
+        is mirrored to; bit k of the copy stands for the plane x_k = 0, where component k changes its sign.
+        Without symmetry it is None.
 
     Raises
     ------
@@ -253,32 +260,6 @@ def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
     except InvalidInput as error:
         raise _located(scene, error) from None
     return material
-
-
-def fixed_components(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.bool_]:
-    """Which displacement components are fixed, (n, 3)."""
-    fixed = np.zeros((len(mesh.points), 3), dtype=bool)
-    if scene.supports is None:
-        return fixed
-    sets = mesh.node_sets
-    for k, name in enumerate(scene.supports.fixed):
-        _known(scene, f"supports.fixed[{k}]", name, list(sets))
-        nodes = np.asarray(sets[name])
-        if name == "wall" and scene.supports.wall_from_y is not None:
-            nodes = nodes[np.abs(np.asarray(mesh.points)[nodes, 1]) >= scene.supports.wall_from_y]
-            if not len(nodes):
-                value = scene.supports.wall_from_y
-                raise SceneError(
-                    f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall."
-                )
-        fixed[nodes] = True
-    for name, components in scene.supports.components.items():
-        if name not in sets:
-            hint = nearest(name, sets)
-            raise SceneError(f"{scene.source}: supports.components.{name}; must be {one_of(sets)}.{hint}")
-        for component in components:
-            fixed[np.asarray(sets[name]), "xyz".index(component)] = True
-    return fixed
 
 
 def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:

@@ -1,7 +1,8 @@
 """Plausible ranges of the quantities of a larynx, for scenes with an airflow.
 
 Values outside these bounds are not refused: a caution shows the value, the range of a larynx, and the unit
-that may have been meant. A scene without airflow need not be a larynx and gets no caution.
+that may have been meant. A scene without airflow need not be a larynx, and is only asked how its bodies are
+held and where they are (`body_cautions`).
 """
 
 from __future__ import annotations
@@ -9,12 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from plica._engine import DEEPEST_LAYER
 from plica.measures.caution import Caution
+from plica.phonation.scene.body_cautions import body_cautions
+from plica.phonation.scene.held import MeshArrays
 from plica.phonation.scene.mesh_parts import Larynx, MeshFile
 
 if TYPE_CHECKING:
@@ -216,20 +219,8 @@ BOUNDS: dict[str, Bound] = {
 }
 
 
-class _Points(Protocol):
-    """A mesh, of the engine or stored."""
-
-    @property
-    def points(self) -> Any:
-        """(n, 3) m."""
-
-    @property
-    def surfaces(self) -> Mapping[str, Any]:
-        """Named boundary faces."""
-
-
-def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
-    """Cautions on quantities of a scene that no larynx has, one per kind; none without airflow.
+def scene_cautions(scene: Scene, mesh: MeshArrays) -> tuple[Caution, ...]:
+    """Cautions on a scene, one per kind: with an airflow on quantities that no larynx has; on its bodies.
 
     Parameters
     ----------
@@ -241,8 +232,9 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
     -------
     tuple of Caution
     """
+    bodies = body_cautions(scene, mesh)
     if scene.airflow is None:
-        return ()
+        return bodies
     found = []
     quantities = list(_quantities(scene))
     for name, bound in BOUNDS.items():
@@ -261,6 +253,7 @@ def scene_cautions(scene: Scene, mesh: _Points) -> tuple[Caution, ...]:
         *_posture_caution(scene),
         *_rise_caution(scene),
         *_mesh_caution(scene, scene.airflow.surface, mesh),
+        *bodies,
     )
 
 
@@ -271,7 +264,7 @@ def _gravity_caution(scene: Scene) -> Iterator[Caution]:
         yield Caution("gravity", seen, "Is the sign of z right?")
 
 
-def _layer_caution(scene: Scene, mesh: _Points) -> Iterator[Caution]:
+def _layer_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
     """A caution if a layer of a parametric larynx is thinner than in the scene."""
     given = scene.mesh.options.layer_thickness if isinstance(scene.mesh, Larynx) else None
     most = DEEPEST_LAYER * 0.5 * float(np.ptp(np.asarray(mesh.points)[:, 0]))
@@ -348,7 +341,7 @@ def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
                 yield f"initial_{name}", f"initial.{name}.{layer}", math.hypot(*vector)
 
 
-def _mesh_caution(scene: Scene, surface: str, mesh: _Points) -> Iterator[Caution]:
+def _mesh_caution(scene: Scene, surface: str, mesh: MeshArrays) -> Iterator[Caution]:
     """A caution on the length of the folds or, if that is plausible, on the size of the mesh."""
     points, faces = np.asarray(mesh.points), mesh.surfaces.get(surface)
     across = float(np.ptp(points, axis=0).max())

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from plica import _engine
 from plica.errors import InvalidInput
-from plica.phonation.measures.contour import medial_surface, rest_contour
+from plica.measures.contour import medial_surface, rest_contour
+from plica.phonation.scene.held import MeshArrays
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import larynx_fields
 
@@ -53,7 +53,7 @@ class Glottis:
         return cls(0.0, 0.0, sections, float(fields["major"]), (radius, radius), radius)
 
     @classmethod
-    def of_mesh(cls, mesh: _engine.TetMesh, surface: str) -> Glottis:
+    def of_mesh(cls, mesh: MeshArrays, surface: str) -> Glottis:
         """That of a mesh, between the two folds of a surface; raises InvalidInput where there is none."""
         if surface not in mesh.surfaces:
             raise InvalidInput(
