@@ -167,6 +167,12 @@ tissue.ligament.viscosity = 0.35
 tissue.cover.viscosity = 0.14
 time.duration = "30 ms\"""",
     ),
+    "unlike_modal_voice": Given(
+        LARYNX,
+        """loads = [{ surface = "airway", traction = [0, 0, "300 Pa"], frequency = 500 }]
+airflow.subglottal_pressure = "0.25 kPa"
+time.duration = "16 ms\"""",
+    ),
     "flow_beyond_voice": Given(
         LARYNX,
         """\

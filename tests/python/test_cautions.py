@@ -256,6 +256,19 @@ def test_a_longer_larynx_is_said_not_to_be_stretched() -> None:
     assert said_of('mesh.options.major = "7 mm"') == []
 
 
+def test_a_pattern_unlike_a_modal_voice_is_a_caution_of_the_run() -> None:
+    assert cautions(Phonation(vertical_lag=0.6).run()) == ()
+    (caution,) = cautions(Phonation(vertical_lag=-0.6).run())
+    assert caution.name == "unlike_modal_voice"
+    assert "inferior edge lags the superior one by 34" in caution.seen  # 0.6 rad
+    whole = Phonation(vertical_lag=0.6).run()
+    turn = 2 * np.pi * 200.0 * whole.time
+    dented = whole.waveforms["minimum_area"] * (1 - 0.5 * np.exp(-30 * (1 - np.cos(turn))))
+    (caution,) = cautions(replace(whole, waveforms={**whole.waveforms, "minimum_area": dented}))
+    assert caution.name == "unlike_modal_voice"
+    assert "11 of 11 pulses have several summits" in caution.seen
+
+
 def strained(left_out: float, folded: int) -> list[Caution]:
     """Cautions of a run that leaves out so much in one step, with so many cells folded in another."""
     whole = Phonation().run()

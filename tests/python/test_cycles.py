@@ -13,7 +13,7 @@ from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import frequency_measures
 from plica.measures.measure import cycle_frequency
 from plica.measures.stationary import fit, neighbours_scatter, of_amplitude, of_period, stationary_from
-from voices import Floats, scattered, voice
+from voices import Floats, folds_apart, scattered, voice
 
 time = 5e-5 * np.arange(1, 8001)
 pulses = np.maximum(np.sin(400 * np.pi * time), 0)
@@ -114,12 +114,8 @@ def test_a_ringing_that_decays_is_no_voice() -> None:
 
 
 def test_pulses_that_are_no_periods_have_no_frequency_and_both_are_named() -> None:
-    # As of folds 0.1 mm apart: now three, now four pulses in each 7.9 ms, in no order.
-    lengths, heights = [], []
-    for four in np.random.default_rng(3).integers(0, 2, 24):
-        lengths += [2.72, 1.42, 1.22, 2.54] if four else [2.63, 2.64, 2.63]
-        heights += [6.1, 4.7, 3.4, 3.8] if four else [5.7, 4.7, 4.2]
-    instants, area = voice(1e-3 * np.array(lengths), np.array(heights), samples=40)
+    lengths, heights = folds_apart()
+    instants, area = voice(lengths, heights, samples=40)
     cycles = find_cycles(instants, area)
     assert cycles.verdict == "ambiguous"
     assert not cycles.count
@@ -127,7 +123,7 @@ def test_pulses_that_are_no_periods_have_no_frequency_and_both_are_named() -> No
     for name in ("fundamental_frequency", "period"):
         assert found[name].value is None
         pulses_, period = (float(part) for part in re.findall(r"([\d.]+) Hz", found[name].note)[:2])
-        assert pulses_ == pytest.approx(1e3 * len(lengths) / sum(lengths), rel=0.03)
+        assert pulses_ == pytest.approx(1 / lengths.mean(), rel=0.03)
         assert period == pytest.approx(127, rel=0.03)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from plica.measures.cycles import Cycles
+from plica.measures.glottal import area_measures, frequency_measures, quotient_measures
 from plica.measures.interval import Replicates, of_mean, of_ratio, of_slope
 from plica.measures.measure import Measure, per_cycle
 from plica.measures.perturbation import (
@@ -18,8 +19,9 @@ from plica.measures.perturbation import (
 )
 from plica.measures.recorded import mark_shares, recorded_cycles
 from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
+from plica.measures.sides import side_measures
 from plica.report.wording import digits_of, row
-from voices import Floats, scattered, voice
+from voices import Floats, folds_apart, scattered, voice
 
 
 def local(values: Floats) -> float:
@@ -126,6 +128,56 @@ def pulses(leak: float, samples: float) -> tuple[Floats, Floats]:
     phase = (time + 0.123) % 1
     flank = np.where(phase < 0.36, phase / 0.36, np.clip((0.6 - phase) / 0.24, 0, 1))
     return time, leak + (1 - leak) * flank
+
+
+def of_everything(time: Floats, area: Floats, cycles: Cycles) -> dict[str, Measure]:
+    found = [
+        *frequency_measures(time, area, cycles),
+        *quotient_measures(time, area, cycles),
+        *recorded_quotient_measures(time, area, cycles),
+        *area_measures(time, area, cycles),
+        *gap_measures(time, area, cycles, 10.0),
+        *perturbation_measures(time, area, cycles),
+        *noise_measures(time, area, cycles),
+        *side_measures(time, 0.4 * area, 0.5 * area, cycles),
+    ]
+    return {item.name: item for item in found}
+
+
+def test_pulses_that_are_no_periods_give_no_share_of_one_and_doubt_the_rest() -> None:
+    time, area = voice(*folds_apart(), samples=40)
+    cycles = recorded_cycles(time, area)
+    assert (cycles.verdict, cycles.count > 60) == ("ambiguous", True)
+    found = of_everything(time, area, cycles)
+    without = {name for name, item in found.items() if item.value is None}
+    assert without == {
+        "fundamental_frequency",
+        "period",
+        "open_quotient",
+        "speed_quotient",
+        "closing_quotient",
+        "closed_quotient",
+        "speed_index",
+        "rate_quotient",
+        "open_quotient_20_percent",
+        "open_quotient_50_percent",
+        "jitter",
+        "period_perturbation_quotient",
+        "harmonics_to_noise",
+        "cepstral_peak_prominence",
+        "left_right_phase",
+    }
+    for item in found.values():
+        assert "pulses are no periods" in "; ".join((item.note, *item.cautions)), item.name
+
+
+@pytest.mark.parametrize(("jitter", "shimmer"), [(0.01, 0.02), (0.03, 0.05)])
+def test_voices_with_a_period_keep_every_measure(jitter: float, shimmer: float) -> None:
+    for seed in range(10):
+        time, area = voice(*scattered(60, jitter, shimmer, seed), samples=25, seed=seed)
+        cycles = recorded_cycles(time, area)
+        assert not cycles.no_period, seed
+    assert all(item.value is not None for item in of_everything(time, area, cycles).values())
 
 
 def test_quotients_of_triangles_have_their_closed_forms() -> None:

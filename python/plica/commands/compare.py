@@ -37,6 +37,7 @@ With -o, in DIR:
   comparison.pdf   with --pdf: the page on A4 (pip install 'plica[pdf]')
 
 Two runs of plica run can be compared too: simulations are deterministic, so differences have no interval.
+Of two that differ in subglottal pressure it is said if the flow falls as the pressure rises.
 
 examples:
   plica compare before after                     the table

@@ -18,7 +18,8 @@ exact.
 
 Cycles are no periods where the autocorrelation finds another frequency, by more than 2 % and more than three
 standard errors of the mean period, which no pattern explains: then there is no fundamental frequency, and
-nothing is measured per cycle ("ambiguous").
+nothing is measured per cycle ("ambiguous"). A recording keeps such pulses, but shares of a period and phases
+have no value.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class Cycles:
         "steady"; "subharmonic": pulses alternate in a repeating pattern; "irregular": stationary, but cycles
         differ; "changing": amplitude or frequency change, the last three cycles are used; "ended": silent at
         the end of the record, these are the cycles before; "none": no cycles. For a recording "regular",
-        "diplophonic", "aperiodic" or "none".
+        "diplophonic", "aperiodic", "ambiguous" or "none".
     pattern : int
         Number of pulses after which a subharmonic or diplophonic vibration repeats; else 1.
     recorded : bool
@@ -90,6 +91,8 @@ class Cycles:
     growth : float or None
         Relative change of the amplitude per cycle by which a vibration is changing or decaying (the slope of
         its logarithm over the last half of all cycles found): the cycles used are too few for it.
+    no_period : str
+        Why the pulses of a recording are no periods; empty if they are.
     """
 
     starts: Floats
@@ -99,6 +102,7 @@ class Cycles:
     recorded: bool = False
     left_out: tuple[int, ...] = ()
     growth: float | None = None
+    no_period: str = ""
 
     def used(self, values: Floats) -> Floats:
         """(c) values of each cycle, NaN for excluded cycles."""

@@ -10,7 +10,7 @@ import numpy as np
 from plica.measures.catalogue import closed_share
 from plica.measures.cycles import Cycles, differing, largest_difference, too_few
 from plica.measures.interval import of_slope
-from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, whole
+from plica.measures.measure import Measure, absent, cycle_frequency, per_cycle, per_period, whole
 from plica.measures.pulses import autocorrelation_frequency
 from plica.measures.quotients import quotients
 from plica.measures.record import Floats, time_step
@@ -43,7 +43,9 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     if not abs(other / cycles.frequency - 1.0) < largest_difference:
         differs = [f"the autocorrelation gives {other:.4g} {scale.unit('Hz')}: the cycles are not all alike"]
     own = [cycle_frequency(cycles, differs), per_cycle("period", cycles, cycles.periods)]
-    none = cycles.note if cycles.verdict == "decaying" else differing(cycles, other, scale)
+    none = (
+        cycles.note if cycles.verdict == "decaying" else cycles.no_period or differing(cycles, other, scale)
+    )
     if none:
         own = [absent(item.name, none) for item in own]
     return [
@@ -77,9 +79,9 @@ def quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> list[Measur
     found = [quotients(time, area, *ends, closed_share) for ends in pairwise(cycles.starts)]
     cautions = few_samples(time, cycles)
     return [
-        per_cycle("open_quotient", cycles, np.array([one.open for one in found]), cautions=cautions),
-        per_cycle("speed_quotient", cycles, np.array([one.speed for one in found]), cautions=cautions),
-        per_cycle("closing_quotient", cycles, np.array([one.closing for one in found]), cautions=cautions),
+        per_period("open_quotient", cycles, np.array([one.open for one in found]), cautions=cautions),
+        per_period("speed_quotient", cycles, np.array([one.speed for one in found]), cautions=cautions),
+        per_period("closing_quotient", cycles, np.array([one.closing for one in found]), cautions=cautions),
     ]
 
 

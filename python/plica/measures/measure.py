@@ -30,6 +30,7 @@ __all__ = [
     "cycle_frequency",
     "per_cycle",
     "per_cycle_angle",
+    "per_period",
     "whole",
 ]
 
@@ -201,6 +202,15 @@ def per_cycle(
     return replace(found, replicates=of_mean(finite[np.isfinite(finite)]))
 
 
+def per_period(name: str, cycles: Cycles, values: Floats, cautions: Iterable[str] = ()) -> Measure:
+    """As :func:`per_cycle`, of a share of the period: no value where the cycles are no periods."""
+    return (
+        absent(name, cycles.no_period)
+        if cycles.no_period
+        else per_cycle(name, cycles, values, cautions=cautions)
+    )
+
+
 def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[str] = ()) -> Measure:
     """Mean direction of one angle (rad) per cycle, in (-pi, pi], and the spread about it.
 
@@ -217,9 +227,9 @@ def average_angle(name: str, values: Floats, note: str = "", cautions: Iterable[
 
 
 def per_cycle_angle(name: str, cycles: Cycles, values: Floats, note: str = "") -> Measure:
-    """Mean direction over cycles with their note as a caution, or why there are no cycles."""
-    if not cycles.count:
-        return absent(name, cycles.note)
+    """Mean direction over cycles with their note as a caution, or why there are none or no periods."""
+    if not cycles.count or cycles.no_period:
+        return absent(name, cycles.no_period or cycles.note)
     values = cycles.used(values)
     found = average_angle(name, values, note, filter(None, [cycles.note]))
     if not cycles.recorded or found.value is None:

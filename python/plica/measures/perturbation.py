@@ -46,7 +46,10 @@ def perturbation_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[
         return [absent(name, cycles.note) for name in names]
     tops = heights(time, signal, cycles)
     found = []
-    for every, (local, quotient) in ((cycles.periods, names[:2]), (tops, names[2:])):
+    if cycles.no_period:
+        found = [absent(name, cycles.no_period) for name in names[:2]]
+    of_periods = [] if cycles.no_period else [(cycles.periods, names[:2])]
+    for every, (local, quotient) in (*of_periods, (tops, names[2:])):
         values = cycles.used(every)
         item = _relative(local, *local_perturbation(values), float(np.nanmean(values)), cycles)
         found.append(_with_frame_jitter_caution(item) if local == "jitter" else item)
@@ -88,8 +91,8 @@ def _with_frame_jitter_caution(jitter: Measure) -> Measure:
 def noise_measures(time: Floats, signal: Floats, cycles: Cycles) -> list[Measure]:
     """Harmonics-to-noise ratio and cepstral peak of the cycles' part of the record."""
     names = ("harmonics_to_noise", "cepstral_peak_prominence")
-    if not cycles.count:
-        return [absent(name, cycles.note) for name in names]
+    if not cycles.count or cycles.no_period:
+        return [absent(name, cycles.no_period or cycles.note) for name in names]
     cautions = (cycles.note,) if cycles.note else ()
     part, step = cycles.extent(time), time_step(time)
     ratio = harmonics_to_noise(signal[part], step)

@@ -14,17 +14,19 @@ changes between pulses.) The first and the last cycle are complete.
 
 The kind follows Titze (Workshop on Acoustic Voice Analysis, 1995) as far as cycles allow: *diplophonic* if
 pulses repeat in a pattern of two to four (:mod:`plica.measures.stationary`); *aperiodic* if no lag of the
-record has an autocorrelation of 0.5; else *regular*, however much its cycles vary, which jitter and shimmer
-measure.
+record has an autocorrelation of 0.5; *ambiguous* if the autocorrelation has another frequency than the pulses
+(:func:`plica.measures.cycles.differing`); else *regular*, however much its cycles vary, which jitter and
+shimmer measure.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
-from plica.measures.cycles import Cycles, Verdict, too_few
+from plica.measures.cycles import Cycles, Verdict, differing, too_few
 from plica.measures.instants import highest
 from plica.measures.pulses import autocorrelation_frequency, autocorrelation_peak, rises
 from plica.measures.record import Floats, time_step
@@ -69,7 +71,12 @@ def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale
     verdict, pattern, notes = _kind(time, signal, starts, scale)
     if size < _WEAK * largest:
         notes.insert(0, f"weak: the {name} varies by only {100 * size / largest:.2g} %")
-    return Cycles(starts, "; ".join(notes), verdict, pattern, recorded=True)
+    found = Cycles(starts, "", verdict, pattern, recorded=True)
+    other = autocorrelation_frequency(signal[found.extent(time)], time_step(time))
+    said = differing(found, other, scale)
+    if said and verdict == "regular":
+        found = replace(found, verdict="ambiguous")
+    return replace(found, note="; ".join(filter(None, (said, *notes))), no_period=said)
 
 
 def _none(reason: str) -> Cycles:

@@ -9,7 +9,7 @@ import numpy as np
 from plica.measures.catalogue import closed_share, open_levels
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import few_samples
-from plica.measures.measure import Measure, per_cycle, whole
+from plica.measures.measure import Measure, per_cycle, per_period, whole
 from plica.measures.quotients import open_quotient, quotients
 from plica.measures.record import Floats
 
@@ -38,7 +38,7 @@ def recorded_quotient_measures(time: Floats, area: Floats, cycles: Cycles) -> li
             [_open_above(time, area, *ends, level) for ends in pairwise(cycles.starts)]
         )
     cautions = few_samples(time, cycles)
-    return [per_cycle(name, cycles, of_cycle, cautions=cautions) for name, of_cycle in values.items()]
+    return [per_period(name, cycles, of_cycle, cautions=cautions) for name, of_cycle in values.items()]
 
 
 def gap_measures(time: Floats, area: Floats, cycles: Cycles, length: float | None) -> list[Measure]:

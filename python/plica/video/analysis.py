@@ -278,7 +278,7 @@ class Analysis:
         if "waves/known" not in self:
             return []
         cycles = self.cycles_in_frames
-        if self.fundamental is None:
+        if self.fundamental is None or cycles.no_period:
             return unknown_waves(why_unknown(cycles))
         period, rate = float(np.median(cycles.periods)), self.settings.fps or 1.0
         seen = self.fundamental, self.midline, self["sides/folds"] > 0

@@ -45,6 +45,11 @@ def light_of(found: Analysis) -> Light:
     if not found.cycles.count:
         light = "bad"
         said += f"No cycles were found, so that nothing of the voice is measured: {found.cycles.note}. "
+    if found.cycles.no_period:
+        light = "bad" if light == "bad" else "fair"
+        said += (
+            f"{found.cycles.no_period[0].upper()}{found.cycles.no_period[1:]}; no share of it is measured. "
+        )
     if not found.complete:
         return Light(light, said + "The motion of the tissue was not looked at (plica video does it).")
     changes = sum(map(lit, found.flags))

@@ -101,8 +101,8 @@ def fundamental(
 
 def why_unknown(cycles: Cycles) -> str:
     """The reason for which :func:`fundamental` finds none; the cycles in frames."""
-    if not cycles.count:
-        return cycles.note
+    if not cycles.count or cycles.no_period:
+        return cycles.no_period or cycles.note
     harmonics = _harmonics(cycles, 1.0)
     if harmonics < 1:
         return f"a cycle has only {np.median(cycles.periods):.3g} frames; it must have more than two"

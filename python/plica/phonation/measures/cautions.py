@@ -1,8 +1,8 @@
 """All cautions of a run: what to check before trusting its numbers.
 
 Cautions of the scene, which are known before it runs, come first (their bounds are in
-phonation/scene/plausibility.py). Those of the run are the functions in `CHECKS`: each largest_energy_gain
-one check and has the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of them.
+phonation/scene/plausibility.py). Those of the run are the functions in `CHECKS`: each
+makes one check and has the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of them.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.measures.caution import Caution
 from plica.measures.record import Array, Floats
+from plica.phonation.measures.folds import inferior_lag, medial_surface, motion_measures, rest_width
+from plica.phonation.measures.glottal import open_area, several_summits
 from plica.phonation.measures.measure import fold_length, steady_cycles
 from plica.phonation.measures.run_data import RunData, reached
 
@@ -90,6 +92,29 @@ def unsteady_voice(run: RunData) -> Caution | None:
         "unsteady_voice",
         f"{cycles.count} cycles were measured, {low:.3g} to {high:.3g} ms long; {cycles.note}.",
         "Run longer (time.duration), or use the numbers only for these cycles.",
+    )
+
+
+def unlike_modal_voice(run: RunData) -> Caution | None:
+    """Half of the pulses or more have several summits, or the inferior edge of the medial surface lags the
+    superior one: a modal voice does neither.
+    """
+    time, waveforms = reached(run)
+    cycles = steady_cycles(run)
+    if "minimum_area" not in waveforms or not cycles.count:
+        return None
+    height = np.asarray(run.section_height, dtype=float)
+    motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
+    (phase,) = (item for item in motion if item.name == "vertical_phase_difference")
+    found = [*several_summits(open_area(waveforms), time, cycles), *inferior_lag(phase)]
+    if not found:
+        return None
+    seen = "; ".join(found)
+    return Caution(
+        "unlike_modal_voice",
+        f"{seen[0].upper()}{seen[1:]}.",
+        "Look at the glottal area and the coronal sections. Do not compare its measures with those of a "
+        "modal voice; a lower subglottal pressure may give one.",
     )
 
 
@@ -398,6 +423,7 @@ def _largest_energy(waveforms: Mapping[str, Array]) -> float:
 CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
     nothing_moved,
     unsteady_voice,
+    unlike_modal_voice,
     flow_beyond_voice,
     motion_beyond_voice,
     large_strain,

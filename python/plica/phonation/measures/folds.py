@@ -115,16 +115,26 @@ def _medial_measures(
     bottom, top = (1e3 * float(height[k]) for k in (medial.start, medial.stop - 1))
     edges = f"edges at z = {bottom:.3g} and {top:.3g} mm"
     phase = per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges)
-    if phase.value is not None and phase.value < -(phase.spread or 0.0):  # beyond the scatter of its cycles
-        lag = (
-            f"the inferior edge lags the superior one by {np.degrees(-phase.value):.3g} degrees: in a modal "
-            "voice it leads, so that this is another pattern of vibration"
-        )
-        phase = replace(phase, cautions=(*phase.cautions, lag))
     return [
-        phase,
+        replace(phase, cautions=(*phase.cautions, *inferior_lag(phase))),
         per_cycle("converging_while_opening", cycles, np.array(opening), edges),
         per_cycle("diverging_while_closing", cycles, np.array(closing), edges),
+    ]
+
+
+def inferior_lag(phase: Measure) -> list[str]:
+    """A caution if the inferior edge of the medial surface lags, by more than the scatter of the cycles.
+
+    Parameters
+    ----------
+    phase : Measure
+        vertical_phase_difference.
+    """
+    if phase.value is None or not phase.value < -(phase.spread or 0.0):
+        return []
+    return [
+        f"the inferior edge lags the superior one by {np.degrees(-phase.value):.3g} degrees: in a modal "
+        "voice it leads, so that this is another pattern of vibration"
     ]
 
 

@@ -11,12 +11,14 @@ from pathlib import Path
 
 from plica.errors import InvalidInput
 from plica.measures.comparison import Change, changes
+from plica.measures.measure import Measure, Measures
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.page import sections
 from plica.phonation.report.reading import read
 from plica.report.comparison import Sheet
 from plica.report.drawing import Drawing
+from plica.report.wording import row
 
 __all__ = ["RunComparison", "compare_runs"]
 
@@ -41,7 +43,7 @@ class RunComparison:
         found = ["Both are the same run, so every difference is 0."] if before == after else []
         for side, run in zip(("BEFORE", "AFTER"), self.runs, strict=True):
             found += [f"{side}: {caution}" for caution in cautions(run)]
-        return found
+        return [*found, *flow_against_pressure(*(run.measures for run in self.runs))]
 
     def sheet(self) -> Sheet:
         """The page: each figure that both reports have, one after the other."""
@@ -76,6 +78,43 @@ def compare_runs(runs: Sequence[MeasuredRun], directories: Sequence[Path]) -> Ru
                 f"finished. Continue it: plica run SCENE -o {directory} --resume."
             )
     return RunComparison((runs[0], runs[1]), (directories[0], directories[1]))
+
+
+def flow_against_pressure(before: Measures, after: Measures) -> list[str]:
+    """A remark if the flow falls while the subglottal pressure rises, by more than the scatter of cycles.
+
+    Parameters
+    ----------
+    before, after : Measures
+        Of two runs.
+    """
+    pressure = "subglottal_pressure"
+    if not all(pressure in one and one[pressure].value for one in (before, after)):
+        return []
+    less, more = sorted((before, after), key=lambda one: one[pressure].value or 0.0)
+    falls = [name for name in ("peak_flow", "mean_flow") if _falls(less[name], more[name])]
+    if not falls or less[pressure].value == more[pressure].value:
+        return []
+    said = " and ".join(
+        f"the {less[name].quantity.label.lower()} falls from {_shown(less[name])} to {_shown(more[name])}"
+        for name in falls
+    )
+    return [
+        f"{said[0].upper()}{said[1:]} while the subglottal pressure rises from {_shown(less[pressure])} to "
+        f"{_shown(more[pressure])}. A voice that keeps its pattern has more flow at more pressure: look at "
+        "the glottal area and the coronal sections of both."
+    ]
+
+
+def _falls(less: Measure, more: Measure) -> bool:
+    if less.value is None or more.value is None:
+        return False
+    return more.value < less.value - max(less.spread or 0.0, more.spread or 0.0)
+
+
+def _shown(item: Measure) -> str:
+    shown = row(item)
+    return f"{shown.value} {shown.unit}"
 
 
 def _drawings(run: MeasuredRun) -> list[Drawing]:
