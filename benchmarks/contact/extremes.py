@@ -162,7 +162,7 @@ def judge(scene: Scene, contact: str) -> tuple[str, str]:
             return "WRONG", f"a tensile force of {float(now['largest_multiplier']):.1e} N"
         energy = float(now["kinetic_energy"] + now["elastic_energy"])
         largest = max(largest, energy, abs(float(now["load_work"])))
-        opened = max(opened, abs(float(now["ledger_error"])) / largest)
+        opened = max(opened, abs(float(now["energy_balance_error"])) / largest)
         # Beyond energy at the start and work, less what the time scheme itself may have made.
         losses = float(now["viscous_loss"]) + min(float(now["numerical_loss"]), 0.0)
         gained = energy + losses - float(now["load_work"]) - start

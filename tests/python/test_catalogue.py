@@ -170,7 +170,7 @@ def test_the_file_has_definition_note_and_cautions(tmp_path: Path) -> None:
     path = write_measures(found, tmp_path / "measures.json")
     entries = json.loads(path.read_text())
     assert "5 % of the cycle's largest" in entries["open_quotient"]["definition"]
-    assert entries["amplitude_left"]["note"].startswith("section ")
+    assert entries["amplitude_left"]["note"].startswith("at z = ")
     assert any("not settled" in text for text in entries["fundamental_frequency"]["cautions"])
 
 
@@ -238,7 +238,7 @@ def test_a_reason_given_as_a_caution_is_not_reported_again_in_the_short_table() 
 
 
 def test_a_measure_that_has_a_value_keeps_its_note_whatever_others_lack() -> None:
-    same = "section 12"
+    same = "at z = 1.2 mm"
     found = Measures(
         [Measure("amplitude_left", None, note=same), Measure("amplitude_right", 1e-3, note=same)]
     )
@@ -254,8 +254,8 @@ def test_why_measures_have_no_value_is_reported_at_the_first_and_named_by_the_ot
             Measure("fundamental_frequency", None, note=short),
             Measure("period", None, note=short),
             Measure("open_quotient", None, note=closed),
-            Measure("amplitude_left", 1e-3, note="section 12"),
-            Measure("amplitude_right", 1e-3, note="section 12"),
+            Measure("amplitude_left", 1e-3, note="at z = 1.2 mm"),
+            Measure("amplitude_right", 1e-3, note="at z = 1.2 mm"),
             Measure("speed_quotient", None, note=short),
         ]
     )
@@ -273,8 +273,8 @@ def test_why_measures_have_no_value_is_reported_at_the_first_and_named_by_the_ot
         "open_quotient": closed,
         "speed_quotient": "see Fundamental frequency",
     }
-    assert shown["amplitude_left"].startswith("section 12; ")
-    assert shown["amplitude_right"].startswith("section 12; ")
+    assert shown["amplitude_left"].startswith("at z = 1.2 mm; ")
+    assert shown["amplitude_right"].startswith("at z = 1.2 mm; ")
 
 
 def test_the_terminal_shows_the_units_of_the_field() -> None:
@@ -297,8 +297,8 @@ def test_no_measure_has_the_name_of_a_waveform_of_another_quantity() -> None:
     # At the end, or over the whole run, of the waveform itself.
     same = {"kinetic_energy", "elastic_energy", "load_work", "viscous_loss", "numerical_loss", "contact_work"}
     same |= {"flow_work", "air_supplied_energy", "air_viscous_energy", "subglottal_pressure"}
-    assert shared == same | {"friction_loss", "ledger_error", "deepest_gap", "largest_multiplier"}
-    for name in shared - {"ledger_error"}:  # relative, of the run
+    assert shared == same | {"friction_loss", "energy_balance_error", "deepest_gap", "largest_multiplier"}
+    for name in shared - {"energy_balance_error"}:  # relative, of the run
         assert STORED[name].unit == CATALOGUE[name].unit
 
 
@@ -316,6 +316,4 @@ def test_no_unit_or_label_of_a_measure_stands_beside_the_catalogue() -> None:
 
 
 def test_a_quantity_that_no_cycle_defines_says_so_beside_its_note() -> None:
-    assert average("speed_quotient", np.full(3, np.nan), "section 4").note == (
-        "section 4; undefined in every cycle"
-    )
+    assert average("speed_quotient", np.full(3, np.nan), "edges").note == ("edges; undefined in every cycle")

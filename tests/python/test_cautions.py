@@ -256,6 +256,22 @@ def test_a_longer_larynx_is_said_not_to_be_stretched() -> None:
     assert said_of('mesh.options.major = "7 mm"') == []
 
 
+def test_a_thinner_fold_is_said_not_to_be_stretched() -> None:
+    larynx = _engine.larynx_preset("thesis_coarse")
+    first, last = larynx["layers_from_section"], larynx["layers_to_section"]
+    z, half = (np.array([row[k] for row in larynx["sections"]]) for k in (0, 1))
+    height = z[last] - z[first]
+    # Those above the layers' lower end go down by a fifth of the folds' height, those between by their share.
+    lowered = z - 0.2 * np.clip(z - z[first], 0, height)
+    sections = [[float(a), float(b)] for a, b in zip(lowered, half, strict=True)]
+    (caution,) = said_of(f"mesh.options.sections = {sections}")
+    assert caution.name == "fold_length"
+    assert f"{0.8e3 * height:.4g} mm, -20 % of the preset's" in caution.seen
+    assert "mesh.options.sections" in caution.seen
+    wider = [[float(a), float(b + 1e-4)] for a, b in zip(z, half, strict=True)]
+    assert said_of(f"mesh.options.sections = {wider}") == []  # a posture that stretches nothing
+
+
 def test_a_pattern_unlike_a_modal_voice_is_a_caution_of_the_run() -> None:
     assert cautions(Phonation(vertical_lag=0.6).run()) == ()
     (caution,) = cautions(Phonation(vertical_lag=-0.6).run())

@@ -173,7 +173,7 @@ def test_energy_is_lent_and_given_back_and_the_ledger_closes() -> None:
     waves = simulation.advance(200)
     assert kept() == pytest.approx(before, rel=1e-11)
     assert np.abs(waves["numerical_loss"]).max() > 1e-3 * before
-    assert np.abs(waves["ledger_error"]).max() < 1e-12 * before
+    assert np.abs(waves["energy_balance_error"]).max() < 1e-12 * before
 
 
 def bars(stiffness: float, courant: float) -> tuple[Any, dict[str, Any]]:
@@ -190,7 +190,7 @@ def bars(stiffness: float, courant: float) -> tuple[Any, dict[str, Any]]:
     found = simulation.advance(round(problem.duration / problem.bar.step / courant))
     initial = simulation.state()["initial"]
     found["energy"] = (found["kinetic_energy"] + found["elastic_energy"]) / initial
-    found["ledger_error"] /= initial
+    found["energy_balance_error"] /= initial
     return problem, found
 
 
@@ -206,7 +206,7 @@ def test_equal_bars_exchange_velocities_in_penalty_contact() -> None:
     assert pressure.sum() * step == pytest.approx(problem.exact.end * exact, rel=0.01)
     assert found["energy"].min() < 0.99  # lent to the penalty
     assert found["energy"][-1] == pytest.approx(1, rel=1e-3)
-    assert np.abs(found["ledger_error"]).max() < 1e-12
+    assert np.abs(found["energy_balance_error"]).max() < 1e-12
 
 
 def test_energy_that_a_stiff_penalty_makes_falls_with_the_step() -> None:

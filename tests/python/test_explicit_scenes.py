@@ -84,7 +84,7 @@ def test_threads_and_restarts_change_no_bit(voiced: plica.Scene) -> None:
     assert differing(expected, rest) == 0
     assert differing(whole.state(), second.state()) == 0
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
-    assert np.abs(waves["ledger_error"]).max() < 1e-10 * energy.max()
+    assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * energy.max()
 
 
 def test_a_run_is_stored_resumed_and_reported_like_any_other(bar: plica.Scene, tmp_path: Any) -> None:

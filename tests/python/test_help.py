@@ -87,9 +87,10 @@ def test_a_measure_and_a_waveform_can_be_asked_for(capsys: pytest.CaptureFixture
     assert main(["keys", "open_quotient"]) == 0
     message = " ".join(capsys.readouterr().out.split())
     assert message.startswith(
-        "measures open_quotient (1, of runs and recordings) Open quotient: share of the cycle"
+        "measures open_quotient (1, of runs and recordings) Open quotient, area above 5 % of its "
+        "largest: share of the cycle"
     )
-    assert "above 5 % of the cycle's largest" in message
+    assert "at most 5 % of the cycle's largest" in message
     assert main(["keys", "largest_contact_pressure"]) == 0
     assert "(Pa, of runs)" in capsys.readouterr().out
     assert main(["keys", "measures"]) == 0

@@ -10,7 +10,7 @@ import pytest
 import plica
 from analytic_run import Phonation
 from plica.measures.contour import medial_surface
-from plica.phonation.measures.folds import rest_width
+from plica.phonation.measures.folds import place, rest_width
 from plica.phonation.measures.measure import measure
 from plica.phonation.scene.mesh_parts import Larynx
 
@@ -51,7 +51,8 @@ def test_a_travelling_wave_has_its_lag_between_the_edges_and_is_said_to_run_down
     run = Phonation(vertical_lag=lag, gap=0.6e-3, impulse=0.0, amplitude_left=2e-4, amplitude_right=2e-4)
     found = measure(run.run())["vertical_phase_difference"]
     assert found.value == pytest.approx(lag, abs=1e-3)
-    assert "z = -3 and -0.5 mm" in found.note
+    assert all(f"{side} edge at" in found.note for side in ("inferior", "superior"))
+    assert all(height in found.note for height in ("-3 mm", "-0.5 mm"))
     assert any("inferior edge lags" in text for text in found.cautions) == (lag < 0)
 
 
@@ -65,3 +66,15 @@ def test_pulses_of_two_summits_are_said(dip: float, said: bool) -> None:
     run.waveforms["minimum_area"][:] = 1e-5 * np.maximum(pulse, 0.0)
     cautions = measure(run)["open_quotient"].cautions
     assert any("several summits" in text for text in cautions) == said
+
+
+def test_a_height_is_told_in_mm_and_by_the_edges_of_the_medial_surface() -> None:
+    height = 1e-3 * np.array([-6.0, -3.0, -1.0, -0.5, 0.25])
+    medial = slice(1, 4)  # -3 to -0.5 mm
+    assert place(2, medial, height) == "at z = -1 mm, on the medial surface"
+    assert place(4, medial, height) == "at z = 0.25 mm, 0.75 mm above the superior edge of the medial surface"
+    assert place(0, medial, height) == "at z = -6 mm, 3 mm below the inferior edge of the medial surface"
+    found = measure(Phonation(impulse=0.0).run())
+    for name in ("amplitude_left", "amplitude_right"):
+        assert "z = " in found[name].note
+        assert "section" not in found[name].note

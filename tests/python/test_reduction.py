@@ -72,7 +72,7 @@ def test_more_vectors_come_nearer_to_the_full_motion(phonating: plica.Scene) -> 
         waves = build_simulation(reduced(phonating, modes, vectors), mesh).advance(40)
         errors.append(np.abs(waves["minimum_area"] - wave["minimum_area"]).max() / wave["minimum_area"].max())
         energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()
-        assert np.abs(waves["ledger_error"]).max() < 1e-10 * energy
+        assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * energy
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 0.02
 

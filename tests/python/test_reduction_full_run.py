@@ -45,7 +45,7 @@ def test_all_components_of_a_full_run_give_its_motion_again(full_run: plica.Run)
     for components in (3, 35):
         waves = build_simulation(taken_from(full_run, components), mesh).advance(40)
         errors.append(np.abs(waves["minimum_area"] - full).max() / full.max())
-        assert np.abs(waves["ledger_error"]).max() < 1e-10 * waves["elastic_energy"].max()
+        assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * waves["elastic_energy"].max()
     assert errors[1] < min(0.005, 0.2 * errors[0])
 
 

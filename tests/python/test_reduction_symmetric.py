@@ -68,7 +68,7 @@ def test_a_symmetric_voice_is_that_of_the_whole_in_the_same_basis(full_run: plic
     u, v = np.asarray(whole.displacement), np.asarray(part.displacement)
     assert np.abs(u - v).max() < 1e-7 * np.abs(u).max()
     energy = (found["kinetic_energy"] + found["elastic_energy"]).max()
-    assert np.abs(found["ledger_error"]).max() < 1e-10 * energy
+    assert np.abs(found["energy_balance_error"]).max() < 1e-10 * energy
 
 
 @pytest.mark.parametrize("symmetry", ["half", "quarter"])

@@ -8,14 +8,23 @@ import pytest
 from matplotlib.figure import Figure
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
+from plica.commands.table import measures_table
 from plica.measures.measure import Measure
 from plica.measures.scale import Scale
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.measure import measure
 from plica.phonation.report import write_report
-from plica.phonation.report.cycle_figure import medial_edge, nearest_frames, phase_instants, phases
+from plica.phonation.report.cycle_figure import (
+    Outline,
+    medial_edge,
+    nearest_frames,
+    phase_instants,
+    phases,
+    superior_cycle,
+)
 from plica.phonation.report.page import banner, remark, sections
 from plica.phonation.report.reading import read
+from plica.phonation.report.waveform_figures import closed_times, shade
 from plica.report.drawing import draw
 from plica.report.progress import figures_shown
 from plica.report.wording import number, row, tables
@@ -135,14 +144,83 @@ def test_the_page_holds_every_measure_the_scene_and_the_versions(page: str) -> N
     assert all(f"<h3>{title}</h3>" in page for title in airflow_figures)
 
 
+def shaded(run: AnalyticRun) -> list[tuple[float, float]]:
+    """Beginning and end (ms) of what the figure of the glottal area shades."""
+    axes = Figure().subplots()
+    shade(axes, closed_times(read(run), 5))
+    return [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+
+
+def test_what_is_shaded_is_closed_and_the_rest_is_the_open_quotient() -> None:
+    # Area max(gap + amplitude cos, 0), closed where it is at most 5 % of gap + amplitude: about half a turn.
+    run = dataclasses.replace(base, amplitude_right=0.5e-3, vertical_lag=0.0).run()
+    level = 0.05 * (base.gap + 0.5e-3) - base.gap
+    half = np.arccos(-level / 0.5e-3) / (2 * np.pi) * 1e3 / 213.7
+    found = shaded(run)
+    ends = 1e3 * read(run).cycles.starts[-6:]
+    inner = [(a, b) for a, b in found if a > ends[0] + 0.1 and b < ends[-1] - 0.1]
+    assert len(inner) >= 4
+    for begin, end in inner:
+        middle = 0.5 * (begin + end) * 213.7e-3 % 1.0
+        assert middle == pytest.approx(0.5, abs=0.01)
+        assert end - begin == pytest.approx(2 * half, abs=0.05)  # a step
+    open_quotient = measure(run)["open_quotient"].value
+    assert open_quotient is not None
+    assert sum(b - a for a, b in found) / (ends[-1] - ends[0]) == pytest.approx(1 - open_quotient, abs=2e-3)
+
+
+def test_a_flow_that_contact_stops_is_shaded_whatever_the_area() -> None:
+    run = dataclasses.replace(base, gap=1e-3, amplitude_right=0.5e-3, vertical_lag=0.0).run()  # never closes
+    assert shaded(run) == []
+    stopped = (run.time * 213.7) % 1.0 > 0.8
+    waveforms = {**run.waveforms, "flow_stopped": stopped.astype(int)}
+    found = shaded(dataclasses.replace(run, waveforms=waveforms))
+    assert len(found) >= 5
+    assert all((0.5 * (a + b) * 213.7e-3) % 1.0 == pytest.approx(0.9, abs=0.02) for a, b in found[1:-1])
+
+
+def test_inverted_cells_are_of_how_many() -> None:
+    found = measure(doubtful(base.run(), 0, 3))["inverted_tissue_max"]
+    assert (found.value, found.note) == (3, "of 1 cells")  # the analytic mesh has one
+    assert "of 1 cells" in measures_table({found.name: found})
+
+
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_views_from_above_have_front_at_the_top_and_right_at_the_right(turned: float) -> None:
+    # Right, front and up are right-handed: who looks to the front, upright, has the right at his right.
+    run = base.run()
+    fields = {**run.fields, "displacement": turned * np.asarray(run.fields["displacement"])}
+    fields["displacement"][..., 2] *= turned
+    points = np.array(run.mesh.points) * (turned, turned, 1.0)
+    mesh = dataclasses.replace(run.mesh, points=points)
+    waveforms = dict(run.waveforms)
+    for side in ("left", "right"):
+        waveforms[f"coronal_{side}"] = np.asarray(run.waveforms[f"coronal_{side}"]) * (turned, turned, 1.0)
+    reading = read(dataclasses.replace(run, mesh=mesh, fields=fields, waveforms=waveforms))
+    outline = Outline.of(reading, 3)
+    middle = outline.y.size // 2
+    assert outline.left[middle] < outline.right[middle]
+    plain = Outline.of(read(run), 3)
+    assert outline.right == pytest.approx(plain.right, abs=1e-9, nan_ok=True)
+    picture = superior_cycle(reading)
+    assert picture is not None
+    names = re.findall(r">(L|R|front|back)<", picture.svg)
+    assert [names.count(name) for name in ("L", "R", "front", "back")] == [phases] * 4
+
+
+def test_without_cycles_nothing_is_shaded() -> None:
+    still = dataclasses.replace(base, amplitude_left=0.0, amplitude_right=0.0, gap=0.0, impulse=0.0).run()
+    assert shaded(still) == []
+
+
 def titles(run: AnalyticRun) -> set[str]:
     return {drawing.title for _, drawings in sections(read(run)) for drawing in drawings}
 
 
 @pytest.mark.slow
 def test_absent_parts_have_no_section(tmp_path: Path) -> None:
-    assert titles(free_vibration(steps=600)) == {"Probes", "Spectrum", "Energy ledger"}
-    assert titles(dataclasses.replace(base, impulse=0.0).run()) == airflow_figures | {"Energy ledger"}
+    assert titles(free_vibration(steps=600)) == {"Probes", "Spectrum", "Energy balance"}
+    assert titles(dataclasses.replace(base, impulse=0.0).run()) == airflow_figures | {"Energy balance"}
     text = write_report(free_vibration(steps=600), tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Kymogram" not in text
     assert "Contact" not in text
@@ -151,7 +229,7 @@ def test_absent_parts_have_no_section(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_without_frames_there_is_no_view_from_above() -> None:
     run = dataclasses.replace(base.run(), fields={})
-    assert titles(run) == (airflow_figures - {"From above"}) | {"Contact", "Energy ledger"}
+    assert titles(run) == (airflow_figures - {"From above"}) | {"Contact", "Energy balance"}
 
 
 def cut(run: AnalyticRun, steps: int) -> AnalyticRun:

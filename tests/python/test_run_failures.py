@@ -124,11 +124,13 @@ def test_a_failure_names_the_first_folded_tissue_and_when_also_after_a_resume(
         message.append(str(failure.value))
     assert message[0] == message[1]
     found = re.search(
-        r"(\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; (\d+) are now",
+        r"(\d+) of (\d+) tissue cells folded, the first cell (\d+) at \((\S+), (\S+), (\S+)\) m; "
+        r"(\d+) are now",
         message[0],
     )
     assert found is not None
-    number, cell, *place, now = found.groups()
+    number, every, cell, *place, now = found.groups()
+    assert int(every) == len(cells)
     if cells.shape[1] == 4:
         inverted = np.flatnonzero(_engine.signed_volumes(x, cells) <= 0)
         assert (int(number), int(cell)) == (len(inverted), inverted[0])

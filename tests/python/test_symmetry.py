@@ -148,7 +148,7 @@ def test_a_voice_through_contact_is_that_of_the_whole(voice: plica.Scene, symmet
     u, v = np.asarray(full.displacement), np.asarray(part.displacement)
     assert np.abs(u - v).max() < 1e-8 * np.abs(u).max()
     energy = (found["kinetic_energy"] + found["elastic_energy"]).max()
-    assert np.abs(found["ledger_error"]).max() < 1e-11 * energy
+    assert np.abs(found["energy_balance_error"]).max() < 1e-11 * energy
 
 
 EXACT: dict[str, Any] = {

@@ -13,9 +13,9 @@ struct Sign {
   std::string what, hint;
 };
 
-std::string folding(const FoldedTissue& folded, std::ptrdiff_t now) {
+std::string folding(const FoldedTissue& folded, std::ptrdiff_t now, std::ptrdiff_t cells) {
   const bool one = folded.count == 1;
-  return std::to_string(folded.count) + " tissue " + (one ? "cell" : "cells") + " folded, " +
+  return std::to_string(folded.count) + " of " + std::to_string(cells) + " tissue cells folded, " +
          (one ? "" : "the first ") + "cell " + std::to_string(folded.cell) + " at (" + number(folded.place[0]) +
          ", " + number(folded.place[1]) + ", " + number(folded.place[2]) + ") m; " + std::to_string(now) +
          " are now";
@@ -49,7 +49,7 @@ void FirstSigns::validate(std::int64_t last, std::ptrdiff_t cells) const {
   check("folded cell", folded_tissue->cell, static_cast<double>(cells - 1));
 }
 
-std::string FirstSigns::text(double h, std::ptrdiff_t folded_now) const {
+std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells) const {
   std::vector<Sign> signs;
   if (coupling)
     signs.push_back(
@@ -60,7 +60,7 @@ std::string FirstSigns::text(double h, std::ptrdiff_t folded_now) const {
     signs.push_back({contact->step, "contact was left with a gap error of " + number(contact->left) + " m",
                      "Try a smaller step; with augmented multipliers, a larger max_augmentations."});
   if (folded_tissue)
-    signs.push_back({folded_tissue->step, folding(*folded_tissue, folded_now),
+    signs.push_back({folded_tissue->step, folding(*folded_tissue, folded_now, cells),
                      "Linear tissue cannot bear that: try less pressure, less speed or stiffer tissue."});
   std::stable_sort(signs.begin(), signs.end(), [](const Sign& a, const Sign& b) { return a.step < b.step; });
   std::string text;

@@ -32,8 +32,8 @@ struct FirstSigns {
   /// Throws InvalidInput where one is of a later step than `last`, or of no cell.
   void validate(std::int64_t last, std::ptrdiff_t cells) const;
   /// " First sign: ..." in the order in which they came and what to try about the first; empty without any.
-  /// Steps of h s; `folded_now` cells are folded at the end of the last step.
-  std::string text(double h, std::ptrdiff_t folded_now) const;
+  /// Steps of h s; `folded_now` of the tissue's `cells` are folded at the end of the last step.
+  std::string text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells) const;
 };
 
 }  // namespace plica

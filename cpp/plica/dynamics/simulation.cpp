@@ -176,9 +176,10 @@ void Simulation::advance() {
     const std::string seen_from = origin.isZero(0) ? ""
                                                    : " (Its places are seen from (" + number(origin[0]) + ", " +
                                                          number(origin[1]) + ", " + number(origin[2]) + ") m.)";
-    return SolveFailed("Step " + std::to_string(next) +
-                       " (t = " + number(static_cast<double>(next) * motion_.step()) + " s): " + failure.what() +
-                       seen_from + state_.first_signs.text(motion_.step(), tissue_.folded(positions())));
+    return SolveFailed(
+        "Step " + std::to_string(next) + " (t = " + number(static_cast<double>(next) * motion_.step()) +
+        " s): " + failure.what() + seen_from +
+        state_.first_signs.text(motion_.step(), tissue_.folded(positions()), scene_.mesh.cell_count()));
   };
   try {
     if (reduced_) return advance_reduced();

@@ -91,7 +91,7 @@ std::vector<Waveform> make_waveforms() {
           wave("viscous_loss", "J", "Energy the tissue's viscosity took since t = 0.", &Ledger::viscous_loss)),
       since_start(
           wave("numerical_loss", "J", "Energy the time scheme took since t = 0.", &Ledger::numerical_loss)),
-      wave("ledger_error", "J", "What is missing in the balance of the energies, works and losses.",
+      wave("energy_balance_error", "J", "What is missing in the balance of the energies, works and losses.",
            &Ledger::error),
       wave("inverted_tissue", "1",
            "Tissue cells inside out or folded over; with any, stresses there mean nothing.",

@@ -86,7 +86,7 @@ def _kept(simulation: engine.Simulation, result: dict[str, Any]) -> dict[str, fl
         "collisions": int((touching[1:] & ~touching[:-1]).sum()),
         "force sum": float(np.abs(first + second).max() / np.abs(first).max()),
         "gain": float((gained - gained[0])[1:].max() / most),
-        "ledger": float(np.abs(result["ledger_error"]).max() / most),
+        "ledger": float(np.abs(result["energy_balance_error"]).max() / most),
         "penetration": float(max(-result["deepest_gap"].min(), 0.0) / CELL),
     }
 

@@ -24,7 +24,9 @@ or everything in one clip.h5, with the frames in the data set "frames". The run 
 during an exposure, the motion is interpolated, which is refused if the interpolation error exceeds 0.25 px.
 A film with fewer than three complete cycles is written with a caution.
 
-The image shows x to the right and y upwards, z towards the camera. docs/film.md describes the method;
+The image shows x to the right and y upwards, z towards the camera: of a larynx with its right fold at larger
+x the patient's right at the right and the front (anterior) at the top; --roll 180 turns it as most endoscopes
+show it. docs/film.md describes the method;
 plica.film, plica.Camera and plica.Film do the same in Python, with options for light, texture and noise.
 
 examples:

@@ -110,7 +110,7 @@ def _measures() -> list[Key]:
             entry.name,
             entry.unit,
             f"of {_SOURCES[entry.source]}",
-            f"{entry.label}: {entry.meaning}".rstrip(": "),
+            entry.described,
         )
         for entry in CATALOGUE.values()
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from plica.measures.catalogue import closed_share
 from plica.measures.measure import Measure
 from plica.report.wording import digits_of
 
@@ -23,7 +24,7 @@ MAIN_MEASURES = (
     "contact_force_left_mean",
     "peak_contact_pressure",
     "contact_length_fraction",
-    "ledger_error",
+    "energy_balance_error",
 )
 
 
@@ -56,6 +57,9 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
         new = [_without(text, shown) for text in item.cautions if text not in shown]
         mark = "!" if item.cautions else ""
         lines.append(f"{_line(item)} {mark}".rstrip())
+        if not short and item.note and item.note not in shown:
+            lines.append(f"    {item.note}")
+            shown.add(item.note)
         lines += [f"    ! {text}" for text in new]
         shown.update(item.cautions)
     return "\n".join([*lines, *_meaning([measures[name] for name in names or measures])])
@@ -72,13 +76,17 @@ def _is_asymmetric(measures: Mapping[str, Measure]) -> bool:
 def _meaning(items: Sequence[Measure]) -> list[str]:
     """What the numbers beside the values are."""
     lines = []
+    if any(item.name == "open_quotient" and item.value is not None for item in items):
+        lines.append(
+            f"open_quotient: closed is an area of at most {100 * closed_share:g} % of the cycle's largest"
+        )
     if any(item.spread is not None for item in items):
         lines.append("scatter: standard deviation between cycles; it is no accuracy")
     sources = dict.fromkeys(item.bound.source for item in items if item.bound is not None)
     lines += [f"numerical: bound on the error of step and mesh ({source})" for source in sources]
     if sources:
         lines.append("neither has the error of the model")
-    elif lines and not any(item.interval for item in items):
+    elif any(item.spread is not None for item in items) and not any(item.interval for item in items):
         lines.append("the numerical uncertainty is not known: plica uncertainty DIR estimates it")
     return ["", *lines] if lines else []
 

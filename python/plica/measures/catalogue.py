@@ -72,6 +72,12 @@ class Quantity:
     no_limit_of: Literal["every run", "surfaces with mass"] = "every run"
     diagnostic: bool = False
 
+    @property
+    def described(self) -> str:
+        """Label, definition, and why it has no limit, as text without a full stop."""
+        limit = f". Caution: {self.no_limit}" if self.no_limit else ""
+        return f"{self.label}: {self.meaning}".rstrip(": ") + limit
+
     def people(self, scale: Scale = SI) -> tuple[float, str]:
         """Factor to the unit used in reports, and that unit, for a record with this scale."""
         unit = scale.unit(self.unit)
@@ -79,8 +85,8 @@ class Quantity:
 
 
 _OPEN = (
-    "share of the cycle with the glottal area above {:g} % of the cycle's largest and, in a run, the flow "
-    "not stopped by contact"
+    "share of the cycle in which the glottis is not closed; closed is an area of at most {:g} % of the "
+    "cycle's largest and, with Bernoulli's flow, one that contact stops"
 )
 _SIDE = (
     "half the peak-to-peak mediolateral displacement of the {} fold's edge in a cycle: in a run of "
@@ -88,8 +94,9 @@ _SIDE = (
     "as an edge has been seen), in a recording the mean of the visible edge over the middle tenth of the "
     "midline"
 )
+_WITHOUT = "without cycles of the whole run, of its last third where pulses are no periods"
 _COLLISION = "over the collisions of the steady cycles, without cycles of the whole run"
-_LARGEST = "largest in each cycle, without cycles of the whole run"
+_LARGEST = f"largest in each cycle, {_WITHOUT}"
 _ASYMMETRY = "(right - left) / (right + left)"
 _STEP_PRESSURE = "largest nodal pressure of each step"
 
@@ -143,12 +150,19 @@ _QUANTITIES = (
         "m",
         "half the peak-to-peak motion of the probe that moves most, in the direction in which it does",
     ),
-    _vibration("open_quotient", "Open quotient", "1", _OPEN.format(100 * closed_share), symbol="OQ"),
+    _vibration(
+        "open_quotient",
+        f"Open quotient, area above {100 * closed_share:g} % of its largest",
+        "1",
+        _OPEN.format(100 * closed_share),
+        symbol="OQ",
+    ),
     _run_vibration(
         "open_quotient_1_percent",
-        "Open quotient at a level of 1 %",
+        f"Open quotient, area above {100 * closed_share_1_percent:g} % of its largest",
         "1",
-        _OPEN.format(100 * closed_share_1_percent),
+        f"{_OPEN.format(100 * closed_share_1_percent)}: folds that leave a slit are open by this level, and "
+        f"closed by that of {100 * closed_share:g} %, which figures shade",
     ),
     _vibration(
         "speed_quotient",
@@ -178,7 +192,7 @@ _QUANTITIES = (
     *(
         _video_vibration(
             f"open_quotient_{100 * level:g}_percent",
-            f"Open quotient at {100 * level:g} % of the range",
+            f"Open quotient, area above {100 * level:g} % of its range",
             "1",
             f"share of the cycle with the glottal area above {100 * level:g} % of the way from the cycle's "
             "least to its largest",
@@ -186,7 +200,11 @@ _QUANTITIES = (
         for level in open_levels
     ),
     _video_vibration(
-        "closed_quotient", "Closed quotient", "1", "one less the open quotient of the cycle", symbol="CQ"
+        "closed_quotient",
+        f"Closed quotient, area at most {100 * closed_share:g} % of its largest",
+        "1",
+        "one less the open quotient of the cycle",
+        symbol="CQ",
     ),
     _video_vibration(
         "speed_index",
@@ -456,7 +474,7 @@ _QUANTITIES = (
     ),
     _accuracy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
     _accuracy(
-        "ledger_error",
+        "energy_balance_error",
         "Energy balance error",
         "1",
         "largest of what does not balance, over the largest energy of the run",

@@ -76,9 +76,27 @@ def quotients(time: Floats, area: Floats, start: float, end: float, level: float
 
 def open_quotient(time: Floats, area: Floats, start: float, end: float, level: float) -> float:
     """Open time over period of the cycle from `start` to `end`; parameters as of :func:`quotients`."""
-    first, last = (int(k) for k in np.searchsorted(time, (start, end)))
-    if last <= first:
+    if np.diff(np.searchsorted(time, (start, end)))[0] <= 0:
         return float("nan")
+    instants, state = _turns(time, area, start, end, level)
+    total = sum(b - a for a, b in zip(instants[1 - state :: 2], instants[2 - state :: 2], strict=False))
+    return float(total / (end - start))
+
+
+def closed_intervals(
+    time: Floats, area: Floats, start: float, end: float, level: float
+) -> list[tuple[float, float]]:
+    """Beginning and end (s) of each time at which the glottis is closed, those that the open quotient leaves
+    out; parameters as of :func:`quotients`."""
+    if np.diff(np.searchsorted(time, (start, end)))[0] <= 0:
+        return []
+    instants, state = _turns(time, area, start, end, level)
+    return [(a, b) for a, b in zip(instants[state::2], instants[state + 1 :: 2], strict=False) if b > a]
+
+
+def _turns(time: Floats, area: Floats, start: float, end: float, level: float) -> tuple[list[float], bool]:
+    """Start, instants at which the glottis opens or closes in turn, and end; whether it is open at first."""
+    first, last = (int(k) for k in np.searchsorted(time, (start, end)))
     limit = level * float(area[first:last].max())
     opened = area > limit
     inner = range(max(first, 1), min(last, time.size - 1) + 1)
@@ -86,9 +104,7 @@ def open_quotient(time: Floats, area: Floats, start: float, end: float, level: f
     instants = [start, *(min(max(_edge(time, area, k, limit), start), end) for k in turns), end]
     # Open and closed intervals alternate; the state of the first is that of the sample before the first
     # change.
-    state = bool(opened[turns[0] - 1]) if turns else bool(opened[first])
-    total = sum(b - a for a, b in zip(instants[1 - state :: 2], instants[2 - state :: 2], strict=False))
-    return float(total / (end - start))
+    return instants, bool(opened[turns[0] - 1]) if turns else bool(opened[first])
 
 
 def _flanks(time: Floats, area: Floats, peak: int, period: float, level: float) -> tuple[float, float, float]:

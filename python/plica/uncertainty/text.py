@@ -91,7 +91,10 @@ def _waveform_lines(waveforms: Mapping[str, Uncertain]) -> list[str]:
     names = dict.fromkeys(key.rpartition(".")[0] for key in waveforms)
     if not names:
         return []
-    lines = ["", f"{'waveform, at fixed times':<40} {'off by':<12} {'largest value':<32} at"]
+    lines = [
+        "",
+        f"{'waveform, at fixed times':<40} {'off by':<12} {'largest value (numerical)':<32} at (numerical)",
+    ]
     for name in names:
         off = waveforms[f"{name}.relative_error"].numerical
         error = "?" if off is None else f"{float(f'{100 * off:.2g}'):g} %"
@@ -104,7 +107,7 @@ def _with_error(item: Uncertain) -> str:
     factor, unit = _shown_unit(item)
     numerical = "?" if item.numerical is None else f"{factor * item.numerical:.2g}"
     value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
-    return f"{value} +- {numerical} {'' if unit == '1' else unit}".rstrip()
+    return f"{value} ({numerical}) {'' if unit == '1' else unit}".rstrip()
 
 
 def _shown_unit(item: Uncertain) -> tuple[float, str]:

@@ -23,8 +23,8 @@ class Camera:
 
     Positions in the picture are column and row, px, rows downwards, with the middle of the first pixel at
     (0, 0); motion is to the right and down. The larynx's x is to the right and its y up in the picture, so
-    that the right fold of the parametric larynx (x towards the right fold, z up) is on the right;
-    ``roll = 180`` turns the picture as most endoscopes show it.
+    that of the parametric larynx (x towards the right fold, y to the front, z up) the right fold is on the
+    right and the front (anterior) at the top; ``roll = 180`` turns the picture as most endoscopes show it.
 
     Raises
     ------

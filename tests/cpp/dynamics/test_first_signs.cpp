@@ -60,7 +60,9 @@ TEST_CASE("tissue folded at the start is the first sign, at t = 0 and in its low
   CHECK(sign->count == count);
   CHECK(sign->cell == lowest);
   const std::string text = failure(simulation);
-  CHECK_MESSAGE(says(text, " First sign: at t = 0 s " + std::to_string(count) + " tissue cell"), text);
+  CHECK_MESSAGE(says(text, " First sign: at t = 0 s " + std::to_string(count) + " of " +
+                               std::to_string(volumes.size()) + " tissue cells folded"),
+                text);
   CHECK_MESSAGE(says(text, "m; " + std::to_string(count) + " are now. Linear tissue"), text);
 }
 
@@ -82,13 +84,14 @@ TEST_CASE("an iteration of air and tissue that ran out is named with its residua
   state.first_signs.folded_tissue = FoldedTissue{2, 3, 7, Vector3(1, 2, 3)};
   simulation.restore(state);
   const std::string both = failure(simulation);
-  CHECK_MESSAGE(says(both, ". Then, at t = 0.0002 s 3 tissue cells folded, the first cell 7 at (1, 2, 3) m; "),
+  CHECK_MESSAGE(says(both, ". Then, at t = 0.0002 s 3 of " + std::to_string(scene.mesh.cell_count()) +
+                               " tissue cells folded, the first cell 7 at (1, 2, 3) m; "),
                 both);
   CHECK_MESSAGE(!says(both, "Linear tissue"), both);
   state.first_signs.folded_tissue->step = 0;
   simulation.restore(state);
   const std::string turned = failure(simulation);
-  CHECK_MESSAGE(says(turned, " First sign: at t = 0 s 3 tissue cells"), turned);
+  CHECK_MESSAGE(says(turned, " First sign: at t = 0 s 3 of "), turned);
   CHECK_MESSAGE(says(turned, ". Then, at t = 0.0001 s air and tissue"), turned);
 
   state.first_signs.folded_tissue->step = 3;

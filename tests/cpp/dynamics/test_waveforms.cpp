@@ -72,7 +72,7 @@ TEST_CASE("what is recorded is what the steps were") {
     const auto number = [&](const char* name) { return step_of(recorder, name, k).at(0); };
     CHECK(number("time") == simulation.time());
     CHECK(number("iterations") == record.iterations);
-    CHECK(number("ledger_error") == state.ledger.error());
+    CHECK(number("energy_balance_error") == state.ledger.error());
     CHECK(number("contact_work") == state.ledger.contact_work);
     CHECK(number("flow") == record.flow->state.flow);
     CHECK(number("coupling_converged") == record.flow->converged);

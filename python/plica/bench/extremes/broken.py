@@ -174,7 +174,7 @@ def random_scenes(count: int, seed: int) -> Found:
         ]
         terms += [np.asarray(waves[n], float) for n in ("numerical_loss", "contact_work")]
         size = float(np.abs(terms).max())
-        error = float(np.abs(waves["ledger_error"]).max()) / size
+        error = float(np.abs(waves["energy_balance_error"]).max()) / size
         if not np.isfinite(error):
             raise Wrong(f"scene {k} of seed {seed}: the ledger is not finite")
         worst = max(worst, error)

@@ -105,7 +105,7 @@ def conserved(half_width: float | None = None, **changes: Any) -> Found:
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
     works = ("load_work", "viscous_loss", "numerical_loss")
     size = max(energy.max(), *(np.abs(waves[name]).max() for name in works))
-    errors = {"ledger": np.abs(waves["ledger_error"]).max() / size / 1e-6}
+    errors = {"ledger": np.abs(waves["energy_balance_error"]).max() / size / 1e-6}
     pushed = np.abs(waves["contact_force_first"]).max()
     if pushed > 0:
         both = waves["contact_force_first"] + waves["contact_force_second"]

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from plica import _engine
 from plica.measures.caution import Caution
+from plica.measures.contour import medial_surface
 from plica.measures.record import Array, Floats
-from plica.phonation.measures.folds import inferior_lag, medial_surface, motion_measures, rest_width
+from plica.phonation.measures.folds import inferior_lag, motion_measures, rest_width
 from plica.phonation.measures.glottal import open_area, several_summits
 from plica.phonation.measures.measure import fold_length, steady_cycles
 from plica.phonation.measures.run_data import RunData, reached

@@ -4,6 +4,9 @@ A collision lasts while the contact force on the left (first) fold exceeds a sha
 peak of a steady cycle, the median over the cycles with contact, so that a violent onset does not hide later
 collisions; without such cycles, of the largest value. Short losses of contact are bridged: folds that close
 in parts, one after the other, make one collision.
+Without cycles all of the run is measured. If it vibrates with pulses that are no periods, only its last third
+is, as the onset is no part of that vibration, and nothing per collision: losses of contact within one cannot
+be told from those between two.
 Forces belong to whole steps: an impulse is the sum of force times step, a duration is a number of steps.
 """
 
@@ -71,15 +74,20 @@ def contact_measures(
     size = np.linalg.norm(left, axis=1)
     if not size.size or not size.max() > 0:
         return _without_collision(waveforms, fold_length)
-    record = float(time[-1] - time[0])
+    record, part = float(time[-1] - time[0]), _window(time, cycles)
     loss = bridged_share * float(cycles.periods.mean()) if cycles.count else bridged_of_record * record
     peaks = np.array([size[part].max() for part in cycles.samples(time)]) if cycles.count else np.empty(0)
-    peak = np.median(peaks[peaks > 0]) if peaks.any() else size.max()
+    peak = np.median(peaks[peaks > 0]) if peaks.any() else size[part].max()
     found = collisions(time, size, contact_share * float(peak), loss)
+    each = [
+        whole("collisions", len(found)),
+        *_collision_measures(time, left, right, _measured(found, time, cycles), cycles),
+    ]
+    if cycles.verdict == "ambiguous":
+        each = [absent(name, cycles.note) for name in ("collisions", *_EACH)]
     balance = float(np.linalg.norm(left + right, axis=1).max() / size.max())
     return [
-        whole("collisions", len(found)),
-        *_collision_measures(time, left, right, _steady(found, time, cycles), cycles),
+        *each,
         *_extent_measures(time, waveforms, cycles, fold_length),
         *_pressure_measures(time, waveforms, cycles),
         whole("contact_force_balance", balance),
@@ -87,11 +95,26 @@ def contact_measures(
     ]
 
 
-def _steady(found: list[slice], time: Floats, cycles: Cycles) -> list[slice]:
-    if not cycles.count:
-        return found
+def _window(time: Floats, cycles: Cycles) -> slice:
+    """Samples that are measured: the cycles; without any the whole run, or its last third if it vibrates."""
+    return cycles.extent(time) if cycles.count or cycles.verdict == "ambiguous" else slice(0, time.size)
+
+
+def _measured(found: list[slice], time: Floats, cycles: Cycles) -> list[slice]:
+    """The collisions whose middle is in the part that is measured."""
+    begin, end = cycles.starts[[0, -1]] if cycles.count else (-np.inf, np.inf)
     middle = [0.5 * (time[part.start] + time[part.stop - 1]) for part in found]
-    return [part for part, t in zip(found, middle, strict=True) if cycles.starts[0] <= t < cycles.starts[-1]]
+    return [part for part, t in zip(found, middle, strict=True) if begin <= t < end]
+
+
+def _said(time: Floats, cycles: Cycles) -> list[str]:
+    """The note of the cycles, and without any over which part of the run a value is."""
+    if cycles.count:
+        return [cycles.note] if cycles.note else []
+    part = _window(time, cycles)
+    extent = f"{1e3 * time[part.start]:.4g} to {1e3 * time[part.stop - 1]:.4g} ms"
+    which = "the whole run" if part.start == 0 else "the last third of the run"
+    return [f"over {which}, {extent}; {cycles.note}"]
 
 
 _EACH = (
@@ -118,13 +141,12 @@ def _collision_measures(
         peaks = np.array([size[part].max() for part in chosen])
         means = np.array([np.linalg.norm(force[part].mean(axis=0)) for part in chosen])
         values |= {f"contact_force_{side}_peak": peaks, f"contact_force_{side}_mean": means}
-    cautions = [cycles.note if cycles.count else f"over the whole run; {cycles.note}"] if cycles.note else []
-    return [average(name, values[name], cautions=cautions) for name in _EACH]
+    return [average(name, values[name], cautions=_said(time, cycles)) for name in _EACH]
 
 
 def _per_cycle_peak(name: str, time: Floats, values: Floats, cycles: Cycles, note: str = "") -> Measure:
     if not cycles.count:
-        return whole(name, float(values.max()), note, [f"largest of the whole run; {cycles.note}"])
+        return whole(name, float(values[_window(time, cycles)].max()), note, _said(time, cycles))
     return per_cycle(name, cycles, np.array([values[part].max() for part in cycles.samples(time)]), note)
 
 

@@ -88,9 +88,29 @@ def motion_measures(
     right, left = half_widths(waveforms)
     steady = cycles.extent(time)
     section = int(np.argmax(np.ptp(right[steady], axis=0) + np.ptp(left[steady], axis=0)))
-    where = f"section {section}"
+    where = place(section, medial, height)
     found = side_measures(time, left[:, section], right[:, section], cycles, (where, where))
     return found + _medial_measures(time, waveforms, cycles, medial, height)
+
+
+def place(section: int, medial: slice, height: Floats) -> str:
+    """Where a section is, as text: its height, and where that is on the medial surface.
+
+    Parameters
+    ----------
+    section : int
+    medial : slice
+        Sections of the medial surface.
+    height : (s) m
+        Of the sections.
+    """
+    z, low, high = (1e3 * float(height[k]) for k in (section, medial.start, medial.stop - 1))
+    at = f"at z = {z:.3g} mm"
+    if z > high:
+        return f"{at}, {z - high:.2g} mm above the superior edge of the medial surface"
+    if z < low:
+        return f"{at}, {low - z:.2g} mm below the inferior edge of the medial surface"
+    return f"{at}, on the medial surface"
 
 
 def _medial_measures(
@@ -113,7 +133,7 @@ def _medial_measures(
         opening.append(_share(slope > 0, opened & (rate[part] > 0)))
         closing.append(_share(slope < 0, opened & (rate[part] < 0)))
     bottom, top = (1e3 * float(height[k]) for k in (medial.start, medial.stop - 1))
-    edges = f"edges at z = {bottom:.3g} and {top:.3g} mm"
+    edges = f"inferior edge at z = {bottom:.3g} mm, superior edge at {top:.3g} mm"
     phase = per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges)
     return [
         replace(phase, cautions=(*phase.cautions, *inferior_lag(phase))),

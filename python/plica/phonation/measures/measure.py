@@ -99,7 +99,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found.append(over_cycles("peak_strain", time, strain, cycles, np.max))
     if "contact_force_first" in waveforms:
         found += contact_measures(time, waveforms, cycles, fold_length(run))
-    found += [*energy_measures(waveforms), *solver_measures(time, waveforms)]
+    found += [*energy_measures(waveforms), *solver_measures(time, waveforms, len(run.mesh.cells))]
     return Measures(_doubted(item, run.scene_text) for item in found)
 
 

@@ -11,7 +11,7 @@ from plica.measures.record import Array, Floats, time_step
 
 
 def energy_measures(waveforms: Mapping[str, Array]) -> list[Measure]:
-    """Energies and works at the end, and the largest ledger error over the largest energy of the run."""
+    """Energies and works at the end, and the largest error of their balance over the largest energy."""
     terms = (
         "kinetic_energy",
         "elastic_energy",
@@ -26,24 +26,24 @@ def energy_measures(waveforms: Mapping[str, Array]) -> list[Measure]:
     found = [whole(name, float(waveforms[name][-1])) for name in terms if name in waveforms]
     if "friction_loss" in waveforms:
         found.append(whole("friction_loss", float(np.sum(waveforms["friction_loss"]))))
-    if {"kinetic_energy", "elastic_energy", "ledger_error"} <= waveforms.keys():
+    if {"kinetic_energy", "elastic_energy", "energy_balance_error"} <= waveforms.keys():
         energy = np.asarray(waveforms["kinetic_energy"]) + np.asarray(waveforms["elastic_energy"])
-        error = float(np.abs(waveforms["ledger_error"]).max())
+        error = float(np.abs(waveforms["energy_balance_error"]).max())
         largest = float(energy.max())
-        name = "ledger_error"
+        name = "energy_balance_error"
         found.append(whole(name, error / largest) if largest > 0 else absent(name, "no energy"))
     return found
 
 
-def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> list[Measure]:
-    """Steps, time step and duration; iterations, coupling sweeps and steps with a frozen coupling."""
+def solver_measures(time: Floats, waveforms: Mapping[str, Array], cells: int) -> list[Measure]:
+    """Steps, time step and duration; iterations, coupling sweeps, steps with a frozen coupling, and how many
+    of the mesh's `cells` were inverted."""
     table: tuple[tuple[str, str, Callable[[Floats], float]], ...] = (
         ("mean_iterations", "iterations", np.mean),
         ("largest_iterations", "iterations", np.max),
         ("mean_coupling_sweeps", "coupling_sweeps", np.mean),
         ("coupling_frozen_fraction", "coupling_frozen", np.mean),
         ("coupling_converged_fraction", "coupling_converged", np.mean),
-        ("inverted_tissue_max", "inverted_tissue", np.max),
     )
     return [
         whole("steps", time.size),
@@ -52,6 +52,11 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array]) -> list[Measur
         *(
             whole(name, reduce(np.asarray(waveforms[key], dtype=float)))
             for name, key, reduce in table
+            if key in waveforms
+        ),
+        *(
+            whole("inverted_tissue_max", int(np.max(waveforms[key])), f"of {cells} cells")
+            for key in ("inverted_tissue",)
             if key in waveforms
         ),
     ]

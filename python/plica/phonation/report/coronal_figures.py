@@ -63,7 +63,8 @@ def trajectories(reading: Reading) -> Drawing:
         axes.set_ylabel("z (mm)")
 
     caption = (
-        "Paths of the interface in the mid-coronal plane, last two cycles. Blue: left fold. Grey: first step."
+        "Paths of the interface in the mid-coronal plane, last two cycles. Blue: left fold, red: right fold. "
+        "Grey: first step."
     )
     alt = "Closed paths of points of both folds in the coronal plane."
     return draw("Trajectories in the coronal plane", caption, alt, (5.2, 4.6), paint)

@@ -83,12 +83,16 @@ def coronal_cycle(reading: Reading) -> Drawing:
         row = figure.subplots(1, phases)
         for i, axes in enumerate(row):
             _coronal(axes, reading, int(steps[i]), scale)
+            _name_sides(axes)
             _frame(axes, first=i == 0, name="z (mm)")
             axes.set_title(f"{_phase(reading, i)}{1e3 * reading.time[steps[i]]:.2f} ms")
         bar = figure.colorbar(ScalarMappable(scale, "viridis"), ax=row, pad=0.01, aspect=12, shrink=0.8)
         bar.set_label("air pressure (kPa)")
 
-    caption = "Mid-coronal section at eight instants; the airway is coloured by the pressure of the air."
+    caption = (
+        "Mid-coronal section at eight instants, the patient's left fold (L) at the left, the right (R) at "
+        "the right; the airway is coloured by the pressure of the air."
+    )
     alt = "Eight coronal sections of both folds through one cycle, with the air pressure between them."
     return draw("Coronal section", caption, alt, (11.0, 2.3), paint)
 
@@ -107,14 +111,20 @@ def superior_cycle(reading: Reading) -> Drawing | None:
     def paint(figure: Figure) -> None:
         for i, axes in enumerate(figure.subplots(1, phases)):
             _superior(axes, outlines[i], reach)
+            _name_sides(axes)
+            _name_ends(axes)
             _frame(axes, first=i == 0, name="y (mm)" if reading.midline()[1] > 0 else "-y (mm)")
             axes.set_title(f"{_phase(reading, i)}{1e3 * times[i]:.2f} ms")
 
     caption = (
-        "The glottis seen from above, red where the folds touch. Each view is the stored frame nearest in "
-        "phase, as in stroboscopy not always of the same cycle."
+        "The glottis seen from above: front (anterior) at the top, back (posterior) at the bottom, the "
+        "patient's left fold (L) at the left, the right (R) at the right. Red where the folds touch. Each "
+        "view is the stored frame nearest in phase, as in stroboscopy not always of the same cycle."
     )
-    alt = "Eight outlines of the glottis from above through one cycle, contact marked in red."
+    alt = (
+        "Eight outlines of the glottis from above through one cycle, front above, the left fold to the left; "
+        "contact marked in red."
+    )
     height = min(1.0 + 1.25 * 0.5 * outlines[0].length / reach, 4.5)
     return draw("From above", caption, alt, (11.0, height), paint)
 
@@ -190,6 +200,18 @@ def _superior(axes: Axes, outline: Outline, reach: float) -> None:
     axes.plot(outline.touching[:, 0], outline.touching[:, 1], "s", color=contact, ms=2.4, mew=0)
     axes.set_xlim(-reach, reach)
     axes.set_ylim(outline.y[0], outline.y[-1])
+
+
+def _name_sides(axes: Axes) -> None:
+    """Names the left and the right fold, on the tissue beside the glottis."""
+    for x, name, side in ((0.03, "L", "left"), (0.97, "R", "right")):
+        axes.text(x, 0.5, name, transform=axes.transAxes, ha=side, va="center", color=rim, fontsize=8)
+
+
+def _name_ends(axes: Axes) -> None:
+    """Names what is in front and at the back of the larynx, seen from above."""
+    for y, name, side in ((0.985, "front", "top"), (0.015, "back", "bottom")):
+        axes.text(0.03, y, name, transform=axes.transAxes, ha="left", va=side, color=rim, fontsize=7)
 
 
 def _frame(axes: Axes, *, first: bool, name: str) -> None:

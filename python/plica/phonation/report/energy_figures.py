@@ -1,4 +1,4 @@
-"""The energy ledger, and for runs without airflow the probes and their spectrum."""
+"""The energy balance, and for runs without airflow the probes and their spectrum."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, l
 from plica.report.wording import axis
 
 
-def energy_ledger(reading: Reading) -> Drawing:
+def energy_balance(reading: Reading) -> Drawing:
     """Energies, works, and the error of their balance."""
     time = 1e3 * reading.time
     factor, energy = axis("energy", STORED["kinetic_energy"])
@@ -27,7 +27,7 @@ def energy_ledger(reading: Reading) -> Drawing:
     ]
     terms = [term for term in terms if reading.has(term[1])]
     largest = float(np.max(kinetic + elastic))
-    error = factor * np.abs(reading.wave("ledger_error")) / (largest or 1.0)
+    error = factor * np.abs(reading.wave("energy_balance_error")) / (largest or 1.0)
 
     def paint(figure: Figure) -> None:
         top, middle, bottom = figure.subplots(3, 1, sharex=True)
@@ -43,11 +43,11 @@ def energy_ledger(reading: Reading) -> Drawing:
             line(bottom, time[shown], error[shown], color=grey, lw=0.9)
             bottom.set_yscale("log")
             bottom.set_ylim(bottom=max(float(error[shown].min()), 1e-6 * float(error.max())))
-        over_time((top, energy), (middle, since), (bottom, "ledger error (–)"))
+        over_time((top, energy), (middle, since), (bottom, "balance error (–)"))
 
-    caption = "Each term from its own formula. Ledger error: what does not balance, over the largest energy."
-    alt = "Three panels over time: energies, cumulative works and losses, ledger error."
-    return draw("Energy ledger", caption, alt, (9.2, 5.6), paint)
+    caption = "Each term from its own formula. Balance error: what does not balance, over the largest energy."
+    alt = "Three panels over time: energies, cumulative works and losses, error of their balance."
+    return draw("Energy balance", caption, alt, (9.2, 5.6), paint)
 
 
 def probe_motion(reading: Reading) -> Drawing:

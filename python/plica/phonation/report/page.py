@@ -9,7 +9,7 @@ from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
 from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
-from plica.phonation.report.energy_figures import energy_ledger, probe_motion, probe_spectrum
+from plica.phonation.report.energy_figures import energy_balance, probe_motion, probe_spectrum
 from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
@@ -94,6 +94,6 @@ def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:
         found.append(("Vibration", [probe_motion(reading), probe_spectrum(reading)]))
     if reading.has("contact_force_first") and reading.wave("contact_force_first").any():
         found.append(("Contact", [contact_forces(reading)]))
-    if reading.has("kinetic_energy", "elastic_energy", "ledger_error"):
-        found.append(("Energy", [energy_ledger(reading)]))
+    if reading.has("kinetic_energy", "elastic_energy", "energy_balance_error"):
+        found.append(("Energy", [energy_balance(reading)]))
     return found

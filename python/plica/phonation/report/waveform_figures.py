@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from plica.measures.catalogue import closed_share, pressure_window
+from plica.measures.quotients import closed_intervals
 from plica.measures.record import time_step
 from plica.measures.waveforms import STORED
 from plica.phonation.measures.contact import moving_average
@@ -14,25 +19,34 @@ from plica.phonation.report.reading import Reading
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
 from plica.report.wording import axis
 
+_CYCLES = 5  # shown
+closed_is = f"area at most {100 * closed_share:g} % of the cycle's largest"
 
-def shade(axes: Axes, reading: Reading, part: slice) -> None:
-    """Shade the time during which the glottis is closed, as in the open quotient: its area is at most 5 % of
-    the largest shown. A flow through a slit is never zero.
-    """
-    area = open_area(reading.waveforms)[part]
-    closed = area <= closed_share * area.max()
-    low, high = axes.get_ylim()
-    time = 1e3 * reading.time[part]
-    axes.fill_between(time, low, high, where=closed.tolist(), step="mid", color=grey, alpha=0.18, lw=0)
-    axes.set_ylim(low, high)
+
+def closed_times(reading: Reading, count: int) -> list[tuple[float, float]]:
+    """Beginning and end (s) of each time during which the glottis is closed, by the open quotient, in the
+    last `count` cycles; none without cycles."""
+    area = open_area(reading.waveforms)
+    return [
+        interval
+        for start, end in pairwise(reading.cycles.starts[-count - 1 :])
+        for interval in closed_intervals(reading.time, area, start, end, closed_share)
+    ]
+
+
+def shade(axes: Axes, times: Sequence[tuple[float, float]]) -> None:
+    """Shade these times (s) over the height of the axes."""
+    for begin, end in times:
+        axes.axvspan(1e3 * begin, 1e3 * end, color=grey, alpha=0.18, lw=0)
 
 
 def glottal_waveforms(reading: Reading) -> Drawing:
     """Glottal area and flow in the last cycles."""
-    part = reading.last_cycles(5)
+    part = reading.last_cycles(_CYCLES)
     time = 1e3 * reading.time[part]
     of_area, area = axis("glottal area", STORED["minimum_area"])
     of_flow, flow = axis("flow", STORED["flow"])
+    closed = closed_times(reading, _CYCLES)
 
     def paint(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
@@ -40,12 +54,18 @@ def glottal_waveforms(reading: Reading) -> Drawing:
         bottom.plot(time, of_flow * reading.wave("flow")[part], color=red)
         over_time((top, area), (bottom, flow))
         for axes in (top, bottom):
-            shade(axes, reading, part)
+            shade(axes, closed)
+        if closed:
+            named = [Patch(color=grey, alpha=0.18, lw=0, label=f"closed: {closed_is}")]
+            top.legend(handles=named, loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2)
 
-    caption = (
-        f"The smallest section area and the flow through it. Shaded: closed, that is an area of at most "
-        f"{100 * closed_share:g} % of the largest shown."
-    )
+    caption = "The smallest section area and the flow through it."
+    quotient = reading.measures.get("open_quotient")
+    if quotient is not None and quotient.value is not None:
+        caption += (
+            f" Shaded: the glottis is closed ({closed_is}); the rest of the cycle is the open quotient of "
+            f"{quotient.value:.3g}. Folds that touch may leave a slit with some flow."
+        )
     alt = "Two curves over time: glottal area and flow."
     return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
 
@@ -79,6 +99,13 @@ def contact_forces(reading: Reading) -> Drawing:
     step = time_step(reading.time)
     count = max(round(pressure_window / step), 1)
 
+    averaged_too = reading.measures.get("peak_contact_pressure")
+    without_limit = (
+        "With these surfaces, which have mass, either pressure grows"
+        if averaged_too is not None and averaged_too.no_limit
+        else "The pressure of a single step grows"
+    )
+
     def paint(figure: Figure) -> None:
         top, bottom = figure.subplots(2, 1, sharex=True)
         top.plot(time, left, color=blue)
@@ -92,7 +119,7 @@ def contact_forces(reading: Reading) -> Drawing:
 
     caption = (
         "Total contact force on each fold, positive to the patient's right, and the largest nodal contact "
-        "pressure. The pressure of a single step grows as the step falls; impulse and duration do not."
+        f"pressure. {without_limit} as the step falls and has no limit; impulse and duration do not grow."
     )
     alt = "Contact force on the left and right fold over time, and the peak contact pressure below it."
     return draw("Contact", caption, alt, (9.2, 4.2), paint)

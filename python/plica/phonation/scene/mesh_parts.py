@@ -77,7 +77,8 @@ class LarynxOptions(Part):
 class Larynx(Part):
     """The parametric larynx of Paper A, Sec. 3, both folds; layers ``body``, ``ligament`` and ``cover``.
 
-    Surfaces ``airway``, ``airway_left``, ``airway_right``; node sets ``wall`` and ``ends``.
+    Its right fold is at x > 0, its front (anterior) at y > 0, and z is up, as the air goes. Surfaces
+    ``airway``, ``airway_left``, ``airway_right``; node sets ``wall`` and ``ends``.
     """
 
     larynx: Literal[

@@ -57,6 +57,7 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
         f"dihedral angles: {angles.min():.1f} (cell {flattest}) to {angles.max():.1f} degrees",
         *_curved(mesh, points, cells),
         "",
+        *_axes(mesh),
         f"{'layer':<20}{'tetrahedra':>12}{'left':>10}{'right':>10}{'volume':>16}",
     ]
     layer, side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
@@ -68,6 +69,19 @@ def mesh_summary(mesh: _engine.TetMesh) -> str:
     lines += [f"surface {name:<20}{len(faces):>8} faces" for name, faces in mesh.surfaces.items()]
     lines += [f"node set {name:<19}{len(nodes):>8} nodes" for name, nodes in mesh.node_sets.items()]
     return "\n".join(lines)
+
+
+def _axes(mesh: _engine.TetMesh) -> list[str]:
+    """A line on the directions of a mesh with a left and a right fold; none for others."""
+    points, cells, side = np.asarray(mesh.points), np.asarray(mesh.cells), np.asarray(mesh.cell_side)
+    if not ((side == 1).any() and (side == 2).any()):
+        return []
+    left, right = (float(points[cells[side == k, :4], 0].mean()) for k in (1, 2))
+    sign = "-" if right < left else ""
+    return [
+        f"directions: {sign}x to the right fold, {sign}y to the front (anterior), z up, as the air goes",
+        "",
+    ]
 
 
 def _wall(mesh: _engine.TetMesh) -> NDArray[np.int32] | None:

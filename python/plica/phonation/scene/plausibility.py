@@ -287,20 +287,42 @@ def _rise_caution(scene: Scene) -> Iterator[Caution]:
 
 
 def _posture_caution(scene: Scene) -> Iterator[Caution]:
-    """A caution if a parametric larynx has another length than its preset: that is no elongation."""
-    if not isinstance(scene.mesh, Larynx) or scene.mesh.options.major is None:
-        return
-    from plica import _engine
+    """A caution if the folds of a parametric larynx are longer or higher than its preset's, or less so.
 
-    own, preset = scene.mesh.options.major, float(_engine.larynx_preset(scene.mesh.larynx)["major"])
-    if math.isclose(own, preset, rel_tol=1e-9) or not BOUNDS["fold_length"].holds(2 * own):
+    Both are of tissue at rest: nothing is stretched or contracted, as in another posture of one larynx.
+    """
+    if not isinstance(scene.mesh, Larynx):
         return
-    seen = (
-        f"mesh.options.major = {_shown(own, 'm')}, {100 * (own / preset - 1):+.3g} % of the preset's. This "
-        "is the length of the tissue at rest: a longer larynx is not a stretched one. Its tissue has no "
-        "tension, and its pitch falls where that of a stretched one rises."
-    )
-    yield Caution("fold_length", seen, "For another posture, change the stiffness too (tissue.*.E_fibre).")
+    own, preset = (_fold_sizes(larynx) for larynx in (scene.mesh, Larynx(larynx=scene.mesh.larynx)))
+    if not BOUNDS["fold_length"].holds(2 * own["mesh.options.major"]):
+        return  # which is said already
+    changed = [
+        f"{key} = {_shown(size, 'm')}, {100 * (size / preset[key] - 1):+.3g} % of the preset's"
+        for key, size in own.items()
+        if not math.isclose(size, preset[key], rel_tol=1e-9)
+    ]
+    if changed:
+        seen = (
+            f"{'; '.join(changed)}. This is tissue at rest: a longer or thinner fold is not a stretched one. "
+            "It has no tension, and its pitch falls with length, where that of a stretched one rises."
+        )
+        yield Caution(
+            "fold_length", seen, "For another posture, change the stiffness too (tissue.*.E_fibre)."
+        )
+
+
+def _fold_sizes(larynx: Larynx) -> dict[str, float]:
+    """m, by key: half the length of the folds, and the height of their layers, unless sections are others."""
+    from plica.phonation.scene.mesh_source import larynx_fields
+
+    fields = larynx_fields(larynx)
+    usual = larynx_fields(Larynx(larynx=larynx.larynx))
+    z = [section[0] for section in fields["sections"]]
+    found = {"mesh.options.major": float(fields["major"])}
+    if len(z) == len(usual["sections"]):
+        height = z[fields["layers_to_section"]] - z[fields["layers_from_section"]]
+        found["height of the folds (mesh.options.sections)"] = height
+    return found
 
 
 def _quantities(scene: Scene) -> Iterator[tuple[str, str, float]]:
