@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
 from plica.phonation.scene.face_selection import FaceSelection, select
-from plica.phonation.scene.gmsh_nodes import missing_node
+from plica.phonation.scene.gmsh_nodes import complaint
 from plica.phonation.scene.mesh_parts import Label, Labels, MeshFile, Sides
 from plica.storage.files import require_file
 
@@ -81,12 +81,9 @@ class _Reader:
             raise self.fail(str(error)) from None
         if not path.is_file():
             raise self.fail(f"mesh.file = {path}; there is no such file.")
-        named = missing_node(path) if path.suffix == ".msh" else None  # meshio reads it from the end
-        if named is not None:
-            raise self.fail(
-                f"mesh.file: {path.name}: element {named[0]} has node {named[1]}; must be a node of the "
-                "file. Write the file anew in your mesher."
-            )
+        wrong = complaint(path) if path.suffix == ".msh" else None  # meshio reads node 0 from the end
+        if wrong is not None:
+            raise self.fail(f"mesh.file: {path.name}: {wrong}. Write the file anew in your mesher.")
         try:
             with (
                 contextlib.redirect_stdout(io.StringIO()),
@@ -99,6 +96,8 @@ class _Reader:
         ) as error:  # meshio's readers raise any kind, and exit on unknown suffixes
             reason = str(error) if not isinstance(error, SystemExit) else printed.getvalue()
             reason = " ".join(reason.split()) or type(error).__name__
+            if isinstance(error, KeyError) and isinstance(error.args[0], (int, np.integer)):
+                reason = f"an element has the node {error.args[0]}, which the file does not have."
             raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
         self._require_nodes(read, path)
         return read
@@ -120,8 +119,9 @@ class _Reader:
         blocks = [k for k, block in enumerate(self.file.cells) if block.type in kinds]
         found = sorted({self.file.cells[k].type for k in blocks})
         if kinds is _TETRAHEDRA and not found:
-            has = one_of(sorted({block.type for block in self.file.cells}))
-            raise self.fail(f"mesh.file: {self.mesh.file.name} has no tetrahedra; it has {has}.")
+            kinds_there = sorted({block.type for block in self.file.cells})
+            has = f"it has {one_of(kinds_there)}" if kinds_there else "it has no cells that are known"
+            raise self.fail(f"mesh.file: {self.mesh.file.name} has no tetrahedra; {has}.")
         others = sorted({block.type for block in self.file.cells if block.dim == 3} - {*_TETRAHEDRA})
         if others:
             raise self.fail(
@@ -164,21 +164,51 @@ class _Reader:
             raise self.fail(f"mesh.labels is missing; {self.mesh.file.name} has several: {', '.join(whole)}.")
         return data[whole[0]] if whole else None
 
-    def _numbers(self, wanted: Iterable[Label], path: str, present: _Integers, what: str) -> list[int]:
-        """The labels as numbers; raises SceneError if the file does not have one of them."""
-        numbers = []
-        has = {int(label) for label in np.unique(present)}
-        named = {number: name for name, number in self.names.items()}
-        shown = one_of(f'{label} ("{named[label]}")' if label in named else label for label in sorted(has))
+    def _sets(self, kinds: Mapping[str, int]) -> dict[str, NDArray[np.bool_]]:
+        """Named sets of the file (gmsh's physical groups, abaqus' ELSET) that have some of the cells of these
+        kinds, each as (m)."""
+        blocks = [k for k, block in enumerate(self.file.cells) if block.type in kinds]
+        found = {}
+        for name, parts in self.file.cell_sets.items():
+            if len(parts) != len(self.file.cells):
+                continue  # of a reader that does not say which cells it means
+            masks = [np.zeros(len(self.file.cells[k].data), dtype=bool) for k in blocks]
+            for mask, k in zip(masks, blocks, strict=True):
+                if parts[k] is not None:
+                    mask[np.asarray(parts[k], dtype=int)] = True
+            if any(mask.any() for mask in masks):
+                found[name] = np.concatenate(masks)
+        return found
+
+    def _chosen(
+        self, wanted: Iterable[Label], path: str, labels: _Integers, kinds: Mapping[str, int] = _TETRAHEDRA
+    ) -> NDArray[np.bool_]:
+        """Which of the cells of these kinds have one of the labels; raises SceneError for one that none has.
+
+        A label that is a named set, or its number, is all of the set: a cell may be in several.
+        """
+        sets, has = self._sets(kinds), {int(label) for label in np.unique(labels)}
+        dimension = 3 if kinds is _TETRAHEDRA else 2
+        named = {
+            int(entry[0]): name
+            for name, entry in self.file.field_data.items()
+            if len(entry) < 2 or int(entry[1]) == dimension
+        }
+        chosen = np.zeros(len(labels), dtype=bool)
         for label in wanted:
+            name = label if isinstance(label, str) else named.get(label)
             number = self.names.get(label) if isinstance(label, str) else label
-            if number not in has:
+            if name not in sets and number not in has:
+                shown = [f'{one} ("{named[one]}")' if one in named else one for one in sorted(has)]
+                shown += [f'"{one}"' for one in sets if one not in named.values()]
                 value = f'"{label}"' if isinstance(label, str) else label
+                what = "tetrahedra" if kinds is _TETRAHEDRA else "triangles"
                 raise self.fail(
-                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {shown}."
+                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {one_of(shown)}."
                 )
-            numbers.append(int(number))
-        return numbers
+            chosen |= labels == number if number in has else False
+            chosen |= sets.get(str(name), np.zeros(len(labels), dtype=bool))
+        return chosen
 
     def _layers(self, labels: _Integers) -> _Integers:
         if not self.mesh.layers:
@@ -190,7 +220,7 @@ class _Reader:
             return np.zeros(len(labels), dtype=np.int32)
         layer = np.full(len(labels), -1, dtype=np.int32)
         for k, (name, wanted) in enumerate(self.mesh.layers.items()):
-            chosen = np.isin(labels, self._numbers(wanted, f"mesh.layers.{name}", labels, "tetrahedra"))
+            chosen = self._chosen(wanted, f"mesh.layers.{name}", labels)
             if np.any(layer[chosen] >= 0):
                 raise self.fail(f"mesh.layers.{name} has a label that another layer has too.")
             layer[chosen] = k
@@ -212,9 +242,7 @@ class _Reader:
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
-                side[np.isin(labels, self._numbers(wanted, f"mesh.sides.{name}", labels, "tetrahedra"))] = (
-                    number
-                )
+                side[self._chosen(wanted, f"mesh.sides.{name}", labels)] = number
         return side
 
     def _airway(self, points: NDArray[np.float64], cells: _Integers) -> _Integers:
@@ -244,8 +272,8 @@ class _Reader:
             if wanted == ("boundary",):
                 surfaces[name] = boundary
                 continue
-            numbers = self._numbers(wanted, f"mesh.surfaces.{name}", labels, "triangles")
-            surfaces[name] = self._outward(triangles[np.isin(labels, numbers)][:, :3], boundary, name)
+            chosen = self._chosen(wanted, f"mesh.surfaces.{name}", labels, _TRIANGLES)
+            surfaces[name] = self._outward(triangles[chosen][:, :3], boundary, name)
         return surfaces
 
     def _selected(
