@@ -159,6 +159,17 @@ tissue.cover.viscosity = 0.14""",
     "free_body": Given(BLOCKS, 'supports.fixed = ["a.x_min"]'),
     "open_ends": Given(LARYNX, 'supports.fixed = ["ends"]\nairflow.subglottal_pressure = "0.2 kPa"'),
     "overlapping_bodies": Given(BLOCKS, 'without contact\nmesh.blocks.b.corner = ["9.9 mm", "1 mm", 0]'),
+    "turned_airway": Given(
+        LARYNX,
+        """\
+mesh.options.major = "1 mm"
+mesh.options.radius = "12 mm"
+mesh.options.sections = [[-10e-3, 6e-3], [-2e-3, 3e-3], [0, 3e-3], [10e-3, 6e-3]]
+mesh.options.levels = [2, 2, 2]
+mesh.options.layers_from_section = 1
+mesh.options.layers_to_section = 2""",
+        also=("fold_length",),
+    ),
     "unsteady_voice": Given(
         LARYNX,
         """\

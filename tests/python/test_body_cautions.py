@@ -217,6 +217,36 @@ def test_bodies_that_a_mesher_did_not_join_are_said(tmp_path: Path) -> None:
     assert "merge" in found.advice
 
 
+@pytest.mark.parametrize(("axes", "said"), [([0, 1, 2], False), ([1, 0, 2], True)])
+def test_a_larynx_with_its_front_to_the_side_is_said(tmp_path: Path, axes: list[int], said: bool) -> None:
+    """A quarter of a turn about z: as files of another convention are."""
+    mesh = plica.build_mesh(plica.Larynx(larynx="coarse"))
+    turn = np.array([1.0, -1.0, 1.0]) if said else np.ones(3)
+    airway, cells = np.asarray(mesh.surfaces["airway"]), np.asarray(mesh.cells)
+    made = meshio.Mesh(
+        np.asarray(mesh.points)[:, axes] * turn,
+        [("tetra", cells), ("triangle", airway)],
+        cell_data={"label": [np.ones(len(cells), dtype=int), np.full(len(airway), 2)]},
+    )
+    made.write(tmp_path / "turned.vtu")
+    scene = plica.Scene(
+        plica.MeshFile(
+            file=tmp_path / "turned.vtu",
+            surfaces={"airway": 2, "outside": "boundary"},
+            layers={"body": 1},
+            sides="x",
+        ),
+        {"body": plica.Tissue(E="10 kPa", nu=0.3)},
+        time=plica.Stepping(step="50 us", duration="20 ms"),
+        airflow=plica.Airflow(),
+        supports=plica.Supports(fixed=("outside",)),
+    )
+    found = said_of(scene)
+    assert list(found) == (["turned_airway"] if said else [])
+    if said:
+        assert "14 mm wide along x, but at one height 0.5 mm long" in found["turned_airway"].seen
+
+
 def test_a_scene_that_is_refused_has_no_caution_on_its_bodies(tmp_path: Path) -> None:
     scene = Given(LARYNX, 'supports.fixed = ["wal"]').build()
     mesh = plica.build_mesh(scene.mesh)

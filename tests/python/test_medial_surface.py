@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,8 +27,67 @@ def edges(width: np.ndarray) -> tuple[float, float]:
 @pytest.mark.parametrize("order", [1, 2])
 def test_the_parametric_larynx_has_its_own_edges_on_every_mesh(preset: str, order: int) -> None:
     mesh = plica.build_mesh(Larynx(larynx=preset, order=order))  # S18 and S26 of Table II
-    width = rest_width(SimpleNamespace(mesh=mesh, section_height=HEIGHT, waveforms={}))
-    assert edges(width) == pytest.approx((-3.1, -0.4), abs=0.011)  # two sections
+    assert edges(width_of(mesh)) == pytest.approx((-3.1, -0.4), abs=0.011)  # two sections
+
+
+def width_of(mesh: Any, scene_text: str = "", height: np.ndarray = HEIGHT) -> np.ndarray:
+    run: Any = SimpleNamespace(mesh=mesh, section_height=height, waveforms={}, scene_text=scene_text)
+    return rest_width(run)
+
+
+@pytest.mark.parametrize(
+    ("turn", "scale", "move"),
+    [
+        ((-1, 1, 1), 1.0, (0, 0, 0)),  # a mirror image
+        ((-1, -1, 1), 1.0, (0, 0, 0)),  # half a turn
+        ((1, 1, 1), 0.25, (0, 0, 0)),
+        ((1, -1, 1), 3.0, (0.1, -0.2, 0.3)),
+    ],
+)
+def test_the_medial_surface_goes_with_the_mesh(
+    turn: tuple[int, ...], scale: float, move: tuple[float, ...]
+) -> None:
+    mesh = plica.build_mesh(Larynx(larynx="coarse", order=2))
+    faces = np.asarray(mesh.surfaces["airway"])
+    if np.prod(turn) < 0:
+        faces = faces[:, [0, 2, 1, 5, 4, 3]]  # a mirror image turns faces over
+    points = scale * np.asarray(mesh.points) * turn + move
+    placed = SimpleNamespace(points=points, surfaces={"lumen": faces})
+    height = scale * HEIGHT + move[2]
+    width = width_of(placed, '[airflow]\nsurface = "lumen"', height)
+    np.testing.assert_allclose(width, scale * width_of(mesh), rtol=0, atol=1e-13)
+    found = medial_surface(width, height)
+    here = (height[[found.start, found.stop - 1]] - move[2]) / scale
+    assert 1e3 * here == pytest.approx((-3.1, -0.4), abs=0.011)
+
+
+@pytest.mark.parametrize("radius", [0.5, 1.0])
+def test_rounded_lips_on_a_mesh_that_is_not_cut_by_nodes_have_their_edges(radius: float) -> None:
+    """Folds of constant section along y whose nodes are not in the middle plane, from triangles of 0.1 mm."""
+    angle = np.linspace(0, np.pi / 2, 25)
+    lip = 1e-3 * radius * np.stack([1 - np.cos(angle), np.sin(angle)], axis=1)  # outward, up
+    profile = np.concatenate(
+        [[[2e-3, -4e-3]], np.stack([np.zeros(20), np.linspace(-2e-3, 0, 20)], 1)[:-1], lip]
+    )
+    profile[:, 0] += 0.2e-3  # half of the gap
+    y = 1e-3 * np.array([-5.0, -3.2, -1.1, 1.6, 4.0, 5.0])
+    k, n = len(profile), len(y)
+    points = np.array([[side * x, at, z] for side in (1, -1) for at in y for x, z in profile])
+    faces = []
+    for side in range(2):
+        for j in range(n - 1):
+            for i in range(k - 1):
+                a, b = side * k * n + j * k + i, side * k * n + (j + 1) * k + i
+                for face in ([a, b, b + 1], [a, b + 1, a + 1]):
+                    faces.append(face if side else face[::-1])
+    normal = np.cross(*(points[np.array(faces)][:, i] - points[np.array(faces)][:, 0] for i in (1, 2)))
+    assert ((normal[:, 0] < 0) == (points[np.array(faces)][:, 0, 0] > 0)).all()  # toward the airway
+    mesh = SimpleNamespace(points=points, surfaces={"airway": np.array(faces)})
+    height = np.linspace(-3.9e-3, 0.9e-3 * radius, 2001)
+    found = medial_surface(width_of(mesh, height=height), height)
+    edge = 1e-3 * radius * np.sin(0.436)  # 25 degrees from vertical
+    assert height[found.start] == pytest.approx(-2e-3, abs=1e-5)
+    assert height[found.stop - 1] == pytest.approx(edge, abs=radius * 6e-5)  # an angle of the lip
 
 
 @pytest.mark.parametrize("angle", [-20, -10, 0, 10, 20])

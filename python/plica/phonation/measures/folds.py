@@ -9,6 +9,7 @@ The medial surface is that of `plica.measures.contour`, in whole sections.
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -42,13 +43,23 @@ def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
     return right, left
 
 
+def airway_faces(run: RunData) -> Array | None:
+    """Faces (f, 3 or 6) of the surface that the airflow is in, or of the one named airway; None without."""
+    try:
+        airflow = tomllib.loads(run.scene_text).get("airflow", {})
+    except tomllib.TOMLDecodeError:
+        airflow = {}
+    name = airflow.get("surface", "airway") if isinstance(airflow, dict) else "airway"
+    return run.mesh.surfaces.get(name)
+
+
 def rest_width(run: RunData) -> Floats:
     """Width (s) m of the airway in its mid-coronal plane at the sections, in the reference position.
 
-    Cut from the surface named airway, halfway between its smallest and largest y; the fold at larger x is
+    Cut from the airflow's surface, halfway between its smallest and largest y; the fold at larger x is
     the one whose faces point to smaller x. Without that surface, the width in the first step.
     """
-    surface = run.mesh.surfaces.get("airway")
+    surface = airway_faces(run)
     if surface is None:
         right, left = half_widths(run.waveforms)
         return np.asarray(right[0] + left[0], dtype=float)

@@ -14,7 +14,7 @@ from plica.measures.glottal import area_measures, frequency_measures, over_cycle
 from plica.measures.measure import Measure, Measures, whole
 from plica.measures.record import Array
 from plica.phonation.measures.contact import contact_measures
-from plica.phonation.measures.folds import motion_measures, rest_width
+from plica.phonation.measures.folds import airway_faces, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
 from plica.phonation.measures.glottal import flow_measures, open_area, several_summits, strict_open_quotient
 from plica.phonation.measures.run_data import RunData, reached
@@ -137,7 +137,7 @@ def fold_length(run: RunData) -> float | None:
     major = np.asarray(run.section_major, dtype=float)
     if major.size and len(run.time):
         return 2.0 * float(major[int(np.argmin(rest_width(run)))])
-    surface = run.mesh.surfaces.get("airway")
+    surface = airway_faces(run)
     if surface is None:
         return None
     return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))

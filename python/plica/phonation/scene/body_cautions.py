@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from plica import _engine
 from plica.errors import SceneError
 from plica.measures.caution import Caution
+from plica.measures.contour import rest_contour
 from plica.phonation.scene.held import MeshArrays, fixed_components
 from plica.phonation.scene.initial import initial_fields
 from plica.phonation.scene.mesh_parts import MeshFile
@@ -180,8 +181,34 @@ def overlapping_bodies(bodies: Bodies) -> Caution | None:
     return Caution("overlapping_bodies", seen, advice)
 
 
+def turned_airway(bodies: Bodies) -> Caution | None:
+    """With an airflow, the airway is nowhere as narrow from left to right as from front to back: as of a mesh
+    whose axes are others. The flow takes x as lateral, y from back to front and z upward."""
+    airflow = bodies.scene.airflow
+    if airflow is None or airflow.surface not in bodies.mesh.surfaces:
+        return None
+    faces = np.asarray(bodies.mesh.surfaces[airflow.surface])[:, :3]
+    exchanged = bodies.points[:, [1, 0, 2]], faces[:, ::-1]  # x and y: a mirror image, whose faces turn over
+    across, along = (rest_contour(points, of) for points, of in ((bodies.points, faces), exchanged))
+    if not (len(across) and len(along)):
+        return None  # open at its ends
+    width, length = (float((line[:, 2] - line[:, 1]).min()) for line in (across, along))
+    if width <= length:
+        return None
+    seen = (
+        f"The airway is at least {1e3 * width:.3g} mm wide along x, but at one height {1e3 * length:.3g} mm "
+        "long along y."
+    )
+    return Caution("turned_airway", seen, "x must be lateral, y from back to front, z upward: turn the mesh.")
+
+
 def _place(point: NDArray[np.float64]) -> str:
     return "(" + ", ".join(f"{coordinate:.4g}" for coordinate in point) + ")"
 
 
-CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (free_body, open_ends, overlapping_bodies)
+CHECKS: tuple[Callable[[Bodies], Caution | None], ...] = (
+    free_body,
+    open_ends,
+    overlapping_bodies,
+    turned_airway,
+)
