@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,26 @@ def test_plica_video_reads_every_frame_as_it_was_taken(tmp_path: Path, name: str
     assert recording.count == clip.count == 5
     for k, frame in enumerate(recording.frames()):
         np.testing.assert_array_equal(frame, clip.frame(k))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("name", ["clip.avi", "clip.npy", "clip.h5"])
+def test_a_film_that_is_stopped_leaves_nothing_and_begins_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, number: signal.Signals
+) -> None:
+    clip, frame = small(), Clip.frame
+
+    def stopping(self: Clip, index: int) -> Any:
+        if index == 2:
+            os.kill(os.getpid(), number)
+        return frame(self, index)
+
+    monkeypatch.setattr(Clip, "frame", stopping)
+    with pytest.raises(KeyboardInterrupt, match="3 of 5 frames"):
+        clip.write(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(Clip, "frame", frame)
+    assert clip.write(tmp_path / name) == sorted(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["clip.npy", "clip.h5"])
@@ -212,6 +234,7 @@ def test_the_command_films_a_run_and_says_how_to_analyse_it(
     assert result.err.splitlines()[-1].startswith(
         "plica: Caution: plica video will find no cycles in this film: "
     )
+    assert re.match(r"plica: \d+ frames, about \S+ (s|min|h); ", result.err)  # before the first is rendered
     message = result.out.splitlines()
     assert (
         message[0]

@@ -149,3 +149,18 @@ def test_a_second_call_makes_a_level_no_longer_than_the_first(
     for _ in range(2):
         estimate._run_level(level, run, own, start, tmp_path, shown=False)
         assert held == 40 + 2 * 90
+
+
+@pytest.mark.parametrize(("steps", "cycles"), [(1100, 4), (2100, 9)])
+def test_the_scatter_of_every_average_is_found_from_few_cycles_and_from_many(steps: int, cycles: int) -> None:
+    from analytic_run import Phonation
+    from plica.phonation.measures.measure import measure, steady_cycles
+    from plica.uncertainty.sample import _scatter
+
+    run = Phonation(frequency=100.0, steps=steps).run()  # blocks of one cycle, and of two
+    found = steady_cycles(run)
+    assert found.count == cycles
+    means = measure(run, found)
+    scatter = _scatter(run, found, means)
+    averaged = {name for name, item in means.items() if item.value is not None and item.spread is not None}
+    assert {"fundamental_frequency", "period", "open_quotient", "peak_flow"} <= averaged <= scatter.keys()

@@ -167,7 +167,7 @@ class Clip:
         overwrite : bool
             Replace an existing clip or truth file.
         progress : bool
-            Show a bar on standard error.
+            Print the number of frames and the expected time, and show a bar, on standard error.
 
         Returns
         -------
@@ -180,6 +180,8 @@ class Clip:
             For another file name extension, and if a file exists and `overwrite` is False.
         StorageFailed
             If a file cannot be written.
+        KeyboardInterrupt
+            Stopped by Ctrl-C or SIGTERM; no file is left.
         """
         from plica.film.writing import write
 

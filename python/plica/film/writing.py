@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -17,6 +18,8 @@ from plica._engine import build_info
 from plica.errors import InvalidInput
 from plica.storage.files import refuse_overwriting, replaced, storage_errors
 from plica.storage.hdf5 import create, lay_out, put, put_row, set_text
+from plica.storage.stopping import stop_on_signal
+from plica.units import clock
 
 if TYPE_CHECKING:
     from plica.film.clip import Clip
@@ -31,7 +34,7 @@ Add = Callable[[int, Picture], None]
 
 
 def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = False) -> list[Path]:
-    """Write a clip; see `Clip.write`. Each file appears complete or not at all."""
+    """Write a clip; see `Clip.write`. Each file appears complete or not at all, also after a signal."""
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise InvalidInput(f"Film: {path.name}; must end in one of {', '.join(FORMATS)}.")
@@ -40,6 +43,9 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
         raise InvalidInput(f"Film: {problem}; must be a file in an existing directory.")
     whole, truth = suffix in (".h5", ".hdf5"), path.with_name(path.stem + ".truth.h5")
     refuse_overwriting([path] if whole else [path, truth], overwrite)
+    if progress:
+        what = f"{clip.count} frames, about {clock(_expected_seconds(clip))}; --from and --to film a part."
+        print(f"plica: {what}", file=sys.stderr, flush=True)
     if whole:
         replaced(path, lambda draft: _write_both(clip, draft, None, progress))
         return [path]
@@ -53,6 +59,15 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
     return [path, truth]
 
 
+def _expected_seconds(clip: Clip) -> float:
+    """Of all frames, by the second; the first prepares what all of them use."""
+    for k in (0, 1):
+        begin = time.perf_counter()
+        clip.frame(k)
+        clip.flow(min(k, clip.count - 2))
+    return clip.count * (time.perf_counter() - begin)
+
+
 def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None:
     """Write frames and truth, frame by frame; the frames into the truth's file if `add` is None."""
     with create(path) as file:
@@ -60,14 +75,17 @@ def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None
         if add is None:
             _packed(file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels.")
             add = partial(put_row, file, "frames")
-        for k in _frame_numbers(clip.count, progress):
-            add(k, clip.frame(k))
-            put_row(file, "glottis", k, clip.glottis(k))
-            put_row(file, "glottal_area", k, clip.area(k))
-            if k + 1 < clip.count:
-                flow, visible = clip.flow(k)
-                put_row(file, "flow", k, flow)
-                put_row(file, "visible", k, visible)
+        with stop_on_signal() as stop:
+            for k in _frame_numbers(clip.count, progress):
+                if stop.signal is not None:
+                    raise KeyboardInterrupt(f"stopped after {k} of {clip.count} frames; no film was written")
+                add(k, clip.frame(k))
+                put_row(file, "glottis", k, clip.glottis(k))
+                put_row(file, "glottal_area", k, clip.area(k))
+                if k + 1 < clip.count:
+                    flow, visible = clip.flow(k)
+                    put_row(file, "flow", k, flow)
+                    put_row(file, "visible", k, visible)
 
 
 def _describe(file: Any, clip: Clip) -> None:

@@ -1,15 +1,10 @@
-"""Progress bar of a run, and stopping it by a signal."""
+"""Progress bar of a run."""
 
 from __future__ import annotations
 
-import signal
 import sys
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from types import FrameType
 
-__all__ = ["Progress", "StopRequest", "stop_on_signal"]
+__all__ = ["Progress"]
 
 
 class Progress:
@@ -42,30 +37,3 @@ class Progress:
         """Close the bar and leave it on screen."""
         if self._bar is not None:
             self._bar.close()
-
-
-class StopRequest:
-    """Signal handler that records a request to stop the run."""
-
-    def __init__(self) -> None:
-        self.signal: int | None = None
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        if self.signal is not None and number == signal.SIGINT:
-            raise KeyboardInterrupt  # second Ctrl-C: stop at once
-        self.signal = number
-
-
-@contextmanager
-def stop_on_signal() -> Iterator[StopRequest]:
-    """Record Ctrl-C and SIGTERM instead of raising them; has an effect only in the main thread."""
-    request = StopRequest()
-    if threading.current_thread() is not threading.main_thread():
-        yield request
-        return
-    before = {number: signal.signal(number, request) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield request
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -21,7 +21,7 @@ from plica.phonation.run.basis_file import BASIS, kept_basis, write_basis
 from plica.phonation.run.build import build_simulation
 from plica.phonation.run.checkpoint import Checkpoint
 from plica.phonation.run.continuation import has_all, holds_run, require_mesh
-from plica.phonation.run.progress import Progress, stop_on_signal
+from plica.phonation.run.progress import Progress
 from plica.phonation.run.results import Run
 from plica.phonation.run.store import ResultFile
 from plica.phonation.run.xdmf import write_xdmf
@@ -31,6 +31,7 @@ from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.problems import value_text
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import holds_nothing_but, only_writer, replaced, storage_errors
+from plica.storage.stopping import stop_on_signal
 
 __all__ = ["run", "run_from", "run_telling"]
 
