@@ -19,7 +19,8 @@ from plica.cli import main
 from plica.errors import InvalidInput
 from plica.phonation.report.comparison import compare_runs
 from plica.report.comparison import comparison_table, write_comparison
-from plica.report.page import pdf_of, render, require_pdf, write_page
+from plica.report.page import pdf_of, render, require_pdf
+from plica.storage.files import write_text
 from plica.video import Settings, VideoError, analyse, compare, load
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
@@ -301,7 +302,7 @@ def test_a_page_is_paged_with_a_running_header_that_nothing_can_end(tmp_path: Pa
     assert "</style> {%" not in text.split("</style>")[0]
     pages = weasyprint.HTML(string=text).render().pages
     assert len(pages) > 1
-    page = write_page(text, tmp_path / "comparison.html")
+    page = write_text(text, tmp_path / "comparison.html")
     assert pdf_of(page).read_bytes().startswith(b"%PDF-")
     assert sorted(file.name for file in tmp_path.iterdir()) == ["comparison.html", "comparison.pdf"]
 

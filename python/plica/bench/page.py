@@ -14,7 +14,7 @@ from plica.bench.record import Record, read
 from plica.bench.run import confirmed_claims, failed_claims
 from plica.bench.text import cells, headings, peer_ratios, provenance, write_csv
 from plica.errors import InvalidInput
-from plica.storage.files import replaced
+from plica.storage.files import write_text
 
 __all__ = ["records_in", "write_page"]
 
@@ -52,12 +52,7 @@ def write_page(directory: Path) -> Path:
         broken=lambda record: failed_claims(find_case(record.case), record),
         kept=lambda record: confirmed_claims(find_case(record.case), record),
     )
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(page, fill)
-    return page
+    return write_text(text, page)
 
 
 def _of(family: str, records: Sequence[Record]) -> list[Record]:

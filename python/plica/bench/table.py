@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from plica.storage.files import storage_errors
+from plica.storage.files import replaced, storage_errors
 
 __all__ = ["header", "line", "show"]
 
@@ -71,7 +71,11 @@ def _text(value: object) -> str:
 
 def _write(rows: Sequence[Row], path: Path) -> None:
     names = list(dict.fromkeys(name for row in rows for name in row))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv_file.DictWriter(file, fieldnames=names)
-        writer.writeheader()
-        writer.writerows(rows)
+
+    def fill(draft: Path) -> None:
+        with draft.open("w", newline="", encoding="utf-8") as file:
+            writer = csv_file.DictWriter(file, fieldnames=names)
+            writer.writeheader()
+            writer.writerows(rows)
+
+    replaced(path, fill)

@@ -98,7 +98,7 @@ def _larynx(options: argparse.Namespace) -> int:
 
 def _fitted(options: argparse.Namespace) -> int:
     from plica import larynx_fit
-    from plica.storage.files import refuse_overwriting, storage_errors
+    from plica.storage.files import refuse_overwriting, replaced, write_text
 
     picture = options.output.with_suffix(".svg")
     refuse_overwriting([options.output, picture], options.overwrite)
@@ -114,9 +114,13 @@ def _fitted(options: argparse.Namespace) -> int:
         x, y, other_x, other_y = options.commissures
         given["commissures"] = ((x, y), (other_x, other_y))
     made = larynx_fit.fit_larynx(frame, mask, **(known | given))
-    with storage_errors(options.output):
-        options.output.write_text(_comment(made) + made.scene_text(), encoding="utf-8")
-        picture.write_text(larynx_fit.overlay(made).svg, encoding="utf-8")
+    scene, seen = _comment(made) + made.scene_text(), larynx_fit.overlay(made).svg
+
+    def write_both(draft: Path) -> None:
+        draft.write_text(seen, encoding="utf-8")
+        write_text(scene, options.output)
+
+    replaced(picture, write_both)
     print(_summary(made))
     print(f"\nwritten: {options.output}, {picture}")
     for warning in made.warnings:

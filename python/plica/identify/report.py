@@ -15,7 +15,7 @@ from plica.identify.figures import close_to_prior, sections
 from plica.identify.posterior import Posterior
 from plica.identify.results import Identification
 from plica.report.wording import number
-from plica.storage.files import replaced
+from plica.storage.files import write_text
 
 __all__ = ["write_report"]
 
@@ -49,12 +49,7 @@ def write_report(found: Identification) -> Path:
         scene=found.scene_text.strip(),
         version=build_info()["version"],
     )
-
-    def write(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(path, write)
-    return path
+    return write_text(text, path)
 
 
 def remark(found: Identification) -> str:

@@ -12,8 +12,9 @@ import numpy as np
 from plica._engine import build_info
 from plica.measures.comparison import METHOD, Change
 from plica.report.drawing import Drawing
-from plica.report.page import pdf_of, render, write_page
+from plica.report.page import pdf_of, render
 from plica.report.wording import Row, numbered, row, typeset
+from plica.storage.files import write_text
 from plica.storage.json_file import write_json
 from plica.storage.table import write_table
 
@@ -144,7 +145,7 @@ def write_comparison(sheet: Sheet, directory: Path, *, pdf: bool = False) -> Pat
         version=build_info()["version"],
     )
     _write_tables(sheet, directory)
-    page = write_page(text, directory / "comparison.html")
+    page = write_text(text, directory / "comparison.html")
     return pdf_of(page) if pdf else page
 
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 from plica.errors import InvalidInput
 from plica.storage.files import replaced
 
-__all__ = ["pdf_of", "render", "require_pdf", "write_page"]
+__all__ = ["pdf_of", "render", "require_pdf"]
 
 
 def render(template: str, **values: Any) -> str:
@@ -39,16 +39,6 @@ def _css(text: str) -> Markup:
 def _source(name: str) -> str:
     package, _, file = name.rpartition("/")
     return files(f"plica.{package.replace('/', '.')}").joinpath(file).read_text(encoding="utf-8")
-
-
-def write_page(text: str, path: Path) -> Path:
-    """Write a page, replacing it atomically, and return its path."""
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(path, fill)
-    return path
 
 
 def require_pdf() -> Any:
@@ -81,7 +71,7 @@ def require_pdf() -> Any:
 
 
 def pdf_of(page: Path) -> Path:
-    """Convert a page of :func:`write_page` to PDF beside it, on A4 with a running header; returns its path.
+    """Convert a page to PDF beside it, on A4 with a running header; returns its path.
 
     Raises
     ------

@@ -19,6 +19,7 @@ __all__ = [
     "require_file",
     "require_space",
     "storage_errors",
+    "write_text",
 ]
 
 LOCK = ".lock"
@@ -64,6 +65,16 @@ def replaced(path: Path, write: Callable[[Path], None]) -> None:
             os.fsync(directory)
         finally:
             os.close(directory)
+
+
+def write_text(text: str, path: Path) -> Path:
+    """Write text, replacing the file atomically, and return the path."""
+
+    def fill(draft: Path) -> None:
+        draft.write_text(text, encoding="utf-8")
+
+    replaced(path, fill)
+    return path
 
 
 _KINDS: tuple[tuple[Callable[[int], bool], str], ...] = (

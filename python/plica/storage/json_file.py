@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from plica.errors import Damaged
-from plica.storage.files import replaced, require_file, storage_errors
+from plica.storage.files import require_file, storage_errors, write_text
 
 __all__ = ["read_json", "write_json"]
 
@@ -25,13 +25,7 @@ def write_json(content: Any, path: Path, *, guarded: bool = False) -> Path:
     """
     if guarded:
         content = {**content, _CHECKSUM: _checksum(content)}
-    text = json.dumps(content, indent=2, allow_nan=False)
-
-    def fill(draft: Path) -> None:
-        draft.write_text(text + "\n", encoding="utf-8")
-
-    replaced(path, fill)
-    return path
+    return write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", path)
 
 
 def read_json(path: Path, hint: str) -> dict[str, Any]:

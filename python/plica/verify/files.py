@@ -11,7 +11,7 @@ from pathlib import Path
 import jinja2
 
 from plica.report.installation import Installation
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import replaced, storage_errors, write_text
 from plica.storage.json_file import write_json
 from plica.verify.case import Case, Row
 from plica.verify.subjects import SUBJECTS
@@ -41,7 +41,7 @@ def write(
         directory.mkdir(parents=True, exist_ok=True)
     write_json([row.as_json() for row in rows], directory / "verification.json")
     replaced(directory / "verification.csv", lambda draft: _table(rows, draft))
-    _text(as_markdown(results, installation), directory / "verification.md")
+    write_text(as_markdown(results, installation), directory / "verification.md")
     template = files("plica.verify").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     page = environment.from_string(template).render(
@@ -54,7 +54,7 @@ def write(
         shown=shown,
         within=within,
     )
-    return _text(page, directory / "verification.html")
+    return write_text(page, directory / "verification.html")
 
 
 def _of(subject: str, results: Sequence[tuple[Case, Sequence[Row]]]) -> list[tuple[Case, Sequence[Row]]]:
@@ -67,11 +67,3 @@ def _table(rows: Sequence[Row], path: Path) -> None:
         writer = csv.DictWriter(file, fieldnames=list(objects[0]))
         writer.writeheader()
         writer.writerows(objects)
-
-
-def _text(text: str, path: Path) -> Path:
-    def fill(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(path, fill)
-    return path

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
+from plica.storage.files import replaced
 from plica.video.brightness import around, blurred, region_below
 from plica.video.candidates import Prior
 from plica.video.errors import VideoError
@@ -246,8 +248,9 @@ def write_masks(folder: Path, frames: Mapping[int, tuple[Grey, Mask]]) -> None:
             )
     for index, (frame, mask) in frames.items():
         seen = np.clip(np.round(frame), 0, 255).astype(np.uint8)
-        Image.fromarray(seen).save(folder / f"frame_{index:05d}.png")
-        Image.fromarray(255 * mask.astype(np.uint8)).save(folder / f"mask_{index:05d}.png")
+        for name, picture in (("frame", seen), ("mask", 255 * mask.astype(np.uint8))):
+            image = Image.fromarray(picture)
+            replaced(folder / f"{name}_{index:05d}.png", partial(image.save, format="PNG"))
 
 
 def read_masks(folder: Path, shape: tuple[int, int]) -> dict[int, Mask]:

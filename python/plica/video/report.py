@@ -13,8 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from plica._engine import build_info
-from plica.report.page import render, write_page
+from plica.report.page import render
 from plica.report.wording import numbered, tables
+from plica.storage.files import write_text
 from plica.video.analysis import Analysis
 from plica.video.figures import sections
 from plica.video.light import light_of
@@ -51,7 +52,7 @@ def write_report(found: Analysis) -> Path:
         command=_command(found),
         version=build_info()["version"],
     )
-    return write_page(text, found.directory / "report.html")
+    return write_text(text, found.directory / "report.html")
 
 
 def running(found: Analysis) -> str:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 
-from plica.storage.files import replaced
+from plica.storage.files import write_text
 from plica.video.analysis import Analysis
 from plica.video.drift import without_drift
 from plica.video.errors import VideoError
@@ -36,11 +35,7 @@ def report_lambda(found: Analysis) -> LambdaReport:
     chosen = np.unique(seen[np.linspace(0, seen.size - 1, _PAIRS).round().astype(int)])
     said = lambda_report([_pair(found, int(k)) for k in chosen], found.settings.preset)
     text = json.dumps(said.as_dict(), indent=1) + "\n"
-
-    def write(draft: Path) -> None:
-        draft.write_text(text, encoding="utf-8")
-
-    replaced(found.directory / "lambda.json", write)
+    write_text(text, found.directory / "lambda.json")
     return said
 
 

@@ -13,8 +13,9 @@ from plica.phonation.report.energy_figures import energy_balance, probe_motion, 
 from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
-from plica.report.page import render, write_page
+from plica.report.page import render
 from plica.report.wording import headlines, number, numbered, tables
+from plica.storage.files import write_text
 
 
 def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None = None) -> Path:
@@ -53,7 +54,7 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
         scene=run.scene_text.strip(),
         versions=dict(run.versions),
     )
-    return write_page(text, path)
+    return write_text(text, path)
 
 
 def banner(reading: Reading) -> str:

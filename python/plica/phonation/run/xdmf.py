@@ -6,7 +6,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from plica.phonation.run.progress_record import ProgressRecord
-from plica.storage.files import replaced
+from plica.storage.files import write_text
 from plica.storage.stored import Stored
 
 __all__ = ["write_xdmf"]
@@ -60,12 +60,7 @@ def write_xdmf(results: Path) -> Path | None:
         lines.append("</Grid>")
     lines.append("</Grid></Domain></Xdmf>")
     text = "\n".join(lines) + "\n"
-    replaced(path, lambda draft: _write_text(draft, text))
-    return path
-
-
-def _write_text(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")
+    return write_text(text, path)
 
 
 def _attribute(name: str, kind: str, data: str, frame: int, frames: int, shape: tuple[int, ...]) -> list[str]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -116,13 +118,17 @@ def write_mesh(mesh: _engine.TetMesh, path: Path) -> None:
     made = meshio.Mesh(np.asarray(mesh.points), [(kind, np.asarray(mesh.cells))], cell_data=data)
     with (
         storage_errors(path),
+        tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as drafts,
         contextlib.redirect_stdout(io.StringIO()),
         contextlib.redirect_stderr(io.StringIO()),
     ):
+        draft = Path(drafts, path.name)
         try:
             if path.suffix == ".msh":
-                made.write(path, file_format="gmsh22")
+                made.write(draft, file_format="gmsh22")
             else:
-                made.write(path)
+                made.write(draft)
         except (meshio.WriteError, meshio.ReadError) as error:
             raise InvalidInput(f"{path}: cannot be written as a mesh: {error}") from None
+        for part in sorted(draft.parent.iterdir(), key=draft.__eq__):  # formats with a second file: this last
+            os.replace(part, path.with_name(part.name))

@@ -30,7 +30,7 @@ from plica.phonation.scene.stepping import is_whole
 from plica.phonation.scene.tissue import Tissue
 from plica.phonation.scene.tissue_presets import by_name
 from plica.phonation.scene.toml_text import toml_text
-from plica.storage.files import require_file
+from plica.storage.files import require_file, write_text
 from plica.units import Acceleration
 
 __all__ = ["Scene"]
@@ -218,7 +218,7 @@ class Scene(Part):
 
     def save(self, path: str | Path) -> None:
         """Write the resolved scene as TOML."""
-        Path(path).write_text(self.text(), encoding="utf-8")
+        write_text(self.text(), Path(path))
 
     @model_validator(mode="before")
     @classmethod
