@@ -164,3 +164,47 @@ def test_the_scatter_of_every_average_is_found_from_few_cycles_and_from_many(ste
     scatter = _scatter(run, found, means)
     averaged = {name for name, item in means.items() if item.value is not None and item.spread is not None}
     assert {"fundamental_frequency", "period", "open_quotient", "peak_flow"} <= averaged <= scatter.keys()
+
+
+def test_an_average_that_one_block_alone_has_has_no_statistical_error() -> None:
+    from analytic_run import Phonation
+    from plica.uncertainty import sample
+
+    run: Any = Phonation(frequency=100.0, steps=2100).run()
+    whole = sample.sampled(run, of_cycles=True)
+    last = whole.cycles.starts[-2]
+    for name in ("contact_force_first", "contact_force_second"):
+        run.waveforms[name][run.time < last] = 0.0  # the folds meet in the last cycle alone
+    found = sample.sampled(run, of_cycles=True)
+    assert found.samples["contact_impulse"].value > 0
+    assert found.samples["contact_impulse"].scatter is None
+    assert found.samples["fundamental_frequency"] == whole.samples["fundamental_frequency"]
+
+
+@pytest.mark.parametrize("unknown", ["run", "level"])
+def test_a_mean_whose_statistical_error_is_unknown_is_not_compared(unknown: str, bar: plica.Scene) -> None:
+    """The values agree by chance: that is no bound of 0."""
+    from types import SimpleNamespace
+
+    from plica.measures.measure import Measure
+    from plica.uncertainty.comparison import Computed, compared_measures
+    from plica.uncertainty.sample import Sample
+
+    def of(scatter: float | None) -> Sampled:
+        item = Measure("peak_flow", 4e-4, "m^3/s", spread=1e-6, cycles=9)
+        return Sampled(Cycles(np.arange(10.0)), {"peak_flow": Sample(item, scatter)})
+
+    run: Any = SimpleNamespace(scene=bar, mesh=SimpleNamespace(cells=np.zeros((6, 4))))
+    finer: Any = SimpleNamespace(scene=bar.replace({"time.step": 0.5 * bar.time.step}), mesh=run.mesh)
+    level = PlannedLevel("step-2", "step", 2, finer.scene)
+
+    def compared(own: float | None, its: float | None) -> Any:
+        return compared_measures(run, of(own), of(own), [Computed(level, finer, of(its))])["peak_flow"]
+
+    known = compared(1e-6, 1e-6)
+    assert known.numerical > 0
+    assert known.statistical == 1e-6
+    found = compared(*((None, 1e-6) if unknown == "run" else (1e-6, None)))
+    assert found.numerical is None
+    assert found.statistical == (None if unknown == "run" else 1e-6)
+    assert found.spread == 1e-6

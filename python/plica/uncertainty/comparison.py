@@ -39,6 +39,9 @@ def compared_measures(
 ) -> dict[str, Uncertain]:
     """The uncertainties of all measures that the run and a level have.
 
+    A mean over cycles whose statistical error is not known is not compared: a difference that may be all
+    scatter bounds nothing.
+
     Parameters
     ----------
     run : Run
@@ -63,16 +66,18 @@ def compared_measures(
                     _size(one.run, kind), near(item.value, compared.value, item.measure.unit), item.scatter
                 )
                 for key, (one, item) in values.items()
-                if one.level.kind == kind
+                if one.level.kind == kind and item.scatter is not None
             }
-            base = Level(_size(run, kind), compared.value, compared.scatter)
-            floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
-            part = _refinement(run.scene, kind, base, others, floor=floor)
+            part = None
+            if compared.scatter is not None:
+                base = Level(_size(run, kind), compared.value, compared.scatter)
+                floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
+                part = _refinement(run.scene, kind, base, others, floor=floor)
             if part is not None and kind == "step" and _diverges(name, run.scene):
                 part = replace(part, verdict="no convergence", extrapolated=None)
             parts[kind] = part
         item = sample.measure
-        averaged = bool(sample.scatter)
+        averaged = own.cycles.settled and item.cycles > 0
         found[name] = Uncertain(
             name,
             item.unit,

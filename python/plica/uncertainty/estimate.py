@@ -248,8 +248,12 @@ def _reduced(run: Run) -> list[str]:
 
 
 def _lacking(late: Sampled, levels: list[Computed]) -> list[str]:
-    """Remarks on measures of the run that a level does not have, e.g. of collisions."""
+    """Remarks on measures of the run that a level does not have or in too few cycles, e.g. of collisions."""
     found = []
+    for where, one_found in (("the run", late), *((one.level.name, one.found) for one in levels)):
+        names = [name for name, sample in one_found.samples.items() if sample.scatter is None]
+        if names:
+            found.append(f"{where} has {', '.join(names)} in fewer than two cycles: not compared")
     for one in levels:
         names = [name for name in late.samples if name not in one.found.samples]
         if names:

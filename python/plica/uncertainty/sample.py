@@ -30,10 +30,17 @@ _EXCLUDED = frozenset(("subglottal_pressure", "amplitude_growth"))
 
 @dataclass(frozen=True)
 class Sample:
-    """A measure with the 95 % statistical error of its mean; 0 without averaging."""
+    """A measure with the 95 % statistical error of its mean.
+
+    Attributes
+    ----------
+    measure : Measure
+    scatter : float or None
+        0 without averaging over steady cycles; None: too few of them have the quantity to tell.
+    """
 
     measure: Measure
-    scatter: float
+    scatter: float | None
 
     @property
     def value(self) -> float:
@@ -61,18 +68,18 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
     """
     cycles = steady_cycles(run)
     found = measure(run, cycles)
-    scatter = _scatter(run, cycles, found) if cycles.settled else {}
+    scatter = _scatter(run, cycles, found) if cycles.settled else None
     samples = {}
     for name, item in found.items():
         left_out = name in _EXCLUDED or CATALOGUE[name].diagnostic or (of_cycles and not item.cycles)
         if item.value is not None and not left_out:
-            samples[name] = Sample(item, scatter.get(name, 0.0) if item.cycles else 0.0)
+            samples[name] = Sample(item, 0.0 if scatter is None or not item.cycles else scatter.get(name))
     return Sampled(cycles, samples)
 
 
 def _scatter(run: RunData, cycles: Cycles, means: Mapping[str, Measure]) -> dict[str, float]:
     """Student's interval of the means of blocks of cycles (batch means), or of single cycles if there are
-    few."""
+    few; nothing of a quantity that fewer than two of them have."""
     from scipy import special
 
     size = max(_BLOCK, cycles.pattern)
