@@ -69,6 +69,7 @@ PYBIND11_MODULE(_engine, engine) {
   bind_mesh(engine);
   bind_tissue(engine);
   bind_imaging(engine);
+  bind_sight(engine);
   bind_estimation(engine);
   bind_estimation_sweep(engine);
 #ifdef PLICA_WITH_CONTACT

@@ -5,6 +5,7 @@
 void bind_mesh(pybind11::module_& engine);
 void bind_tissue(pybind11::module_& engine);
 void bind_imaging(pybind11::module_& engine);
+void bind_sight(pybind11::module_& engine);
 void bind_estimation(pybind11::module_& engine);
 void bind_estimation_sweep(pybind11::module_& engine);
 void bind_contact(pybind11::module_& engine);

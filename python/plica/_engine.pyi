@@ -57,20 +57,27 @@ __all__: list[str] = [
     "combine",
     "congruence",
     "contact_equilibrium",
+    "corner_normals",
     "dense_flow",
     "elasticity_matrix",
     "equilibrium",
+    "first_hits",
     "flat_triangles",
     "flow_residual",
     "free_bodies",
     "gram_update",
+    "heights_above",
+    "hits_near",
+    "interpolated",
     "larynx_mesh",
     "larynx_preset",
     "least_jacobian_ratios",
     "light_gains",
     "matched_airway",
+    "periodic_spline",
     "pressure_patterns",
     "product",
+    "rasterise_triangles",
     "round_trip",
     "scheme_coefficients",
     "set_threads",
@@ -88,6 +95,7 @@ __all__: list[str] = [
     "toeplitz_transposed_product",
     "triangulated_airway",
     "waveforms",
+    "within_hull",
 ]
 
 class InvalidInput(ValueError):
@@ -851,6 +859,10 @@ def contact_equilibrium(
     | None = None,
     displacement: typing.Annotated[numpy.typing.ArrayLike, numpy.float64] | None = None,
 ) -> ContactEquilibrium: ...
+def corner_normals(
+    corners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    triangles: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def dense_flow(
     first: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     second: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
@@ -877,6 +889,11 @@ def equilibrium(
     ]
     | None = None,
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def first_hits(
+    nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    pixels: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]: ...
 def flat_triangles(
     faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> numpy.typing.NDArray[numpy.int32]: ...
@@ -893,6 +910,25 @@ def gram_update(
     w: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     scale: typing.SupportsFloat | typing.SupportsIndex,
 ) -> None: ...
+def heights_above(
+    places: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    corners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    triangles: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    rows: typing.SupportsInt | typing.SupportsIndex,
+    columns: typing.SupportsInt | typing.SupportsIndex,
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def hits_near(
+    nodes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    face: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    pixels: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    start: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]: ...
+def interpolated(
+    weights: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    rows: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def larynx_mesh(
     *,
     order: typing.SupportsInt | typing.SupportsIndex = 1,
@@ -931,6 +967,11 @@ def matched_airway(
         collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"
     ],
 ) -> Airway: ...
+def periodic_spline(
+    tile: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    places: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    degree: typing.SupportsInt | typing.SupportsIndex,
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def pressure_patterns(
     mesh: TetMesh,
     faces: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
@@ -940,6 +981,11 @@ def product(
     a: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     b: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
+def rasterise_triangles(
+    corners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    triangles: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
+    within: typing.Annotated[numpy.typing.ArrayLike, numpy.bool],
+) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.float64]]: ...
 def round_trip(
     forward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
     backward: typing.Annotated[numpy.typing.ArrayLike, numpy.float32],
@@ -986,5 +1032,9 @@ def triangulated_airway(
     second: numpy.ndarray[typing.Any, numpy.dtype[typing.Any]],
 ) -> Airway: ...
 def waveforms() -> list[Waveform]: ...
+def within_hull(
+    sides: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    places: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.bool]: ...
 
 DEEPEST_LAYER: float = 0.3

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from plica.commands.arguments import add_command, as_options, numbers, whole
+from plica.commands.arguments import add_command, add_threads, as_options, numbers, whole
 
 __all__ = ["add_commands"]
 
@@ -97,6 +97,7 @@ def add_commands(commands: Any) -> None:
         help="share of ambient light, 0 to 1 (default: 0.35)",
     )
     film.add_argument("--seed", metavar="N", type=int, default=1, help="of texture and noise (default: 1)")
+    add_threads(film)
     film.add_argument("--overwrite", action="store_true", help="replace an existing clip and its truth")
     film.add_argument("--quiet", action="store_true", help="print only errors and cautions")
 
@@ -133,6 +134,7 @@ def _filmed(options: argparse.Namespace) -> int:
         seed=options.seed,
         **noise,
     )
+    plica.set_threads(options.threads)
     clip = plica.film(plica.Run.load(options.directory), camera, chosen)
     written = clip.write(options.output, overwrite=options.overwrite, progress=not options.quiet)
     if not options.quiet:

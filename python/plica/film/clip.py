@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ __all__ = ["Clip", "film"]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+_VIEWS = 8  # kept: a frame needs its own and the next frame's
 _LARGEST_ERROR = 0.25  # px, of the motion interpolated between stored fields
 
 
@@ -77,7 +79,8 @@ class Clip:
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()
         self._shading = Shading(options, camera.axes)
-        self._view = lru_cache(maxsize=4)(self._view_at)
+        self._cached_view = lru_cache(maxsize=_VIEWS)(self._view_at)
+        self._viewing = Lock()
         if not self._view(0).raster.pixels.size:
             raise InvalidInput(
                 f"Camera: no tissue is visible in {camera.width} x {camera.height} px of "
@@ -197,6 +200,10 @@ class Clip:
     def _nodes(self, t: float) -> Floats:
         """(k, 3) px, px, m of the surface's nodes at the time t."""
         return self._sight.nodes(self._motion.at(t))
+
+    def _view(self, index: int) -> View:
+        with self._viewing:  # neighbouring frames, which threads make, want the same one
+            return self._cached_view(index)
 
     def _view_at(self, index: int) -> View:
         return self._sight.view(self._nodes(float(self.time[index])))

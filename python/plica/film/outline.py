@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from plica._engine import within_hull
+
 __all__ = ["Hull"]
 
 Floats = NDArray[np.float64]
@@ -21,10 +23,7 @@ class Hull:
 
     def holds(self, places: Floats) -> Mask:
         """(p) whether places (p, 2) lie in it."""
-        inside = np.ones(len(places), dtype=bool)
-        for a, b, c in self._sides:
-            inside &= a * places[:, 0] + b * places[:, 1] + c <= 0
-        return inside
+        return within_hull(self._sides, places)
 
     def pixels(self, shape: tuple[int, int]) -> Mask:
         """(h, w) pixels whose centres lie in it, row by row between its sides."""

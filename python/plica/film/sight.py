@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica._engine import interpolated
 from plica.film.motion import FilmableMesh
 from plica.film.outline import Hull
 from plica.film.raster import Raster, highest, rasterise
@@ -18,7 +19,7 @@ from plica.view.faces import meet, refined, shapes
 __all__ = ["Sight", "View"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Ints = NDArray[Any]
 Mask = NDArray[np.bool_]
 
 _FLAT = 0.1  # px, by which a flat triangle may lie off a curved face
@@ -51,8 +52,8 @@ class View:
     weights: Floats
 
     def of(self, values: Floats) -> Floats:
-        """(p, ...) values (k, ...) at the nodes, interpolated to the raster's pixels."""
-        return np.asarray(np.einsum("pn,pn...->p...", self.weights, values[self.shown]))
+        """(p, c) values (k, c) at the nodes, interpolated to the raster's pixels."""
+        return interpolated(self.weights, self.shown, values)
 
 
 class Sight:
@@ -93,23 +94,27 @@ class Sight:
         corners = surface.corners(nodes)
         opening = Hull(corners[self._rim, :2])
         raster = rasterise(corners, surface.triangles, opening.pixels(self.camera.shape))
-        face, weights = raster.shown // surface.divisions**2, surface.flat(raster.shown, raster.share)
+        face = raster.shown // surface.divisions**2
         if surface.faces.shape[1] == 6:
-            face, weights = self._curved(nodes, raster, face, weights)
+            face, weights = self._curved(nodes, raster, face)
+        else:
+            weights = raster.share
         return View(nodes, corners, opening, raster, surface.faces[face], weights)
 
-    def _curved(self, nodes: Floats, raster: Raster, face: Ints, weights: Floats) -> tuple[Ints, Floats]:
+    def _curved(self, nodes: Floats, raster: Raster, face: Ints) -> tuple[Ints, Floats]:
         """Faces (p) and weights (p, 6) where the lines of sight meet the curved faces."""
         faces, width = self.surface.faces, self.camera.width
         pixels = np.column_stack([raster.pixels % width, raster.pixels // width]).astype(float)
         start = self.surface.places(raster.shown, raster.share)
-        place, found = refined(nodes[faces], face, pixels, start)
+        place, found = refined(nodes, faces, face, pixels, start)
         lost = np.flatnonzero(~found)  # most are near an edge: they lie on the adjacent face
         met = meet(nodes, faces, pixels[lost])
         there = met.face >= 0
         face[lost[there]], place[lost[there]] = met.face[there], met.place[there]
         found[lost[there]] = True
-        weights[found] = shapes(6, place[found])
+        weights = shapes(6, place)
+        flat = np.flatnonzero(~found)
+        weights[flat] = self.surface.flat(raster.shown[flat], raster.share[flat])
         return face, weights
 
     def still_visible(self, moved: Floats, shown: NDArray[Any], then: View) -> Mask:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plica._engine import interpolated
 from plica.tetrahedron import EDGES
 from plica.view.faces import lattice, shapes
 
@@ -20,6 +22,7 @@ __all__ = ["Surface", "bulge", "faces_of", "rim", "skin", "surface_of"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Rows = NDArray[np.int32]
 
 _CORNERS = ((1, 2, 3, 0), (0, 3, 2, 1), (0, 1, 3, 2), (0, 2, 1, 3))  # of a face, and the one opposite
 _MIDDLE = {edge: 4 + k for k, edge in enumerate(EDGES)}
@@ -41,24 +44,26 @@ class Surface:
 
     nodes: Ints
     weights: sparse.csr_array
-    triangles: Ints
-    faces: Ints
+    triangles: Rows
+    faces: Rows
     divisions: int
 
     def corners(self, positions: Floats) -> Floats:
         """(v, 3) corners from positions (k, 3) of `nodes`."""
         return np.asarray(self.weights @ positions)
 
-    def places(self, shown: Ints, share: Floats) -> Floats:
+    def places(self, shown: Rows, share: Floats) -> Floats:
         """(p, 2) coordinates (r, s) in their faces, of shares (p, 3) in flat triangles (p)."""
-        corners = lattice(self.divisions)[_triangles(self.divisions)[shown % self.divisions**2]]
-        return np.asarray(np.einsum("pk,pkc->pc", share, corners))
+        return interpolated(share, self._own_corners(shown), lattice(self.divisions))
 
-    def flat(self, shown: Ints, share: Floats) -> Floats:
+    def flat(self, shown: Rows, share: Floats) -> Floats:
         """(p, 3 or 6) weights of the faces' nodes at shares (p, 3) in flat triangles (p)."""
-        own = shapes(self.faces.shape[1], lattice(self.divisions))
-        corners = own[_triangles(self.divisions)[shown % self.divisions**2]]
-        return np.asarray(np.einsum("pk,pkn->pn", share, corners))
+        weights = shapes(self.faces.shape[1], lattice(self.divisions))
+        return interpolated(share, self._own_corners(shown), weights)
+
+    def _own_corners(self, shown: Rows) -> Rows:
+        """(p, 3) rows of `lattice` of flat triangles (p)."""
+        return _triangles(self.divisions)[shown % self.divisions**2]
 
 
 def faces_of(mesh: FilmableMesh) -> Ints:
@@ -68,7 +73,7 @@ def faces_of(mesh: FilmableMesh) -> Ints:
     return skin(np.asarray(mesh.points, dtype=float), np.asarray(mesh.cells))
 
 
-def rim(corners: Floats, triangles: Ints) -> Ints:
+def rim(corners: Floats, triangles: Rows) -> Ints:
     """Corners (v, 3) at open edges in the upper half: the upper end of an airway; all of a closed skin."""
     edges = np.sort(
         np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
@@ -140,10 +145,13 @@ def surface_of(faces: Ints, divisions: int) -> Surface:
     grid = np.round((weights @ label) / 1e-9)
     _, first, merged = np.unique(grid, axis=0, return_index=True, return_inverse=True)
     whole = sparse.csr_array(weights[first])
-    return Surface(nodes, whole, merged.ravel()[triangles], np.asarray(local, dtype=np.int64), divisions)
+    return Surface(
+        nodes, whole, merged.ravel().astype(np.int32)[triangles], np.asarray(local, dtype=np.int32), divisions
+    )
 
 
-def _triangles(n: int) -> Ints:
+@cache
+def _triangles(n: int) -> Rows:
     """(n^2, 3) rows of `lattice`."""
     start = np.concatenate([[0], np.cumsum(np.arange(n + 1, 0, -1))])
     found = []
@@ -153,4 +161,4 @@ def _triangles(n: int) -> Ints:
             found.append((a, a + 1, b))
             if i + j < n - 1:
                 found.append((a + 1, b + 1, b))
-    return np.array(found, dtype=np.int64)
+    return np.array(found, dtype=np.int32)

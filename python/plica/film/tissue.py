@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica._engine import corner_normals, periodic_spline
 from plica.film.settings import Film
 
 __all__ = ["Shading", "normals"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
+Rows = NDArray[np.int32]
 
 _TILE = 96  # samples of a side of the periodic tile
 _SAMPLES = 4  # a shortest wavelength
@@ -41,8 +42,8 @@ class Shading:
         """
         film = self._film
         normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-        at = (place @ self._rotation).T / self._spacing
-        own = film.brightness + film.texture * self._sample(self._texture, at, 3)
+        at = place @ self._rotation / self._spacing
+        own = film.brightness + film.texture * periodic_spline(self._texture, at, 3)
         facing = np.maximum(normal @ self._lamp, 0.0)
         grey = own * (film.ambient + (1 - film.ambient) * facing)
         if wet and film.highlights:
@@ -56,17 +57,9 @@ class Shading:
         slope = np.tan(np.radians(film.roughness))
         if slope:
             for axis, tile in enumerate(self._slopes):
-                tilted[:, axis] += slope * self._sample(tile, at / _COARSER, 1)
+                tilted[:, axis] += slope * periodic_spline(tile, at / _COARSER, 1)
             tilted /= np.linalg.norm(tilted, axis=1, keepdims=True)
         return np.asarray(np.maximum(tilted @ self._half, 0.0) ** film.gloss)
-
-    @staticmethod
-    def _sample(tile: Floats, at: Floats, order: int) -> Floats:
-        from scipy import ndimage
-
-        return np.asarray(
-            ndimage.map_coordinates(tile, at, order=order, prefilter=False, mode="grid-wrap"), dtype=float
-        )
 
 
 @lru_cache(maxsize=2)
@@ -98,10 +91,6 @@ def _band(random: Any) -> Floats:
     return np.asarray((noise - noise.mean()) / noise.std())
 
 
-def normals(points: Floats, triangles: Ints) -> Floats:
+def normals(points: Floats, triangles: Rows) -> Floats:
     """(v, 3) outward, of any length: the area-weighted sum of the triangles' normals at each corner."""
-    p = points[triangles]
-    own = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    corner = triangles.T.ravel()
-    sums = [np.bincount(corner, np.tile(own[:, k], 3), minlength=len(points)) for k in range(3)]
-    return np.stack(sums, axis=1)
+    return corner_normals(points, triangles)

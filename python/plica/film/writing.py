@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict
+from collections import deque
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plica._engine import build_info
+from plica._engine import build_info, threads
 from plica.errors import InvalidInput
 from plica.storage.files import refuse_overwriting, replaced, storage_errors
 from plica.storage.hdf5 import create, lay_out, put, put_row, set_text
@@ -59,13 +61,45 @@ def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = F
     return [path, truth]
 
 
+@dataclass(frozen=True)
+class _Shot:
+    """A frame and its truth; no flow of the last."""
+
+    picture: Picture
+    glottis: NDArray[np.bool_]
+    area: float
+    flow: tuple[NDArray[np.float32], NDArray[np.bool_]] | None
+
+
+def _shot(clip: Clip, k: int) -> _Shot:
+    flow = clip.flow(k) if k + 1 < clip.count else None
+    return _Shot(clip.frame(k), clip.glottis(k), clip.area(k), flow)
+
+
+def _shots(clip: Clip, count: int) -> Generator[_Shot, None, None]:
+    """The first frames in order, each made by one of the threads of `plica.set_threads`."""
+    with ThreadPoolExecutor(threads()) as pool:
+        coming: deque[Future[_Shot]] = deque()
+        try:
+            for k in range(count):
+                coming.append(pool.submit(_shot, clip, k))
+                if len(coming) > threads():
+                    yield coming.popleft().result()
+            while coming:
+                yield coming.popleft().result()
+        finally:
+            for one in coming:
+                one.cancel()
+
+
 def _expected_seconds(clip: Clip) -> float:
-    """Of all frames, by the second; the first prepares what all of them use."""
-    for k in (0, 1):
-        begin = time.perf_counter()
-        clip.frame(k)
-        clip.flow(min(k, clip.count - 2))
-    return clip.count * (time.perf_counter() - begin)
+    """Of all frames, by some of them; the first prepares what all of them use."""
+    _shot(clip, 0)
+    tried = min(2 * threads(), clip.count)
+    begin = time.perf_counter()
+    for _ in _shots(clip, tried):
+        pass
+    return clip.count * (time.perf_counter() - begin) / tried
 
 
 def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None:
@@ -75,15 +109,15 @@ def _write_both(clip: Clip, path: Path, add: Add | None, progress: bool) -> None
         if add is None:
             _packed(file, "frames", (clip.count, *clip.camera.shape), np.uint8, "1", "Grey levels.")
             add = partial(put_row, file, "frames")
-        with stop_on_signal() as stop:
-            for k in _frame_numbers(clip.count, progress):
+        with stop_on_signal() as stop, closing(_shots(clip, clip.count)) as shots:
+            for k, shot in zip(_frame_numbers(clip.count, progress), shots, strict=True):
                 if stop.signal is not None:
                     raise KeyboardInterrupt(f"stopped after {k} of {clip.count} frames; no film was written")
-                add(k, clip.frame(k))
-                put_row(file, "glottis", k, clip.glottis(k))
-                put_row(file, "glottal_area", k, clip.area(k))
-                if k + 1 < clip.count:
-                    flow, visible = clip.flow(k)
+                add(k, shot.picture)
+                put_row(file, "glottis", k, shot.glottis)
+                put_row(file, "glottal_area", k, shot.area)
+                if shot.flow is not None:
+                    flow, visible = shot.flow
                     put_row(file, "flow", k, flow)
                     put_row(file, "visible", k, visible)
 

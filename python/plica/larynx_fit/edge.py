@@ -82,7 +82,7 @@ class MeshSeen:
         return self._sight.rest
 
     @property
-    def corners(self) -> tuple[Floats, Ints]:
+    def corners(self) -> tuple[Floats, NDArray[np.int32]]:
         """(v, 2) px and (t, 3): the airway's surface as flat triangles in the picture."""
         return self._view.corners[:, :2], self._sight.surface.triangles
 
