@@ -191,7 +191,7 @@ def test_a_mean_whose_statistical_error_is_unknown_is_not_compared(unknown: str,
     from plica.uncertainty.sample import Sample
 
     def of(scatter: float | None) -> Sampled:
-        item = Measure("peak_flow", 4e-4, "m^3/s", spread=1e-6, cycles=9)
+        item = Measure("peak_flow", 4e-4, spread=1e-6, cycles=9)
         return Sampled(Cycles(np.arange(10.0)), {"peak_flow": Sample(item, scatter)})
 
     run: Any = SimpleNamespace(scene=bar, mesh=SimpleNamespace(cells=np.zeros((6, 4))))
