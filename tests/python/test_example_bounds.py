@@ -51,6 +51,8 @@ def test_the_example_has_the_bounds_that_were_estimated_of_it(example: plica.Sce
         {"time.duration": 1.0},
         {"output.every": 1e-3},
         {"initial.opening_velocity": 0.2},
+        {"airflow.rise": 0.0},
+        {"airflow.rise": 20e-3},
         {"airflow.subglottal_pressure": 870.0},
     ],
 )

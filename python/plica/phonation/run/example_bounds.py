@@ -3,10 +3,10 @@
 example_bounds.json has the estimate (`Uncertainty.as_json`), the scene and the definitions of its
 measures; ``python -m benchmarks.uncertainty.voice`` writes it, and docs/uncertainty.md has how far its
 bounds hold. It is used for a run whose scene is the same but for what has no part in the steady
-vibration's error (the start, the duration, the output, the solver, a symmetry) and for a subglottal
-pressure within a tenth. That a bound of one voice holds for its neighbours is an assumption; the estimate
-of the run itself replaces it. A bound is carried over as a number or as a share of the value, whichever
-is larger.
+vibration's error (the start, also how the pressure rises, the duration, the output, the solver, a
+symmetry) and for a subglottal pressure within a tenth. That a bound of one voice holds for its neighbours
+is an assumption; the estimate of the run itself replaces it. A bound is carried over as a number or as a
+share of the value, whichever is larger.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import json
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -23,7 +23,7 @@ from typing import Any
 
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import Measure
-from plica.measures.uncertainty import Bound, Uncertainty, from_json
+from plica.measures.uncertainty import Bound, Uncertain, Uncertainty, from_json
 from plica.phonation.scene.scene import Scene
 from plica.storage.json_file import write_json
 
@@ -78,15 +78,18 @@ def example_bounds(scene: Scene, measures: Mapping[str, Measure]) -> dict[str, B
 
 
 def write_example(title: str, scene_text: str, uncertainty: Uncertainty, path: Path) -> Path:
-    """Write the estimate of a run; the file is replaced atomically."""
-    steady = {name: item for name, item in uncertainty.measures.items() if item.cycles}
+    """Write the estimate of a run without what it was made of; the file is replaced atomically."""
+    steady = {name: _bounds_of(item) for name, item in uncertainty.measures.items() if item.cycles}
     definitions = {name: CATALOGUE[name].meaning for name in steady}
     content = {"title": title, "scene": scene_text, "definitions": definitions}
-    fields = {**asdict(uncertainty), "measures": steady, "waveforms": {}}
-    fields["levels"] = [
-        {key: value for key, value in level.items() if key != "seconds"} for level in uncertainty.levels
-    ]
-    return write_json({**content, "uncertainty": Uncertainty(**fields).as_json()}, path)
+    kept = replace(uncertainty, measures=steady, waveforms={}, levels=[])
+    return write_json({**content, "uncertainty": kept.as_json()}, path)
+
+
+def _bounds_of(item: Uncertain) -> Uncertain:
+    """Without the values of the levels."""
+    step, mesh = (None if part is None else replace(part, values={}) for part in (item.step, item.mesh))
+    return replace(item, step=step, mesh=mesh)
 
 
 @cache
