@@ -77,7 +77,7 @@ def run(
         "peak force": force.max(),
         "area": wave["contact_area"].max(),
         "gap": wave["deepest_gap"].min(),
-        "ledger": np.abs(wave["energy_balance_error"]).max()
+        "energy balance": np.abs(wave["energy_balance_error"]).max()
         / (wave["kinetic_energy"] + wave["elastic_energy"]).max(),
         "seconds": seconds,
     }

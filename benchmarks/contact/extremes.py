@@ -6,8 +6,8 @@
 After every step, what the engine says is held against what it does not use to find it: each node of one
 contact surface against every cell of the other body (how deep it is below the other surface); the order
 of the bodies, so that none has gone through the other; the sum of the forces of both sides and their
-sign; energy against energy at the start plus work; the ledger. Cases with a closed form are held against
-it. A verdict is one of
+sign; energy against energy at the start plus work; the energy balance. Cases with a closed form are held
+against it. A verdict is one of
 
     right              all hold, and the gaps left are within the tolerance (mortar: 0.05 edges)
     soft               all hold, and the gaps left are up to a quarter of an edge: finite stiffness
@@ -181,7 +181,7 @@ def judge(scene: Scene, contact: str) -> tuple[str, str]:
     if wrong:
         return "WRONG", wrong
     if opened > 1e-5:
-        return "WRONG", f"ledger open by {opened:.1e} of the energy"
+        return "WRONG", f"energy balance open by {opened:.1e} of the energy"
     most = 0.05 if "mortar" in contact else 1.1e-5
     soft = contact in ("Nitsche", "penalty", "mortar penalty")
     if deepest > (0.25 if soft else most):

@@ -53,7 +53,7 @@ for line in sys.stdin:
         rows.append({"hit": hit > 0, "total": taken} | {k: after[k] - parts[k] for k in parts})
     print(json.dumps(rows), flush=True)
 """
-PARTS = ("residual", "load", "solve", "detection", "contact", "ledger", "record")
+PARTS = ("residual", "load", "solve", "detection", "contact", "energies", "record")
 
 
 class Side:

@@ -25,7 +25,7 @@ from benchmarks.contact.collision import widest_opening
 from benchmarks.record import record
 
 LENGTH = 8e-3  # s, two cycles
-PARTS = ("residual", "load", "solve", "detection", "contact", "ledger", "record")
+PARTS = ("residual", "load", "solve", "detection", "contact", "energies", "record")
 COLUMNS = (
     "run",
     "unknowns",

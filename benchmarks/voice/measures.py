@@ -166,7 +166,7 @@ def side_by_side(voices: Sequence[Voice]) -> Iterator[list[str]]:
     yield plain("deepest gap / mean interface edge", "deepest_gap", scale=lambda voice: edge[voice.name])
     yield plain("largest multiplier (N)", "largest_multiplier")
     yield plain("force balance", "contact_force_balance")
-    yield plain("ledger / largest energy", "energy_balance_error")
+    yield plain("energy balance error / largest energy", "energy_balance_error")
     yield plain("share of steps with a frozen coupling", "coupling_frozen_fraction")
     yield plain("inverted tissue cells", "inverted_tissue_max", ".0f")
 

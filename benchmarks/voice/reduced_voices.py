@@ -25,7 +25,7 @@ from benchmarks.voice.reduction import SAID, cost, errors, values
 from plica.phonation.run.basis_file import kept_basis
 from plica.phonation.scene.mesh_source import build_mesh
 
-PARTS = ("step", "residual", "load", "solve", "contact", "ledger", "record")
+PARTS = ("step", "residual", "load", "solve", "contact", "energies", "record")
 COLUMNS = [
     "voice",
     "components",

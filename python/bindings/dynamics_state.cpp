@@ -231,7 +231,7 @@ py::dict SteppedSimulation::times() const {
   times["solve"] = t.solve;
   times["detection"] = t.detection;
   times["contact"] = t.contact;
-  times["ledger"] = t.ledger;
+  times["energies"] = t.ledger;
   times["record"] = t.record;
   return times;
 }

@@ -110,7 +110,7 @@ def test_errors_fall_with_the_edge(name: str) -> None:
     assert abs(fine["impulse"] - 1) < max(0.5 * abs(coarse["impulse"] - 1), 0.02)
     for found in (coarse, fine):
         assert found["force sum"] < 1e-14
-        assert found["ledger"] < 1e-7
+        assert found["energy balance"] < 1e-7
 
 
 def test_what_chatters_or_gains_energy_is_not_recommended() -> None:

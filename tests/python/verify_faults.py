@@ -72,7 +72,7 @@ def other_scheme(name: str, scheme: Any) -> Callable[[pytest.MonkeyPatch], None]
 
 
 def booked(patch: pytest.MonkeyPatch) -> None:
-    """Works and losses of the ledger are off by a thousandth of the energy."""
+    """Works and losses of the energy balance are off by a thousandth of the energy."""
     real = _engine.Simulation
 
     class Simulation(real):  # type: ignore[misc,valid-type]
@@ -235,9 +235,9 @@ FAULTS: dict[str, Callable[[pytest.MonkeyPatch], None]] = {
     "order-trapezoidal": other_scheme("trapezoidal", _engine.Newmark(beta=0.3, gamma=0.6)),
     "order-hht": other_scheme("HHT(-0.3)", _engine.Newmark(beta=0.3, gamma=0.6)),
     "order-newmark": other_scheme("Newmark(1, 3/2)", _engine.Newmark()),
-    "ledger-trapezoidal": booked,
-    "ledger-hht": booked,
-    "ledger-newmark": booked,
+    "energy-trapezoidal": booked,
+    "energy-hht": booked,
+    "energy-newmark": booked,
     "free-motion": scaled("Load", "traction", 1.001),
     "threads": drifting,
     "restore": nudged,

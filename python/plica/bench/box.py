@@ -4,7 +4,7 @@ The body, 6 x 2 x 1 cells of 1 mm, is in a frame of 10 x 6 x 1 cells with a cavi
 than the cavity by a tenth of a cell at each end, and touches there. All nodes are on rollers along x, so
 momentum along x is free, and nothing can slip out of the frame. As every impact turns some of the relative
 motion into vibration, an alternating force goes between them, F sin(2 pi t / T) on the body and its opposite
-on the frame. Its sum is zero and its work is in the ledger.
+on the frame. Its sum is zero and its work is in the energy balance.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ COLUMNS = (
     "angular, change",
     "force sum",
     "gain",
-    "ledger",
+    "energy balance",
     "penetration",
     "s",
     "ms/step",
@@ -75,7 +75,7 @@ def box(combination: Combination, steps: int, tolerance: float) -> dict[str, flo
 
 
 def _kept(simulation: engine.Simulation, result: dict[str, Any]) -> dict[str, float | int]:
-    """Collisions; sums of both sides' forces; energy gained since first touch; how far the ledger closes."""
+    """Collisions; sums of both sides' forces; energy gained since first touch; error of the balance."""
     first, second = result["contact_force_first"], result["contact_force_second"]
     touching = np.concatenate([[False], first.any(axis=1)])
     energy = result["kinetic_energy"] + result["elastic_energy"]
@@ -86,7 +86,7 @@ def _kept(simulation: engine.Simulation, result: dict[str, Any]) -> dict[str, fl
         "collisions": int((touching[1:] & ~touching[:-1]).sum()),
         "force sum": float(np.abs(first + second).max() / np.abs(first).max()),
         "gain": float((gained - gained[0])[1:].max() / most),
-        "ledger": float(np.abs(result["energy_balance_error"]).max() / most),
+        "energy balance": float(np.abs(result["energy_balance_error"]).max() / most),
         "penetration": float(max(-result["deepest_gap"].min(), 0.0) / CELL),
     }
 

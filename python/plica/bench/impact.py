@@ -27,7 +27,7 @@ COLUMNS = (
     "energy end",
     "energy max",
     "penetration",
-    "ledger",
+    "energy balance",
     "ms/step",
 )
 PENALTY = 10.0
@@ -64,7 +64,7 @@ def measure(
         "energy end": float(total[-1]),
         "energy max": float(total.max()),
         "penetration": float(max(-result["deepest_gap"].min(), 0.0) / bar.edge),
-        "ledger": float(np.abs(result["energy_balance_error"]).max() / energy.max()),
+        "energy balance": float(np.abs(result["energy_balance_error"]).max() / energy.max()),
         "ms/step": 1e3 * seconds / steps,
         "force sum": float(np.abs(first + second).max() / np.abs(first).max()),
         "largest multiplier": float(result["largest_multiplier"].max()),

@@ -25,7 +25,7 @@ Columns. Relative errors (root mean square): displacement since first contact, f
 Divided by the exact value: impulse, duration from the first to the last step in contact, plateau (median
 pressure during contact), peak, rebound (mean velocity afterwards). duty: share of the duration in contact;
 below 1 the contact chatters. energy: at the end, and its maximum, divided by that at the start. penetration:
-in edges. ledger: residual of the energy balance, divided by the largest energy. ms/step: processor time on
+in edges. energy balance: its residual, divided by the largest energy. ms/step: processor time on
 this machine, to compare rows. A run that fails has its message in the row. The last lines name the
 recommended combination, and the rule.
 
@@ -48,7 +48,7 @@ Columns. momentum: largest change of the total, divided by that of one body. ang
 positions): change in a step without contact; the part not explained by couples of the contact forces; total
 change. force sum: of both sides, divided by the largest force. gain: largest excess of energy and viscous
 loss over the work since first contact, divided by the largest energy; above zero, contact creates energy.
-ledger, penetration: as in plica bench impact. s, ms/step: processor time on this machine.
+energy balance, penetration: as in plica bench impact. s, ms/step: processor time on this machine.
 
 examples:
   plica bench free -o free.csv                          everything, 1e5 steps: about 20 minutes

@@ -159,7 +159,7 @@ def _random_scene(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def random_scenes(count: int, seed: int) -> Found:
-    """So many random scenes: each steps with its ledger closed, or, at most half of them, is refused."""
+    """So many random scenes: each keeps its energy balance or, at most half of them, is refused."""
     rng, worst, refused = np.random.default_rng(seed), 0.0, 0
     for k in range(count):
         scene = Scene.model_validate(_random_scene(rng))
@@ -176,7 +176,7 @@ def random_scenes(count: int, seed: int) -> Found:
         size = float(np.abs(terms).max())
         error = float(np.abs(waves["energy_balance_error"]).max()) / size
         if not np.isfinite(error):
-            raise Wrong(f"scene {k} of seed {seed}: the ledger is not finite")
+            raise Wrong(f"scene {k} of seed {seed}: the energy balance is not finite")
         worst = max(worst, error)
     if 2 * refused > count:
         raise Wrong(f"{refused} of {count} scenes were refused: next to nothing was tried.")
@@ -195,8 +195,8 @@ def _probes() -> list[Probe]:
             partial(fuzzed, scene_file, lambda p: stepped(Scene.load(p)), 15),
             True,
         ),
-        Probe("random scenes", "the energy ledger", partial(random_scenes, 60, 1)),
-        Probe("random scenes, few", "the energy ledger", partial(random_scenes, 6, 2), True),
+        Probe("random scenes", "the energy balance", partial(random_scenes, 60, 1)),
+        Probe("random scenes, few", "the energy balance", partial(random_scenes, 6, 2), True),
     ]
     meshes: dict[str, dict[str, Any]] = {
         ".msh": {"file_format": "gmsh22", "binary": False},

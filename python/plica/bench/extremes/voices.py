@@ -105,7 +105,7 @@ def conserved(half_width: float | None = None, **changes: Any) -> Found:
     energy = waves["kinetic_energy"] + waves["elastic_energy"]
     works = ("load_work", "viscous_loss", "numerical_loss")
     size = max(energy.max(), *(np.abs(waves[name]).max() for name in works))
-    errors = {"ledger": np.abs(waves["energy_balance_error"]).max() / size / 1e-6}
+    errors = {"energy balance": np.abs(waves["energy_balance_error"]).max() / size / 1e-6}
     pushed = np.abs(waves["contact_force_first"]).max()
     if pushed > 0:
         both = waves["contact_force_first"] + waves["contact_force_second"]
@@ -202,7 +202,7 @@ def _probes() -> list[Probe]:
         for place, small in (((1.0, -1.0, 1.0), False), ((1e3, -1e3, 1e3), False), ((1e5, -1e5, 1e5), True))
     ]
     probes.append(Probe("nodes and cells in random order", "the usual order", reordered))
-    energy = "energy ledger, action and reaction, no more flow than a free jet"
+    energy = "energy balance, action and reaction, no more flow than a free jet"
     for name, changes in _HARD.items():
         probes.append(Probe(name, energy, partial(conserved, **changes), name == "unsupported folds"))
     shut = {"contact.multipliers": None, "contact": None, "initial.opening_velocity": 0.01}

@@ -132,7 +132,7 @@ CASES = (
     ),
     Case(
         "flow-work",
-        "The work that the ledger books for the airflow is that of the force which the motion of the "
+        "The work booked for the airflow in the energy balance is that of the force which the motion of the "
         "folds asks for.",
         "R13: du . (M a + C V + K U)",
         in_motion,

@@ -1,4 +1,4 @@
-"""The energy ledger by formulas of its own (R13), and what free bodies keep (R10)."""
+"""The energy balance by formulas of its own (R13), and what free bodies keep (R10)."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def free_motion() -> Iterator[Check]:
 CASES = (
     *(
         Case(
-            f"ledger-{name}",
+            f"energy-{name}",
             f"With {scheme} the energy of a driven viscous block is the load's work less what "
             "viscosity and scheme took, "
             "each term by its own formula.",
