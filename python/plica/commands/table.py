@@ -30,6 +30,7 @@ MAIN_MEASURES = (
 
 _OF_SIDES = ("left_right_phase", "amplitude_asymmetry")
 """Of an asymmetric run."""
+_digits_unbounded = 4  # of a mean whose numerical uncertainty is not known, as on pages
 _ROUND_OFF = 1e-6  # rad, and of the amplitudes; a symmetric run is symmetric to 1e-12
 
 
@@ -107,8 +108,11 @@ def _line(item: Measure) -> str:
         low, high = (float(f"{factor * end:.3g}") for end in item.interval)
         cycles = f"[{low:g}, {high:g}] {cycles}"
     digits = digits_of(item.value or 0.0, item.interval)
+    if item.interval is None and item.spread is not None and item.bound is None:
+        digits = _digits_unbounded  # scatter is no accuracy, however small it is
     if item.interval is None and item.spread and item.value:  # two digits of the spread, as it is shown
-        digits = min(digits_of(item.value, (item.value - item.spread, item.value + item.spread)) + 1, 6)
+        scattered = digits_of(item.value, (item.value - item.spread, item.value + item.spread)) + 1
+        digits = min(scattered, digits)
     numerical = ""
     if item.bound is not None:
         doubts = f" ({'; '.join(item.bound.doubts)})" if item.bound.doubts else ""

@@ -17,7 +17,7 @@ from plica.phonation.measures.contact import moving_average
 from plica.phonation.measures.glottal import open_area
 from plica.phonation.report.reading import Reading
 from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
-from plica.report.wording import axis
+from plica.report.wording import axis, row
 
 _CYCLES = 5  # shown
 closed_is = f"area at most {100 * closed_share:g} % of the cycle's largest"
@@ -64,7 +64,7 @@ def glottal_waveforms(reading: Reading) -> Drawing:
     if quotient is not None and quotient.value is not None:
         caption += (
             f" Shaded: the glottis is closed ({closed_is}); the rest of the cycle is the open quotient of "
-            f"{quotient.value:.3g}. Folds that touch may leave a slit with some flow."
+            f"{row(quotient).value}. Folds that touch may leave a slit with some flow."
         )
     alt = "Two curves over time: glottal area and flow."
     return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
