@@ -114,6 +114,11 @@ MESHES: dict[str, tuple[Callable[[meshio.Mesh], None], tuple[str, str], str]] = 
         ("[tissue", "sides = { left = 1, right = 2 }\n[tissue"),
         "mesh.sides.right = 2; must be",
     ),
+    "one label for both sides": (
+        nothing,
+        ("[tissue", "sides = { left = 1, right = 1 }\n[tissue"),
+        "mesh.sides.right has a label that the other side has too.",
+    ),
     "side without sides": (
         nothing,
         ("[time]", "[tissue.body.left]\nE = 2e4\n[time]"),

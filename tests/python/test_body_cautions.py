@@ -217,6 +217,26 @@ def test_bodies_that_a_mesher_did_not_join_are_said(tmp_path: Path) -> None:
     assert "merge" in found.advice
 
 
+@pytest.mark.parametrize(("unit", "said"), [(None, True), ("1 m", True), ("1 mm", False), ("1 cm", False)])
+def test_a_mesh_file_without_a_unit_is_asked_for_it_without_airflow_too(
+    tmp_path: Path, unit: str | None, said: bool
+) -> None:
+    block = plica.build_mesh(plica.Block(size=(20.0, 10.0, 6.0)))
+    meshio.Mesh(np.asarray(block.points), [("tetra", np.asarray(block.cells))]).write(tmp_path / "b.vtu")
+    file = plica.MeshFile(file=tmp_path / "b.vtu", **({} if unit is None else {"unit": unit}))
+    scene = plica.Scene(
+        file,
+        {"body": plica.Tissue(E="10 kPa", nu=0.3)},
+        time=plica.Stepping(step="50 us", duration="1 ms"),
+        supports=plica.Supports(fixed=()),
+    )
+    found = scene_cautions(scene, plica.build_mesh(file))
+    assert [one.name for one in found] == (["mesh_size"] if said else [])
+    if said:
+        assert "mesh.unit = 1 m, and the mesh is 20 m" in found[0].seen
+        assert 'mesh.unit = "1 mm"' in found[0].advice
+
+
 @pytest.mark.parametrize(("axes", "said"), [([0, 1, 2], False), ([1, 0, 2], True)])
 def test_a_larynx_with_its_front_to_the_side_is_said(tmp_path: Path, axes: list[int], said: bool) -> None:
     """A quarter of a turn about z: as files of another convention are."""

@@ -186,6 +186,21 @@ def test_a_broken_mesh_is_reported_before_labels_that_it_lacks(box: Path, fields
         plica.build_mesh(plica.MeshFile(file=box, **fields))
 
 
+def test_labels_may_be_whole_real_numbers(box: Path) -> None:
+    made = meshio.read(box)
+    labels = np.asarray(made.cell_data["label"][0]).astype(float)
+    labels[:3] = 2.0
+    for name in ("label", "material"):
+        made.cell_data = {name: [labels]}
+        made.write(box)
+        file = plica.MeshFile(file=box, labels=name, layers={"body": 1, "cover": 2})
+        assert np.asarray(plica.build_mesh(file).cell_layer).sum() == 3
+    labels[0] = 1.5
+    made.write(box)
+    with pytest.raises(plica.SceneError, match=r'mesh\.labels = "material"; must be'):
+        plica.build_mesh(file)
+
+
 def test_a_unit_alone_is_one_of_it(box: Path) -> None:
     one, alone = (plica.MeshFile(file=box, unit=unit, layers={"body": 1}) for unit in ("1 mm", "mm"))
     assert one.unit == alone.unit == 1e-3

@@ -35,6 +35,11 @@ def read_mesh(mesh: MeshFile, where: str) -> _engine.TetMesh:
     return _Reader(mesh, where).read()
 
 
+def _all_whole(values: Any) -> bool:
+    numbers = np.asarray(values)
+    return numbers.dtype.kind == "f" and numbers.ndim == 1 and bool(np.all(numbers == np.round(numbers)))
+
+
 class _Reader:
     """Reader of one file; every message starts with `where` and names the file."""
 
@@ -149,8 +154,11 @@ class _Reader:
 
     def _label_data(self) -> list[Any] | None:
         data: dict[str, list[Any]] = self.file.cell_data
+        meant = (self.mesh.labels, *_KNOWN_LABELS)  # labels that some programs write as real numbers
         whole = [
-            name for name, blocks in data.items() if all(np.asarray(b).dtype.kind in "iu" for b in blocks)
+            name
+            for name, blocks in data.items()
+            if all(np.asarray(b).dtype.kind in "iu" or (name in meant and _all_whole(b)) for b in blocks)
         ]
         if self.mesh.labels is not None:
             if self.mesh.labels not in whole:
@@ -242,7 +250,10 @@ class _Reader:
         elif isinstance(self.mesh.sides, Sides):
             for number, name in ((1, "left"), (2, "right")):
                 wanted = getattr(self.mesh.sides, name)
-                side[self._chosen(wanted, f"mesh.sides.{name}", labels)] = number
+                chosen = self._chosen(wanted, f"mesh.sides.{name}", labels)
+                if np.any(side[chosen] > 0):
+                    raise self.fail(f"mesh.sides.{name} has a label that the other side has too.")
+                side[chosen] = number
         return side
 
     def _airway(self, points: NDArray[np.float64], cells: _Integers) -> _Integers:

@@ -1,8 +1,8 @@
 """Plausible ranges of the quantities of a larynx, for scenes with an airflow.
 
 Values outside these bounds are not refused: a caution shows the value, the range of a larynx, and the unit
-that may have been meant. A scene without airflow need not be a larynx, and is only asked how its bodies are
-held and where they are (`body_cautions`).
+that may have been meant. A scene without airflow need not be a larynx, and is only asked for the unit of a
+mesh file, how its bodies are held and where they are (`body_cautions`).
 """
 
 from __future__ import annotations
@@ -234,7 +234,7 @@ def scene_cautions(scene: Scene, mesh: MeshArrays) -> tuple[Caution, ...]:
     """
     bodies = body_cautions(scene, mesh)
     if scene.airflow is None:
-        return bodies
+        return (*_file_caution(scene, mesh), *bodies)
     found = []
     quantities = list(_quantities(scene))
     for name, bound in BOUNDS.items():
@@ -377,6 +377,19 @@ def _mesh_caution(scene: Scene, surface: str, mesh: MeshArrays) -> Iterator[Caut
             seen = f"{what.format(size)} {bound.whose} {bound.span()}."
             yield Caution(name, seen, _about_lengths(scene, length, across))
             return
+
+
+def _file_caution(scene: Scene, mesh: MeshArrays) -> Iterator[Caution]:
+    """A caution on a mesh file larger than any larynx whose unit is 1 m, as if the scene has none."""
+    if not isinstance(scene.mesh, MeshFile) or scene.mesh.unit != 1.0:
+        return
+    across = float(np.ptp(np.asarray(mesh.points), axis=0).max())
+    bound = BOUNDS["mesh_size"]
+    if across > bound.high:
+        seen = (
+            f"mesh.unit = 1 m, and the mesh is {across:.3g} m from end to end. {bound.whose} {bound.span()}."
+        )
+        yield Caution("mesh_size", seen, _about_lengths(scene, across / 3, across))
 
 
 def _about_lengths(scene: Scene, length: float, across: float) -> str:
