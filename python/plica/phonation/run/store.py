@@ -54,6 +54,9 @@ class ResultFile:
         self._file = self._stored.file
         self._names = self._stored.names("waveforms")
         self._record = ProgressRecord.read(self._stored, self._names)
+        # Kept open: to look one up takes longer than to write some steps into it.
+        self._waveforms = {name: self._stored.data(f"waveforms/{name}") for name in self._names}
+        self._progress = self._stored.data(NAME)
         self._sums = dict(self._record.sums)
 
     def __enter__(self) -> Self:
@@ -163,7 +166,7 @@ class ResultFile:
         """Write waveforms (k, ...) of k steps from index `start`, which follow those written before."""
         with storage_errors(self.path):
             for name, values in waveforms.items():
-                data = self._file[f"waveforms/{name}"]
+                data = self._waveforms[name]
                 array = np.ascontiguousarray(values, dtype=data.dtype)
                 data[start : start + len(array)] = array
                 self._sums[name] = checksum(array, self._sums[name])
@@ -197,7 +200,7 @@ class ResultFile:
         """One copy after the other: a kill leaves one of them whole."""
         self._record = replace(record, serial=self._record.serial + 1)
         for copy in range(2):
-            self._file[NAME][copy] = self._record.row()
+            self._progress[copy] = self._record.row()
             self._file.flush()
 
 
