@@ -24,7 +24,18 @@ from typing import Any
 import h5py
 import numpy as np
 
-__all__ = ["CHECKSUMS", "checksum", "create", "image", "lay_out", "put", "put_row", "put_text", "set_text"]
+__all__ = [
+    "CHECKSUMS",
+    "checksum",
+    "create",
+    "image",
+    "lay_out",
+    "put",
+    "put_row",
+    "put_text",
+    "set_text",
+    "write_row",
+]
 
 CHECKSUMS = "checksums"
 _BOUNDS = ("v108", "v108")
@@ -130,10 +141,14 @@ def lay_out(
 
 def put_row(file: Any, name: str, index: int, values: Any) -> None:
     """Write one row, and then its checksum, of a data set that was laid out."""
-    data = file[name]
-    row = np.asarray(values, dtype=data.dtype)
+    write_row(file[name], file[f"{CHECKSUMS}/{name}"], index, values)
+
+
+def write_row(data: h5py.Dataset, sums: h5py.Dataset, index: int, values: Any) -> None:
+    """`put_row` for a data set and its checksums that are open already."""
+    row = np.broadcast_to(np.asarray(values, dtype=data.dtype), data.shape[1:])
     data[index] = row
-    file[f"{CHECKSUMS}/{name}"][index] = checksum(np.broadcast_to(row, data.shape[1:]))
+    sums[index] = checksum(row)
 
 
 def _describe(data: h5py.Dataset, unit: str, meaning: str) -> None:

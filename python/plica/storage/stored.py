@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from plica.errors import Damaged, InvalidInput, StorageFailed
 from plica.storage.files import require_file
-from plica.storage.hdf5 import CHECKSUMS, checksum, put_row
+from plica.storage.hdf5 import CHECKSUMS, checksum, write_row
 
 __all__ = ["Rows", "Stored", "inside"]
 
@@ -52,6 +52,7 @@ class Stored:
         self.path, self._hint, self._verified = path, hint, verified
         self.file = _open(path, mode, hint=hint, what="a result file of plica" if verified else "one")
         self._sums: dict[str, NDArray[np.uint32]] = {}
+        self._written: dict[str, tuple[h5py.Dataset, h5py.Dataset]] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -144,7 +145,9 @@ class Stored:
     def put_row(self, name: str, index: int, values: Any) -> None:
         """Write one index of the first axis, and its checksum."""
         self._sums.pop(name, None)
-        put_row(self.file, name, index, values)
+        if name not in self._written:  # to look them up takes longer than to write a row
+            self._written[name] = self.data(name), self.data(f"{CHECKSUMS}/{name}")
+        write_row(*self._written[name], index, values)
 
     def first(self, name: str, count: int, expected: int) -> NDArray[Any]:
         """The first `count` rows, of which the checksum is known."""

@@ -57,6 +57,7 @@ class ResultFile:
         # Kept open: to look one up takes longer than to write some steps into it.
         self._waveforms = {name: self._stored.data(f"waveforms/{name}") for name in self._names}
         self._progress = self._stored.data(NAME)
+        self._fields = self._stored.names("fields")
         self._sums = dict(self._record.sums)
 
     def __enter__(self) -> Self:
@@ -174,10 +175,9 @@ class ResultFile:
     def write_frame(self, frame: int, simulation: _engine.Simulation) -> None:
         """Write the fields as frame number `frame`."""
         with storage_errors(self.path):
-            put_row(self._file, "fields/time", frame, simulation.time)
-            put_row(self._file, "fields/displacement", frame, np.asarray(simulation.displacement))
-            if "contact_pressure" in self._file["fields"]:
-                put_row(self._file, "fields/contact_pressure", frame, np.asarray(simulation.contact_pressure))
+            for name in self._fields:
+                values = np.asarray(getattr(simulation, name))
+                self._stored.put_row(f"fields/{name}", frame, values)
 
     def commit(self, steps: int, frames: int, seconds: float, *, to_disk: bool = False) -> None:
         """Flush the data, then vouch for these numbers of steps and frames."""
@@ -199,8 +199,9 @@ class ResultFile:
     def _write(self, record: ProgressRecord) -> None:
         """One copy after the other: a kill leaves one of them whole."""
         self._record = replace(record, serial=self._record.serial + 1)
+        row = self._record.row()
         for copy in range(2):
-            self._progress[copy] = self._record.row()
+            self._progress[copy] = row
             self._file.flush()
 
 
