@@ -116,6 +116,12 @@ def test_a_bad_mesh_is_refused_in_every_format(kind: str, mutate: Mutation, tmp_
             "node 11 is in the file 2 times",
         ),
         ("abaqus", b"\n12, 1.0", b"\n11, 1.0", "an element has the node 12"),
+        (
+            "gmsh 2.2 binary",
+            struct.pack("<id", 12, 1.0),
+            struct.pack("<id", 40, 1.0),
+            "node 40 has the place of node 12",
+        ),
         ("gmsh 4.1 text", b"\n4.1 0 8", b"\n4.0 0 8", "must be of 2.2 or 4.1"),
     ],
 )

@@ -156,6 +156,16 @@ def test_a_mesh_without_a_glottis_is_refused(tmp_path: Path) -> None:
     assert "Are x lateral" in refused(opened(turned, opening_velocity=1.0))
 
 
+def test_a_mesh_whose_folds_are_edges_has_no_medial_surface(tmp_path: Path) -> None:
+    sections = [("-10 mm", "6 mm"), ("0 mm", "0.3 mm"), ("10 mm", "6 mm")]
+    mesh = built(
+        "thesis_coarse", sections=sections, levels=(8, 8), layers_from_section=0, layers_to_section=2
+    )[1]
+    message = refused(opened(file_of(mesh, tmp_path / "own.vtu"), opening_velocity=1.0))
+    assert "initial.opening_velocity needs a medial surface" in message
+    assert "25 degrees of vertical" in message
+
+
 def test_folds_that_touch_have_no_pattern(tmp_path: Path) -> None:
     size = ("5 mm", "10 mm", "3 mm")
     both = plica.Blocks(

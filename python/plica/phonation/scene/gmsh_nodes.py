@@ -55,6 +55,11 @@ def complaint(path: Path) -> str | None:
     if (times > 1).any():
         k = int(times.argmax())
         return f"node {known[k]} is in the file {times[k]} times; must be there once"
+    if binary and version.startswith(b"2") and not np.array_equal(nodes, np.arange(1, len(nodes) + 1)):
+        k = int(np.flatnonzero(nodes != np.arange(1, len(nodes) + 1))[0])
+        return (
+            f"node {nodes[k]} has the place of node {k + 1}; must be in order in a binary file of version 2"
+        )
     for numbers, rows in elements:
         wrong = ~np.isin(rows, known)
         if wrong.any():

@@ -179,8 +179,8 @@ class MeshFile(Part):
     labels: str | None = None
     """The cell data with the labels; default: the physical groups, or the only integer data."""
     layers: dict[Name, Labels] = Field(default_factory=dict)
-    """Layer name to the label, or labels, of its tetrahedra: a number, or a name from the file. Default, if
-    all have one label or none: the layer ``body``."""
+    """Layer name to the label, or labels, of its tetrahedra: a number, or a name from the file, of a physical
+    group or of a set of elements. Default, if all have one label or none: the layer ``body``."""
     surfaces: dict[Name, Surface] = Field(default_factory=dict)
     """Surface name to the labels of its triangles, to ``"boundary"`` for the whole boundary, or to a
     selection of faces, e.g. ``{facing = {along = [0, 0, 1]}}``. Each is also a node set."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
+from plica.measures.catalogue import medial_angle
 from plica.measures.contour import medial_surface, rest_contour
 from plica.phonation.scene.held import MeshArrays
 from plica.phonation.scene.mesh_parts import Larynx
@@ -77,6 +78,13 @@ class Glottis:
                 f"needs an open glottis: the folds are {least:.4g} m apart at z = {height[narrowest]:.4g} m; "
                 "must be > 0 m everywhere. Are x lateral, y from front to back and z upward? If so, use "
                 "initial.velocity of both folds."
+            )
+        medial = medial_surface(larger - smaller, height)
+        if medial.stop - medial.start < 2:
+            raise InvalidInput(
+                f"needs a medial surface: at the narrowest place, z = {height[narrowest]:.4g} m, the folds' "
+                f"contour in the plane y = {middle:.4g} m must be within {np.degrees(medial_angle):.0f} degrees "
+                "of vertical. Use initial.velocity of both folds."
             )
         x = 0.5 * (larger[narrowest] + smaller[narrowest])
         low, high = points.min(axis=0), points.max(axis=0)
