@@ -83,8 +83,8 @@ class Glottis:
         if medial.stop - medial.start < 2:
             raise InvalidInput(
                 f"needs a medial surface: at the narrowest place, z = {height[narrowest]:.4g} m, the folds' "
-                f"contour in the plane y = {middle:.4g} m must be within {np.degrees(medial_angle):.0f} degrees "
-                "of vertical. Use initial.velocity of both folds."
+                f"contour in the plane y = {middle:.4g} m must be within {np.degrees(medial_angle):.0f} "
+                "degrees of vertical. Use initial.velocity of both folds."
             )
         x = 0.5 * (larger[narrowest] + smaller[narrowest])
         low, high = points.min(axis=0), points.max(axis=0)
