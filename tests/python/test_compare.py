@@ -246,6 +246,15 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
         compare_runs([one, unfinished], [tmp_path / "one", tmp_path / "other"])
 
 
+def test_a_comparison_says_where_and_of_how_many(tmp_path: Path) -> None:
+    runs = [Phonation(frequency=213.7).run(), Phonation(frequency=213.7, gap=0.3e-3).run()]
+    table = comparison_table(compare_runs(runs, [tmp_path / "one", tmp_path / "other"]).changes)
+    notes = dict(re.findall(r"^\((\d+)\) (.*)$", table, re.MULTILINE))
+    for name, said in (("amplitude_left", "both: at z = "), ("inverted_tissue_max", "both: of 1 cells")):
+        (numbers,) = re.findall(rf"^{name} .*\(([\d, ]+)\)$", table, re.MULTILINE)
+        assert any(notes[number].startswith(said) for number in numbers.split(", "))
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_flow_that_falls_as_the_pressure_rises_is_said(turned: bool, tmp_path: Path) -> None:
     low = Phonation(subglottal_pressure=1000.0).run()

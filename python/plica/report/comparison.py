@@ -81,8 +81,18 @@ def change_row(change: Change, notes: list[str]) -> ChangeRow:
         f"{difference} {typeset(unit)}".strip() if difference else "",
         interval,
         change.beyond_scatter,
-        numbered(change.said, notes),
+        numbered((*change.said, *_of_values(change)), notes),
     )
+
+
+def _of_values(change: Change) -> list[str]:
+    """What the records add to the definition of the values, where and of how many: common ones once."""
+    if change.withheld:
+        return []
+    before, after = change.before.note, change.after.note
+    if before == after:
+        return [f"both: {before}"] if before else []
+    return [f"{side}: {note}" for side, note in (("before", before), ("after", after)) if note]
 
 
 def _places(size: float, digits: int = 2) -> int:
