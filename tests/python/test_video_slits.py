@@ -12,6 +12,7 @@ from scipy import ndimage, special
 from plica.measures.cycles import Cycles
 from plica.measures.interval import of_mean
 from plica.measures.measure import Measure, whole
+from plica.measures.scale import Scale
 from plica.video.analysis import Analysis, analyse
 from plica.video.blurred_slit import hidden_width, outline_width
 from plica.video.glottal_area import GlottalArea, LostToBlur
@@ -210,6 +211,10 @@ def test_what_slits_add_is_in_the_interval_from_none_of_it_to_half_more() -> Non
     assert found.value == 0.6
     assert found.interval == pytest.approx((0.5, 0.65), abs=0.004)
     assert found.note.endswith("without them 0.5")
+    areas = [_alike("glottal_area_mean", 6e-6)], [_alike("glottal_area_mean", 5e-6)]
+    for scale, said in ((Scale("m", "s"), "5 mm^2"), (Scale("px", "frames"), "5e-06 px^2")):
+        (found,) = with_hidden_slits(*areas, scale=scale)
+        assert found.note.endswith(f"without them {said}")
     (found,) = with_hidden_slits([_alike("open_quotient", 0.6)], [_alike("open_quotient", 0.5)], shaded=True)
     assert found.value == 0.5
     assert found.interval == pytest.approx((0.45, 0.65), abs=0.005)

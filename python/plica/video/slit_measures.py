@@ -18,6 +18,7 @@ import numpy.typing as npt
 from plica.measures.cycles import Cycles
 from plica.measures.interval import coverage
 from plica.measures.measure import Measure
+from plica.measures.scale import SI, Scale
 from plica.video.slits import closure
 
 __all__ = ["open_besides", "with_hidden_slits", "with_open_slits"]
@@ -35,7 +36,7 @@ _ANGLES = ("left_right_phase",)  # measures in rad: differences are taken modulo
 
 
 def with_hidden_slits(
-    counted: Sequence[Measure], outlined: Sequence[Measure], *, shaded: bool = False
+    counted: Sequence[Measure], outlined: Sequence[Measure], *, shaded: bool = False, scale: Scale = SI
 ) -> list[Measure]:
     """The measures with hidden slits counted, each with an interval that has what they add, and a note.
 
@@ -45,8 +46,10 @@ def with_hidden_slits(
     ----------
     counted, outlined : as many Measures each
         With hidden slits, and by the outline alone.
+    scale : Scale
+        The units of their record, for the note.
     """
-    return [_counted(item, bare, shaded) for item, bare in zip(counted, outlined, strict=True)]
+    return [_counted(item, bare, shaded, scale) for item, bare in zip(counted, outlined, strict=True)]
 
 
 def open_besides(total: Floats, most: Floats, cycles: Cycles, time: npt.NDArray[Any]) -> str:
@@ -97,7 +100,7 @@ def with_open_slits(found: Sequence[Measure], opened: Sequence[Measure], caution
     return widened
 
 
-def _counted(item: Measure, bare: Measure, shaded: bool) -> Measure:
+def _counted(item: Measure, bare: Measure, shaded: bool, scale: Scale) -> Measure:
     if item.value is None or bare.value is None or item.value == bare.value:
         return bare if shaded else item
     added = item.value - bare.value
@@ -106,9 +109,9 @@ def _counted(item: Measure, bare: Measure, shaded: bool) -> Measure:
     if shaded:
         return _drawn(bare, added, _NOT_ADDED)
     if abs(added) > _NOTED * abs(item.value):
-        by_outline = (
-            f"with slits that blur hides from the outline, by their darkness; without them {bare.value:.3g}"
-        )
+        factor, unit = item.quantity.people(scale)
+        without = f"{factor * bare.value:.3g} {'' if unit == '1' else unit}".rstrip()
+        by_outline = f"with slits that blur hides from the outline, by their darkness; without them {without}"
         item = replace(item, note="; ".join(filter(None, (item.note, by_outline))))
     return _drawn(item, added, _ADDED)
 

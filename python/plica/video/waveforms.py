@@ -133,7 +133,7 @@ def measures(
         found = (_of_sides(part, time, cycles, size, length, sides) for part in (counted, outlined))
         return [
             with_midline_error(item, counted, cycles, time) if item.name == "left_right_phase" else item
-            for item in with_hidden_slits(*found)
+            for item in with_hidden_slits(*found, scale=scale)
         ]
 
     halfway = of_sides(sharp, area)
@@ -160,7 +160,8 @@ def measures(
             found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
         return found
 
-    by_area = with_hidden_slits(of_area(size**2 * area.unblurred.total), of_area(total), shaded=not clear)
+    outlined = of_area(size**2 * area.unblurred.total), of_area(total)
+    by_area = with_hidden_slits(*outlined, shaded=not clear, scale=scale)
     if area.lost is not None and (besides := open_besides(sharp.total, area.lost.most, cycles, time)):
         by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), besides)
     if band is not None and (wide or is_shaded(of_folds)):
