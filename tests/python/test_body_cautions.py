@@ -43,6 +43,9 @@ def test_a_preset_at_its_wall_gives_none(larynx: str, order: int) -> None:
     [
         ("supports.fixed = []", "free_body", "it has 0 held"),
         ('supports.components = { wall = "xz" }', "free_body", "can shift or turn"),
+        ('supports.components = { wall = "yz" }', "free_body", "can shift or turn"),
+        ('supports.components = { wall = "yz" }\nsymmetry = "half"', "", ""),  # it cannot shift along x
+        ('supports.components = { wall = "xy" }\nsymmetry = "quarter"', "free_body", "can shift or turn"),
         ('supports.fixed = ["ends"]', "open_ends", "% of the 490 mm^2"),
         ('supports.fixed = ["wall"]\nsupports.wall_from_y = "3 mm"', "", ""),
         ('supports.components = { wall = "xyz" }', "", ""),

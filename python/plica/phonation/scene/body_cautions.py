@@ -20,6 +20,7 @@ from plica.phonation.scene.held import MeshArrays, fixed_components
 from plica.phonation.scene.initial import initial_fields
 from plica.phonation.scene.mesh_parts import MeshFile
 from plica.phonation.scene.overlap import deepest_overlap
+from plica.phonation.scene.symmetry import symmetry_planes
 
 if TYPE_CHECKING:
     from plica.phonation.scene.scene import Scene
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["CHECKS", "Bodies", "body_cautions"]
 
 _FREE_END = 0.5  # share of its area; of an end that is held, edges may be free
+_IN_PLANE = 1e-9  # of the mesh's extent
 _ACROSS = np.cos(np.pi / 4)  # of the angle between y and the normal of an end's faces
 
 
@@ -63,8 +65,12 @@ class Bodies:
 
     @cached_property
     def free(self) -> list[tuple[int, bool]]:
-        """Lowest node of each body that can move without strain, and whether nothing of it is held."""
-        return list(_engine.free_bodies(self.tissue, self.fixed))
+        """Lowest node of each body that can move without strain, and whether nothing of it is held, by the
+        scene's supports or in its planes of symmetry."""
+        held = self.fixed.copy()
+        for axis in range(symmetry_planes(self.scene.symmetry)):
+            held[np.abs(self.points[:, axis]) <= _IN_PLANE * np.ptp(self.points[:, axis]), axis] = True
+        return list(_engine.free_bodies(self.tissue, held))
 
     def name(self, node: int) -> str:
         """The body of that node in words."""
