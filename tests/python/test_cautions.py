@@ -323,7 +323,6 @@ def test_the_strain_of_the_start_is_no_caution_and_stands_beside_one() -> None:
     assert "outside them it was 40 %, at 2.05 ms" in caution.seen
     assert "3 of 1 cells were inverted at 2.05 ms, none in the cycles measured" in caution.seen
     assert "airflow.rise" in caution.advice
-    assert "subglottal pressure" not in caution.advice
 
 
 def test_without_cycles_all_of_a_run_is_judged() -> None:
@@ -333,6 +332,22 @@ def test_without_cycles_all_of_a_run_is_judged() -> None:
     for setting in ("subglottal pressure", "stiffer", "airflow.rise"):
         assert setting in caution.advice
     assert "velocity" not in caution.advice
+
+
+def test_the_advice_on_strain_is_of_what_strains() -> None:
+    whole = Phonation(impulse=0.0).run()
+    folded = np.full(whole.time.size, 3)
+    rising = np.minimum(whole.time, 10e-3)
+    (caution,) = cautions(
+        replace(whole, waveforms=whole.waveforms | {"inverted_tissue": folded, "subglottal_pressure": rising})
+    )
+    assert "subglottal pressure" in caution.advice
+    assert "airflow.rise" not in caution.advice  # it has one
+    with_air = {"minimum_area", "flow", "subglottal_pressure"}
+    still = {name: values for name, values in whole.waveforms.items() if name not in with_air}
+    (caution,) = cautions(replace(whole, waveforms=still | {"inverted_tissue": folded}))
+    assert "initial velocity" in caution.advice
+    assert "pressure" not in caution.advice
 
 
 MASSLESS = 'without mesh.options\ncontact.surface_mass = "redistributed"\nmesh.order = 2\nmesh.larynx = '

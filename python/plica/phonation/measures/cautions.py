@@ -20,7 +20,7 @@ from plica.measures.contour import medial_surface
 from plica.measures.record import Array, Floats
 from plica.phonation.measures.folds import inferior_lag, motion_measures, rest_width
 from plica.phonation.measures.glottal import open_area, several_summits
-from plica.phonation.measures.measure import fold_length, steady_cycles
+from plica.phonation.measures.measure import fold_length, risen, steady_cycles
 from plica.phonation.measures.run_data import RunData, reached
 
 __all__ = ["CHECKS", "cautions", "one_sided_errors"]
@@ -163,11 +163,12 @@ def large_strain(run: RunData) -> Caution | None:
     if error <= largest_strain_error and not folded.any():
         return None
     largest = 100 * float(np.max(np.asarray(waveforms.get("strain_999", np.zeros(time.size)))[part]))
+    cell = int(waveforms["strain_cell"][k])
     where = f"In the {cycles.count} cycles measured" if cycles.count else "In the whole run"
     seen = (
         f"{where}, the strain of the tissue reached {largest:.2g} %, and the error of the linear tissue "
         f"model reached {100 * error:.2g} % at {1e3 * time[k]:.3g} ms in "
-        f"{_place(run, int(waveforms['strain_cell'][k]))}"
+        f"{_place(run, cell)}"
     )
     if before > largest_strain_error and not part.start <= worst < part.stop:
         seen += f"; outside them it was {100 * before:.2g} %, at {1e3 * time[worst]:.3g} ms"
@@ -178,25 +179,34 @@ def large_strain(run: RunData) -> Caution | None:
         if cycles.count:
             inside = int(folded[part].max())
             seen += f", {inside if inside else 'none'} in the cycles measured"
-    return Caution("large_strain", f"{seen}.", _against_strain(error))
+    advice = _against_strain(waveforms, _layer(run, cell))
+    return Caution("large_strain", f"{seen}.", advice)
 
 
-def _against_strain(error: float) -> str:
-    """What lowers the strain of the cycles; or, if only the start is too large, that of the start."""
-    start = "A pressure that rises gradually (airflow.rise) avoids the strain of a sudden start"
-    if error <= largest_strain_error:
-        return f"{start}."
+_MOTION = "The error is proportional to the motion"
+
+
+def _against_strain(waveforms: Mapping[str, Array], layer: str) -> str:
+    """What lowers the strain, of the cycles too; what lowers that of the start alone (docs/phonation.md)."""
+    if "minimum_area" not in waveforms:
+        return f"{_MOTION}: use a lower initial velocity or load, or a stiffer {layer}."
+    motion = f"{_MOTION}: use a lower subglottal pressure or a stiffer {layer}."
+    if risen(waveforms):
+        return motion
     return (
-        "The error is proportional to the motion: use a lower subglottal pressure or stiffer tissue. "
-        f"{start}, but does not change a steady voice."
+        f"{motion} A pressure that rises within a period of the slowest mode (airflow.rise) strains the "
+        "start less, but does not change a steady voice."
     )
+
+
+def _layer(run: RunData, cell: int) -> str:
+    return run.mesh.layer_names[int(np.asarray(run.mesh.cell_layer)[cell])]
 
 
 def _place(run: RunData, cell: int) -> str:
     """The layer and position of a cell, as text."""
     x, y, z = 1e3 * np.asarray(run.mesh.points)[np.asarray(run.mesh.cells)[cell, :4]].mean(axis=0)
-    layer = run.mesh.layer_names[int(np.asarray(run.mesh.cell_layer)[cell])]
-    return f"the {layer} at ({x:.2g}, {y:.2g}, {z:.2g}) mm"
+    return f"the {_layer(run, cell)} at ({x:.2g}, {y:.2g}, {z:.2g}) mm"
 
 
 def unconverged_coupling(run: RunData) -> Caution | None:
