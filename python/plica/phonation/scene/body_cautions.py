@@ -151,7 +151,8 @@ def open_ends(bodies: Bodies) -> Caution | None:
             parts.append(f"{share:.3g} % of the {1e6 * area[end].sum():.3g} mm^2 at the {name} y")
     if not parts:
         return None
-    seen = f"The front and back of the tissue are free: {' and '.join(parts)} have no held component."
+    where = "front and back" if len(parts) > 1 else "front or back"
+    seen = f"The tissue is free at its {where}: no component is held of {' and '.join(parts)}."
     advice = "The flow takes the airway's ends as closed: hold them in supports, " + _sets(bodies.mesh)
     return Caution("open_ends", seen, advice)
 
