@@ -132,6 +132,19 @@ def test_a_digit_that_is_no_decimal_is_a_letter_of_a_pictures_name(tmp_path: Pat
     ] * 3
 
 
+@pytest.mark.parametrize("link", [h5py.ExternalLink("other.med", "/ENS_MAA"), h5py.SoftLink("/elsewhere")])
+def test_a_mesh_whose_data_lie_elsewhere_is_refused(tmp_path: Path, link: Any) -> None:
+    path = tmp_path / "m.med"
+    meshio.write(path, TETRAHEDRON)
+    given = plica.MeshFile(file=path, unit="m")
+    assert read_mesh(given, "scene").cells.shape == (1, 4)
+    with h5py.File(path, "r+") as file:
+        file.move("ENS_MAA", "kept")
+        file["ENS_MAA"] = link
+    with pytest.raises(plica.SceneError, match=r"m\.med: /ENS_MAA is a link to elsewhere"):
+        read_mesh(given, "scene")
+
+
 @pytest.mark.parametrize("node", [0, -2, 9])
 def test_a_gmsh_element_with_a_node_that_is_not_there_is_named(tmp_path: Path, node: int) -> None:
     path = tmp_path / "m.msh"

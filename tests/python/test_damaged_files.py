@@ -18,9 +18,12 @@ from filmed_folds import moved, voiced
 from flow_files import SETTINGS, block_scene, flow_file
 from plica.identify import Settings, identify
 from plica.identify import load as load_identification
+from plica.identify.iterates import EstimateInputs, Iterates
+from plica.identify.scoring import Iteration
 from plica.identify.sources import open_motion
 from plica.measures.uncertainty import Refinement, Uncertain, Uncertainty, read_uncertainty, write_uncertainty
 from plica.storage.json_file import read_json, write_json
+from plica.uncertainty import plan
 from plica.video.analysis import analyse
 from plica.video.analysis import load as load_analysis
 from plica.video.recording import Recording
@@ -218,3 +221,19 @@ def test_stored_json_may_be_laid_out_otherwise_but_not_say_something_else(tmp_pa
         path.write_text(text)
         with pytest.raises(plica.errors.Damaged, match=r"a\.json: its content"):
             read_json(path, "Do")
+
+
+def test_damaged_iterates_are_refused_or_continue_the_same(tmp_path: Path) -> None:
+    inputs = EstimateInputs({"starts": 1}, {"time": {"step": 1e-4}}, None, "a digest")
+    kept = Iterates(tmp_path / "iterates.json", inputs)
+    for number, x in enumerate([0.1, 0.2]):
+        kept.add("scene", Iteration(number, -3.0 + x, np.array([x, -x]), 0.1, start=1))
+    check_damaged(kept.path, lambda: flat(Iterates.open(tmp_path, inputs, resume=True)), 30)
+
+
+def test_a_damaged_plan_is_refused_or_read_the_same(tmp_path: Path) -> None:
+    options = {"scene": "a digest", "levels": ["step-2"], "budget": 4.0}
+    content = {"options": options, "seconds": {}, "remarks": ["the mesh is left out: it is too expensive"]}
+    path = write_json(content, tmp_path / "plan.json", guarded=True)
+    assert plan._kept(path, options | {"budget": 5.0}, {}) is None
+    check_damaged(path, lambda: flat(plan._kept(path, options, {})), 30)

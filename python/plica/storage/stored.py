@@ -76,6 +76,14 @@ class Stored:
             found = inside(self.file, group, self.path)
             return sorted(found) if isinstance(found, h5py.Group) else []
 
+    def require_own(self) -> None:
+        """Raise InvalidInput unless everything that a link names is in the file itself."""
+        with self._errors("/"):
+            names: list[str] = []
+            self.file.visititems_links(lambda name, _: names.append(name))  # must not raise itself
+            for name in names:
+                inside(self.file, name, self.path)
+
     def is_group(self, name: str) -> bool:
         """Whether there is a group of this name."""
         with self._errors(name):

@@ -17,6 +17,7 @@ from plica.phonation.scene.face_selection import FaceSelection, select
 from plica.phonation.scene.gmsh_nodes import complaint
 from plica.phonation.scene.mesh_parts import Label, Labels, MeshFile, Sides
 from plica.storage.files import require_file
+from plica.storage.stored import Stored
 
 __all__ = ["read_mesh"]
 
@@ -86,6 +87,7 @@ class _Reader:
             raise self.fail(str(error)) from None
         if not path.is_file():
             raise self.fail(f"mesh.file = {path}; there is no such file.")
+        self._require_own(path)
         wrong = complaint(path) if path.suffix == ".msh" else None  # meshio reads node 0 from the end
         if wrong is not None:
             raise self.fail(f"mesh.file: {path.name}: {wrong}. Write the file anew in your mesher.")
@@ -106,6 +108,18 @@ class _Reader:
             raise self.fail(f"mesh.file: {path.name} cannot be read as a mesh: {reason}") from None
         self._require_nodes(read, path)
         return read
+
+    def _require_own(self, path: Path) -> None:
+        """Raise SceneError if a format that is HDF5 (.med, .h5m) has its data in another file."""
+        import h5py
+
+        if not h5py.is_hdf5(path):
+            return
+        try:
+            with Stored(path, hint="Write the file anew in your mesher", verified=False) as file:
+                file.require_own()
+        except InvalidInput as error:
+            raise self.fail(f"mesh.file: {error}") from None
 
     def _require_nodes(self, read: Any, path: Path) -> None:
         """Raise SceneError if a cell has a node that is not in the file."""
