@@ -180,6 +180,18 @@ def test_voices_with_a_period_keep_every_measure(jitter: float, shimmer: float) 
     assert all(item.value is not None for item in of_everything(time, area, cycles).values())
 
 
+@pytest.mark.parametrize("rate", [0.005, 0.01, 0.02])
+def test_a_glide_keeps_its_quotients(rate: float) -> None:
+    time, area = voice(5e-3 / (1 + rate) ** np.arange(50), np.ones(50), samples=25)
+    cycles = recorded_cycles(time, area)
+    assert cycles.no_period == ""
+    found = of_everything(time, area, cycles)
+    exact = 0.6 * (1 - 2 * np.arcsin(0.05 ** (2 / 3)) / np.pi)  # of sin^1.5 over 0.6 of the period
+    assert found["open_quotient"].value == pytest.approx(exact, abs=0.01)  # a quarter of a sample
+    assert found["fundamental_frequency"].value == pytest.approx(cycles.frequency)
+    assert any("the frequency rises" in text for text in found["fundamental_frequency"].cautions)
+
+
 def test_quotients_of_triangles_have_their_closed_forms() -> None:
     time, area = pulses(0.0, 100)
     cycles = recorded_cycles(time, area)

@@ -40,6 +40,7 @@ _SILENT = 0.1  # of the whole range; a smaller local range is silence
 _PERIODIC = 0.5  # autocorrelation below which a voice is aperiodic
 _WEAK = 0.1  # range over the largest value
 _WHOLE = 6  # least number of cycles for a pattern
+_LOCAL = 10  # cycles of a glide that are near enough in frequency for an autocorrelation
 
 
 def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Scale = SI) -> Cycles:
@@ -72,8 +73,7 @@ def recorded_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale
     if size < _WEAK * largest:
         notes.insert(0, f"weak: the {name} varies by only {100 * size / largest:.2g} %")
     found = Cycles(starts, "", verdict, pattern, recorded=True)
-    other = autocorrelation_frequency(signal[found.extent(time)], time_step(time))
-    said = differing(found, other, scale)
+    said = _no_period(time, signal, found, scale)
     if said and verdict == "regular":
         found = replace(found, verdict="ambiguous")
     return replace(found, note="; ".join(filter(None, (said, *notes))), no_period=said)
@@ -161,6 +161,19 @@ def _kind(time: Floats, signal: Floats, starts: Floats, scale: Scale) -> tuple[V
         )
         return "diplophonic", pattern, [note, *notes]
     return "regular", 1, notes
+
+
+def _no_period(time: Floats, signal: Floats, found: Cycles, scale: Scale) -> str:
+    """Why the pulses are no periods; empty if they are.
+
+    Where the frequency glides, the whole record has no one autocorrelation: the middle cycles are asked.
+    """
+    part = found
+    if found.count > _LOCAL and _trend(found.periods):
+        first = (found.count - _LOCAL) // 2
+        part = replace(found, starts=found.starts[first : first + _LOCAL + 1])
+    other = autocorrelation_frequency(signal[part.extent(time)], time_step(time))
+    return differing(part, other, scale)
 
 
 def _trend(periods: Floats) -> list[str]:

@@ -84,9 +84,11 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         several = several_summits(area, time, cycles)
         found += [
             replace(item, cautions=(*item.cautions, *several))
-            for item in quotient_measures(time, area, cycles)
+            for item in (
+                *quotient_measures(time, area, cycles),
+                strict_open_quotient(time, area, cycles),
+            )
         ]
-        found += [strict_open_quotient(time, area, cycles)]
         found += area_measures(time, area, cycles)
         found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
         height = np.asarray(run.section_height, dtype=float)
