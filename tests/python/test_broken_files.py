@@ -20,6 +20,8 @@ from plica.identify import Settings
 from plica.identify.pressures import _table
 from plica.identify.sources import open_motion
 from plica.phonation.scene.mesh_file import read_mesh
+from plica.video.dated import file_date
+from plica.video.errors import VideoError
 from plica.video.flow_file import read_flow, write_flow
 from plica.video.image_file import read_image
 from plica.video.sources import open_source
@@ -129,3 +131,31 @@ def test_a_broken_file_is_read_or_refused_in_one_sentence(
     for one in said:
         assert len(str(one)) < 900
         assert "\n" not in str(one) or isinstance(one, plica.SceneError)
+
+
+def test_names_that_are_no_text_do_not_matter(tmp_path: Path) -> None:
+    path = tmp_path / "a.mp4"
+    with av.open(str(path), "w") as made:
+        made.metadata["title"] = "abcdefgh"
+        stream: Any = made.add_stream("mpeg4", rate=25)
+        stream.height, stream.width, stream.pix_fmt = *FRAMES.shape[1:], "yuv420p"
+        for frame in FRAMES:
+            made.mux(stream.encode(av.VideoFrame.from_ndarray(frame, "gray")))
+        made.mux(stream.encode())
+    content = path.read_bytes()
+    assert b"abcdefgh" in content
+    path.write_bytes(content.replace(b"abcdefgh", b"abc\xedefgh"))
+    assert open_source(path).count == len(FRAMES)
+    assert file_date(path) is None
+
+
+def test_a_colour_space_that_no_reader_has_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, FRAMES, photometric="minisblack", metadata=None)
+    with tifffile.TiffFile(path) as stack:
+        places = [page.tags["PhotometricInterpretation"].valueoffset for page in stack.pages]
+    content = bytearray(path.read_bytes())
+    content[places[2]] = 7
+    path.write_bytes(content)
+    with pytest.raises(VideoError, match=r"a\.tif: frame 2 cannot be decoded"):
+        frames(path)

@@ -91,7 +91,7 @@ def _stated(path: Path, camera: Camera | None) -> Iterator[tuple[str, object]]:
     elif path.suffix.lower() not in {".h5", ".hdf5", ".mat", ".npy"}:
         import av
 
-        with av.open(str(path)) as container:
+        with av.open(str(path), metadata_errors="replace") as container:
             parts = [container.metadata, *(stream.metadata for stream in container.streams.video)]
             named = {key.lower(): value for part in reversed(parts) for key, value in part.items()}
         yield from ((tag, named[tag]) for tag in _TAGS if tag in named)

@@ -79,9 +79,10 @@ def read_page(stack: TiffFile, path: str | Path, index: int) -> NDArray[Any]:
     try:
         return page_pixels(stack, index)
     except NotDecodedError:
-        with Image.open(path) as image:
+        where = f"read_image: {path}"
+        with _errors(where), Image.open(path) as image:
             image.seek(index)
-            return _of_pillow(image, f"read_image: {path}")
+            return _of_pillow(image, where)
 
 
 def _of_tiff(path: str | Path, where: str) -> NDArray[Any]:

@@ -202,7 +202,7 @@ class Video:
 
         index = -1
         try:
-            with av.open(str(self._path)) as container:
+            with av.open(str(self._path), metadata_errors="replace") as container:
                 if not container.streams.video:
                     raise VideoError(f"Recording: {self.name} has no video.")
                 stream = container.streams.video[0]
