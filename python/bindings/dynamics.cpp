@@ -92,7 +92,7 @@ void bind_options(py::module_& engine) {
   engine.def(
       "scheme_coefficients",
       [](const TimeScheme& scheme) {
-        const SchemeCoefficients found = coefficients(scheme);
+        const SchemeCoefficients found = scheme_coefficients(scheme);
         return py::make_tuple(found.alpha, found.beta, found.gamma);
       },
       py::arg("scheme"));
@@ -305,7 +305,7 @@ class StaticSolver {
       for (const Convergence& end :
            solver_->solve_many(forces.middleCols(first, count), part, solver_->tolerance()))
         if (!end.converged)
-          throw SolveFailed("StaticSolver: residual = " + number(end.residual) + "; must be <= 1e-10.");
+          throw SolveFailed("StaticSolver: residual = " + number_text(end.residual) + "; must be <= 1e-10.");
       found.middleCols(first, count) = part;
     }
     return found;

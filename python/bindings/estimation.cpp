@@ -4,6 +4,7 @@
 #include "plica/estimation/covariance.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 using namespace plica::python;
 
 namespace {

@@ -9,6 +9,7 @@
 #include "plica/tissue/sensitivity.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 using namespace plica::python;
 
 namespace {
@@ -82,7 +83,7 @@ py::array_t<double> responses(const AffineTissue& self, const RealArray& coeffic
   require_shape(coefficient_derivatives, {p, g, 6}, "coefficient_derivatives");
   require_shape(viscosity_derivatives, {p, g}, "viscosity_derivatives");
   if (patterns.ndim() != 2) wrong_shape("AffineTissue", "patterns", patterns, "(3 n, q)");
-  const SchemeCoefficients scheme = plica::coefficients(HilberHughesTaylor{alpha});
+  const SchemeCoefficients scheme = plica::scheme_coefficients(HilberHughesTaylor{alpha});
   const Indices unknowns = to_indices(observed, "AffineTissue", "observed");
   const RowMatrix forces = Eigen::Map<const RowMatrix>(patterns.data(), patterns.shape(0), patterns.shape(1));
   RowMatrix out;
@@ -167,7 +168,7 @@ py::array_t<double> patterns_of(const TetMesh& mesh, const py::array& faces, con
   for (std::ptrdiff_t i = 1; i < height.size(); ++i)
     if (!(height[i] > height[i - 1]))
       throw InvalidInput("pressure_patterns", "heights[" + std::to_string(i) + "]", height[i], "m",
-                         "> " + number(height[i - 1]) + ", the one before");
+                         "> " + number_text(height[i - 1]) + ", the one before");
   const Faces rows = to_rows(faces, {mesh.order() == 2 ? 6 : 3}, "pressure_patterns", "faces");
   check_nodes(rows, mesh.node_count(), "pressure_patterns", "face");
   RowMatrix dense;

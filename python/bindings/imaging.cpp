@@ -23,6 +23,7 @@ struct Names<LightChange> {
 }  // namespace plica::python
 
 using namespace plica;
+using namespace plica::imaging;
 using namespace plica::python;
 
 namespace {

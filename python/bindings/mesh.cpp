@@ -88,7 +88,7 @@ void bind_tet_mesh(py::module_& engine) {
       py::arg("points"), py::arg("cells"));
   engine.def(
       "body_of_nodes", [](const TetMesh& mesh) { return give(body_of_nodes(mesh)); }, py::arg("mesh"));
-  engine.def("check_mesh", &check, py::arg("mesh"), py::call_guard<Released>());
+  engine.def("check_mesh", &check_mesh, py::arg("mesh"), py::call_guard<Released>());
   engine.def(
       "boundary",
       [](const py::array& cells) {
@@ -96,7 +96,7 @@ void bind_tet_mesh(py::module_& engine) {
         const Cells rows = to_rows(cells, {4, 10}, "boundary", "cells");
         {
           const Released released;
-          found = boundary(rows);
+          found = boundary_of(rows);
         }
         return std::make_tuple(give(std::move(found.faces)), give(std::move(found.cell_of_face)));
       },
@@ -247,7 +247,7 @@ void bind_block(py::module_& engine) {
       },
       py::arg("corner") = defaults.corner, py::arg("size") = defaults.size,
       py::arg("divisions") = defaults.divisions, py::call_guard<Released>());
-  engine.def("combine", &combine, py::arg("first"), py::arg("second"), py::arg("first_prefix") = "a.",
+  engine.def("combine", &combine_meshes, py::arg("first"), py::arg("second"), py::arg("first_prefix") = "a.",
              py::arg("second_prefix") = "b.", py::call_guard<Released>());
 }
 

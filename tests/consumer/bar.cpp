@@ -52,7 +52,7 @@ plica::TetMesh make_bar(int along, int across) {
   mesh.node_sets["clamp"] = Eigen::Map<plica::Indices>(clamp.data(), static_cast<Eigen::Index>(clamp.size()));
   mesh.node_sets["tip"] = Eigen::Map<plica::Indices>(tip.data(), static_cast<Eigen::Index>(tip.size()));
 
-  const plica::Faces faces = plica::boundary(mesh.cells).faces;
+  const plica::Faces faces = plica::boundary_of(mesh.cells).faces;
   std::vector<Eigen::Index> top;
   for (Eigen::Index f = 0; f < faces.rows(); ++f) {
     bool on_top = true;

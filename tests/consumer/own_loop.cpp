@@ -36,7 +36,7 @@ bool agrees(const char* what, double found, double expected, double tolerance) {
 
 int main() {
   const plica::TetMesh mesh = make_bar(8, 4);
-  plica::check(mesh);
+  plica::check_mesh(mesh);
 
   plica::Tissue tissue;
   tissue.materials = {{plica::Isotropic{20e3, 0.3}, 1020.0, 1.0}};  // Pa, -, kg/m^3, Pa s

@@ -17,7 +17,9 @@ class Facets {
     }
     for (int j = 0; j < parts; ++j)
       for (int i = 0; i + j < parts; ++i) {
-        const auto at = [&](int di, int dj) { return static_cast<int>(row_start[j + dj]) + i + di; };
+        const auto at = [&](int di, int dj) {
+          return static_cast<int>(row_start[static_cast<std::size_t>(j + dj)]) + i + di;
+        };
         triangles.push_back({at(0, 0), at(1, 0), at(0, 1)});
         if (i + j + 1 < parts) triangles.push_back({at(1, 0), at(1, 1), at(0, 1)});
       }

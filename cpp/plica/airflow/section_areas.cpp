@@ -119,13 +119,13 @@ SectionAreas SectionAreas::cut(const TetMesh& mesh, const Faces& surface, Sectio
     if (open == rows.end()) break;
     if (attempt < 8) continue;
     const std::ptrdiff_t i = (open - rows.begin()) / stations, j = (open - rows.begin()) % stations;
-    throw InvalidInput(
-        "Airflow: interface at (y, z) = (" +
-        number(sections.middle[i] + sections.major[i] * std::cos(pi * (static_cast<double>(j) + 0.5) / stations)) +
-        ", " + number(height[i]) + ") m is met " + std::to_string(open->left) +
-        " times on the side of smaller x, " + std::to_string(open->right) +
-        " times on that of larger x; must be met equally often, and at least once. "
-        "Is the whole airway in the surface?");
+    throw InvalidInput("Airflow: interface at (y, z) = (" +
+                       number_text(sections.middle[i] +
+                                   sections.major[i] * std::cos(pi * (static_cast<double>(j) + 0.5) / stations)) +
+                       ", " + number_text(height[i]) + ") m is met " + std::to_string(open->left) +
+                       " times on the side of smaller x, " + std::to_string(open->right) +
+                       " times on that of larger x; must be met equally often, and at least once. "
+                       "Is the whole airway in the surface?");
   }
   SectionAreas found;
   found.clipped_ = true;

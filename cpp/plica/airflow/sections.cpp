@@ -64,8 +64,8 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
     auto [low, high, rest] = ends;
     if (low.z > high.z) std::swap(low, high);
     if (count == 3 || high.z - low.z <= tolerance)
-      throw InvalidInput("Airflow: interface at y = " + number(middle) + " m, (x, z) = (" + number(low.x) + ", " +
-                         number(low.z) +
+      throw InvalidInput("Airflow: interface at y = " + number_text(middle) + " m, (x, z) = (" +
+                         number_text(low.x) + ", " + number_text(low.z) +
                          ") m; must have one x at each height on each fold, but runs level there. "
                          "Does the surface hold more than the walls of the airway?");
     const Vector3 u = points.row(triangle[1]) - points.row(triangle[0]),
@@ -82,7 +82,7 @@ std::array<std::vector<Segment>, 2> cut_coronal(const Points& points, const Tria
 Line join(std::vector<Segment> segments, const std::string& side, double middle, double tolerance) {
   if (segments.empty())
     throw InvalidInput("Airflow: interface toward " + side +
-                       " x; must cross its mid-coronal plane y = " + number(middle) +
+                       " x; must cross its mid-coronal plane y = " + number_text(middle) +
                        " m. Are the anteroposterior axis y and the outward "
                        "direction of the surface right?");
   std::sort(segments.begin(), segments.end(), [](const auto& p, const auto& q) { return p.low.z < q.low.z; });
@@ -90,8 +90,8 @@ Line join(std::vector<Segment> segments, const std::string& side, double middle,
   for (const auto& segment : segments) {
     const auto& end = line.back();
     if (std::abs(segment.low.z - end.z) > tolerance || std::abs(segment.low.x - end.x) > tolerance)
-      throw InvalidInput("Airflow: interface toward " + side + " x at y = " + number(middle) + " m, (x, z) = (" +
-                         number(segment.low.x) + ", " + number(segment.low.z) +
+      throw InvalidInput("Airflow: interface toward " + side + " x at y = " + number_text(middle) +
+                         " m, (x, z) = (" + number_text(segment.low.x) + ", " + number_text(segment.low.z) +
                          ") m; must have one x at each height, " +
                          (segment.low.z < end.z + tolerance ? "has several" : "has none just below") +
                          ". The flow needs folds without overhang.");
@@ -207,7 +207,8 @@ struct Coronal {
     }
     if (lowest() - same_height > highest() + same_height)
       throw InvalidInput("Airflow", "lowest height of one fold", lowest(), "m",
-                         "<= " + number(highest()) + ", the highest of the other", "The folds share no height.");
+                         "<= " + number_text(highest()) + ", the highest of the other",
+                         "The folds share no height.");
   }
   double lowest() const { return std::max(right.front().z, left.front().z); }
   double highest() const { return std::min(right.back().z, left.back().z); }
@@ -276,8 +277,9 @@ Sections graded_sections(const TetMesh& mesh, const Faces& surface, int count) {
   const double inset = 1e-4 * (coronal.highest() - coronal.lowest()), low = coronal.lowest() + inset,
                high = coronal.highest() - inset;
   if (!(high - low > count * coronal.same_height))
-    throw InvalidInput("Airflow", "height that both folds share", high - low, "m",
-                       "> " + number(count * coronal.same_height) + " for " + std::to_string(count) + " sections");
+    throw InvalidInput(
+        "Airflow", "height that both folds share", high - low, "m",
+        "> " + number_text(count * coronal.same_height) + " for " + std::to_string(count) + " sections");
   const int samples = 20 * count + 1;
   const Vector z = Vector::LinSpaced(samples, low, high);
   const Vector area = cut_areas(mesh.points, coronal.triangles, z);

@@ -89,7 +89,7 @@ std::unordered_map<std::int32_t, std::int32_t> partners(const Points& points,
     const auto found = grid.facing(node);
     if (found.size() != 1)
       throw InvalidInput("matched_airway: node " + std::to_string(node) + " of " + own + " = " +
-                         place(points.row(node).transpose()) + "; must have one partner in " + other +
+                         place_text(points.row(node).transpose()) + "; must have one partner in " + other +
                          " at the same position across the direction, has " + std::to_string(found.size()) +
                          ". Do the two surfaces face each other everywhere?");
     partner[node] = found[0];
@@ -165,7 +165,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
                   r = points.row(a[2]).transpose();
     if (!std::binary_search(offered.begin(), offered.end(), from_smallest({b[0], b[2], b[1]})))
       throw InvalidInput("matched_airway: triangle " + std::to_string(f) + " of first at " +
-                         place((p + q + r) / 3) +
+                         place_text((p + q + r) / 3) +
                          "; must have its mirrored partner, of opposite sense, in second. "
                          "Are both surfaces outward and cut by the same diagonals?");
     const auto begin = tets.size();
@@ -177,7 +177,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
       const double volume = (s - o).cross(u - o).dot(w - o) / 6;
       if (volume < -tolerance * area / 3)  // touching bodies may overlap by the tolerance of the matching
         throw InvalidInput("matched_airway: air at triangle " + std::to_string(f) + " of first at " +
-                           place((p + q + r) / 3) + ", volume = " + number(volume) +
+                           place_text((p + q + r) / 3) + ", volume = " + number_text(volume) +
                            " m^3; must be >= 0. Do the bodies overlap, or do the surfaces point into the tissue?");
     }
   }
@@ -188,7 +188,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
           nullptr, direction.normalized()};
 }
 
-std::vector<std::int32_t> inverted(const Points& x, const Tets& tets) {
+std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets) {
   using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
   require_indices("inverted", "node of a tetrahedron", tets, x.rows());
   if (!x.allFinite()) throw InvalidInput("inverted: x is not finite; must be finite. Did the time step diverge?");

@@ -32,6 +32,6 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
 
 /// Tetrahedra that are turned inside out at positions x, by CGAL's exact orientation predicate;
 /// flat ones do not count. O(tets).
-std::vector<std::int32_t> inverted(const Points& x, const Tets& tets);
+std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets);
 
 }  // namespace plica

@@ -281,9 +281,9 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     if (passes == max_passes) {
       const Worst worst = worst_of(*method_, constraints, last, x);
       return {{},
-              "Contact: gap error " + number(worst.off) + " m after " + std::to_string(passes) +
-                  " passes (tolerance " + number(tolerance()) + " m), worst at node " +
-                  std::to_string(worst.constraint->slave) + " " + place(x.row(worst.constraint->slave)) +
+              "Contact: gap error " + number_text(worst.off) + " m after " + std::to_string(passes) +
+                  " passes (tolerance " + number_text(tolerance()) + " m), worst at node " +
+                  std::to_string(worst.constraint->slave) + " " + place_text(x.row(worst.constraint->slave)) +
                   ". Try a smaller step, more passes, or a larger tolerance."};
     }
 

@@ -87,8 +87,8 @@ class GmresPath final : public ContactPath {
     const Convergence end = gmres(apply, P, b, y, options_, restart);
     if (!end.converged)
       throw SolveFailed(
-          "Contact: GMRES stopped at residual " + number(end.residual) + " after " +
-          std::to_string(end.iterations) + " iterations (tolerance " + number(options_.tolerance) +
+          "Contact: GMRES stopped at residual " + number_text(end.residual) + " after " +
+          std::to_string(end.iterations) + " iterations (tolerance " + number_text(options_.tolerance) +
           "). Try the condensed solver, or a larger max_iterations of solver.method.conjugate_gradients.");
     change_ = y.head(n);
     for (std::ptrdiff_t i = 0; i < m; ++i) p[closed[i]] = -y[n + i];

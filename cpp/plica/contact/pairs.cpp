@@ -134,7 +134,7 @@ void Detector::renew(const Points& x, double depth) {
 void Detector::update(const Points& x) {
   first_.update(x);
   second_.update(x);
-  inverted_ = inverted(x, airway_.tets);
+  inverted_ = find_inverted(x, airway_.tets);
   if (airway_.renewed) find_thin(x);
 }
 

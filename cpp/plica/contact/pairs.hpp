@@ -25,7 +25,7 @@ struct Pair {
   /// x_s - sum_k w_k x_k, m.
   Vector3 offset(const Points& x) const {
     Vector3 d = x.row(slave);
-    for (int k = 0; k < 3; ++k) d -= weights[k] * x.row(master[k]).transpose();
+    for (int k = 0; k < 3; ++k) d -= weights[k] * x.row(master[static_cast<std::size_t>(k)]).transpose();
     return d;
   }
   double gap(const Points& x) const { return gradient.dot(offset(x)); }

@@ -82,8 +82,9 @@ class SaddlePath final : public ContactPath {
     }
     if (!end.converged)
       throw SolveFailed("Contact: the saddle point of " + std::to_string(closed.size()) +
-                        " closed rows stopped at residual " + number(end.residual) + " after " +
-                        std::to_string(end.iterations) + " iterations (tolerance " + number(options_.tolerance) +
+                        " closed rows stopped at residual " + number_text(end.residual) + " after " +
+                        std::to_string(end.iterations) + " iterations (tolerance " +
+                        number_text(options_.tolerance) +
                         "). Try the condensed solver, a smaller step, or a larger max_iterations of "
                         "solver.method.conjugate_gradients.");
   }

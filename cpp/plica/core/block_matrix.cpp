@@ -18,7 +18,7 @@ Pattern checked(Pattern pattern, const std::string& where) {
   const auto n = static_cast<std::int32_t>(p.rows());
   if (p.row_start.front() != 0 || p.row_start.back() != p.entries()) {
     throw InvalidInput(where, "pattern.row_start.back()", p.row_start.back(), "",
-                       "the number of columns, " + number(static_cast<double>(p.entries())));
+                       "the number of columns, " + number_text(static_cast<double>(p.entries())));
   }
   for (std::int32_t i = 0; i < n; ++i) {
     const std::int32_t begin = p.row_start[i], end = p.row_start[i + 1];
@@ -34,7 +34,7 @@ Pattern checked(Pattern pattern, const std::string& where) {
 void check_product(const std::string& where, std::ptrdiff_t rows, const Vector& x, const Vector& y) {
   if (x.size() != rows) {
     throw InvalidInput(where, "x.size()", static_cast<double>(x.size()), "",
-                       "the number of rows, " + number(static_cast<double>(rows)));
+                       "the number of rows, " + number_text(static_cast<double>(rows)));
   }
   if (&x == &y) throw InvalidInput(where + ": y is x; must be another vector.");
 }

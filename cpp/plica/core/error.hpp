@@ -2,8 +2,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "plica/core/types.hpp"
-
 namespace plica {
 
 /// What a caller handed in cannot be used. Its text reads
@@ -22,8 +20,6 @@ class SolveFailed : public std::runtime_error {
 };
 
 /// The shortest text that reads back as the same number to six digits, e.g. "1e-05", "800".
-std::string number(double value);
-/// "(1, -0.5, 0) m".
-std::string place(const Vector3& x);
+std::string number_text(double value);
 
 }  // namespace plica

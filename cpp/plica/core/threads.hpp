@@ -2,6 +2,8 @@
 #include <cstddef>
 #include <functional>
 
+#include "plica/core/error.hpp"
+
 namespace plica {
 
 /// Number of threads that later calls may use (1 until set); results do not depend on it.

@@ -6,13 +6,8 @@
 #include <type_traits>
 #include <vector>
 
-// Matrices cross the border of the library, so both sides must lay them out, allocate and free them alike.
-static_assert(
-    EIGEN_DEFAULT_ALIGN_BYTES == 64 && EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_MALLOC_ALREADY_ALIGNED == 0 &&
-        std::is_same_v<Eigen::Index, std::ptrdiff_t>,
-    "plica: Eigen allocates here otherwise than in the library. Link plica's CMake targets, or compile "
-    "every source that uses Eigen with -DEIGEN_MAX_ALIGN_BYTES=64 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16, and "
-    "define no other EIGEN_ macro that says how memory is aligned or indexed.");
+#include "plica/core/abi.hpp"
+#include "plica/core/error.hpp"
 
 namespace plica {
 
@@ -34,6 +29,9 @@ struct NodeVector {
   std::int32_t node;
   Vector3 vector;
 };
+
+/// "(1, -0.5, 0) m".
+std::string place_text(const Vector3& x);
 
 /// The (n, 3) view of an interleaved nodal vector (3 n), and back.
 inline Eigen::Map<const Points> as_points(const Vector& v) { return {v.data(), v.size() / 3, 3}; }

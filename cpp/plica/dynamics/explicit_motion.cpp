@@ -107,7 +107,7 @@ ExplicitMotion::ExplicitMotion(const Scene& scene, const Motion& motion)
       eigenvalue_(stable_.eigenvalue(motion.step())) {
   const double h = motion.step();
   if (eigenvalue_ + 0.25 * h * h * contact_stiffness_ <= 1) return;
-  throw InvalidInput("Simulation", "step", h, "s", "<= " + number(largest_step()) + " s",
+  throw InvalidInput("Simulation", "step", h, "s", "<= " + number_text(largest_step()) + " s",
                      "Central differences are not stable with longer ones; hht and newmark are with any.");
 }
 
@@ -116,7 +116,7 @@ void ExplicitMotion::require_stable(const Contacts& contacts) const {
   const double h = motion_.step();
   if (eigenvalue_ + 0.25 * h * h * value <= 1) return;
   throw SolveFailed("Contact: its stiffness at node " + std::to_string(node) + " asks for steps of at most " +
-                    number(stable_.largest(value)) + " s; the step is " + number(h) +
+                    number_text(stable_.largest(value)) + " s; the step is " + number_text(h) +
                     " s. Shorten the step, or lower the stiffness of the penalty.");
 }
 

@@ -16,9 +16,9 @@ struct Sign {
 std::string folding(const FoldedTissue& folded, std::ptrdiff_t now, std::ptrdiff_t cells) {
   const bool one = folded.count == 1;
   return std::to_string(folded.count) + " of " + std::to_string(cells) + " tissue cells folded, " +
-         (one ? "" : "the first ") + "cell " + std::to_string(folded.cell) + " at (" + number(folded.place[0]) +
-         ", " + number(folded.place[1]) + ", " + number(folded.place[2]) + ") m; " + std::to_string(now) +
-         " are now";
+         (one ? "" : "the first ") + "cell " + std::to_string(folded.cell) + " at (" +
+         number_text(folded.place[0]) + ", " + number_text(folded.place[1]) + ", " + number_text(folded.place[2]) +
+         ") m; " + std::to_string(now) + " are now";
 }
 
 }  // namespace
@@ -38,7 +38,7 @@ void FirstSigns::validate(std::int64_t last, std::ptrdiff_t cells) const {
   const auto check = [](const char* name, double value, double bound) {
     if (!(value >= 0 && value <= bound))
       throw InvalidInput("Simulation", std::string("the state's ") + name, value, "",
-                         "in [0, " + number(bound) + "]", "It belongs to another scene.");
+                         "in [0, " + number_text(bound) + "]", "It belongs to another scene.");
   };
   if (coupling)
     check("step of an unconverged coupling", static_cast<double>(coupling->step), static_cast<double>(last));
@@ -52,12 +52,12 @@ void FirstSigns::validate(std::int64_t last, std::ptrdiff_t cells) const {
 std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t cells) const {
   std::vector<Sign> signs;
   if (coupling)
-    signs.push_back(
-        {coupling->step,
-         "air and tissue did not agree (coupling's residual " + number(coupling->left) + " subglottal pressures)",
-         "Try a smaller step, or a larger max_sweeps."});
+    signs.push_back({coupling->step,
+                     "air and tissue did not agree (coupling's residual " + number_text(coupling->left) +
+                         " subglottal pressures)",
+                     "Try a smaller step, or a larger max_sweeps."});
   if (contact)
-    signs.push_back({contact->step, "contact was left with a gap error of " + number(contact->left) + " m",
+    signs.push_back({contact->step, "contact was left with a gap error of " + number_text(contact->left) + " m",
                      "Try a smaller step; with augmented multipliers, a larger max_augmentations."});
   if (folded_tissue)
     signs.push_back({folded_tissue->step, folding(*folded_tissue, folded_now, cells),
@@ -66,7 +66,7 @@ std::string FirstSigns::text(double h, std::ptrdiff_t folded_now, std::ptrdiff_t
   std::string text;
   for (const Sign& sign : signs)
     text += (text.empty() ? " First sign: at t = " : ". Then, at t = ") +
-            number(static_cast<double>(sign.step) * h) + " s " + sign.what;
+            number_text(static_cast<double>(sign.step) * h) + " s " + sign.what;
   return signs.empty() ? text : text + ". " + signs.front().hint;
 }
 

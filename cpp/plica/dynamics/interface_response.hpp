@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Cholesky>
 
-#include "plica/solve/krylov.hpp"
+#include "plica/solve/linear_solver.hpp"
 
 namespace plica {
 

@@ -73,7 +73,7 @@ BlockMatrix assemble_step_matrix(const SchemeCoefficients& s, double h, const No
 }  // namespace
 
 void Motion::Options::validate() const {
-  coefficients(scheme);
+  scheme_coefficients(scheme);
   if (!(step > 0) || !std::isfinite(step)) throw InvalidInput("Simulation", "step", step, "s", "> 0 and finite");
   solver.validate();
 }
@@ -82,7 +82,7 @@ Motion::Motion(const Scene& scene, const SymmetricPart* part, const Assembler& a
     : scene_(scene),
       part_(part),
       options_(options),
-      scheme_(coefficients(options_.scheme)),
+      scheme_(scheme_coefficients(options_.scheme)),
       origin_(origin_near(scene.mesh.points)),
       reference_(scene.mesh.points.rowwise() - origin_.transpose()),
       massless_(massless_nodes(scene, part)),
@@ -147,8 +147,8 @@ int Motion::solve(const Vector& force, Guess& guess, Products& products) const {
 int Motion::checked(const Convergence& end, double tolerance) const {
   if (!end.converged)
     throw SolveFailed(
-        solver_->name() + " stopped at residual " + number(end.residual) + " after " +
-        std::to_string(end.iterations) + " iterations (tolerance " + number(tolerance) +
+        solver_->name() + " stopped at residual " + number_text(end.residual) + " after " +
+        std::to_string(end.iterations) + " iterations (tolerance " + number_text(tolerance) +
         "). Try a smaller step, or raise max_iterations of solver.method, cholesky or conjugate_gradients.");
   return end.iterations;
 }

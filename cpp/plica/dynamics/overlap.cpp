@@ -71,7 +71,7 @@ std::optional<std::int32_t> node_in_tissue(const Points& x, const Cells& cells, 
   std::set<FaceKey> outer_faces;
   std::set<Edge> outer_edges;
   std::set<std::int32_t> outer_nodes;
-  const Boundary hull = boundary(cells);
+  const Boundary hull = boundary_of(cells);
   for (const auto& f : hull.faces.rowwise()) {
     outer_faces.insert(face_key(f[0], f[1], f[2]));
     for (int k = 0; k < 3; ++k) {

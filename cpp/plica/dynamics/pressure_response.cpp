@@ -35,8 +35,8 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
     for (const Convergence& end : A.solve_many(load, response, A.tolerance()))
       if (!end.converged)
         throw SolveFailed("Airflow: the response to a section's pressure stopped at residual " +
-                          number(end.residual) + " after " + number(end.iterations) + " iterations (tolerance " +
-                          number(A.tolerance()) +
+                          number_text(end.residual) + " after " + number_text(end.iterations) +
+                          " iterations (tolerance " + number_text(A.tolerance()) +
                           "). Raise max_iterations of solver.method, cholesky or conjugate_gradients.");
     for (std::ptrdiff_t i = 0; i < own_.size(); ++i)
       at_nodes_.block(3 * i, first, 3, count) = response.middleRows<3>(3 * static_cast<std::ptrdiff_t>(own_[i]));

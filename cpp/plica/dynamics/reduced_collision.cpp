@@ -95,7 +95,7 @@ ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const
                        "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
 
   beyond_ = rows_beyond(part.airway.tets, local);
-  const std::vector<std::int32_t> turned = inverted(full.reference(), beyond_);
+  const std::vector<std::int32_t> turned = find_inverted(full.reference(), beyond_);
   if (!turned.empty())
     throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
                        "so large that all air that is turned inside out at rest is within it");
@@ -208,8 +208,8 @@ ContactRecord ReducedCollision::record(const State& now) {
   for (std::int32_t i = 0; i < nodes_.size(); ++i)
     if (rim_[static_cast<std::size_t>(i)] &&
         !contact.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
-      throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number(x(i, 0)) + ", " +
-                        number(x(i, 1)) + ", " + number(x(i, 2)) +
+      throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number_text(x(i, 0)) +
+                        ", " + number_text(x(i, 1)) + ", " + number_text(x(i, 2)) +
                         ") m, on the rim of where it is looked for. Raise contact_reach.");
   return contact_record(*collision_, contacts_, before, last_->depth, contact, x);
 }
@@ -233,12 +233,12 @@ Vector ReducedCollision::force(const Vector& interface_force) const {
 }
 
 void ReducedCollision::require_open_beyond(const Points& x) const {
-  const std::vector<std::int32_t> turned = inverted(x, beyond_);
+  const std::vector<std::int32_t> turned = find_inverted(x, beyond_);
   if (turned.empty()) return;
   const std::int32_t node = beyond_(turned.front(), 0);
   throw SolveFailed("Reduction: the surfaces have passed through each other at node " + std::to_string(node) +
-                    " (" + number(x(node, 0)) + ", " + number(x(node, 1)) + ", " + number(x(node, 2)) +
-                    ") m, beyond where contact is looked for. Raise contact_reach.");
+                    " (" + number_text(x(node, 0)) + ", " + number_text(x(node, 1)) + ", " +
+                    number_text(x(node, 2)) + ") m, beyond where contact is looked for. Raise contact_reach.");
 }
 
 }  // namespace plica

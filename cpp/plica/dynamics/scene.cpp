@@ -26,7 +26,7 @@ void Load::validate() const {
 }
 
 void Scene::validate() const {
-  check(mesh);
+  check_mesh(mesh);
   tissue.validate(mesh);
   const std::ptrdiff_t n = mesh.node_count();
   if (supports.size() != 3 * n)

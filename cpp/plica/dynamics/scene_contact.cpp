@@ -46,7 +46,8 @@ void SceneContact::require_apart(const Points& x) {
   Detector& detector = collision_->detector();
   const ContactPart& part = *scene_.contact;
   const auto place = [&, at = motion_.in_scene(x)](std::int32_t node) {
-    return "(" + number(at(node, 0)) + ", " + number(at(node, 1)) + ", " + number(at(node, 2)) + ") m";
+    return "(" + number_text(at(node, 0)) + ", " + number_text(at(node, 1)) + ", " + number_text(at(node, 2)) +
+           ") m";
   };
   if (detector.airway().renewed)
     if (const auto inside = node_in_tissue(x, scene_.mesh.cells, detector.nodes(), part.options.tolerance))

@@ -28,6 +28,6 @@ struct Coefficients {
 
 }  // namespace
 
-SchemeCoefficients coefficients(const TimeScheme& scheme) { return std::visit(Coefficients{}, scheme); }
+SchemeCoefficients scheme_coefficients(const TimeScheme& scheme) { return std::visit(Coefficients{}, scheme); }
 
 }  // namespace plica

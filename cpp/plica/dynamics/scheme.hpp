@@ -1,6 +1,8 @@
 #pragma once
 #include <variant>
 
+#include "plica/core/error.hpp"
+
 namespace plica {
 
 /// Newmark's family (Paper A, Eq. 24); the trapezoidal rule by default.
@@ -25,6 +27,6 @@ struct SchemeCoefficients {
   double alpha, beta, gamma;
 };
 /// Throws InvalidInput for parameters outside the ranges above.
-SchemeCoefficients coefficients(const TimeScheme& scheme);
+SchemeCoefficients scheme_coefficients(const TimeScheme& scheme);
 
 }  // namespace plica

@@ -173,11 +173,12 @@ void Simulation::advance() {
   const auto failed = [&](const std::exception& failure) {
     const std::int64_t next = state_.step + 1;
     const Vector3& origin = motion_.origin();
-    const std::string seen_from = origin.isZero(0) ? ""
-                                                   : " (Its places are seen from (" + number(origin[0]) + ", " +
-                                                         number(origin[1]) + ", " + number(origin[2]) + ") m.)";
+    const std::string seen_from = origin.isZero(0)
+                                      ? ""
+                                      : " (Its places are seen from (" + number_text(origin[0]) + ", " +
+                                            number_text(origin[1]) + ", " + number_text(origin[2]) + ") m.)";
     return SolveFailed(
-        "Step " + std::to_string(next) + " (t = " + number(static_cast<double>(next) * motion_.step()) +
+        "Step " + std::to_string(next) + " (t = " + number_text(static_cast<double>(next) * motion_.step()) +
         " s): " + failure.what() + seen_from +
         state_.first_signs.text(motion_.step(), tissue_.folded(positions()), scene_.mesh.cell_count()));
   };

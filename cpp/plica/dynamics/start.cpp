@@ -12,8 +12,8 @@ Vector solved(const ConjugateGradient& solver, const Vector& rhs, const KrylovOp
   Vector x = Vector::Zero(rhs.size());
   const Convergence end = solver.solve(rhs, x);
   if (!end.converged)
-    throw SolveFailed("Simulation: the initial acceleration did not converge (residual " + number(end.residual) +
-                      " after " + std::to_string(end.iterations) + " iterations). " +
+    throw SolveFailed("Simulation: the initial acceleration did not converge (residual " +
+                      number_text(end.residual) + " after " + std::to_string(end.iterations) + " iterations). " +
                       (end.iterations < options.max_iterations
                            ? "Rounding allows no less: loosen solver.tolerance, or take a shorter step."
                            : "Raise max_iterations of solver.method.conjugate_gradients."));

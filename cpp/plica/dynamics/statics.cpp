@@ -12,16 +12,16 @@ namespace {
 
 std::string direction(const Vector3& v) {
   const Vector3 unit = v.unaryExpr([](double c) { return std::abs(c) < 1e-6 ? 0.0 : c; });
-  return "(" + number(unit[0]) + ", " + number(unit[1]) + ", " + number(unit[2]) + ")";
+  return "(" + number_text(unit[0]) + ", " + number_text(unit[1]) + ", " + number_text(unit[2]) + ")";
 }
 
 void check_supported(const TetMesh& mesh, const Supports& supports) {
   const std::vector<RigidMotion> free = rigid_motions(mesh, supports);
   if (free.empty()) return;
   const auto& [body, centre, turns, along] = free.front();
-  throw InvalidInput("Scene: the body of node " + std::to_string(body) + ", centred at (" + number(centre[0]) +
-                     ", " + number(centre[1]) + ", " + number(centre[2]) + ") m, can " +
-                     (turns ? "turn about " : "shift along ") + direction(along) +
+  throw InvalidInput("Scene: the body of node " + std::to_string(body) + ", centred at (" +
+                     number_text(centre[0]) + ", " + number_text(centre[1]) + ", " + number_text(centre[2]) +
+                     ") m, can " + (turns ? "turn about " : "shift along ") + direction(along) +
                      " without strain; must be held for an equilibrium. Hold more of its nodes, or follow its "
                      "motion in time.");
 }
@@ -87,7 +87,7 @@ ContactEquilibrium contact_equilibrium(const Scene& scene) {
   const std::vector<std::int32_t> none;
   const Contacts contacts = collision.solve(x_free, 1.0, {reference, none, {}, 0.0}, {}, x);
   if (!contacts.converged)
-    throw SolveFailed("Contact: gap error " + number(contacts.gap_error) + " m after " +
+    throw SolveFailed("Contact: gap error " + number_text(contacts.gap_error) + " m after " +
                       (contacts.augmentations > 0
                            ? std::to_string(contacts.augmentations) +
                                  " augmentations at rest. Try a larger stiffness, or more augmentations."

@@ -65,8 +65,8 @@ void require_symmetric_tissue(const Scene& scene, const MirrorImages& images) {
     if (alike(tissue.materials[here], tissue.materials[there], planes)) continue;
     const Vector3 at = scene.mesh.points(scene.mesh.cells.row(c), Eigen::all).colwise().mean();
     const Vector3 image = scene.mesh.points(scene.mesh.cells.row(own), Eigen::all).colwise().mean();
-    throw InvalidInput("Scene: symmetry: the tissue " + tissue.names[here] + " at " + place(at) +
-                       " is not the mirror image of " + tissue.names[there] + " at " + place(image) +
+    throw InvalidInput("Scene: symmetry: the tissue " + tissue.names[here] + " at " + place_text(at) +
+                       " is not the mirror image of " + tissue.names[there] + " at " + place_text(image) +
                        "; must have its density, its viscosity, and its stiffness with the fibre mirrored. Leave "
                        "symmetry out, or make them equal.");
   }
@@ -80,7 +80,7 @@ Supports supports_of(const Scene& scene, const MirrorImages& images) {
       const bool held = scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + c);
       if (held != scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(images.nodes()[own]) + c))
         throw InvalidInput("Scene: symmetry: node " + std::to_string(node) + " at " +
-                           place(scene.mesh.points.row(node)) + (held ? " is" : " is not") + " held along " +
+                           place_text(scene.mesh.points.row(node)) + (held ? " is" : " is not") + " held along " +
                            "xyz"[c] + " as its mirror image " + (held ? "is not" : "is") +
                            "; must be alike. Leave symmetry out, or hold both.");
       if (held) part.fix(own, c);

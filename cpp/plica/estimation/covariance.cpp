@@ -6,7 +6,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/estimation/product_kernels.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 constexpr std::ptrdiff_t solved_at_once = 48;    // rows of a triangle that stay in cache beside a strip of X
@@ -110,4 +110,4 @@ void solve_upper(const MatrixView& r, const MatrixSpan& x) {
   solve_upper(r.block(0, 0, half, half), top);
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

@@ -1,7 +1,7 @@
 #pragma once
 #include "plica/estimation/product.hpp"
 
-namespace plica {
+namespace plica::estimation {
 
 /// The products, factors and solves that a Kalman filter and smoother are made of. A covariance is symmetric and
 /// kept whole; only one triangle is computed, the other is its copy, so that symmetry holds to the bit.
@@ -25,4 +25,4 @@ void solve_lower(const MatrixView& r, const MatrixSpan& x);
 /// X = R^-1 X in place.
 void solve_upper(const MatrixView& r, const MatrixSpan& x);
 
-}  // namespace plica
+}  // namespace plica::estimation

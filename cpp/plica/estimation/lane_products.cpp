@@ -3,7 +3,7 @@
 #include "plica/core/registers.hpp"
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 using Matrices = LaneProducts::Matrices;
@@ -97,4 +97,4 @@ const LaneProducts& lane_products() {
   return chosen;
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

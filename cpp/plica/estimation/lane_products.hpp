@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace plica {
+namespace plica::estimation {
 
 /// Rows of products of matrices of 3 x 3 blocks with `lanes` vectors at once, x[lanes * unknown + lane]; every
 /// lane takes the same arithmetic. One kernel goes through the pattern once for all that a time step asks of it.
@@ -29,4 +29,4 @@ struct LaneProducts {
 /// In the version for the processor at hand, as in core/block_product.hpp.
 const LaneProducts& lane_products();
 
-}  // namespace plica
+}  // namespace plica::estimation

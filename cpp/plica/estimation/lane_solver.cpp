@@ -6,7 +6,7 @@
 #include "plica/core/error.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 constexpr int max_refinements = 60;
@@ -75,7 +75,7 @@ template <int lanes>
 void LaneSolver::solve(LaneForce<lanes>& f, std::vector<double>& x, std::ptrdiff_t step) const {
   const auto require_finite = [&](double value) {
     if (!std::isfinite(value))
-      throw SolveFailed("impulse_responses: step " + number(static_cast<double>(step)) +
+      throw SolveFailed("impulse_responses: step " + number_text(static_cast<double>(step)) +
                         ": a displacement is not finite. Is the step, or a tissue value, extreme?");
   };
   for (const double square : f.whole) require_finite(square);
@@ -96,9 +96,9 @@ void LaneSolver::solve(LaneForce<lanes>& f, std::vector<double>& x, std::ptrdiff
     });
   }
   if (share > std::max(tolerance_, enough))
-    throw SolveFailed("impulse_responses: step " + number(static_cast<double>(step)) +
-                      ": the refined solve stopped at residual " + number(share) +
-                      "; must be <= " + number(std::max(tolerance_, enough)) + ". Try a smaller step.");
+    throw SolveFailed("impulse_responses: step " + number_text(static_cast<double>(step)) +
+                      ": the refined solve stopped at residual " + number_text(share) +
+                      "; must be <= " + number_text(std::max(tolerance_, enough)) + ". Try a smaller step.");
 }
 
 template void LaneSolver::force<8>(const std::vector<double>&, const std::vector<double>&,
@@ -108,4 +108,4 @@ template void LaneSolver::force<16>(const std::vector<double>&, const std::vecto
 template void LaneSolver::solve<8>(LaneForce<8>&, std::vector<double>&, std::ptrdiff_t) const;
 template void LaneSolver::solve<16>(LaneForce<16>&, std::vector<double>&, std::ptrdiff_t) const;
 
-}  // namespace plica
+}  // namespace plica::estimation

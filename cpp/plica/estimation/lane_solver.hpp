@@ -5,7 +5,7 @@
 #include "plica/estimation/lane_products.hpp"
 #include "plica/solve/triangular_factor.hpp"
 
-namespace plica {
+namespace plica::estimation {
 
 /// What goes through one pass over the factor: 8 or 16 right-hand sides, x[lanes * unknown + lane].
 template <int lanes>
@@ -48,4 +48,4 @@ class LaneSolver {
   double tolerance_;
 };
 
-}  // namespace plica
+}  // namespace plica::estimation

@@ -6,7 +6,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/estimation/product_kernels.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 constexpr std::ptrdiff_t depth_at_once = 256;  // a strip of B then stays in the first cache
@@ -130,4 +130,4 @@ void mirror_upper(const MatrixSpan& a) {
   }
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

@@ -3,7 +3,7 @@
 
 #include "plica/core/types.hpp"
 
-namespace plica {
+namespace plica::estimation {
 
 using DenseMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
@@ -37,4 +37,4 @@ void multiply(double scale, const MatrixView& a, const MatrixView& b, const Matr
 /// Copies the upper triangle of a square matrix to the lower.
 void mirror_upper(const MatrixSpan& a);
 
-}  // namespace plica
+}  // namespace plica::estimation

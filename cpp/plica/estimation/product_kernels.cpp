@@ -5,7 +5,7 @@
 #include "plica/core/registers.hpp"
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 /// R rows of C registers are the running sums: as many as the processor has, less those of b and of a. An edge
@@ -137,4 +137,4 @@ const ProductKernels& product_kernels() {
   return chosen;
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

@@ -1,7 +1,7 @@
 #pragma once
 #include <cstddef>
 
-namespace plica {
+namespace plica::estimation {
 
 /// The inner loops of dense products and triangular solves, in the version for the processor at hand.
 struct ProductKernels {
@@ -22,4 +22,4 @@ struct ProductKernels {
 
 const ProductKernels& product_kernels();
 
-}  // namespace plica
+}  // namespace plica::estimation

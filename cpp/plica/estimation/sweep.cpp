@@ -8,7 +8,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/estimation/lane_solver.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 constexpr int pack = BlockMatrix::pack;
@@ -180,7 +180,7 @@ void require_sizes(const LinearMotion& motion, const RowMatrix& patterns, const 
   const std::string where = "impulse_responses";
   if (patterns.rows() != unknowns)
     throw InvalidInput(where, "rows of patterns", static_cast<double>(patterns.rows()), "",
-                       "the number of unknowns, " + number(static_cast<double>(unknowns)));
+                       "the number of unknowns, " + number_text(static_cast<double>(unknowns)));
   if (patterns.cols() < 1) throw InvalidInput(where, "columns of patterns", 0, "", ">= 1");
   if (steps < 1) throw InvalidInput(where, "steps", static_cast<double>(steps), "", ">= 1");
   if (!(tolerance > 0 && tolerance < 1)) throw InvalidInput(where, "tolerance", tolerance, "", "in (0, 1)");
@@ -189,7 +189,7 @@ void require_sizes(const LinearMotion& motion, const RowMatrix& patterns, const 
   for (const auto o : observed)
     if (o < 0 || o >= unknowns)
       throw InvalidInput(where, "observed unknown", o, "",
-                         "in [0, " + number(static_cast<double>(unknowns)) + ")");
+                         "in [0, " + number_text(static_cast<double>(unknowns)) + ")");
 }
 
 BlockMatrix step_matrix(const LinearMotion& m) {
@@ -259,4 +259,4 @@ RowMatrix impulse_responses(const LinearMotion& motion, const RowMatrix& pattern
   return out;
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

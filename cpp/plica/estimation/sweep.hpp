@@ -5,7 +5,7 @@
 #include "plica/solve/supports.hpp"
 #include "plica/solve/triangular_factor.hpp"
 
-namespace plica {
+namespace plica::estimation {
 
 /// M a1 + C [(1+al) v1 - al v0] + K [(1+al) u1 - al u0] = f in steps of h, u1 = u0 + h v0 + h^2 (1/2 - beta) a0 +
 /// beta h^2 a1, v1 = v0 + (1-gamma) h a0 + gamma h a1, held unknowns eliminated. What it refers to must outlive
@@ -47,4 +47,4 @@ RowMatrix impulse_responses(const LinearMotion& motion, const RowMatrix& pattern
 /// How the step's matrix is factorised, whatever the tissue's values.
 FactorPlan sweep_plan(const Pattern& pattern, const Supports& supports);
 
-}  // namespace plica
+}  // namespace plica::estimation

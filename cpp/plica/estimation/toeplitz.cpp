@@ -6,7 +6,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::estimation {
 namespace {
 
 using Lags = BlockToeplitz::Lags;
@@ -120,4 +120,4 @@ Lags toeplitz_transposed_product(const BlockToeplitz& T, const Lags& x) {
   return y;
 }
 
-}  // namespace plica
+}  // namespace plica::estimation

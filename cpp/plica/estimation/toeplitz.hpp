@@ -1,7 +1,7 @@
 #pragma once
 #include "plica/core/types.hpp"
 
-namespace plica {
+namespace plica::estimation {
 
 /// A lower block-Toeplitz matrix T of N x N blocks: block (k, i) is lag[k - i] for k >= i and zero above, lag[l]
 /// (rows, columns). `lags` holds them one under the other, (N rows, columns) row-major.
@@ -28,4 +28,4 @@ BlockToeplitz::Lags toeplitz_product(const BlockToeplitz& T, const BlockToeplitz
 /// T' x: x (N rows, c) -> (N columns, c).
 BlockToeplitz::Lags toeplitz_transposed_product(const BlockToeplitz& T, const BlockToeplitz::Lags& x);
 
-}  // namespace plica
+}  // namespace plica::estimation

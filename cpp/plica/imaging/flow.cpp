@@ -10,7 +10,7 @@
 #include "plica/imaging/median.hpp"
 #include "plica/imaging/resample.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr std::ptrdiff_t smallest_side = 8;  // px, of a picture
@@ -38,7 +38,7 @@ void require_size(const Plane& image, const Plane& first, const std::string& nam
     for (std::ptrdiff_t y = 0; y < image.rows(); ++y) {
       for (std::ptrdiff_t x = 0; x < image.cols(); ++x) {
         if (!std::isfinite(image(y, x))) {
-          throw InvalidInput("dense_flow: " + name + " has " + number(image(y, x)) + " at row " +
+          throw InvalidInput("dense_flow: " + name + " has " + number_text(image(y, x)) + " at row " +
                              std::to_string(y) + ", column " + std::to_string(x) + "; must be finite.");
         }
       }
@@ -177,7 +177,7 @@ void solve_stage(std::vector<Level>& levels, const FlowOptions& options, Weight 
 void FlowOptions::validate() const {
   const auto bounded = [](double value, double least, double most, const char* name, const char* unit) {
     require(value >= least && value <= most, name, value, unit,
-            ("in [" + number(least) + ", " + number(most) + "]").c_str());
+            ("in [" + number_text(least) + ", " + number_text(most) + "]").c_str());
   };
   bounded(smoothness, 1e-6, 1e6, "smoothness", "");
   bounded(data_scale, 1e-3, 1e3, "data_scale", gradient_noise ? "px" : "grey levels");
@@ -230,11 +230,12 @@ LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& o
                 weight(options.smooth_penalty, alpha, options.smooth_scale, 1), known.across, flow);
   }
   if (!flow.u.isFinite().all() || !flow.v.isFinite().all()) {
-    throw SolveFailed("dense_flow: the flow is not finite (smoothness = " + number(options.smoothness) +
-                      ", grey levels up to " + number(std::max(first.abs().maxCoeff(), second.abs().maxCoeff())) +
+    throw SolveFailed("dense_flow: the flow is not finite (smoothness = " + number_text(options.smoothness) +
+                      ", grey levels up to " +
+                      number_text(std::max(first.abs().maxCoeff(), second.abs().maxCoeff())) +
                       "). Take grey levels of a range of 255 and options near their defaults.");
   }
   return flow;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

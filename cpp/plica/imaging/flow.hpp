@@ -5,7 +5,7 @@
 #include "plica/imaging/light.hpp"
 #include "plica/imaging/plane.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 enum class PenaltyShape { lorentzian, charbonnier, quadratic };
 
@@ -63,4 +63,4 @@ struct Known {
 LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options = {},
                    const Known& known = {});
 
-}  // namespace plica
+}  // namespace plica::imaging

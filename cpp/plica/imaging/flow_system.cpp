@@ -3,7 +3,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr float clearly = 0.02F;  // product of two sides, each -1 to 1, blurred on coarse levels
@@ -247,4 +247,4 @@ void FlowSystem::read(Plane& u, Plane& v) const {
   });
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

@@ -5,7 +5,7 @@
 
 #include "plica/imaging/plane.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// Weight of a squared error e2 in a linear solve: rho'(e) / e = constant + share / (offset + e2), or with the
 /// root of that sum.
@@ -60,4 +60,4 @@ class FlowSystem {
   std::array<Colour, 2> colours_;
 };
 
-}  // namespace plica
+}  // namespace plica::imaging

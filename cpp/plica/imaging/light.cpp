@@ -6,7 +6,7 @@
 
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr std::ptrdiff_t blocks_along = 48;     // the shorter side, at least
@@ -164,4 +164,4 @@ Relit relight(const Plane& first, const Plane& second, const Light& light) {
   return {first.min((second.maxCoeff() - offset) / gains), ((second - offset) / gains).min(first.maxCoeff())};
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

@@ -4,7 +4,7 @@
 #include "plica/imaging/plane.hpp"
 #include "plica/imaging/spline.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// How the light changes from a picture to the next: what has the grey I at x in the first has
 /// gain(x) I + offset in the second, docs/imaging.md, "Light that changes".
@@ -31,4 +31,4 @@ struct Relit {
 };
 Relit relight(const Plane& first, const Plane& second, const Light& light);
 
-}  // namespace plica
+}  // namespace plica::imaging

@@ -7,7 +7,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -165,4 +165,4 @@ Flow round_trip(const Flow& forward, const Flow& backward) {
   return result;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

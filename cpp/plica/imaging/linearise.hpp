@@ -3,7 +3,7 @@
 #include "plica/imaging/flow_system.hpp"
 #include "plica/imaging/spline.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// The data term about the flow (u, v): `it` = second(x + u, y + v) - first, and the derivatives
 /// [1 -8 0 8 -1] / 12 of the mean of the two. `trust` is `used` where (x + u, y + v) lies in the picture, else 0;
@@ -28,4 +28,4 @@ Plane residual(const Plane& first, const Plane& second, const Plane& u, const Pl
 /// not a number where x + f(x) lies outside the picture.
 Flow round_trip(const Flow& forward, const Flow& backward);
 
-}  // namespace plica
+}  // namespace plica::imaging

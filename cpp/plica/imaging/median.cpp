@@ -5,7 +5,7 @@
 #include "plica/core/threads.hpp"
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 PLICA_INLINE void order(float& a, float& b) {
@@ -103,4 +103,4 @@ void median_5x5(const Plane& image, Plane& result) {
   });
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

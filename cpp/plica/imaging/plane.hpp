@@ -5,7 +5,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/types.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// A picture, or one component of a flow: (rows, columns), row 0 on top. Values belong to pixel centres.
 using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -31,4 +31,4 @@ inline std::ptrdiff_t chunk_rows(std::ptrdiff_t columns) {
   return std::max<std::ptrdiff_t>(1, 12288 / std::max<std::ptrdiff_t>(1, columns));
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

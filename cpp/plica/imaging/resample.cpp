@@ -6,7 +6,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 std::vector<float> gaussian(double sigma) {
@@ -106,4 +106,4 @@ std::vector<Plane> pyramid(Plane image, int levels, double spacing) {
   return all;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

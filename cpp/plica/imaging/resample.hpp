@@ -3,7 +3,7 @@
 
 #include "plica/imaging/plane.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// Gaussian filter with standard deviation sigma (px) and half-width round(1.5 sigma), symmetric borders.
 Plane blur(const Plane& image, double sigma);
@@ -15,4 +15,4 @@ Plane resize(const Plane& image, std::ptrdiff_t rows, std::ptrdiff_t columns);
 /// The picture, then each time blurred by sqrt(spacing / 2) px and made smaller by `spacing`: finest first.
 std::vector<Plane> pyramid(Plane image, int levels, double spacing);
 
-}  // namespace plica
+}  // namespace plica::imaging

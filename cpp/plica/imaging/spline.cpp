@@ -5,7 +5,7 @@
 
 #include "plica/core/versions.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 // The samples are s = (c[-1] + 4 c[0] + c[1]) / 6. Its inverse is a causal and an anticausal recursion with the
@@ -101,4 +101,4 @@ void Spline::warp_row(std::ptrdiff_t y, const float* u, const float* v, float* w
   warp(coefficients_.data(), rows_, columns_, y, u, v, warped, inside);
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

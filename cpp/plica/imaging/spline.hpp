@@ -1,7 +1,7 @@
 #pragma once
 #include "plica/imaging/plane.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// The cubic B-spline through the pixels of a picture (symmetric borders): exact on cubics away from the border.
 class Spline {
@@ -20,4 +20,4 @@ class Spline {
   Plane coefficients_;  // with one more on each side
 };
 
-}  // namespace plica
+}  // namespace plica::imaging

@@ -50,7 +50,7 @@ TetMesh block_mesh(const Block& block) {
   mesh.cell_layer = Indices::Zero(mesh.cell_count());
   mesh.cell_side = Indices::Zero(mesh.cell_count());
 
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   static const char* const names[3][2] = {{"x_min", "x_max"}, {"y_min", "y_max"}, {"z_min", "z_max"}};
   for (int d = 0; d < 3; ++d)
     for (int end = 0; end < 2; ++end) {
@@ -71,8 +71,8 @@ TetMesh block_mesh(const Block& block) {
   return mesh;
 }
 
-TetMesh combine(const TetMesh& one, const TetMesh& other, const std::string& first_prefix,
-                const std::string& second_prefix) {
+TetMesh combine_meshes(const TetMesh& one, const TetMesh& other, const std::string& first_prefix,
+                       const std::string& second_prefix) {
   const TetMesh first = labelled(one), second = labelled(other);
   if (first.order() != second.order())
     throw InvalidInput("combine", "order of the second mesh", second.order(), "",

@@ -17,7 +17,7 @@ TetMesh block_mesh(const Block& block);
 
 /// Two meshes side by side as one (no node is joined). Surfaces, node sets and layers keep their names
 /// with `first_prefix` / `second_prefix` before them; e.g. "a." and "b." give "a.x_max", "b.x_min".
-TetMesh combine(const TetMesh& first, const TetMesh& second, const std::string& first_prefix,
-                const std::string& second_prefix);
+TetMesh combine_meshes(const TetMesh& first, const TetMesh& second, const std::string& first_prefix,
+                       const std::string& second_prefix);
 
 }  // namespace plica

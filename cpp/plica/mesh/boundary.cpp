@@ -25,8 +25,8 @@ const Faces& TetMesh::surface(const std::string& name) const { return named(surf
 
 const Indices& TetMesh::node_set(const std::string& name) const { return named(node_sets, name, "node_set"); }
 
-Boundary boundary(const Cells& cells) {
-  require_size("boundary", "a cell", cells.cols(), 4, 10);
+Boundary boundary_of(const Cells& cells) {
+  require_size("boundary_of", "a cell", cells.cols(), 4, 10);
   struct Use {
     FaceKey key;
     std::int32_t place;  // 4 cell + local face

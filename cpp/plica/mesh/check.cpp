@@ -17,7 +17,7 @@ namespace {
 }
 
 std::string at(const Eigen::RowVector3d& x) {
-  return "(" + number(x[0]) + ", " + number(x[1]) + ", " + number(x[2]) + ") m";
+  return "(" + number_text(x[0]) + ", " + number_text(x[1]) + ", " + number_text(x[2]) + ") m";
 }
 
 std::string node_name(const TetMesh& mesh, std::int32_t node) {
@@ -81,7 +81,7 @@ void check_volumes(const TetMesh& mesh) {
     for (const auto& [a, b] : tet_edges)
       longest = std::max(longest, (mesh.points.row(mesh.cells(e, a)) - mesh.points.row(mesh.cells(e, b))).norm());
     const double flat = 1e-12 * longest * longest * longest;  // a volume below it is roundoff
-    const std::string value = " has volume " + number(volumes[e]) + " m^3; must be > 0";
+    const std::string value = " has volume " + number_text(volumes[e]) + " m^3; must be > 0";
     if (volumes[e] < -flat)
       refuse(cell_name(mesh, e) + value, "It is inverted: exchange two of its corners, or undo a mirroring.");
     if (volumes[e] <= flat) refuse(cell_name(mesh, e) + value, "It is flat: remove it or move a node.");
@@ -90,7 +90,7 @@ void check_volumes(const TetMesh& mesh) {
       const double local = jacobian_at_node(mesh.points, mesh.cells, e, k);
       if (!(local > flat))
         refuse(cell_name(mesh, e) + " folds over at its " + node_name(mesh, mesh.cells(e, k)) +
-                   ": det dx/dxi = " + number(local) + " m^3; must be > 0",
+                   ": det dx/dxi = " + number_text(local) + " m^3; must be > 0",
                "Are its mid-side nodes in VTK order (Gmsh exchanges the last two)? If so, curve its sides less.");
     }
   }
@@ -137,7 +137,7 @@ std::string face_name(const TetMesh& mesh, const std::string& name, Eigen::Index
 }
 
 void check_surfaces(const TetMesh& mesh) {
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   std::map<FaceKey, Eigen::Index> outside;
   for (Eigen::Index f = 0; f < hull.faces.rows(); ++f)
     outside[face_key(hull.faces(f, 0), hull.faces(f, 1), hull.faces(f, 2))] = f;
@@ -157,7 +157,7 @@ void check_surfaces(const TetMesh& mesh) {
       const auto found = outside.find(face_key(faces(f, 0), faces(f, 1), faces(f, 2)));
       if (found == outside.end())
         refuse(face_name(mesh, name, f) + " is no boundary face of a cell",
-               "Name only faces that belong to exactly one cell; see boundary().");
+               "Name only faces that belong to exactly one cell; see boundary_of().");
       const auto cell_face = hull.faces.row(found->second);
       int turn = 0;
       while (cell_face[turn] != faces(f, 0)) ++turn;
@@ -191,9 +191,9 @@ void check_distance(const TetMesh& mesh) {
   if (shortest > 0 && spacing > finest * shortest)
     throw InvalidInput("TetMesh", std::string("coordinate ") + "xyz"[axis] + " of node " + std::to_string(node),
                        mesh.points(node, axis), "m",
-                       "within " + number(finest * shortest / std::numeric_limits<double>::epsilon()) +
-                           " m of 0, as the shortest edge is " + number(shortest) + " m",
-                       "Numbers are up to " + number(spacing) +
+                       "within " + number_text(finest * shortest / std::numeric_limits<double>::epsilon()) +
+                           " m of 0, as the shortest edge is " + number_text(shortest) + " m",
+                       "Numbers are up to " + number_text(spacing) +
                            " m apart there: what a gap is, is lost. Move the mesh to the origin.");
 }
 
@@ -219,7 +219,7 @@ TetMesh labelled(TetMesh mesh) {
   return mesh;
 }
 
-void check(const TetMesh& mesh) {
+void check_mesh(const TetMesh& mesh) {
   check_shapes(mesh);
   check_indices(mesh);
   check_distance(mesh);

@@ -77,7 +77,7 @@ Larynx Larynx::refined(double factor) const {
   const double most = std::visit([](const auto& how) { return most_counted(how); }, meshed);
   if (!(most * factor <= most_nodes))
     throw InvalidInput("Larynx::refined", "factor", factor, "",
-                       "<= 5e7 / " + number(most) + ", the largest number of levels, lines or rings");
+                       "<= 5e7 / " + number_text(most) + ", the largest number of levels, lines or rings");
   Larynx larynx = *this;
   larynx.meshed =
       std::visit([&](const auto& how) -> decltype(meshed) { return plica::refined(how, factor); }, meshed);
@@ -110,7 +110,7 @@ void Larynx::Shape::validate() const {
   require_positive("radius", radius);
   require_positive("major", major);
   require_positive("layer_thickness", layer_thickness);
-  const std::string inside = "< radius = " + number(radius) + " m";
+  const std::string inside = "< radius = " + number_text(radius) + " m";
   const std::string hint = "The airway lies inside the cylinder.";
   if (!(major < radius)) throw InvalidInput("Larynx", "major", major, "m", inside, hint);
   for (int i = 0; i < count; ++i) {
@@ -121,7 +121,7 @@ void Larynx::Shape::validate() const {
     if (!std::isfinite(sections[i].z)) throw InvalidInput("Larynx", name + ".z", sections[i].z, "m", "finite");
     if (i > 0 && !(sections[i].z > sections[i - 1].z))
       throw InvalidInput("Larynx", name + ".z", sections[i].z, "m",
-                         "> " + number(sections[i - 1].z) + " m, the height of the section before it");
+                         "> " + number_text(sections[i - 1].z) + " m, the height of the section before it");
   }
   require_at_least("layers_from_section", layers_from_section, 0);
   require_at_least("layers_to_section", layers_to_section, layers_from_section + 1);
@@ -167,11 +167,12 @@ void validate(const Larynx::Shape& shape, const Larynx::Triangulated& how) {
   const double points = std::max(height * shape.layer_thickness / (how.size * how.size),
                                  area / std::pow(how.size + how.growth * far, 2));
   if (points > most_section_points)
-    throw InvalidInput(
-        "Larynx",
-        "points of the half section by size = " + number(how.size) + " m and growth = " + number(how.growth),
-        points, "", "<= " + number(most_section_points), "Take a larger size or more growth.");
-  if (how.around > most_lines) throw InvalidInput("Larynx", "around", how.around, "", "<= " + number(most_lines));
+    throw InvalidInput("Larynx",
+                       "points of the half section by size = " + number_text(how.size) +
+                           " m and growth = " + number_text(how.growth),
+                       points, "", "<= " + number_text(most_section_points), "Take a larger size or more growth.");
+  if (how.around > most_lines)
+    throw InvalidInput("Larynx", "around", how.around, "", "<= " + number_text(most_lines));
 }
 
 }  // namespace
@@ -187,7 +188,7 @@ void name_larynx_parts(const LarynxMarks& marks, TetMesh& mesh) {
     left[node] = left[node] && mesh.points(node, 0) <= 0;
     right[node] = right[node] && mesh.points(node, 0) >= 0;
   }
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   mesh.surfaces["airway"] = marked_faces(hull, marks.airway);
   mesh.surfaces["airway_left"] = marked_faces(hull, left);
   mesh.surfaces["airway_right"] = marked_faces(hull, right);

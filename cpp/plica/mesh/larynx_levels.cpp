@@ -179,10 +179,10 @@ TetMesh mesh_in_levels(const Larynx::Shape& shape, const Larynx::Levels& how) {
   Eigen::Index worst;
   const double least = signed_volumes(mesh.points, mesh.cells).minCoeff(&worst);
   if (!(least > 0))
-    throw InvalidInput(
-        "larynx_mesh", "least volume of a tetrahedron", least, "m^3",
-        "> 0 (cell " + std::to_string(worst) + " at z = " + number(mesh.points(mesh.cells(worst, 0), 2)) + " m)",
-        "Take more levels around that height, or fewer lines around.");
+    throw InvalidInput("larynx_mesh", "least volume of a tetrahedron", least, "m^3",
+                       "> 0 (cell " + std::to_string(worst) +
+                           " at z = " + number_text(mesh.points(mesh.cells(worst, 0), 2)) + " m)",
+                       "Take more levels around that height, or fewer lines around.");
   name_larynx_parts(marks(grid), mesh);
   return mesh;
 }

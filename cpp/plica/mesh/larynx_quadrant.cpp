@@ -44,12 +44,12 @@ LarynxQuadrant larynx_quadrant(const Larynx::Shape& shape, const Larynx::Triangu
       split_prism(prism, cells);
     }
   q.mesh.cells = as_cells(cells);
-  smooth(q.mesh.points, q.mesh.cells, freedom, 30);
+  smooth_mesh(q.mesh.points, q.mesh.cells, freedom, 30);
   Eigen::Index worst;
   const double volume = signed_volumes(q.mesh.points, q.mesh.cells).minCoeff(&worst);
   if (!(volume > 0))
     throw InvalidInput("larynx_mesh", "least volume of a tetrahedron", volume, "m^3",
-                       "> 0 (at z = " + number(q.mesh.points(q.mesh.cells(worst, 0), 2)) + " m)",
+                       "> 0 (at z = " + number_text(q.mesh.points(q.mesh.cells(worst, 0), 2)) + " m)",
                        "Take a smaller size or more lines around.");
   return q;
 }

@@ -17,7 +17,9 @@ struct LarynxQuadrant {
 
   std::int32_t node(std::int32_t vertex, int line) const { return vertex * (lines + 1) + line; }
   int line(std::int32_t node) const { return node % (lines + 1); }
-  const SectionVertex& vertex(std::int32_t node) const { return section.vertices[node / (lines + 1)]; }
+  const SectionVertex& vertex(std::int32_t node) const {
+    return section.vertices[static_cast<std::size_t>(node / (lines + 1))];
+  }
   /// cos and sin of the angle at which a line, or the middle between two, lies; exact at both ends.
   Eigen::Vector2d direction(double line) const {
     if (line == 0) return {1, 0};

@@ -76,9 +76,9 @@ void MirrorImages::pair_nodes(const TetMesh& mesh, double reach) {
       image[static_cast<int>(plane)] *= -1;
       const std::vector<std::int32_t> found = by_position.near(image, reach);
       if (found.size() != 1)
-        throw InvalidInput("Scene: symmetry: node " + std::to_string(i) + " at " + place(x.row(i)) + " has " +
+        throw InvalidInput("Scene: symmetry: node " + std::to_string(i) + " at " + place_text(x.row(i)) + " has " +
                            (found.empty() ? "no node" : "several nodes") + " at its mirror image in " +
-                           plane_name(plane) + " within " + number(reach) +
+                           plane_name(plane) + " within " + number_text(reach) +
                            " m; must have one. Leave symmetry out, or mirror the mesh.");
       partner_[plane][i] = found.front();
     }
@@ -123,7 +123,7 @@ void MirrorImages::pair_cells(const TetMesh& mesh) {
       for (const std::int32_t node : mesh.cells.row(c))
         if (partner_[plane][node] != node) (mirrored(plane, node) ? there : here) = true;
       if (here && there)
-        throw InvalidInput("Scene: symmetry: the cell " + std::to_string(c) + " at " + place(centre(c)) +
+        throw InvalidInput("Scene: symmetry: the cell " + std::to_string(c) + " at " + place_text(centre(c)) +
                            " lies on both sides of " + plane_name(plane) +
                            "; must lie on one. Leave symmetry out, or mesh it with faces in that plane.");
       inside = inside && !there;
@@ -138,7 +138,7 @@ void MirrorImages::pair_cells(const TetMesh& mesh) {
     const auto found = part.find(own(c));
     if (found == part.end())
       throw InvalidInput(
-          "Scene: symmetry: the cell " + std::to_string(c) + " at " + place(centre(c)) +
+          "Scene: symmetry: the cell " + std::to_string(c) + " at " + place_text(centre(c)) +
           " has no cell at its mirror image; must have one. Leave symmetry out, or mirror the mesh.");
     cell_of_[c] = found->second;
   }
@@ -234,11 +234,11 @@ void MirrorImages::require_symmetric_field(const Vector& field, const std::strin
       image[static_cast<int>(plane)] *= -1;
       const Vector3 here = field.segment<3>(3 * static_cast<std::ptrdiff_t>(i));
       if (!((image - here).cwiseAbs().maxCoeff() <= least))
-        throw InvalidInput("Scene: symmetry: " + name + " at node " + std::to_string(i) + ", " +
-                           place(places.row(i)) + ", is (" + number(here[0]) + ", " + number(here[1]) + ", " +
-                           number(here[2]) + "), mirrored in " + plane_name(plane) + " (" + number(image[0]) +
-                           ", " + number(image[1]) + ", " + number(image[2]) +
-                           "); must be the same. Leave symmetry out, or make it symmetric.");
+        throw InvalidInput(
+            "Scene: symmetry: " + name + " at node " + std::to_string(i) + ", " + place_text(places.row(i)) +
+            ", is (" + number_text(here[0]) + ", " + number_text(here[1]) + ", " + number_text(here[2]) +
+            "), mirrored in " + plane_name(plane) + " (" + number_text(image[0]) + ", " + number_text(image[1]) +
+            ", " + number_text(image[2]) + "); must be the same. Leave symmetry out, or make it symmetric.");
     }
 }
 
@@ -275,7 +275,7 @@ void MirrorImages::require_symmetric(const std::vector<Triangles>& sides, const 
         if (found != side_of.end() && of_first == sides.size()) of_first = found->second;
         if (found == side_of.end() || found->second != of_first)
           throw InvalidInput("Scene: symmetry: the mirror image in " + plane_name(plane) + " of the face of " +
-                             name + " at " + place(places(face, Eigen::all).colwise().mean()) +
+                             name + " at " + place_text(places(face, Eigen::all).colwise().mean()) +
                              " is not one of its faces; must be. Leave symmetry out, or mirror the surface.");
       }
     }

@@ -33,7 +33,7 @@ TetMesh to_quadratic(const TetMesh& linear) {
     const auto place = std::lower_bound(edges.begin(), edges.end(), edge(a, b));
     if (place == edges.end() || *place != edge(a, b))
       throw InvalidInput("to_quadratic: the edge between nodes " + std::to_string(a) + " and " +
-                         std::to_string(b) + " of a surface is no edge of a cell. See check().");
+                         std::to_string(b) + " of a surface is no edge of a cell. See check_mesh().");
     return static_cast<std::int32_t>(corners + (place - edges.begin()));
   };
 

@@ -118,10 +118,10 @@ Vector3 improved(const Star& star, const Vector3& p, const Freedom& freedom, dou
 
 }  // namespace
 
-void smooth(Points& x, const Cells& cells, const std::vector<Freedom>& freedom, int sweeps) {
-  require_size("smooth", "a cell", cells.cols(), 4, 10);
-  require_indices("smooth", "node of a cell", cells, x.rows());
-  require_size("smooth", "freedom", static_cast<std::ptrdiff_t>(freedom.size()), x.rows());
+void smooth_mesh(Points& x, const Cells& cells, const std::vector<Freedom>& freedom, int sweeps) {
+  require_size("smooth_mesh", "a cell", cells.cols(), 4, 10);
+  require_indices("smooth_mesh", "node of a cell", cells, x.rows());
+  require_size("smooth_mesh", "freedom", static_cast<std::ptrdiff_t>(freedom.size()), x.rows());
   std::vector<std::vector<Eigen::Index>> own(x.rows());
   std::vector<double> length(x.rows(), std::numeric_limits<double>::infinity());  // the shortest edge at a node
   for (Eigen::Index e = 0; e < cells.rows(); ++e) {

@@ -13,6 +13,6 @@ struct Freedom {
 /// least, sum 1 / v^2 with v = 6 V / (l^2)^(3/2), l^2 the sum of squared edges: `sweeps` times. While a cell is
 /// inside out, v is replaced by (v + sqrt(v^2 + 4 d^2)) / 2, which is positive, d^2 = e (e - least v), e = 1e-3
 /// (Escobar et al. 2003); once all are positive they stay so.
-void smooth(Points& x, const Cells& cells, const std::vector<Freedom>& freedom, int sweeps);
+void smooth_mesh(Points& x, const Cells& cells, const std::vector<Freedom>& freedom, int sweeps);
 
 }  // namespace plica

@@ -52,7 +52,7 @@ struct Boundary {
   Faces faces;
   Indices cell_of_face;
 };
-Boundary boundary(const Cells& cells);
+Boundary boundary_of(const Cells& cells);
 
 /// From where coordinates are counted so that sums with displacements round as those of a mesh at the origin:
 /// along each axis the middle of the points where it is further away than their box is wide, else 0.
@@ -77,6 +77,6 @@ TetMesh to_quadratic(const TetMesh& linear);
 /// may touch.
 /// Also a mesh so far away that double precision spaces its coordinates by more than 1e-6 of its shortest edge, a
 /// tenth of contact's tolerance: what a gap is, is lost in them. O(m log m).
-void check(const TetMesh& mesh);
+void check_mesh(const TetMesh& mesh);
 
 }  // namespace plica

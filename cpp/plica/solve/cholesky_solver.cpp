@@ -14,14 +14,14 @@ constexpr int pack = TriangularFactor::pack;
 
 void check_finite(const char* name, double value) {
   if (std::isfinite(value)) return;
-  throw SolveFailed(std::string("Cholesky: ") + name + " = " + number(value) +
+  throw SolveFailed(std::string("Cholesky: ") + name + " = " + number_text(value) +
                     "; must be finite. Are the matrix, the right-hand side and the guess finite?");
 }
 
 void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
   if (size != rows)
     throw InvalidInput("Cholesky", name, static_cast<double>(size), "",
-                       "the number of rows, " + number(static_cast<double>(rows)));
+                       "the number of rows, " + number_text(static_cast<double>(rows)));
 }
 
 }  // namespace
@@ -102,7 +102,7 @@ void CholeskySolver::correct(Vector& r, Vector& d, double target, int& iteration
     const double curvature = p.dot(q);
     check_finite("p^T A p", curvature);
     if (curvature <= 0.0)
-      throw SolveFailed("Cholesky: matrix is not positive definite: p^T A p = " + number(curvature) +
+      throw SolveFailed("Cholesky: matrix is not positive definite: p^T A p = " + number_text(curvature) +
                         ". Is the body held, and is every element the right way round?");
     const double alpha = p.dot(r) / curvature;
     before = r;

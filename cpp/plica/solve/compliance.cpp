@@ -16,7 +16,7 @@ Compliance::Compliance(const LinearSolver& A, const Supports& supports, Indices 
   for (const std::int32_t node : nodes_) {
     if (node < 0 || node >= unknowns_ / 3) {
       throw InvalidInput("Compliance", "node", node, "",
-                         "in [0, " + number(static_cast<double>(unknowns_ / 3)) + ")");
+                         "in [0, " + number_text(static_cast<double>(unknowns_ / 3)) + ")");
     }
   }
   columns_.resize(static_cast<std::size_t>(3 * nodes_.size()));
@@ -26,7 +26,7 @@ Compliance::Compliance(const LinearSolver& A, const Supports& supports, Indices 
 void Compliance::check_local(std::int32_t local_node) const {
   if (local_node < 0 || local_node >= nodes_.size()) {
     throw InvalidInput("Compliance", "local_node", local_node, "",
-                       "in [0, " + number(static_cast<double>(nodes_.size())) + ")",
+                       "in [0, " + number_text(static_cast<double>(nodes_.size())) + ")",
                        "It is a position in nodes(), not a node number.");
   }
 }
@@ -69,9 +69,10 @@ void Compliance::solve(const std::vector<std::int32_t>& columns) {
     const std::int32_t column = columns[static_cast<std::size_t>(k)];
     const Convergence& end = ends[static_cast<std::size_t>(k)];
     if (!end.converged) {
-      throw SolveFailed("Compliance: residual = " + number(end.residual) + " after " + number(end.iterations) +
-                        " iterations under a unit force on node " + number(nodes_[column / 3]) + " along " +
-                        "xyz"[column % 3] + "; must be <= " + number(tolerance_) +
+      throw SolveFailed("Compliance: residual = " + number_text(end.residual) + " after " +
+                        number_text(end.iterations) + " iterations under a unit force on node " +
+                        number_text(nodes_[column / 3]) + " along " + "xyz"[column % 3] +
+                        "; must be <= " + number_text(tolerance_) +
                         ". Raise max_iterations of solver.method, or use a factorisation for a step this large.");
     }
     std::vector<double>& values = columns_[static_cast<std::size_t>(column)];

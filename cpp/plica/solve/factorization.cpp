@@ -29,8 +29,9 @@ void check_pivots(const Columns& A, const Vector& pivots, const Eigen::VectorXi&
   for (std::ptrdiff_t i = 0; i < pivots.size(); ++i) {
     const int unknown = unknown_of_pivot[i];
     if (!(pivots[i] > smallest_pivot * diagonal[unknown])) {
-      refuse("pivot of node " + number(unknown / 3) + " along " + "xyz"[unknown % 3] + " = " + number(pivots[i]) +
-             "; must be > " + number(smallest_pivot) + " times its diagonal entry, " + number(diagonal[unknown]));
+      refuse("pivot of node " + number_text(unknown / 3) + " along " + "xyz"[unknown % 3] + " = " +
+             number_text(pivots[i]) + "; must be > " + number_text(smallest_pivot) +
+             " times its diagonal entry, " + number_text(diagonal[unknown]));
     }
   }
 }
@@ -43,7 +44,7 @@ class Solver : public Eigen::CholmodSupernodalLLT<Columns, Eigen::Lower> {
     compute(A);
     if (info() != Eigen::Success) {
       refuse("CHOLMOD stopped in column " +
-             number(m_cholmodFactor ? static_cast<double>(m_cholmodFactor->minor) : 0));
+             number_text(m_cholmodFactor ? static_cast<double>(m_cholmodFactor->minor) : 0));
     }
     check_pivots(A, pivots(),
                  Eigen::Map<const Eigen::VectorXi>(static_cast<int*>(m_cholmodFactor->Perm), A.rows()));
@@ -89,15 +90,15 @@ struct Factorization::State {
 Factorization::Factorization(const SparseMatrix& A) {
   if (A.rows() != A.cols() || A.rows() == 0) {
     throw InvalidInput("Factorization", "A.rows()", static_cast<double>(A.rows()), "",
-                       "the number of columns, " + number(static_cast<double>(A.cols())) + ", and > 0");
+                       "the number of columns, " + number_text(static_cast<double>(A.cols())) + ", and > 0");
   }
   for (std::ptrdiff_t row = 0; row < A.outerSize(); ++row) {
     for (SparseMatrix::InnerIterator entry(A, row); entry; ++entry) {
       if (!std::isfinite(entry.value())) {
-        throw InvalidInput(
-            "Factorization",
-            "A(" + number(static_cast<double>(row)) + ", " + number(static_cast<double>(entry.col())) + ")",
-            entry.value(), "", "finite");
+        throw InvalidInput("Factorization",
+                           "A(" + number_text(static_cast<double>(row)) + ", " +
+                               number_text(static_cast<double>(entry.col())) + ")",
+                           entry.value(), "", "finite");
       }
     }
   }
@@ -111,7 +112,7 @@ Factorization& Factorization::operator=(Factorization&&) noexcept = default;
 Vector Factorization::solve(const Vector& b) const {
   if (b.size() != state_->rows) {
     throw InvalidInput("Factorization", "b.size()", static_cast<double>(b.size()), "",
-                       "the number of rows, " + number(static_cast<double>(state_->rows)));
+                       "the number of rows, " + number_text(static_cast<double>(state_->rows)));
   }
   return state_->solver.solve(b);
 }

@@ -30,14 +30,14 @@ double norm(Vector& v) { return std::sqrt(subtract_and_dot(v, 0.0, v, v)); }
 void check(std::ptrdiff_t size, std::ptrdiff_t expected, const char* name) {
   if (size != expected) {
     throw InvalidInput("gmres", name, static_cast<double>(size), "",
-                       "the length of b, " + number(static_cast<double>(expected)));
+                       "the length of b, " + number_text(static_cast<double>(expected)));
   }
 }
 
 void check_finite(double value, const char* name, int iteration) {
   if (!std::isfinite(value)) {
-    throw SolveFailed(std::string("gmres: ") + name + " = " + number(value) + " in iteration " +
-                      number(iteration) +
+    throw SolveFailed(std::string("gmres: ") + name + " = " + number_text(value) + " in iteration " +
+                      number_text(iteration) +
                       "; must be finite. Are the operator, the right-hand side and the start finite?");
   }
 }
@@ -89,7 +89,7 @@ Convergence gmres(const std::function<void(const Vector&, Vector&)>& apply, cons
   check(diagonal.size(), n, "diagonal.size()");
   for (std::ptrdiff_t i = 0; i < n; ++i) {
     if (!(diagonal[i] > 0.0 && std::isfinite(diagonal[i]))) {
-      throw InvalidInput("gmres", "diagonal[" + number(static_cast<double>(i)) + "]", diagonal[i], "",
+      throw InvalidInput("gmres", "diagonal[" + number_text(static_cast<double>(i)) + "]", diagonal[i], "",
                          "> 0 and finite");
     }
   }

@@ -66,14 +66,14 @@ Sums sum_over_rows(std::ptrdiff_t rows, std::vector<Sums>& partial, const Work& 
 void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
   if (size != rows) {
     throw InvalidInput("ConjugateGradient", name, static_cast<double>(size), "",
-                       "the number of rows, " + number(static_cast<double>(rows)));
+                       "the number of rows, " + number_text(static_cast<double>(rows)));
   }
 }
 
 void check_finite(const Convergence& state, double value, const char* name) {
   if (std::isfinite(value)) return;
-  throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number(value) + " in iteration " +
-                    number(state.iterations) +
+  throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number_text(value) + " in iteration " +
+                    number_text(state.iterations) +
                     "; must be finite. Are the matrix, the right-hand side and the start finite?");
 }
 
@@ -95,8 +95,8 @@ ConjugateGradient::ConjugateGradient(const BlockMatrix& A, KrylovOptions options
     const double c00 = a[4] * a[8] - a[5] * a[5], c01 = a[2] * a[5] - a[1] * a[8], c02 = a[1] * a[5] - a[2] * a[4];
     const double det = a[0] * c00 + a[1] * c01 + a[2] * c02;
     if (!(a[0] > 0.0 && a[0] * a[4] - a[1] * a[1] > 0.0 && det > 0.0 && std::isfinite(det))) {
-      throw SolveFailed("ConjugateGradient: matrix is not positive definite: diagonal block of node " + number(i) +
-                        " has determinant " + number(det) +
+      throw SolveFailed("ConjugateGradient: matrix is not positive definite: diagonal block of node " +
+                        number_text(i) + " has determinant " + number_text(det) +
                         ". Is a node without element, or an element inverted?");
     }
     double* m = inverse_.data() + 6 * static_cast<std::ptrdiff_t>(i);
@@ -180,8 +180,8 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x, double toleranc
     if (!single) {
       check_finite(state, curvature, "p^T A p");
       if (curvature <= 0.0)
-        throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " + number(curvature) +
-                          " in iteration " + number(state.iterations) +
+        throw SolveFailed("ConjugateGradient: matrix is not positive definite: p^T A p = " +
+                          number_text(curvature) + " in iteration " + number_text(state.iterations) +
                           ". Is the body held, and is every element the right way round?");
     }
     x += d;

@@ -74,8 +74,8 @@ Sums sum_over_rows(std::ptrdiff_t rows, std::vector<Sums>& partial, const Work& 
 }
 
 [[noreturn]] void fail(const std::string& what, std::ptrdiff_t column, int iteration) {
-  throw SolveFailed("ConjugateGradient: " + what + " in iteration " + number(iteration) + " of right-hand side " +
-                    number(static_cast<double>(column)) +
+  throw SolveFailed("ConjugateGradient: " + what + " in iteration " + number_text(iteration) +
+                    " of right-hand side " + number_text(static_cast<double>(column)) +
                     ". Is the body held, is every element the right way round, is every number finite?");
 }
 
@@ -86,7 +86,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
   const std::ptrdiff_t unknowns = A_->rows(), nodes = unknowns / 3;
   if (B.rows() != unknowns) {
     throw InvalidInput("ConjugateGradient", "B.rows()", static_cast<double>(B.rows()), "",
-                       "the number of rows, " + number(static_cast<double>(unknowns)));
+                       "the number of rows, " + number_text(static_cast<double>(unknowns)));
   }
   std::vector<Convergence> states(static_cast<std::size_t>(B.cols()));
   Eigen::MatrixXd solution(unknowns, B.cols());
@@ -115,7 +115,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
     for (int v = 0; v < width; ++v) {
       Convergence& state = states[static_cast<std::size_t>(first + v)];
       b_norm[v] = std::sqrt(start.second[v]);
-      if (!std::isfinite(b_norm[v])) fail("|b| = " + number(b_norm[v]), first + v, 0);
+      if (!std::isfinite(b_norm[v])) fail("|b| = " + number_text(b_norm[v]), first + v, 0);
       running[v] = b_norm[v] > 0.0;
       state.converged = !running[v];
       state.residual = running[v] ? 1.0 : 0.0;
@@ -132,8 +132,8 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
       for (int v = 0; v < width; ++v) {
         if (!running[v]) continue;
         const double pq = product.first[v];
-        if (!std::isfinite(pq)) fail("p^T A p = " + number(pq), first + v, iteration);
-        if (pq <= 0.0) fail("matrix is not positive definite: p^T A p = " + number(pq), first + v, iteration);
+        if (!std::isfinite(pq)) fail("p^T A p = " + number_text(pq), first + v, iteration);
+        if (pq <= 0.0) fail("matrix is not positive definite: p^T A p = " + number_text(pq), first + v, iteration);
         alpha[v] = rz[v] / pq;
         minus_alpha[v] = -alpha[v];
       }
@@ -149,7 +149,8 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
         Convergence& state = states[static_cast<std::size_t>(first + v)];
         state.iterations = iteration;
         state.residual = std::sqrt(sums.second[v]) / b_norm[v];
-        if (!std::isfinite(state.residual)) fail("residual = " + number(state.residual), first + v, iteration);
+        if (!std::isfinite(state.residual))
+          fail("residual = " + number_text(state.residual), first + v, iteration);
         state.converged = state.residual <= tolerance;
         running[v] = !state.converged;
         beta[v] = sums.first[v] / rz[v];

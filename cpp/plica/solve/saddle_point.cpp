@@ -209,7 +209,7 @@ Convergence SaddlePoint::solve(const std::vector<SaddleRow>& constraints, Vector
   for (;;) {
     state.residual = std::sqrt(dot(r, r)) / size;
     if (!std::isfinite(state.residual))
-      throw SolveFailed("the saddle point's residual is " + number(state.residual) +
+      throw SolveFailed("the saddle point's residual is " + number_text(state.residual) +
                         ". Are all positions and forces finite?");
     state.converged = state.residual <= options_.tolerance;
     if (state.converged || state.iterations >= options_.max_iterations) break;

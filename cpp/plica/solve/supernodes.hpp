@@ -20,8 +20,14 @@ struct Supernodes {
   std::vector<std::int32_t> supernode_of;  // of each position
 
   std::int32_t count() const { return static_cast<std::int32_t>(parent.size()); }
-  std::int32_t columns(std::int32_t s) const { return first[s + 1] - first[s]; }
-  std::int32_t rows(std::int32_t s) const { return static_cast<std::int32_t>(row_start[s + 1] - row_start[s]); }
+  std::int32_t columns(std::int32_t s) const {
+    const auto at = static_cast<std::size_t>(s);
+    return first[at + 1] - first[at];
+  }
+  std::int32_t rows(std::int32_t s) const {
+    const auto at = static_cast<std::size_t>(s);
+    return static_cast<std::int32_t>(row_start[at + 1] - row_start[at]);
+  }
   std::ptrdiff_t floats() const;  // that the factor takes
 };
 

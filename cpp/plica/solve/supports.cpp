@@ -10,14 +10,14 @@ namespace {
 void check(const char* name, std::ptrdiff_t value, std::ptrdiff_t count) {
   if (value < 0 || value >= count) {
     throw InvalidInput("Supports", name, static_cast<double>(value), "",
-                       "in [0, " + number(static_cast<double>(count)) + ")");
+                       "in [0, " + number_text(static_cast<double>(count)) + ")");
   }
 }
 
 void check_size(const char* name, std::ptrdiff_t value, std::ptrdiff_t size) {
   if (value != size) {
     throw InvalidInput("Supports", name, static_cast<double>(value), "",
-                       "three times the number of nodes, " + number(static_cast<double>(size)));
+                       "three times the number of nodes, " + number_text(static_cast<double>(size)));
   }
 }
 

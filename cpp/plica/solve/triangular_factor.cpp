@@ -39,7 +39,7 @@ FactorPlan::FactorPlan(const BlockMatrix& A) {
     for (std::int32_t e = p.row_start[i]; e < p.row_start[i + 1]; ++e) {
       const std::int32_t back = p.find(p.column[e], i);
       if (back < 0)
-        throw InvalidInput("Cholesky", "A(" + number(i) + ", " + number(p.column[e]) + ")", 1, "",
+        throw InvalidInput("Cholesky", "A(" + number_text(i) + ", " + number_text(p.column[e]) + ")", 1, "",
                            "in a symmetric pattern");
       any = any || couples(i, e) || couples(p.column[e], back);
     }
@@ -104,8 +104,8 @@ struct TriangularFactor::Fronts {
 
   void check() const {
     if (failed_node_ < 0) return;
-    refuse("pivot of node " + number(failed_node_) + " along " + "xyz"[failed_component_] + " = " +
-           number(failed_pivot_) + " of its diagonal entry; must be > " + number(smallest_pivot));
+    refuse("pivot of node " + number_text(failed_node_) + " along " + "xyz"[failed_component_] + " = " +
+           number_text(failed_pivot_) + " of its diagonal entry; must be > " + number_text(smallest_pivot));
   }
 
  private:
@@ -204,8 +204,8 @@ TriangularFactor::TriangularFactor(const BlockMatrix& A, FactorPlan plan)
     const double* block = A.block(p.find(i, i));
     for (int c = 0; c < 3; ++c) {
       if (!(block[4 * c] > 0.0 && std::isfinite(block[4 * c])))
-        refuse("diagonal entry of node " + number(i) + " along " + "xyz"[c] + " = " + number(block[4 * c]) +
-               "; must be > 0");
+        refuse("diagonal entry of node " + number_text(i) + " along " + "xyz"[c] + " = " +
+               number_text(block[4 * c]) + "; must be > 0");
       scale_[3 * static_cast<std::size_t>(i) + c] = 1.0 / std::sqrt(block[4 * c]);
     }
   }
@@ -213,7 +213,7 @@ TriangularFactor::TriangularFactor(const BlockMatrix& A, FactorPlan plan)
     using Block = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
     const Block block = Eigen::Map<const Block>(A.block(p.find(i, i)));
     if (!(block.topLeftCorner<2, 2>().determinant() > 0.0 && block.determinant() > 0.0))
-      refuse("diagonal block of node " + number(i) + " has determinant " + number(block.determinant()));
+      refuse("diagonal block of node " + number_text(i) + " has determinant " + number_text(block.determinant()));
     const Block inverse = block.inverse();
     alone_inverse_.insert(alone_inverse_.end(), inverse.data(), inverse.data() + 9);
   }

@@ -32,8 +32,8 @@ void check_cells(const TetMesh& mesh) {
       Vector3 centre = Vector3::Zero();
       for (int a = 0; a < 4; ++a) centre += 0.25 * mesh.points.row(mesh.cells(c, a)).transpose();
       throw InvalidInput(where, "jacobian of cell " + count(c), jacobian, "m^3", "> 0",
-                         "Its centre is at (" + number(centre.x()) + ", " + number(centre.y()) + ", " +
-                             number(centre.z()) + ") m; it is inverted, flat or bent too far.");
+                         "Its centre is at (" + number_text(centre.x()) + ", " + number_text(centre.y()) + ", " +
+                             number_text(centre.z()) + ") m; it is inverted, flat or bent too far.");
     }
   }
 }
@@ -85,7 +85,7 @@ void Tissue::validate(const TetMesh& mesh) const {
   if (materials.empty()) throw InvalidInput("Tissue", "number of materials", size, "", ">= 1");
   if (names.size() != materials.size()) {
     throw InvalidInput("Tissue", "number of names", static_cast<double>(names.size()), "",
-                       number(size) + ", one a material");
+                       number_text(size) + ", one a material");
   }
   for (std::size_t i = 0; i < materials.size(); ++i) materials[i].validate("tissue." + names[i]);
   if (cell_material.size() != mesh.cell_count()) {
@@ -101,7 +101,7 @@ void Tissue::validate(const TetMesh& mesh) const {
       place += " of layer " + (named ? mesh.layer_names[static_cast<std::size_t>(layer)] : count(layer));
     }
     throw InvalidInput("Tissue", "cell_material[" + count(c) + "]", cell_material[c], "",
-                       "in [0, " + number(size) + ")", place + " has no material.");
+                       "in [0, " + number_text(size) + ")", place + " has no material.");
   }
 }
 

@@ -40,12 +40,12 @@ void validate_elasticity(const TransverselyIsotropic& law, const std::string& wh
   if (!(law.E_fibre * (1 - law.nu) - 2 * law.nu_fibre * law.nu_fibre * law.E > 0)) {
     const double largest = 1 - 2 * law.nu_fibre * law.nu_fibre * law.E / law.E_fibre;
     if (largest > -1) {
-      throw InvalidInput(where, "nu", law.nu, "", "< " + number(largest) + bound,
+      throw InvalidInput(where, "nu", law.nu, "", "< " + number_text(largest) + bound,
                          "Lower nu or nu_fibre, or raise E_fibre.");
     }
     const double widest = std::sqrt(law.E_fibre * (1 - law.nu) / (2 * law.E));
     throw InvalidInput(where, "nu_fibre", law.nu_fibre, "",
-                       "between -" + number(widest) + " and " + number(widest) + bound,
+                       "between -" + number_text(widest) + " and " + number_text(widest) + bound,
                        "No nu goes with it; lower nu_fibre, or raise E_fibre.");
   }
   for (int i = 0; i < 3; ++i) require_finite(where, "fibre", law.fibre[i], "");

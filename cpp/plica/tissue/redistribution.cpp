@@ -128,7 +128,8 @@ Vector carried_mass(const TetMesh& mesh, const std::vector<char>& massless, cons
   const Vector3 centre = body.middle + Vector3(body.moments.col(0).tail<3>() / body.moments(0, 0));
   throw InvalidInput("Contact with redistributed mass",
                      name + " in the body of node " + std::to_string(body.nodes.front()) + ", centred at (" +
-                         number(centre[0]) + ", " + number(centre[1]) + ", " + number(centre[2]) + ") m",
+                         number_text(centre[0]) + ", " + number_text(centre[1]) + ", " + number_text(centre[2]) +
+                         ") m",
                      value, "", relation,
                      "Too little of it lies behind its contact surfaces, of " + std::to_string(body.nodes.size()) +
                          " nodes: refine it to four cells or more in depth, or keep the mass of the surface.");

@@ -46,7 +46,7 @@ double shape(int l, double r, double s) {
 TEST_CASE("constant pressure on a closed surface has neither force nor moment") {
   for (const bool quadratic : {false, true}) {
     const TetMesh mesh = crumpled(quadratic);
-    const Faces faces = boundary(mesh.cells).faces;
+    const Faces faces = boundary_of(mesh.cells).faces;
     Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
     double size = 0;
     for (std::ptrdiff_t f = 0; f < faces.rows(); ++f) {

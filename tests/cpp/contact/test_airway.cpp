@@ -129,7 +129,7 @@ TEST_CASE("the air between matched surfaces has the volume of the gap and no tet
   const Vector volumes = signed_volumes(gap.points, airway.tets);
   CHECK(volumes.minCoeff() > 0);
   CHECK(volumes.sum() == doctest::Approx(gap_volume(gap)).epsilon(1e-13));  // round-off of 150 terms
-  CHECK(inverted(gap.points, airway.tets).empty());
+  CHECK(find_inverted(gap.points, airway.tets).empty());
 }
 
 TEST_CASE("air tetrahedra conform and carry each surface triangle once") {
@@ -141,7 +141,7 @@ TEST_CASE("the sign and length of the direction and the order of the surfaces do
   const Gap gap = facing_grids(3, wavy);
   const Tets tets = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0}).tets;
   CHECK(tets == matched_airway(gap.points, gap.first, gap.second, {-0.01, 0, 0}).tets);
-  CHECK(inverted(gap.points, matched_airway(gap.points, gap.second, gap.first, {1, 0, 0}).tets).empty());
+  CHECK(find_inverted(gap.points, matched_airway(gap.points, gap.second, gap.first, {1, 0, 0}).tets).empty());
 }
 
 TEST_CASE("nodes common to both surfaces close the prisms without flat tetrahedra") {
@@ -163,12 +163,12 @@ TEST_CASE("touching bodies have an airway whose tetrahedra open and close with t
   Gap gap = facing_grids(3, [](double, double) { return 0.0; });
   const Airway airway = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0});
   CHECK(airway.tets.rows() == 3 * gap.first.rows());
-  CHECK(inverted(gap.points, airway.tets).empty());
+  CHECK(find_inverted(gap.points, airway.tets).empty());
   Points x = gap.points;
   for (const auto node : gap.second.reshaped()) x(node, 0) = 1e-9;
   CHECK(signed_volumes(x, airway.tets).minCoeff() > 0);
   for (const auto node : gap.second.reshaped()) x(node, 0) = -1e-9;
-  CHECK(inverted(x, airway.tets).size() == static_cast<std::size_t>(airway.tets.rows()));
+  CHECK(find_inverted(x, airway.tets).size() == static_cast<std::size_t>(airway.tets.rows()));
 }
 
 TEST_CASE("a node inverts air exactly when it is pushed through the opposite face") {
@@ -182,11 +182,11 @@ TEST_CASE("a node inverts air exactly when it is pushed through the opposite fac
   const double opposite = gap.points(partner, 0);
   Points x = gap.points;
   x(node, 0) = opposite;
-  CHECK(inverted(x, airway.tets).empty());
+  CHECK(find_inverted(x, airway.tets).empty());
   x(node, 0) = std::nextafter(opposite, 0.0);
-  CHECK(inverted(x, airway.tets).empty());
+  CHECK(find_inverted(x, airway.tets).empty());
   x(node, 0) = std::nextafter(opposite, 1.0);  // one unit in the last place through it
-  const auto through = inverted(x, airway.tets);
+  const auto through = find_inverted(x, airway.tets);
   CHECK(!through.empty());
   for (const auto t : through) CHECK((airway.tets.row(t).array() == node).any());
 }
@@ -198,7 +198,7 @@ TEST_CASE("orientation is exact where floating point loses the sign") {
   x << 12, 12, 12, 24, 24, 24, h, h + 0.5, h, h, h, h;  // all in the plane x = z: flat
   Tets tet(1, 4);
   tet << 0, 1, 2, 3;
-  CHECK(inverted(x, tet).empty());
+  CHECK(find_inverted(x, tet).empty());
   int disagreements = 0;
   for (int i = -8; i <= 8; ++i)
     for (int j = -8; j <= 8; ++j) {
@@ -209,7 +209,7 @@ TEST_CASE("orientation is exact where floating point loses the sign") {
       // rows 0 and 1 lie in x = z, so the determinant is exactly (m22 - m20) (m00 m11 - m01 m10)
       const long double plane = m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0);
       const long double exact = (static_cast<long double>(x(3, 2)) - x(3, 0)) * plane;
-      CHECK(inverted(x, tet).empty() == (exact >= 0));
+      CHECK(find_inverted(x, tet).empty() == (exact >= 0));
       const Matrix3 plain = (x.bottomRows<3>().rowwise() - x.row(0));
       const double product = plain.row(0).cross(plain.row(1)).dot(plain.row(2));
       disagreements += (product < 0) != (exact < 0);
@@ -225,7 +225,7 @@ TEST_CASE("the airway of the larynx is filled with air, for linear and quadratic
     const Airway airway = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0});
     const Vector volumes = signed_volumes(mesh.points, airway.tets);
     CHECK(volumes.minCoeff() > 0);
-    CHECK(inverted(mesh.points, airway.tets).empty());
+    CHECK(find_inverted(mesh.points, airway.tets).empty());
     CHECK(volumes.sum() == doctest::Approx(gap_volume(gap)).epsilon(1e-12));  // round-off of some 1000 terms
   }
 }
@@ -235,7 +235,7 @@ TEST_CASE("a node without partner is named with its place") {
   gap.points(4, 1) += 1e-3;
   const std::string text = message_of(gap);
   CHECK(text.find("node 4 of first") != std::string::npos);
-  CHECK(text.find(number(gap.points(4, 1))) != std::string::npos);
+  CHECK(text.find(number_text(gap.points(4, 1))) != std::string::npos);
   gap.points(4, 1) -= 1e-3 - 1e-8;  // within 1e-6 of the extent
   CHECK(message_of(gap).empty());
 }
@@ -261,6 +261,6 @@ TEST_CASE("positions that are not finite are refused") {
   Gap gap = facing_grids(1, wavy);
   const Airway airway = matched_airway(gap.points, gap.first, gap.second, {1, 0, 0});
   gap.points(0, 0) = std::nan("");
-  CHECK_THROWS_AS(inverted(gap.points, airway.tets), InvalidInput);
+  CHECK_THROWS_AS(find_inverted(gap.points, airway.tets), InvalidInput);
   CHECK(message_of(gap).find("finite") != std::string::npos);
 }

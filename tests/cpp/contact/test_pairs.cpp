@@ -22,7 +22,7 @@ struct Blocks {
 Blocks facing_blocks(int n, double gap = 0.1) {
   const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n, n, n}}),
                 b = block_mesh({{gap, 0, 0}, {1, 1, 1}, {n, n, n}});
-  Blocks blocks{combine(a, b, "a.", "b."), {}, a.node_count()};
+  Blocks blocks{combine_meshes(a, b, "a.", "b."), {}, a.node_count()};
   blocks.airway = matched_airway(blocks.mesh.points, flat_triangles(blocks.mesh.surface("a.x_max")),
                                  flat_triangles(blocks.mesh.surface("b.x_min")), Vector3::UnitX());
   return blocks;

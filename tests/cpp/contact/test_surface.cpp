@@ -101,7 +101,7 @@ TEST_CASE(
           [&] { return Vector3(uniform(random), uniform(random), 0.1 * uniform(random) - 0.05); });
   // From a point inside, every face of a box is at a least distance of its own.
   const TetMesh box = block_mesh({{0, 0, 0}, {1, 1, 1}, {4, 5, 6}});
-  compare(box.points, boundary(box.cells).faces,
+  compare(box.points, boundary_of(box.cells).faces,
           [&] { return Vector3(uniform(random), uniform(random), uniform(random)); });
 }
 

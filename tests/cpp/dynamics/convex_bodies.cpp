@@ -83,14 +83,14 @@ TetMesh body(std::mt19937& random) {
     for (int k = 0; k < 4; ++k) mesh.cells(static_cast<std::ptrdiff_t>(t), k) = tets[t][k];
   mesh.cell_layer = mesh.cell_side = Indices::Zero(mesh.cells.rows());
   mesh.layer_names = {"body"};
-  mesh.surfaces["skin"] = boundary(mesh.cells).faces;
+  mesh.surfaces["skin"] = boundary_of(mesh.cells).faces;
   return mesh;
 }
 
 Scene thrown(unsigned seed, double speed, std::array<Cells, 2>& cells) {
   std::mt19937 random(seed);
   const TetMesh a = body(random), b = body(random);
-  TetMesh mesh = combine(a, b, "a.", "b.");
+  TetMesh mesh = combine_meshes(a, b, "a.", "b.");
   cells = {mesh.cells.topRows(a.cell_count()), mesh.cells.bottomRows(b.cell_count())};
   const double gap = between(random, 0.05e-3, 0.5e-3), off = 0.35 * radius;
   auto of_b = mesh.points.bottomRows(b.node_count());
@@ -132,7 +132,7 @@ Scene mirrored(unsigned seed, double speed) {
   b.cells.col(1).swap(b.cells.col(2));
   b.surfaces["face"].col(1).swap(b.surfaces["face"].col(2));
 
-  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.3, 0.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), 0.3, 0.0);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
   scene.velocity->topRows(a.node_count()).col(0).setConstant(speed / 2);
   scene.velocity->bottomRows(b.node_count()).col(0).setConstant(-speed / 2);

@@ -50,7 +50,7 @@ inline Scene two_bars(int n, const Enforcement& enforcement) {
   const double length = 0.01, w = length / n;
   const TetMesh a = block_mesh({{-length, 0, 0}, {length, w, w}, {n, 1, 1}}),
                 b = block_mesh({{0, 0, 0}, {length, w, w}, {n, 1, 1}});
-  Scene scene = tissue_scene(combine(a, b, "a.", "b."), 0.0, 0.0);
+  Scene scene = tissue_scene(combine_meshes(a, b, "a.", "b."), 0.0, 0.0);
   const auto nodes = static_cast<std::int32_t>(scene.mesh.node_count());
   scene.velocity = Points::Zero(nodes, 3);
   for (std::int32_t i = 0; i < nodes; ++i) {
@@ -68,7 +68,7 @@ inline Scene periodic_bar(int n, const Enforcement& enforcement) {
   const double w = 1.0 / n;
   const TetMesh obstacle = block_mesh({{-w, 0, 0}, {w, w, w}, {1, 1, 1}}),
                 bar = block_mesh({{0, 0, 0}, {1, w, w}, {n, 1, 1}});
-  Scene scene = tissue_scene(combine(obstacle, bar, "a.", "b."), 0.0, 0.0, 1.0);
+  Scene scene = tissue_scene(combine_meshes(obstacle, bar, "a.", "b."), 0.0, 0.0, 1.0);
   scene.tissue.materials[0].elasticity = Isotropic{1.0, 0.0};
   scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
   for (std::int32_t i = 0; i < scene.mesh.node_count(); ++i) {
@@ -88,7 +88,7 @@ inline Scene two_cubes(const Enforcement& enforcement, double viscosity = 0.5, i
   const double side = 0.01, gap = 0.5e-3;
   const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {depth, 2, 2}}),
                 b = block_mesh({{gap, 0, 0}, {side, side, side}, {depth, 2, 2}});
-  Scene scene = tissue_scene(combine(a, b, "a.", "b."), 0.3, viscosity);
+  Scene scene = tissue_scene(combine_meshes(a, b, "a.", "b."), 0.3, viscosity);
   for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
   for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);

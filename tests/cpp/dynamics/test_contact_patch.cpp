@@ -54,7 +54,7 @@ Scene patch(int order, int n_a, int n_b, const Enforcement& enforcement, bool mo
           b = block_mesh({{0, 0, 0}, {1, 1, 1}, {n_b, n_b, n_b}});
   if (order == 2) a = to_quadratic(a), b = to_quadratic(b);
   // A viscosity under which the slowest motion dies out within some steps.
-  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), nu, 0.2 * std::sqrt(E * density), density);
+  Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), nu, 0.2 * std::sqrt(E * density), density);
   for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node, 0);
   for (const char* side : {"a.", "b."}) {
     for (const auto node : scene.mesh.node_set(side + std::string("y_min"))) scene.supports.fix(node, 1);

@@ -45,7 +45,7 @@ Scene thrown(unsigned seed, double speed, SurfaceMass mass) {
   a.points.col(0).array() -= a.points.col(0).maxCoeff() + 2e-5;
   b.points.col(0).array() -= b.points.col(0).minCoeff();
   for (int d = 1; d < 3; ++d) b.points.col(d).array() += random.between(-1e-3, 1e-3);
-  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.3, 0.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), 0.3, 0.0);
   const auto nodes = scene.mesh.node_count();
   scene.velocity = Points::Zero(nodes, 3);
   scene.velocity->col(0).head(a.node_count()).setConstant(0.5 * speed);

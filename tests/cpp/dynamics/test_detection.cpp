@@ -166,7 +166,7 @@ Scene triangulated(Scene scene) {
 
 /// Two bodies `gap` (m) apart in x, whose meshes do not match; the second is held at its far end.
 Scene bodies(const Block& a, const Block& b, const Enforcement& enforcement) {
-  TetMesh mesh = combine(block_mesh(a), block_mesh(b), "a.", "b.");
+  TetMesh mesh = combine_meshes(block_mesh(a), block_mesh(b), "a.", "b.");
   Scene scene = scenes::tissue_scene(std::move(mesh), 0.3, 0.5);
   for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
@@ -298,7 +298,7 @@ TEST_CASE("between curved surfaces of unlike meshes none inside is missed, shall
       const double curved = std::array{0.0, 0.15, 0.4}[trial % 3], phase = between(0, 6),
                    other_phase = between(0, 6);
       const Block a{{-1, 0, 0}, {1, 1, 1}, {2, n_a, n_a}}, b{{0, -0.1, -0.1}, {1, 1.2, 1.2}, {2, n_b, n_b}};
-      const TetMesh mesh = combine(block_mesh(a), block_mesh(b), "a.", "b.");
+      const TetMesh mesh = combine_meshes(block_mesh(a), block_mesh(b), "a.", "b.");
       const auto of_b = mesh.node_set("b.x_min")[0];
       const std::array<Cells, 2> cells{mesh.cells.topRows(12 * n_a * n_a), mesh.cells.bottomRows(12 * n_b * n_b)};
       Points x = mesh.points;
@@ -375,7 +375,7 @@ TEST_CASE("a node is as deep in the other's tissue as it was pushed, of linear a
       CAPTURE(push);
       const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {3, 2, 2}}),
                     b = block_mesh({{0, -0.4, -0.4}, {1, 2, 2}, {3, 3, 4}});
-      TetMesh mesh = combine(a, b, "a.", "b.");
+      TetMesh mesh = combine_meshes(a, b, "a.", "b.");
       if (quadratic) mesh = to_quadratic(mesh);
       const Detector touching(
           {flat_triangles(mesh.surface("a.x_max")), flat_triangles(mesh.surface("b.x_min")), {}}, mesh.points);
@@ -454,7 +454,7 @@ TEST_CASE("bodies that touch node on node do not overlap, and do once pushed int
     CAPTURE(n);
     const TetMesh a = block_mesh({{-1, 0, 0}, {1, 1, 1}, {n, n, n}}),
                   b = block_mesh({{0, 0, 0}, {1, 1, 1}, {n, n, n}});
-    const TetMesh mesh = combine(a, b, "a.", "b.");
+    const TetMesh mesh = combine_meshes(a, b, "a.", "b.");
     Points x = mesh.points;
     CHECK_FALSE(node_in_tissue(x, mesh.cells, mesh.node_set("a.x_max"), 1e-6));
     CHECK_FALSE(node_in_tissue(x, mesh.cells, mesh.node_set("b.x_min"), 1e-6));

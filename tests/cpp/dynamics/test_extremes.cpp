@@ -17,7 +17,7 @@ constexpr double side = 0.01;
 Scene free_cubes(const Enforcement& enforcement, double gap = 0.5e-3, double speed = 1.0) {
   const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {4, 3, 3}}),
                 b = block_mesh({{gap, 0, 0}, {side, side, side}, {4, 3, 3}});
-  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.3, 0.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), 0.3, 0.0);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
   scene.velocity->topRows(a.node_count()).rowwise() = Vector3(0.5 * speed, 0.15, 0).transpose();
   scene.velocity->bottomRows(b.node_count()).rowwise() = Vector3(-0.5 * speed, 0, -0.15).transpose();

@@ -76,7 +76,7 @@ TEST_CASE("an iteration of air and tissue that ran out is named with its residua
   simulation.advance();
   const std::string text = failure(simulation);
   CHECK_MESSAGE(says(text, " First sign: at t = 0.0001 s air and tissue did not agree (coupling's residual " +
-                               number(residual) + " subglottal pressures)"),
+                               number_text(residual) + " subglottal pressures)"),
                 text);
   CHECK_MESSAGE(says(text, "Try a smaller step, or a larger max_sweeps."), text);
 
@@ -110,9 +110,9 @@ TEST_CASE("contact that was left open is named with its gap error") {
     REQUIRE(simulation.time() < 2e-3);
     simulation.advance();
   }
-  const std::string expected = " First sign: at t = " + number(simulation.time()) +
+  const std::string expected = " First sign: at t = " + number_text(simulation.time()) +
                                " s contact was left with a gap error of " +
-                               number(simulation.record().contact->gap_error) + " m";
+                               number_text(simulation.record().contact->gap_error) + " m";
   simulation.advance();
   const std::string text = failure(simulation);
   CHECK_MESSAGE(says(text, expected), text);

@@ -32,7 +32,7 @@ Scene incline(double slope, std::optional<Friction> friction, const Enforcement&
   const double far = 10 * side;
   const TetMesh plate = block_mesh({{-side, -far, -far}, {side, 2 * far, 2 * far}, {1, 1, 1}}),
                 block = block_mesh({{0, -side / 2, -side / 2}, {side, side, side}, {1, 2, 2}});
-  Scene scene = scenes::tissue_scene(combine(plate, block, "a.", "b."), 0.0, 0.0, 1000.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(plate, block, "a.", "b."), 0.0, 0.0, 1000.0);
   scene.tissue.materials[0].elasticity = Isotropic{1e6, 0.0};
   for (std::int32_t i = 0; i < plate.node_count(); ++i) scene.supports.fix(i);
   scene.gravity = 9.81 * Vector3(-std::cos(slope), std::sin(slope), 0);
@@ -61,7 +61,7 @@ Scene sliding_disc(double mu, double v0) {
     disc.points(i, 1) = scale * y;
   }
   const TetMesh plate = block_mesh({{-side, -2 * side, -side}, {side, 4 * side, 4 * side}, {1, 1, 1}});
-  Scene scene = scenes::tissue_scene(combine(plate, disc, "a.", "b."), 0.0, 2e4, 1000.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(plate, disc, "a.", "b."), 0.0, 2e4, 1000.0);
   scene.tissue.materials[0].elasticity = Isotropic{1e9, 0.0};
   for (std::int32_t i = 0; i < plate.node_count(); ++i) scene.supports.fix(i);
   scene.gravity = Vector3(-9.81, 0, 0);

@@ -181,7 +181,7 @@ TEST_CASE("contact length is what the loaded nodes stand for, also that of a sin
   const double w = 0.003;
   const TetMesh plate = block_mesh({{-0.002, 0, 0}, {0.002, w, 0.001}, {1, 3, 1}}),
                 wide = block_mesh({{0, 0, 0}, {0.002, w, 0.001}, {1, 3, 1}});
-  Scene scene = scenes::tissue_scene(combine(plate, wide, "a.", "b."), 0.0, 0.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(plate, wide, "a.", "b."), 0.0, 0.0);
   for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
   for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);

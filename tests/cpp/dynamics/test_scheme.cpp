@@ -41,14 +41,14 @@ const TimeScheme trapezoidal = Newmark{};
 
 TEST_CASE("the closed form has the spectral radii of the literature") {
   const auto hht = [](double alpha, double omega) {
-    return spectral_radius(amplification(coefficients(HilberHughesTaylor{alpha}), omega));
+    return spectral_radius(amplification(scheme_coefficients(HilberHughesTaylor{alpha}), omega));
   };
   CHECK(hht(-0.3, 1) == doctest::Approx(0.989384).epsilon(1e-6));
   CHECK(hht(-0.1, 1) == doctest::Approx(0.993847).epsilon(1e-6));
   CHECK(hht(-0.3, 1e6) == doctest::Approx(0.538462).epsilon(1e-5));
   CHECK(hht(-0.1, 1e6) == doctest::Approx(0.818182).epsilon(1e-5));
   CHECK(hht(-1.0 / 3, 1e6) == doctest::Approx(0.5).epsilon(1e-3));  // a double root: its error is a square root
-  CHECK(spectral_radius(amplification(coefficients(trapezoidal), 1)) == doctest::Approx(1).epsilon(1e-12));
+  CHECK(spectral_radius(amplification(scheme_coefficients(trapezoidal), 1)) == doctest::Approx(1).epsilon(1e-12));
 }
 
 TEST_CASE("an eigenmode of a block steps as the closed form says") {
@@ -70,7 +70,7 @@ TEST_CASE("an eigenmode of a block steps as the closed form says") {
       for (std::size_t i = 0; i < unknowns.size(); ++i)
         scene.displacement->data()[unknowns[i]] = phi[static_cast<std::ptrdiff_t>(i)];
       Simulation simulation(scene, options(scheme, h));
-      const SchemeCoefficients s = coefficients(scheme);
+      const SchemeCoefficients s = scheme_coefficients(scheme);
       const Matrix3 A = amplification(s, omega);
       Vector3 exact(1, 0, -omega * omega), force = Vector3::Zero();
       if (const double excess = s.beta - s.gamma / 2; excess > 0) {  // docs/theory/time.md, "The first step"
@@ -155,12 +155,12 @@ TEST_CASE("the trapezoidal rule keeps the energy of free vibration") {
 }
 
 TEST_CASE("scheme parameters out of range are named") {
-  CHECK_THROWS_AS(coefficients(Newmark{0.0, 0.5}), InvalidInput);
-  CHECK_THROWS_AS(coefficients(Newmark{0.25, 0.4}), InvalidInput);
-  CHECK_THROWS_AS(coefficients(Newmark{0.25, 0.6}), InvalidInput);
-  CHECK_THROWS_AS(coefficients(HilberHughesTaylor{-0.4}), InvalidInput);
-  CHECK_THROWS_AS(coefficients(HilberHughesTaylor{0.1}), InvalidInput);
-  CHECK_NOTHROW(coefficients(HilberHughesTaylor{-1.0 / 3}));
+  CHECK_THROWS_AS(scheme_coefficients(Newmark{0.0, 0.5}), InvalidInput);
+  CHECK_THROWS_AS(scheme_coefficients(Newmark{0.25, 0.4}), InvalidInput);
+  CHECK_THROWS_AS(scheme_coefficients(Newmark{0.25, 0.6}), InvalidInput);
+  CHECK_THROWS_AS(scheme_coefficients(HilberHughesTaylor{-0.4}), InvalidInput);
+  CHECK_THROWS_AS(scheme_coefficients(HilberHughesTaylor{0.1}), InvalidInput);
+  CHECK_NOTHROW(scheme_coefficients(HilberHughesTaylor{-1.0 / 3}));
   Simulation::Options zero;
   zero.step = 0;
   CHECK_THROWS_AS(Simulation(scenes::held_block(), zero), InvalidInput);

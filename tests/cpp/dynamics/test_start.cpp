@@ -60,7 +60,7 @@ TEST_CASE("a mode of viscosity alone travels its momentum over its damping, what
         scene.velocity->data()[unknowns[i]] = phi[static_cast<std::ptrdiff_t>(i)];
       Simulation simulation(scene, options(scheme, h));
       for (int k = 0; k < 60; ++k) simulation.advance();
-      const SchemeCoefficients s = coefficients(scheme);
+      const SchemeCoefficients s = scheme_coefficients(scheme);
       const double waits = (1 + s.alpha) * s.gamma * z;
       const double travel = rate * M_phi.dot(Vector(simulation.state().displacement(unknowns)));
       // The closed form of docs/theory/time.md; at most 0.01 of a step's motion off the exact 1.

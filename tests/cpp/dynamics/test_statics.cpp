@@ -74,7 +74,7 @@ TEST_CASE("pressed together at rest, blocks share the load as one, at nodes and 
   const double side = 0.01, push = 1e-5;
   const TetMesh a = to_quadratic(block_mesh({{-side, 0, 0}, {side, side, side}, {1, 2, 2}})),
                 b = to_quadratic(block_mesh({{0, 0, 0}, {side, side, side}, {2, 2, 2}}));
-  Scene scene = scenes::tissue_scene(combine(a, b, "a.", "b."), 0.0, 0.0);
+  Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), 0.0, 0.0);
   for (const auto node : scene.mesh.node_set("a.x_min")) scene.supports.fix(node);
   for (const auto node : scene.mesh.node_set("b.x_max")) scene.supports.fix(node);
   scene.displacement = Points::Zero(scene.mesh.node_count(), 3);

@@ -7,6 +7,7 @@
 #include "plica/estimation/covariance.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 
 namespace {
 

@@ -9,6 +9,7 @@
 #include "plica/estimation/sweep.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include "plica/estimation/toeplitz.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 using Lags = BlockToeplitz::Lags;
 
 namespace {

@@ -27,8 +27,8 @@ class Texture {
   }
 
   /// What a camera sees of it when it has moved by (u, v).
-  plica::Plane picture(std::ptrdiff_t rows, std::ptrdiff_t columns, double u = 0, double v = 0) const {
-    plica::Plane result(rows, columns);
+  plica::imaging::Plane picture(std::ptrdiff_t rows, std::ptrdiff_t columns, double u = 0, double v = 0) const {
+    plica::imaging::Plane result(rows, columns);
     for (std::ptrdiff_t y = 0; y < rows; ++y) {
       for (std::ptrdiff_t x = 0; x < columns; ++x) {
         result(y, x) = static_cast<float>((*this)(static_cast<double>(x) - u, static_cast<double>(y) - v));
@@ -42,10 +42,10 @@ class Texture {
 };
 
 /// Values of [-size, size).
-inline plica::Plane noise(std::ptrdiff_t rows, std::ptrdiff_t columns, float size, unsigned seed) {
+inline plica::imaging::Plane noise(std::ptrdiff_t rows, std::ptrdiff_t columns, float size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-size, size);
-  plica::Plane result(rows, columns);
+  plica::imaging::Plane result(rows, columns);
   for (auto& value : result.reshaped()) value = uniform(random);
   return result;
 }

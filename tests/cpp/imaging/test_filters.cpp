@@ -8,6 +8,7 @@
 #include "plica/imaging/resample.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 TEST_CASE("the median is that of sorting, at the border too") {
   const std::ptrdiff_t sizes[][2] = {{30, 41}, {8, 8}, {1, 1}, {3, 2}};

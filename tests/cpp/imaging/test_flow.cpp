@@ -9,6 +9,7 @@
 #include "plica/imaging/linearise.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 namespace {
 

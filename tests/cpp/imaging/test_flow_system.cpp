@@ -7,6 +7,7 @@
 #include "plica/imaging/flow_system.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 namespace {
 

@@ -5,6 +5,7 @@
 #include "plica/imaging/light.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 namespace {
 

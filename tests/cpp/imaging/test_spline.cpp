@@ -4,6 +4,7 @@
 #include "plica/imaging/spline.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 namespace {
 

@@ -27,7 +27,7 @@ TEST_CASE("a block has six positive tetrahedra to a hexahedron and its exact vol
 
 TEST_CASE("every face of a block is shared by two cells or lies on its hull") {
   const TetMesh mesh = block_mesh(brick());
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   Eigen::Index single = 0;
   for (const auto& [face, uses] : test::face_uses(mesh.cells)) {
     CHECK((uses == 1 || uses == 2));
@@ -80,7 +80,7 @@ TEST_CASE("combined meshes keep their labels and volumes and share no node") {
   other.corner[0] = 1;  // touches the first one
   other.divisions = {1, 1, 1};
   const TetMesh second = block_mesh(other);
-  const TetMesh both = combine(first, second, "a.", "b.");
+  const TetMesh both = combine_meshes(first, second, "a.", "b.");
   CHECK(both.node_count() == first.node_count() + second.node_count());
   CHECK(signed_volumes(both.points, both.cells).sum() == doctest::Approx(6.0).epsilon(1e-12));
   CHECK(both.layer_names == std::vector<std::string>{"a.body", "b.body"});
@@ -92,8 +92,8 @@ TEST_CASE("combined meshes keep their labels and volumes and share no node") {
                          test::area_vector(both.points, both.surface("b.x_min"));
   CHECK(facing.norm() < 1e-12);
   for (const auto node : both.node_set("b.x_min")) CHECK(both.points(node, 0) == 1.0);
-  CHECK(boundary(both.cells).faces.rows() ==
-        boundary(first.cells).faces.rows() + boundary(second.cells).faces.rows());
-  CHECK_THROWS_AS(combine(first, to_quadratic(second), "a.", "b."), InvalidInput);
-  CHECK_THROWS_AS(combine(first, second, "a.", "a."), InvalidInput);
+  CHECK(boundary_of(both.cells).faces.rows() ==
+        boundary_of(first.cells).faces.rows() + boundary_of(second.cells).faces.rows());
+  CHECK_THROWS_AS(combine_meshes(first, to_quadratic(second), "a.", "b."), InvalidInput);
+  CHECK_THROWS_AS(combine_meshes(first, second, "a.", "a."), InvalidInput);
 }

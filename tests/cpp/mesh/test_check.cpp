@@ -19,10 +19,10 @@ TetMesh cube() {
 
 /// The message with which check refuses the mesh after the damage; the mesh itself must pass.
 std::string refusal(TetMesh mesh, const std::function<void(TetMesh&)>& damage) {
-  check(mesh);
+  check_mesh(mesh);
   damage(mesh);
   try {
-    check(mesh);
+    check_mesh(mesh);
   } catch (const InvalidInput& error) {
     return error.what();
   }
@@ -34,10 +34,10 @@ std::string refusal(TetMesh mesh, const std::function<void(TetMesh&)>& damage) {
 }  // namespace
 
 TEST_CASE("sound meshes of both orders are accepted, and bodies that touch") {
-  CHECK_NOTHROW(check(cube()));
-  CHECK_NOTHROW(check(to_quadratic(cube())));
-  CHECK_NOTHROW(check(to_quadratic(larynx_mesh(Larynx::thesis_coarse()))));
-  CHECK_NOTHROW(check(combine(cube(), cube(), "a.", "b.")));  // every node coincides with another
+  CHECK_NOTHROW(check_mesh(cube()));
+  CHECK_NOTHROW(check_mesh(to_quadratic(cube())));
+  CHECK_NOTHROW(check_mesh(to_quadratic(larynx_mesh(Larynx::thesis_coarse()))));
+  CHECK_NOTHROW(check_mesh(combine_meshes(cube(), cube(), "a.", "b.")));  // every node coincides with another
 }
 
 TEST_CASE("wrong shapes and numbers are refused") {
@@ -55,17 +55,17 @@ TEST_CASE("a mesh without labels has one layer and no side") {
   mesh.cell_layer.resize(0);
   mesh.cell_side.resize(0);
   mesh.layer_names.clear();
-  CHECK_NOTHROW(check(mesh));
-  CHECK_NOTHROW(check(to_quadratic(mesh)));
+  CHECK_NOTHROW(check_mesh(mesh));
+  CHECK_NOTHROW(check_mesh(to_quadratic(mesh)));
   const TetMesh found = labelled(mesh);
   CHECK(found.layer_names == std::vector<std::string>{"body"});
   CHECK(found.cell_layer == Indices::Zero(48));
   CHECK(found.cell_side == Indices::Zero(48));
-  CHECK(combine(mesh, whole, "a.", "b.").cell_layer == combine(whole, whole, "a.", "b.").cell_layer);
-  CHECK(combine(whole, mesh, "a.", "b.").layer_names == std::vector<std::string>{"a.body", "b.body"});
+  CHECK(combine_meshes(mesh, whole, "a.", "b.").cell_layer == combine_meshes(whole, whole, "a.", "b.").cell_layer);
+  CHECK(combine_meshes(whole, mesh, "a.", "b.").layer_names == std::vector<std::string>{"a.body", "b.body"});
 
   mesh.layer_names = {"cover"};
-  CHECK_NOTHROW(check(mesh));
+  CHECK_NOTHROW(check_mesh(mesh));
   CHECK(labelled(mesh).layer_names == std::vector<std::string>{"cover"});
   mesh.layer_names = {"body", "cover"};
   CHECK_SAYS(refusal(whole, [&](TetMesh& m) { m = labelled(mesh); }), "size of cell_layer = 0; must be 48");
@@ -143,7 +143,7 @@ TEST_CASE("a mid-side node moved by less than a quarter of its edge is accepted"
   TetMesh mesh = to_quadratic(cube());
   mesh.points.row(mesh.cells(0, 4)) =
       0.7 * mesh.points.row(mesh.cells(0, 0)) + 0.3 * mesh.points.row(mesh.cells(0, 1));
-  CHECK_NOTHROW(check(mesh));
+  CHECK_NOTHROW(check_mesh(mesh));
 }
 
 TEST_CASE("duplicate and overlapping cells are refused") {
@@ -218,7 +218,7 @@ TEST_CASE("a turned numbering of a face is accepted") {
     faces.col(k) = old.col((k + 1) % 3);
     faces.col(3 + k) = old.col(3 + (k + 1) % 3);
   }
-  CHECK_NOTHROW(check(mesh));
+  CHECK_NOTHROW(check_mesh(mesh));
 }
 
 TEST_CASE("a surface with an edge of more than two faces is refused") {
@@ -227,7 +227,7 @@ TEST_CASE("a surface with an edge of more than two faces is refused") {
   Block other;
   other.corner = {1, 1, 0};
   const TetMesh second = block_mesh(other);
-  TetMesh both = combine(mesh, second, "a.", "b.");
+  TetMesh both = combine_meshes(mesh, second, "a.", "b.");
   const auto fold = [&](std::int32_t node) {  // nodes 0 and 4 of the second are 3 and 7 of the first
     if (node < 8) return node;
     const std::int32_t local = node - 8;
@@ -242,7 +242,7 @@ TEST_CASE("a surface with an edge of more than two faces is refused") {
                 for (std::int32_t n = 0; n < 16; ++n) points.row(fold(n)) = m.points.row(n);
                 m.points = points;
                 m.cells = m.cells.unaryExpr(fold);
-                m.surfaces = {{"hull", boundary(m.cells).faces}};
+                m.surfaces = {{"hull", boundary_of(m.cells).faces}};
                 m.node_sets.clear();
               })
           .find(

@@ -70,7 +70,7 @@ TEST_CASE("the presets have the stated numbers of tetrahedra and nodes, all posi
 
 TEST_CASE("the larynx is conforming and its boundary closed") {
   const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   Eigen::Index single = 0;
   bool conforming = true;
   for (const auto& [face, uses] : test::face_uses(mesh.cells)) {

@@ -99,8 +99,8 @@ TEST_CASE("the presets by purpose pass every check and have the stated unknowns 
   std::size_t k = 0;
   for (const Larynx& larynx : presets()) {
     const TetMesh mesh = quadratic_larynx_mesh(larynx);
-    CHECK_NOTHROW(check(mesh));
-    CHECK_NOTHROW(check(larynx_mesh(larynx)));
+    CHECK_NOTHROW(check_mesh(mesh));
+    CHECK_NOTHROW(check_mesh(larynx_mesh(larynx)));
     CHECK(3 * (mesh.node_count() - mesh.node_set("wall").size()) == unknowns[k++]);
     CHECK(test::worst_mean_ratio(mesh.points, mesh.cells) > (k == 1 ? 0.025 : 0.035));
   }
@@ -147,7 +147,7 @@ TEST_CASE("the triangulated larynx is its own mirror image to the last bit, mid-
 
 TEST_CASE("the triangulated larynx is conforming and its boundary closed") {
   const TetMesh mesh = larynx_mesh(Larynx::coarse());
-  const Boundary hull = boundary(mesh.cells);
+  const Boundary hull = boundary_of(mesh.cells);
   Eigen::Index single = 0;
   bool conforming = true;
   for (const auto& [face, uses] : test::face_uses(mesh.cells)) {
@@ -327,7 +327,7 @@ TEST_CASE("whatever the radius, what is neither airway nor end is wall") {
     for (const char* set : {"wall", "ends"})
       for (const auto node : mesh.node_set(set)) named.insert(node);
     for (const auto node : mesh.surface("airway").reshaped()) named.insert(node);
-    const Boundary hull = boundary(mesh.cells);
+    const Boundary hull = boundary_of(mesh.cells);
     int missing = 0;
     for (const auto node : hull.faces.reshaped()) missing += named.count(node) == 0;
     CHECK(missing == 0);

@@ -44,8 +44,8 @@ TEST_CASE("mid-side nodes lie in the middle of their edges and the corners stay"
 TEST_CASE("the boundary of a quadratic mesh has its mid-side nodes in face order") {
   const TetMesh linear = block_mesh({{0, 0, 0}, {1, 1, 1}, {2, 2, 2}});
   const TetMesh mesh = to_quadratic(linear);
-  const Faces faces = boundary(mesh.cells).faces;
-  CHECK(faces.leftCols(3) == boundary(linear.cells).faces);
+  const Faces faces = boundary_of(mesh.cells).faces;
+  CHECK(faces.leftCols(3) == boundary_of(linear.cells).faces);
   for (Eigen::Index f = 0; f < faces.rows(); ++f)
     for (int k = 0; k < 3; ++k)
       CHECK(mesh.points.row(faces(f, 3 + k)) ==

@@ -78,10 +78,10 @@ TEST_CASE("surfaces that touch everywhere still have air, which opens and turns 
   Gap gap = grids(3, 4, 0.0);
   const Airway airway = triangulated_airway(gap.points, gap.first, gap.second);
   CHECK(airway.tets.rows() > 0);
-  CHECK(inverted(gap.points, airway.tets).empty());
+  CHECK(find_inverted(gap.points, airway.tets).empty());
   Points x = gap.points;
   for (const auto node : gap.second.reshaped()) x(node, 0) = 1e-9;
-  CHECK(inverted(x, airway.tets).empty());
+  CHECK(find_inverted(x, airway.tets).empty());
   CHECK(signed_volumes(x, airway.tets).sum() == doctest::Approx(1e-9));
   for (const auto node : gap.second.reshaped()) x(node, 0) = -1e-9;
   CHECK(signed_volumes(x, airway.tets).sum() == doctest::Approx(-1e-9));

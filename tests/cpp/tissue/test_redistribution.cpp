@@ -102,7 +102,7 @@ TEST_CASE("redistributed mass keeps the ten moments, and no more is left on the 
 
 TEST_CASE("every body keeps its own moments, and one that loses nothing keeps its matrix") {
   const auto block = [](double x) { return block_mesh({{x, 0, 0}, {1, 0.3, 0.3}, {6, 2, 2}}); };
-  const TetMesh mesh = combine(combine(block(0), block(1), "a.", "b."), block(2), "", "c.");
+  const TetMesh mesh = combine_meshes(combine_meshes(block(0), block(1), "a.", "b."), block(2), "", "c.");
   const Assembler assembler(mesh);
   const std::ptrdiff_t n = mesh.node_count() / 3;
   for (const CellMass kind : mass_kinds) {

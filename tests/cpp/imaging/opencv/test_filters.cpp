@@ -9,6 +9,7 @@
 #include "plica/imaging/resample.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 
 namespace {
 
