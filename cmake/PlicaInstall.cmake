@@ -1,6 +1,7 @@
 # Install and export: after `cmake --install BUILD --component development --prefix DIR`, a program says
 #   find_package(plica REQUIRED COMPONENTS dynamics)
 #   target_link_libraries(mine PRIVATE plica::dynamics)
+# and one built without CMake takes its flags from `pkg-config --cflags --libs plica`.
 # Licence, README, what it links to and the examples lie in ${plica_DOC_DIR}.
 include_guard(GLOBAL)
 include(CMakePackageConfigHelpers)
@@ -20,3 +21,26 @@ install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${PLICA_DOC_DIR} COMPON
 install(DIRECTORY docs DESTINATION ${PLICA_DOC_DIR} COMPONENT development)
 install(DIRECTORY examples DESTINATION ${PLICA_DOC_DIR} COMPONENT development
   FILES_MATCHING PATTERN "*.toml" PATTERN "*.py" PATTERN "*.cpp")
+
+# ---- Headers: the public ones, and what they include -------------------------------------------
+get_property(public_headers GLOBAL PROPERTY PLICA_PUBLIC_HEADERS)
+set(PLICA_HEADERS_DIR ${PROJECT_BINARY_DIR}/installed_headers)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/InstallHeaders.cmake ${PROJECT_BINARY_DIR}/InstallHeaders.cmake @ONLY)
+install(SCRIPT ${PROJECT_BINARY_DIR}/InstallHeaders.cmake COMPONENT development)
+install(DIRECTORY ${PLICA_HEADERS_DIR}/plica DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+
+# ---- For builds without CMake: every module, dependents before what they depend on -------------
+set(libraries ${PLICA_MODULES})
+list(REVERSE libraries)
+list(TRANSFORM libraries PREPEND "-lplica_")
+list(JOIN libraries " " PLICA_LIBRARIES)
+if(PLICA_GPL)
+  string(APPEND PLICA_LIBRARIES " ${CHOLMOD_LIBRARY}")
+endif()
+get_target_property(definitions plica_core INTERFACE_COMPILE_DEFINITIONS)
+list(TRANSFORM definitions PREPEND "-D")
+list(JOIN definitions " " PLICA_DEFINITIONS)
+file(RELATIVE_PATH PLICA_PREFIX_FROM_PC /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+string(REGEX REPLACE "/$" "" PLICA_PREFIX_FROM_PC ${PLICA_PREFIX_FROM_PC})
+configure_file(${PROJECT_SOURCE_DIR}/cmake/plica.pc.in ${PROJECT_BINARY_DIR}/plica.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/plica.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

@@ -1,8 +1,9 @@
 # One function declares a module of the engine: a static library plica::NAME built from
 # cpp/plica/NAME/*.cpp that sees the headers of the modules it names, and of no others.
 #
-#   plica_module(NAME [TESTS_ONLY] DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL)
+#   plica_module(NAME [TESTS_ONLY] DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL PUBLIC_HEADERS scene.hpp)
 #
+# PUBLIC_HEADERS  those of its headers that are for embedders; all others are internal. See InstallHeaders.cmake
 # DEPENDS  modules whose headers its own headers may include
 # LINK     third parties that appear in its headers
 # TESTS_ONLY  built where a test links it, neither installed nor listed
@@ -14,7 +15,7 @@ include_guard(GLOBAL)
 include(GNUInstallDirs)
 
 function(plica_module name)
-  cmake_parse_arguments(ARG "TESTS_ONLY" "" "DEPENDS;LINK;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "TESTS_ONLY" "" "DEPENDS;LINK;PRIVATE;PUBLIC_HEADERS" ${ARGN})
   set(target plica_${name})
   set(source_dir ${PROJECT_SOURCE_DIR}/cpp/plica/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
@@ -52,7 +53,7 @@ function(plica_module name)
   endif()
   install(TARGETS ${target} EXPORT plicaTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-  install(DIRECTORY ${source_dir} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/plica
-    COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+  list(TRANSFORM ARG_PUBLIC_HEADERS PREPEND plica/${name}/)
+  set_property(GLOBAL APPEND PROPERTY PLICA_PUBLIC_HEADERS ${ARG_PUBLIC_HEADERS})
   set(PLICA_MODULES ${PLICA_MODULES} ${name} PARENT_SCOPE)
 endfunction()

@@ -4,6 +4,8 @@
 #include "plica/imaging/flow.hpp"
 #include "plica/imaging/linearise.hpp"
 
+using namespace plica::imaging;
+
 namespace plica::python {
 
 template <>
@@ -23,7 +25,6 @@ struct Names<LightChange> {
 }  // namespace plica::python
 
 using namespace plica;
-using namespace plica::imaging;
 using namespace plica::python;
 
 namespace {

@@ -39,7 +39,9 @@ class MirrorImages {
   /// of the copy stands for plane k, which turns the sign of component k. Copy 0 is the part itself.
   std::int32_t image(int copy, std::int32_t part_node) const;
   /// Whether it was mirrored in a plane to come from the part.
-  bool mirrored(std::size_t plane, std::int32_t node) const { return (turned_[static_cast<std::size_t>(node)] >> plane & 1) != 0; }
+  bool mirrored(std::size_t plane, std::int32_t node) const {
+    return (turned_[static_cast<std::size_t>(node)] >> plane & 1) != 0;
+  }
 
   /// Row of S q.
   Vector3 at(std::int32_t node, const Vector& q) const {
