@@ -190,7 +190,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
 
 std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets) {
   using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
-  require_indices("inverted", "node of a tetrahedron", tets, x.rows());
+  require_indices("find_inverted", "node of a tetrahedron", tets, x.rows());
   if (!x.allFinite()) throw InvalidInput("inverted: x is not finite; must be finite. Did the time step diverge?");
   std::vector<std::int32_t> found;
   for (std::ptrdiff_t t = 0; t < tets.rows(); ++t) {

@@ -17,7 +17,7 @@ TEST_CASE("an airway refuses nodes that are not there") {
   indices("matched_airway first", first, match);
   indices("matched_airway second", second, match);
   Tets tets = matched_airway(x, first, second, Vector3::UnitX()).tets;
-  const auto turned = [&] { inverted(x, tets); };
-  sizes("inverted x", x, turned, Longer::unread);
-  indices("inverted tets", tets, turned);
+  const auto turned = [&] { find_inverted(x, tets); };
+  sizes("find_inverted x", x, turned, Longer::unread);
+  indices("find_inverted tets", tets, turned);
 }

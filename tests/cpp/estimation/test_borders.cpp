@@ -3,6 +3,7 @@
 #include "plica/estimation/toeplitz.hpp"
 
 using namespace plica;
+using namespace plica::estimation;
 using borders::sizes;
 
 namespace {

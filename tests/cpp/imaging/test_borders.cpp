@@ -8,6 +8,7 @@
 #include "plica/imaging/resample.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 using borders::numbers;
 using borders::sizes;
 

@@ -44,12 +44,12 @@ TEST_CASE("what makes meshes of meshes refuses nodes that are not there") {
   indices("to_quadratic node set", mesh.node_sets.at("x_min"), [&] { to_quadratic(mesh); });
   indices("body_of_nodes cells", mesh.cells, [&] { body_of_nodes(mesh); });
   for (const std::ptrdiff_t width : {0, 2, 5}) {
-    CHECK_THROWS_AS(boundary(Cells::Zero(3, width)), InvalidInput);
+    CHECK_THROWS_AS(boundary_of(Cells::Zero(3, width)), InvalidInput);
     CHECK_THROWS_AS(unique_edges(Cells::Zero(3, width)), InvalidInput);
     CHECK_THROWS_AS(flat_triangles(Faces::Zero(3, width)), InvalidInput);
   }
   std::vector<Freedom> freedom(static_cast<std::size_t>(mesh.node_count()));
-  const auto call = [&] { smooth(mesh.points, mesh.cells, freedom, 1); };
+  const auto call = [&] { smooth_mesh(mesh.points, mesh.cells, freedom, 1); };
   sizes("smooth freedom", freedom, call);
   sizes("smooth x", mesh.points, call);
   indices("smooth cells", mesh.cells, call);
