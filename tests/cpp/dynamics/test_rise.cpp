@@ -33,7 +33,8 @@ Scene rising(Scene scene, const Coupling& coupling, bool slit = true) {
 void check_instants(const Scene& scene, const Simulation::Options& how, int steps) {
   Simulation simulation(scene, how);
   const Airflow& airflow = *simulation.airflow();
-  const double p = airflow.options().subglottal_pressure, h = how.step, alpha = coefficients(how.scheme).alpha;
+  const double p = airflow.options().subglottal_pressure, h = how.step,
+               alpha = scheme_coefficients(how.scheme).alpha;
   const bool lagged = std::holds_alternative<Lagged>(scene.airflow->coupling);
   CHECK(simulation.state().flow_load.isZero(0));  // nothing presses yet
   double energy = 0, strongest = 0;
