@@ -6,6 +6,7 @@
 #include "plica/imaging/texture.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 using namespace plica::python;
 
 namespace {

@@ -9,7 +9,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr double inside = 1e-9;  // of the coordinates in a face: no gap between neighbours
@@ -229,4 +229,4 @@ FaceHits first_hits(const Points& nodes, const Faces& faces, const Pairs& pixels
   return hits;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

@@ -2,7 +2,7 @@
 // Where lines of sight meet the faces of a surface, flat or curved.
 #include "plica/imaging/raster.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// Places of lines of sight in faces.
 struct FaceHits {
@@ -22,4 +22,4 @@ FaceHits hits_near(const Points& nodes, const Faces& faces, const Indices& face,
 /// begins at fifteen places, at one in a flat face.
 FaceHits first_hits(const Points& nodes, const Faces& faces, const Pairs& pixels);
 
-}  // namespace plica
+}  // namespace plica::imaging

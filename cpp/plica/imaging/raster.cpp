@@ -9,7 +9,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 constexpr double flat = 1e-12;  // px^2: a triangle seen edge-on
@@ -161,4 +161,4 @@ Vector heights_above(const Pairs& places, const Points& corners, const Triangles
   return found;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

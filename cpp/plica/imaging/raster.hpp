@@ -5,7 +5,7 @@
 
 #include "plica/core/types.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// (p, 2) column and row, or the two coordinates of a place in a face.
 using Pairs = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
@@ -29,4 +29,4 @@ TriangleRaster rasterise_triangles(const Points& corners, const Triangles& trian
 Vector heights_above(const Pairs& places, const Points& corners, const Triangles& triangles, std::ptrdiff_t rows,
                      std::ptrdiff_t columns);
 
-}  // namespace plica
+}  // namespace plica::imaging

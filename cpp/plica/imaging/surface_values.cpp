@@ -5,7 +5,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 Table interpolated(const Table& weights, const Faces& rows, const Table& values) {
   const char* const where = "interpolated";
@@ -46,4 +46,4 @@ Eigen::Array<bool, Eigen::Dynamic, 1> within_hull(const Points& sides, const Pai
   return inside;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging

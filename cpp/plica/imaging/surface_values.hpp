@@ -2,7 +2,7 @@
 // Values on a surface of triangles or faces, at its corners and at what pixels show of it.
 #include "plica/imaging/raster.hpp"
 
-namespace plica {
+namespace plica::imaging {
 
 /// (p, n) weights, and dense (k, c) values.
 using Table = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -17,4 +17,4 @@ Points corner_normals(const Points& corners, const Triangles& triangles);
 /// Whether each place (p, 2) lies in a convex hull of sides (s, 3): a x + b y + c <= 0 inside.
 Eigen::Array<bool, Eigen::Dynamic, 1> within_hull(const Points& sides, const Pairs& places);
 
-}  // namespace plica
+}  // namespace plica::imaging

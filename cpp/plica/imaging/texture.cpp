@@ -7,7 +7,7 @@
 #include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
-namespace plica {
+namespace plica::imaging {
 namespace {
 
 /// The samples about a position of one index, and their weights.
@@ -65,4 +65,4 @@ Vector periodic_spline(const Eigen::Ref<const Vector>& tile, std::ptrdiff_t n, c
   return values;
 }
 
-}  // namespace plica
+}  // namespace plica::imaging
