@@ -8,6 +8,7 @@
 #include "plica/imaging/texture.hpp"
 
 using namespace plica;
+using namespace plica::imaging;
 using borders::sizes;
 
 namespace {
