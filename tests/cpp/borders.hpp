@@ -1,7 +1,9 @@
 #pragma once
 // A public function called with arrays that are too short, too long or empty, and indices out of range: what it
 // must refuse, for the tables of test_borders.cpp. Under sanitizers a call that is not refused is seen at the
-// first entry that it reads or writes beyond an array.
+// first entry that it reads or writes beyond an array. An argument is named "function parameter" or
+// "Class::function parameter", of a struct "... parameter.member": tests/python/test_cpp_borders.py misses those
+// that are not there.
 #include <doctest/doctest.h>
 
 #include <functional>
@@ -15,6 +17,8 @@ namespace borders {
 
 /// Whether an array that is too long is refused, too, or what is beyond is not looked at.
 enum class Longer { refused, unread };
+/// Whether an empty array is refused, too, or stands for none.
+enum class Empty { refused, none };
 
 template <class T>
 std::vector<T> resized(std::vector<T> array, std::ptrdiff_t size) {
@@ -36,10 +40,16 @@ auto rows_of(const Array& array) -> decltype(array.rows()) {
   return array.rows();
 }
 
+/// The call, as it stands, is refused.
+inline void refused(const char* argument, const std::function<void()>& call) {
+  CAPTURE(std::string(argument));
+  CHECK_THROWS_AS(call(), plica::InvalidInput);
+}
+
 /// The call, as it stands, is answered; with this argument of it short, long or empty it is refused.
 template <class Array>
-void sizes(const char* argument, Array& array, const std::function<void()>& call,
-           Longer longer = Longer::refused) {
+void sizes(const char* argument, Array& array, const std::function<void()>& call, Longer longer = Longer::refused,
+           Empty empty = Empty::refused) {
   CAPTURE(std::string(argument));
   const Array good = array;
   const std::ptrdiff_t n = rows_of(good);
@@ -48,7 +58,7 @@ void sizes(const char* argument, Array& array, const std::function<void()>& call
   for (const std::ptrdiff_t size : {std::ptrdiff_t{0}, n - 1, n + 1, 2 * n + 7}) {
     CAPTURE(size);
     array = resized(good, size);
-    if (size > n && longer == Longer::unread)
+    if ((size > n && longer == Longer::unread) || (size == 0 && empty == Empty::none))
       CHECK_NOTHROW(call());
     else
       CHECK_THROWS_AS(call(), plica::InvalidInput);

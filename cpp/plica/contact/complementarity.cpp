@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 
@@ -45,6 +46,10 @@ Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double
 
 Complementarity solve_complementarity(const Eigen::MatrixXd& W, const Vector& q, std::vector<char> guess,
                                       double gap_tolerance, int most_pivots) {
+  require_size("solve_complementarity", "the rows of W", W.rows(), q.size());
+  require_size("solve_complementarity", "the columns of W", W.cols(), q.size());
+  require_size("solve_complementarity", "the guess", static_cast<std::ptrdiff_t>(guess.size()), q.size());
+  if (q.size() == 0) return {Vector(), {}, 0, true};
   const double regularisation = 1e-9 * W.diagonal().maxCoeff();
   std::vector<std::ptrdiff_t> rows;
   const auto solve = [&](const std::vector<char>& active, Vector& p, Vector& w) {

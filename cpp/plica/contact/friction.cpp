@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "plica/core/require.hpp"
+
 namespace plica {
 
 namespace {
@@ -88,6 +90,11 @@ double violation(double p_n, const Vector2& p_t, double w_n, const Vector2& w_t,
 Complementarity solve_coulomb(Eigen::MatrixXd W, const Vector& q, double mu, Vector start, double gap_tolerance,
                               int most_sweeps) {
   const std::ptrdiff_t count = q.size() / 3;
+  require_size("solve_coulomb", "q", q.size(), 3 * count);
+  require_size("solve_coulomb", "the rows of W", W.rows(), q.size());
+  require_size("solve_coulomb", "the columns of W", W.cols(), q.size());
+  require_size("solve_coulomb", "the start", start.size(), q.size());
+  if (count == 0) return {Vector(), {}, 0, true};
   // Rows that repeat others share the force, as in solve_complementarity.
   W.diagonal().array() += 1e-9 * W.diagonal().maxCoeff();
   Complementarity result;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 
@@ -43,6 +44,7 @@ ContactSurface::ContactSurface(Triangles triangles, std::ptrdiff_t node_count)
     : triangles_(std::move(triangles)), local_(static_cast<std::size_t>(node_count), -1) {
   if (triangles_.rows() == 0)
     throw InvalidInput("Contact: surface has no triangle; must have at least one. Name another surface.");
+  require_indices("Contact", "node of a surface", triangles_, node_count);
   nodes_.assign(triangles_.data(), triangles_.data() + triangles_.size());
   std::sort(nodes_.begin(), nodes_.end());
   nodes_.erase(std::unique(nodes_.begin(), nodes_.end()), nodes_.end());

@@ -5,6 +5,7 @@
 
 #include "plica/core/block_product.hpp"
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
@@ -24,19 +25,16 @@ Pattern checked(Pattern pattern, const std::string& where) {
     const std::int32_t begin = p.row_start[i], end = p.row_start[i + 1];
     bool good = begin < end && end <= p.entries() && p.column[begin] >= 0 && p.column[end - 1] < n;
     for (std::int32_t e = begin + 1; good && e < end; ++e) good = p.column[e - 1] < p.column[e];
-    if (!good || p.find(i, i) < 0) {
+    if (!good || !std::binary_search(p.column.begin() + begin, p.column.begin() + end, i)) {
       throw InvalidInput(where, "pattern row", i, "", "columns in ascending order with the diagonal among them");
     }
   }
   return pattern;
 }
 
-void check_product(const std::string& where, std::ptrdiff_t rows, const Vector& x, const Vector& y) {
-  if (x.size() != rows) {
-    throw InvalidInput(where, "x.size()", static_cast<double>(x.size()), "",
-                       "the number of rows, " + number_text(static_cast<double>(rows)));
-  }
-  if (&x == &y) throw InvalidInput(where + ": y is x; must be another vector.");
+void check_product(const char* where, std::ptrdiff_t rows, const Vector& x, const Vector& y) {
+  require_size(where, "x", x.size(), rows);
+  if (&x == &y) throw InvalidInput(std::string(where) + ": y is x; must be another vector.");
 }
 
 /// Compressed scalar rows of a matrix whose entry e of node row i gives `width` numbers in each of 3 rows.
@@ -75,6 +73,9 @@ void multiply_threaded(RowProduct product, const NodePattern& p, const double* v
 }  // namespace
 
 std::int32_t NodePattern::find(std::int32_t row, std::int32_t col) const {
+  require_index("NodePattern", "row", row, rows());
+  require_index("NodePattern", "row_start", row_start[row], entries() + 1);
+  require_index("NodePattern", "row_start", row_start[row + 1], entries() + 1);
   const auto begin = column.begin() + row_start[row], end = column.begin() + row_start[row + 1];
   const auto at = std::lower_bound(begin, end, col);
   return at != end && *at == col ? static_cast<std::int32_t>(at - column.begin()) : -1;

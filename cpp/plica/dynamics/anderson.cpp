@@ -2,6 +2,8 @@
 
 #include <Eigen/QR>
 
+#include "plica/core/require.hpp"
+
 namespace plica {
 
 void Anderson::forget() {
@@ -10,6 +12,8 @@ void Anderson::forget() {
 }
 
 Vector Anderson::next(const Vector& x, const Vector& image) {
+  require_size("Anderson", "the image", image.size(), x.size());
+  if (!images_.empty()) require_size("Anderson", "x", x.size(), images_.back().size());
   images_.push_back(image);
   residuals_.push_back(image - x);
   if (static_cast<int>(images_.size()) > depth_ + 1) {

@@ -1,6 +1,7 @@
 #include "plica/dynamics/pressure_response.hpp"
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
@@ -10,6 +11,7 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
       nodes_(std::move(nodes)),
       own_(images_ ? images_->nodes_of(nodes_) : nodes_),
       place_(nodes_.size()) {
+  require_indices("PressureResponse", "node", own_, motion.supports().size() / 3);
   const LinearSolver& A = motion.solver();
   const Supports& supports = motion.supports();
   const auto own = [&](std::int32_t node) { return images_ ? images_->node_of(node) : node; };
@@ -45,6 +47,8 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
 }
 
 void PressureResponse::displace(const Vector& pressure, double scale, Points& x) const {
+  require_size("PressureResponse", "pressure", pressure.size(), at_nodes_.cols());
+  require_indices("PressureResponse", "node", nodes_, x.rows());
   const Vector amount = scale * pressure;
   Vector shift(at_nodes_.rows());
   for_chunks(own_.size(), 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
@@ -57,6 +61,8 @@ void PressureResponse::displace(const Vector& pressure, double scale, Points& x)
 }
 
 void PressureResponse::add(const Vector& pressure, Vector& a) const {
+  require_size("PressureResponse", "pressure", pressure.size(), everywhere_.cols());
+  require_size("PressureResponse", "a", a.size(), everywhere_.rows());
   for_slices(a.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
     for (std::ptrdiff_t s = 0; s < pressure.size(); ++s)
       a.segment(at, count) += pressure[s] * everywhere_.col(s).segment(at, count).cast<double>();

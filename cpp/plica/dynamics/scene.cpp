@@ -33,12 +33,17 @@ void Scene::validate() const {
     throw InvalidInput("Scene", "supports", static_cast<double>(supports.size()), "unknowns",
                        "3 times the " + std::to_string(n) + " nodes");
   if (airflow) airflow->validate();
-  if (contact)
-    for (const Triangles* side : {&contact->airway.first, &contact->airway.second})
-      for (const std::int32_t node : side->reshaped())
+  if (contact) {
+    const auto check_nodes = [&](const auto& rows, const char* name) {
+      for (const std::int32_t node : rows.reshaped())
         if (node < 0 || node >= n)
-          throw InvalidInput("Scene", "node of a contact surface", node, "", "in [0, " + std::to_string(n) + ")",
+          throw InvalidInput("Scene", name, node, "", "in [0, " + std::to_string(n) + ")",
                              "The airway belongs to another mesh.");
+    };
+    check_nodes(contact->airway.first, "node of a contact surface");
+    check_nodes(contact->airway.second, "node of a contact surface");
+    check_nodes(contact->airway.tets, "node of the air");
+  }
   for (const Load& load : loads) load.validate();
   if (gravity && !gravity->allFinite())
     throw InvalidInput("Scene: gravity has a value that is not finite; must be finite.");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 
@@ -252,6 +253,7 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
 }
 
 void Recorder::reserve(std::ptrdiff_t steps) {
+  require_at_least("Recorder", "the steps to reserve", steps, 0);
   for (Column& column : columns_)
     column.values.reserve(column.values.size() + static_cast<std::size_t>(steps * column.size()));
 }

@@ -51,9 +51,9 @@ std::ptrdiff_t factor(const MatrixSpan& a) {
 /// What the kernels of a triangular solve read and write.
 void require_triangle(const char* where, const MatrixView& r, const MatrixSpan& x) {
   require_size(where, "columns of R", r.columns, r.rows);
-  if (r.columns > 1) require_size(where, "column_stride of R", r.column_stride, 1);
+  require_rows_together(where, "R", r);
   require_size(where, "rows of X", x.rows, r.rows);
-  if (x.columns > 1) require_size(where, "column_stride of X", x.column_stride, 1);
+  require_rows_together(where, "X", x);
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ void gram_update(double scale, const MatrixView& w, const MatrixSpan& p) {
 
 std::ptrdiff_t cholesky(const MatrixSpan& a) {
   require_size("cholesky", "columns of A", a.columns, a.rows);
-  if (a.columns > 1) require_size("cholesky", "column_stride of A", a.column_stride, 1);
+  require_rows_together("cholesky", "A", a);
   const std::ptrdiff_t done = factor(a);
   for (std::ptrdiff_t i = 1; i < a.rows; ++i) std::fill_n(a.data + i * a.row_stride, i, 0.0);
   return done;

@@ -81,7 +81,7 @@ void multiply(double scale, const MatrixView& a, const MatrixView& b, const Matr
   require_size("multiply", "rows of b", b.rows, a.columns);
   require_size("multiply", "rows of c", c.rows, a.rows);
   require_size("multiply", "columns of c", c.columns, b.columns);
-  if (c.columns > 1) require_size("multiply", "column_stride of c", c.column_stride, 1);
+  require_rows_together("multiply", "C", c);
   const ProductKernels& kernels = product_kernels();
   const std::ptrdiff_t height = kernels.rows, width = kernels.columns;
   const std::ptrdiff_t row_blocks = (c.rows + rows_at_once - 1) / rows_at_once;
@@ -110,10 +110,16 @@ void multiply(double scale, const MatrixView& a, const MatrixView& b, const Matr
   }
 }
 
+void require_rows_together(const char* where, const char* name, const MatrixView& matrix) {
+  if (matrix.columns > 1 && matrix.column_stride != 1)
+    throw InvalidInput(where, std::string("column_stride of ") + name, static_cast<double>(matrix.column_stride),
+                       "", "1", "The entries of a row must lie one behind the other.");
+}
+
 void mirror_upper(const MatrixSpan& a) {
   // Blocks of eight rows by eight columns, both of whose lines stay in cache.
   require_size("mirror_upper", "columns", a.columns, a.rows);
-  if (a.columns > 1) require_size("mirror_upper", "column_stride", a.column_stride, 1);
+  require_rows_together("mirror_upper", "A", a);
   constexpr std::ptrdiff_t tile = 8;
   const std::ptrdiff_t n = a.rows, stride = a.row_stride;
   for (std::ptrdiff_t i = 0; i < n; i += tile) {

@@ -37,4 +37,7 @@ void multiply(double scale, const MatrixView& a, const MatrixView& b, const Matr
 /// Copies the upper triangle of a square matrix to the lower.
 void mirror_upper(const MatrixSpan& a);
 
+/// Throws InvalidInput unless the entries of a row lie one behind the other.
+void require_rows_together(const char* where, const char* name, const MatrixView& matrix);
+
 }  // namespace plica::estimation

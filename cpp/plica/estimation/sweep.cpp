@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/estimation/lane_solver.hpp"
 
@@ -174,13 +175,26 @@ class Columnwise {
   Packed elastic_, viscous_;  // products of one direction, [pack * unknown + lane]
 };
 
-void require_sizes(const LinearMotion& motion, const RowMatrix& patterns, const Indices& observed,
-                   std::ptrdiff_t steps, double tolerance) {
+/// The step's matrix is summed entry by entry.
+void require_pattern_of(const BlockMatrix& K, const std::string& name, const NodePattern& pattern) {
+  const NodePattern& wanted = *K.pattern();
+  if (&pattern != &wanted && (pattern.row_start != wanted.row_start || pattern.column != wanted.column))
+    throw InvalidInput("impulse_responses: the pattern of " + name + " is not that of K; must be the same.");
+}
+
+void require_sizes(const LinearMotion& motion, const RowMatrix& patterns, const std::vector<Direction>& directions,
+                   const Indices& observed, std::ptrdiff_t steps, double tolerance) {
   const std::ptrdiff_t unknowns = motion.K.rows();
   const std::string where = "impulse_responses";
   if (patterns.rows() != unknowns)
     throw InvalidInput(where, "rows of patterns", static_cast<double>(patterns.rows()), "",
                        "the number of unknowns, " + number_text(static_cast<double>(unknowns)));
+  require_pattern_of(motion.K, "M", *motion.M.pattern());
+  if (motion.C) require_pattern_of(motion.K, "C", *motion.C->pattern());
+  require_size(where.c_str(), "the supports", motion.supports.size(), unknowns);
+  for (const Direction& direction : directions)
+    for (const std::optional<BlockMatrix>* part : {&direction.stiffness, &direction.viscosity})
+      if (*part) require_size(where.c_str(), "the rows of a direction", (*part)->rows(), unknowns);
   if (patterns.cols() < 1) throw InvalidInput(where, "columns of patterns", 0, "", ">= 1");
   if (steps < 1) throw InvalidInput(where, "steps", static_cast<double>(steps), "", ">= 1");
   if (!(tolerance > 0 && tolerance < 1)) throw InvalidInput(where, "tolerance", tolerance, "", "in (0, 1)");
@@ -237,7 +251,7 @@ BlockMatrix without_zero_blocks(const BlockMatrix& A) {
 RowMatrix impulse_responses(const LinearMotion& motion, const RowMatrix& patterns,
                             const std::vector<Direction>& directions, const Indices& observed,
                             std::ptrdiff_t steps, double tolerance, const FactorPlan* plan) {
-  require_sizes(motion, patterns, observed, steps, tolerance);
+  require_sizes(motion, patterns, directions, observed, steps, tolerance);
   const std::ptrdiff_t q = patterns.cols(), width = (1 + static_cast<std::ptrdiff_t>(directions.size())) * q;
   const std::ptrdiff_t behind = directions.empty() ? 0 : 1;
   std::vector<double> free(static_cast<std::size_t>(motion.K.rows()));

@@ -1,4 +1,5 @@
 #pragma once
+#include "plica/core/require.hpp"
 #include "plica/core/types.hpp"
 
 namespace plica::estimation {
@@ -10,9 +11,15 @@ struct BlockToeplitz {
   Lags lags;
   std::ptrdiff_t blocks;  // N
 
-  std::ptrdiff_t rows() const { return lags.rows() / blocks; }
+  std::ptrdiff_t rows() const {
+    require_at_least("BlockToeplitz", "the blocks", blocks, 1);
+    return lags.rows() / blocks;
+  }
   std::ptrdiff_t columns() const { return lags.cols(); }
-  auto lag(std::ptrdiff_t l) const { return lags.middleRows(l * rows(), rows()); }
+  auto lag(std::ptrdiff_t l) const {
+    require_index("BlockToeplitz", "lag", l, blocks);
+    return lags.middleRows(l * rows(), rows());
+  }
 };
 
 /// A' W B, (N a, N b), with W = diag(weights), weights (N, rows) >= 0.

@@ -1,5 +1,6 @@
 #include "plica/imaging/flow_system.hpp"
 
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/core/versions.hpp"
 
@@ -139,6 +140,8 @@ PLICA_VERSIONS(relax, (const Half& h, std::ptrdiff_t n, float relaxation), (h, n
 
 FlowSystem::FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns)
     : rows_(rows), columns_(columns), half_((columns + 1) / 2), pitch_(half_ + 2) {
+  require_at_least("FlowSystem", "rows", rows, 1);
+  require_at_least("FlowSystem", "columns", columns, 1);
   const auto size = static_cast<std::size_t>((rows_ + 2) * pitch_);
   for (Colour& c : colours_) {
     for (auto* field : {&c.u, &c.v, &c.b1, &c.b2, &c.inverse11, &c.inverse12, &c.inverse22, &c.right_u, &c.down_u,
@@ -150,6 +153,15 @@ FlowSystem::FlowSystem(std::ptrdiff_t rows, std::ptrdiff_t columns)
 
 void FlowSystem::assemble(const std::vector<Linearisation>& channels, const Plane& u0, const Plane& v0,
                           Weight data_weight, Weight smooth_weight, float lambda, const Plane& sides) {
+  const auto require = [&](const char* name, const Plane& plane) {
+    require_size("FlowSystem", name, plane.rows(), rows_);
+    require_size("FlowSystem", name, plane.cols(), columns_);
+  };
+  for (const Linearisation& channel : channels)
+    for (const Plane* plane : {&channel.ix, &channel.iy, &channel.it, &channel.trust})
+      require("a channel", *plane);
+  for (const Plane* plane : {&u0, &v0}) require("the flow", *plane);
+  if (sides.size() > 0) require("sides", sides);
   for_chunks(rows_, chunk_rows(columns_), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     const std::ptrdiff_t n = columns_;
     // right_* have an entry before the first: the weight to the left of pixel 0 is 0.

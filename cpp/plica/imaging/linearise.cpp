@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/core/versions.hpp"
 
@@ -84,6 +85,10 @@ void differentiate(const Plane& continued, Plane& along, Plane& down) {
 
 void linearise(const Plane& first, const Spline& second, const Plane& used, const Plane& u, const Plane& v,
                Linearisation& result) {
+  for (const Plane* plane : {&u, &v}) require_like("linearise", "the flow", *plane, first);
+  if (used.size() > 0) require_like("linearise", "the mask", used, first);
+  require_size("linearise", "rows of the spline", second.rows(), first.rows());
+  require_size("linearise", "columns of the spline", second.columns(), first.cols());
   const std::ptrdiff_t rows = first.rows(), columns = first.cols();
   Plane mean_image(rows, columns + 4);  // two more on each side
   for (Plane* plane : {&result.it, &result.trust}) plane->resize(rows, columns);

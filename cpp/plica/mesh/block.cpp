@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/structured.hpp"
 
 namespace plica {
@@ -80,6 +81,10 @@ TetMesh combine_meshes(const TetMesh& one, const TetMesh& other, const std::stri
                        "Apply to_quadratic to the other one.");
   if (first_prefix == second_prefix)
     throw InvalidInput("combine: second_prefix = \"" + second_prefix + "\"; must differ from first_prefix.");
+  for (const TetMesh* mesh : {&first, &second})
+    require_size("combine_meshes", "cell_layer, which several layers need", mesh->cell_layer.size(),
+                 mesh->cell_count());
+  require_size("combine_meshes", "a row of the second mesh's cells", second.cells.cols(), first.cells.cols());
   const auto nodes = static_cast<std::int32_t>(first.node_count());
   const auto layers = static_cast<std::int32_t>(first.layer_names.size());
   TetMesh mesh;

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
@@ -211,6 +212,8 @@ void check_node_sets(const TetMesh& mesh) {
 }  // namespace
 
 TetMesh labelled(TetMesh mesh) {
+  require_size("labelled", "cell_layer", mesh.cell_layer.size(), mesh.cell_count(), 0);
+  require_size("labelled", "cell_side", mesh.cell_side.size(), mesh.cell_count(), 0);
   if (mesh.cell_layer.size() == 0 && mesh.layer_names.size() <= 1) {
     mesh.cell_layer = Indices::Zero(mesh.cell_count());
     if (mesh.layer_names.empty()) mesh.layer_names = {"body"};

@@ -62,6 +62,9 @@ std::vector<std::int32_t> sorted(const Row& row) {
 
 MirrorImages::MirrorImages(const TetMesh& mesh, Symmetry symmetry)
     : partner_(symmetry == Symmetry::quarter ? 2 : 1, Indices(mesh.node_count())) {
+  require_size("MirrorImages", "a row of cells", mesh.cells.cols(), 4, 10);
+  require_at_least("MirrorImages", "cells", mesh.cell_count(), 1);
+  require_indices("MirrorImages", "node of a cell", mesh.cells, mesh.node_count());
   pair_nodes(mesh, tolerance * mean_edge(mesh));
   pair_cells(mesh);
 }
@@ -148,11 +151,6 @@ void MirrorImages::pair_cells(const TetMesh& mesh) {
                            " of the part that is solved for");
 }
 
-Vector3 MirrorImages::sign(std::int32_t node) const {
-  const std::uint8_t turned = turned_[static_cast<std::size_t>(node)];
-  return {turned & 1 ? -1.0 : 1.0, turned & 2 ? -1.0 : 1.0, 1.0};
-}
-
 Indices MirrorImages::nodes_of(const Indices& nodes) const {
   require_indices("MirrorImages", "node", nodes, node_of_.size());
   std::vector<std::int32_t> own;
@@ -196,7 +194,8 @@ SparseMatrix MirrorImages::unfolded(const SparseMatrix& folded) const {
 Vector MirrorImages::spread(const Vector& q) const {
   require_size("MirrorImages", "q", q.size(), 3 * nodes_.size());
   Vector u(3 * node_of_.size());
-  for (std::int32_t i = 0; i < node_of_.size(); ++i) u.segment<3>(3 * static_cast<std::ptrdiff_t>(i)) = at(i, q);
+  for (std::int32_t i = 0; i < node_of_.size(); ++i)
+    u.segment<3>(3 * static_cast<std::ptrdiff_t>(i)) = row_of(i, q);
   return u;
 }
 
@@ -213,7 +212,7 @@ void MirrorImages::add_folded(const Vector& f, const Indices& nodes, Vector& sum
   require_indices("MirrorImages", "node", nodes, node_of_.size());
   for (const std::int32_t node : nodes)
     sum.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])) +=
-        sign(node).cwiseProduct(f.segment<3>(3 * static_cast<std::ptrdiff_t>(node)));
+        sign_of(node).cwiseProduct(f.segment<3>(3 * static_cast<std::ptrdiff_t>(node)));
 }
 
 Vector MirrorImages::shared(const Vector& f) const {

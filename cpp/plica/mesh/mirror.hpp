@@ -2,6 +2,7 @@
 #include <array>
 
 #include "plica/core/block_matrix.hpp"
+#include "plica/core/require.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica {
@@ -28,24 +29,41 @@ class MirrorImages {
   /// (m) Of the part, by its number there, that each cell of the whole is an image of.
   const Indices& cell_of() const { return cell_of_; }
   /// Number in the part of the node that this one is an image of, and the signs of its components.
-  std::int32_t node_of(std::int32_t node) const { return node_of_[node]; }
-  Vector3 sign(std::int32_t node) const;
+  std::int32_t node_of(std::int32_t node) const {
+    require_node(node);
+    return node_of_[node];
+  }
+  Vector3 sign(std::int32_t node) const {
+    require_node(node);
+    return sign_of(node);
+  }
   /// How many nodes of the whole a node of the part stands for, itself included.
-  double count(std::int32_t part_node) const { return images_[part_node]; }
+  double count(std::int32_t part_node) const {
+    require_index("MirrorImages", "node of the part", part_node, images_.size());
+    return images_[part_node];
+  }
   Indices nodes_of(const Indices& nodes) const;  // ascending, each once
   /// Node that this one is mirrored to, itself where it lies in the plane.
-  std::int32_t partner(std::size_t plane, std::int32_t node) const { return partner_[plane][node]; }
+  std::int32_t partner(std::size_t plane, std::int32_t node) const {
+    require_plane(plane);
+    require_node(node);
+    return partner_[plane][node];
+  }
   /// Node that one of the part (by its number there) is mirrored to in copy 0 ... copies() - 1 of the part: bit k
   /// of the copy stands for plane k, which turns the sign of component k. Copy 0 is the part itself.
   std::int32_t image(int copy, std::int32_t part_node) const;
   /// Whether it was mirrored in a plane to come from the part.
   bool mirrored(std::size_t plane, std::int32_t node) const {
+    require_plane(plane);
+    require_node(node);
     return (turned_[static_cast<std::size_t>(node)] >> plane & 1) != 0;
   }
 
   /// Row of S q.
   Vector3 at(std::int32_t node, const Vector& q) const {
-    return sign(node).cwiseProduct(q.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])));
+    require_node(node);
+    require_size("MirrorImages", "q", q.size(), 3 * nodes_.size());
+    return row_of(node, q);
   }
   Vector spread(const Vector& q) const;  // S q
   Vector folded(const Vector& f) const;  // S^T f
@@ -69,6 +87,18 @@ class MirrorImages {
   TetMesh part(const TetMesh& mesh) const;
 
  private:
+  void require_node(std::int32_t node) const { require_index("MirrorImages", "node", node, node_of_.size()); }
+  void require_plane(std::size_t plane) const {
+    require_index("MirrorImages", "plane", static_cast<std::ptrdiff_t>(plane),
+                  static_cast<std::ptrdiff_t>(planes()));
+  }
+  Vector3 sign_of(std::int32_t node) const {
+    const std::uint8_t turned = turned_[static_cast<std::size_t>(node)];
+    return {turned & 1 ? -1.0 : 1.0, turned & 2 ? -1.0 : 1.0, 1.0};
+  }
+  Vector3 row_of(std::int32_t node, const Vector& q) const {
+    return sign_of(node).cwiseProduct(q.segment<3>(3 * static_cast<std::ptrdiff_t>(node_of_[node])));
+  }
   void pair_nodes(const TetMesh& mesh, double reach);
   void pair_cells(const TetMesh& mesh);
   void require_symmetric_field(const Vector& field, const std::string& name, const Points& places) const;

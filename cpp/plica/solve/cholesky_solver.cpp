@@ -30,7 +30,11 @@ Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double toleranc
   return solve(b, guess, tolerance, [this](const Vector& x, Vector& image) { A_.multiply(x, image); });
 }
 
-Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double tolerance, const Product& product) const {
+Convergence CholeskySolver::solve(const Vector& b, Guess& guess, double tolerance, const Product& own) const {
+  const auto product = [&](const Vector& x, Vector& image) {
+    own(x, image);
+    check_size("the product's size()", image.size(), A_.rows());
+  };
   check_size("b.size()", b.size(), A_.rows());
   Vector& x = guess.x;
   if (x.size() == 0) {

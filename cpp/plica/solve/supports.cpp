@@ -5,23 +5,6 @@
 #include "plica/core/error.hpp"
 
 namespace plica {
-namespace {
-
-void check(const char* name, std::ptrdiff_t value, std::ptrdiff_t count) {
-  if (value < 0 || value >= count) {
-    throw InvalidInput("Supports", name, static_cast<double>(value), "",
-                       "in [0, " + number_text(static_cast<double>(count)) + ")");
-  }
-}
-
-void check_size(const char* name, std::ptrdiff_t value, std::ptrdiff_t size) {
-  if (value != size) {
-    throw InvalidInput("Supports", name, static_cast<double>(value), "",
-                       "three times the number of nodes, " + number_text(static_cast<double>(size)));
-  }
-}
-
-}  // namespace
 
 Supports::Supports(std::ptrdiff_t nodes) {
   if (nodes < 0) throw InvalidInput("Supports", "nodes", static_cast<double>(nodes), "", ">= 0");
@@ -33,32 +16,33 @@ void Supports::fix(std::int32_t node) {
 }
 
 void Supports::fix(std::int32_t node, int component) {
-  check("node", node, size() / 3);
-  check("component", component, 3);
+  require_index("Supports", "node", node, size() / 3);
+  require_index("Supports", "component", component, 3);
   fixed_[3 * static_cast<std::size_t>(node) + static_cast<std::size_t>(component)] = 1;
 }
 
 bool Supports::node_fixed(std::int32_t node) const {
+  require_index("Supports", "node", node, size() / 3);
   const std::ptrdiff_t first = 3 * static_cast<std::ptrdiff_t>(node);
-  return fixed(first) && fixed(first + 1) && fixed(first + 2);
+  return held(first) && held(first + 1) && held(first + 2);
 }
 
 std::ptrdiff_t Supports::fixed_count() const { return std::count(fixed_.begin(), fixed_.end(), std::uint8_t{1}); }
 
 void Supports::project(Vector& v) const {
-  check_size("v.size()", v.size(), size());
+  require_size("Supports", "v", v.size(), size());
   for (std::ptrdiff_t i = 0; i < size(); ++i) {
-    if (fixed(i)) v[i] = 0.0;
+    if (held(i)) v[i] = 0.0;
   }
 }
 
 void Supports::constrain(BlockMatrix& A) const {
-  check_size("A.rows()", A.rows(), size());
+  require_size("Supports", "the rows of A", A.rows(), size());
   const NodePattern& p = *A.pattern();
   double sum = 0.0;
   std::ptrdiff_t free = 0;
   for (std::ptrdiff_t i = 0; i < size(); ++i) {
-    if (fixed(i)) continue;
+    if (held(i)) continue;
     const auto node = static_cast<std::int32_t>(i / 3);
     sum += A.block(p.find(node, node))[4 * (i % 3)];
     ++free;
@@ -69,7 +53,7 @@ void Supports::constrain(BlockMatrix& A) const {
       for (int r = 0; r < 3; ++r) {
         for (int c = 0; c < 3; ++c) {
           const std::ptrdiff_t row = 3 * i + r, col = 3 * static_cast<std::ptrdiff_t>(p.column[e]) + c;
-          if (fixed(row) || fixed(col)) A.block(e)[3 * r + c] = row == col ? diagonal : 0.0;
+          if (held(row) || held(col)) A.block(e)[3 * r + c] = row == col ? diagonal : 0.0;
         }
       }
     }

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/solve/front.hpp"
 #include "plica/solve/panel_kernels.hpp"
 
@@ -199,6 +200,8 @@ TriangularFactor::TriangularFactor(const BlockMatrix& A, FactorPlan plan)
     : plan_(std::move(plan)), subtrees_(plan_.tree) {
   const NodePattern& p = *A.pattern();
   const Supernodes& tree = plan_.tree;
+  require_size("TriangularFactor", "the plan's nodes",
+               static_cast<std::ptrdiff_t>(tree.supernode_of.size() + plan_.alone.size()), p.rows());
   scale_.resize(static_cast<std::size_t>(A.rows()));
   for (std::int32_t i = 0; i < p.rows(); ++i) {
     const double* block = A.block(p.find(i, i));
@@ -238,6 +241,7 @@ TriangularFactor::TriangularFactor(const BlockMatrix& A, FactorPlan plan)
 }
 
 void TriangularFactor::solve(const Vector& b, Vector& x) const {
+  require_size("TriangularFactor", "b", b.size(), static_cast<std::ptrdiff_t>(scale_.size()));
   x.resize(b.size());
   apply<1>(b.data(), x.data());
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 namespace {
@@ -133,6 +134,7 @@ Vector6 stiffness_coefficients(const Material& material) {
 }
 
 Matrix6 stiffness_basis(int coefficient, const Vector3& fibre) {
+  require_index("stiffness_basis", "coefficient", coefficient, 6);
   const Matrix6 S = basis_along_y(coefficient);
   const Matrix6 T = strain_rotation(rotation_of_y_to(fibre.normalized() * (fibre.y() < 0 ? -1 : 1)));
   const Matrix6 turned = T.transpose() * S * T;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/tissue/assembly.hpp"
 #include "plica/tissue/element.hpp"
 
@@ -182,6 +183,10 @@ NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
                                           const MassTransfer& transfer) const {
   const auto& [massless, held, free] = transfer;
   tissue.validate(mesh_);
+  const auto marks = [](const std::vector<char>& of) { return static_cast<std::ptrdiff_t>(of.size()); };
+  require_size("MassTransfer", "massless", marks(massless), mesh_.node_count());
+  require_size("MassTransfer", "held", marks(held), mesh_.node_count());
+  require_size("MassTransfer", "free", marks(free), mesh_.node_count());
   const std::ptrdiff_t n = mesh_.cells.cols();
   const Indices body_of = body_of_nodes(mesh_);
   std::vector<Body> bodies(static_cast<std::size_t>(mesh_.node_count()));

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 #include "plica/core/threads.hpp"
 #include "plica/mesh/edges.hpp"
 #include "plica/tissue/element.hpp"
@@ -112,6 +113,9 @@ std::optional<double> percentile(Readings& readings, double beyond) {
 }  // namespace
 
 StrainGauge::StrainGauge(const TetMesh& mesh) : mesh_(mesh), points_(mesh.order() == 2 ? 4 : 1) {
+  require_size("StrainGauge", "a row of cells", mesh.cells.cols(), 4, 10);
+  require_at_least("StrainGauge", "cells", mesh.cell_count(), 1);
+  require_indices("StrainGauge", "node of a cell", mesh.cells, mesh.node_count());
   const auto nodes = static_cast<int>(mesh.cells.cols());
   Nodes x;
   for (std::ptrdiff_t c = 0; c < mesh.cell_count(); ++c) {
@@ -176,6 +180,7 @@ void StrainGauge::read(const Vector& displacement, std::ptrdiff_t begin, std::pt
 }
 
 Strains StrainGauge::measure(const Vector& displacement) {
+  require_size("StrainGauge", "displacement", displacement.size(), 3 * mesh_.node_count());
   for (;;) {
     for_chunks(mesh_.cell_count(), chunk_size,
                [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t chunk) {

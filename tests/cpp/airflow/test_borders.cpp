@@ -6,6 +6,7 @@
 using namespace plica;
 using borders::indices;
 using borders::Longer;
+using borders::refused;
 using borders::sizes;
 
 TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its areas and its load") {
@@ -26,14 +27,14 @@ TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its
       Vector pressure = Vector::Constant(air.sections().count(), 100.0), force = Vector::Zero(x.size()),
              areas = air.areas(x), widths = air.section_areas().widths(x);
       const auto load = [&] { air.add_load(x, 800, pressure, force); };
-      sizes("add_load x", x, load);
-      sizes("add_load pressure", pressure, load);
-      sizes("add_load force", force, load);
-      sizes("nodal_pressure", pressure, [&] { air.nodal_pressure(800, pressure); });
-      sizes("evaluate areas", areas, [&] { air.evaluate(areas); });
+      sizes("Airflow::add_load x", x, load);
+      sizes("Airflow::add_load pressure", pressure, load);
+      sizes("Airflow::add_load force", force, load);
+      sizes("Airflow::nodal_pressure pressure", pressure, [&] { air.nodal_pressure(800, pressure); });
+      sizes("Airflow::evaluate areas", areas, [&] { air.evaluate(areas); });
       sizes("SectionAreas::areas widths", widths, [&] { air.section_areas().areas(widths); });
       x = mesh.points.topRows(3);
-      CHECK_THROWS_AS(air.areas(x), InvalidInput);
+      refused("Airflow::areas x", [&] { air.areas(x); });
       CHECK_THROWS_AS(air.sections().widths(x), InvalidInput);
       std::ptrdiff_t width = 0;
       const std::ptrdiff_t beyond = air.section_areas().width_count();
@@ -43,7 +44,18 @@ TEST_CASE("an airflow refuses vectors of other meshes and sections, whatever its
       borders::numbers<std::ptrdiff_t>("section_of", width, {-1, beyond},
                                        [&] { air.section_areas().section_of(width); });
     }
-  indices("Airflow surface", surface, [&] { Airflow(mesh, surface, {}); });
+  indices("Airflow::Airflow surface", surface, [&] { Airflow(mesh, surface, {}); });
+  TetMesh less = mesh;
+  less.points = mesh.points.topRows(3);
+  refused("Airflow::Airflow mesh", [&] { Airflow(less, surface, {}); });
+  Airflow::Options thesis;
+  thesis.model = Bernoulli{};
+  const Airflow jumping(mesh, surface, thesis);
+  const Vector open = jumping.areas(mesh.points);
+  std::optional<int> separation = 0;
+  for (const int wrong : {-1, static_cast<int>(open.size())})
+    refused("Airflow::evaluate separation", [&] { jumping.evaluate(open, false, wrong); });
+  CHECK_NOTHROW(jumping.evaluate(open, false, separation));
   indices("level_sections surface", surface, [&] { level_sections(mesh, surface); });
   int count = 10;
   borders::numbers("count", count, {1, 0, -3}, [&] { graded_sections(mesh, surface, count); });

@@ -1,5 +1,7 @@
 #include "../borders.hpp"
 #include "plica/contact/airway.hpp"
+#include "plica/contact/friction.hpp"
+#include "plica/contact/surface.hpp"
 
 using namespace plica;
 using borders::indices;
@@ -20,4 +22,21 @@ TEST_CASE("an airway refuses nodes that are not there") {
   const auto turned = [&] { find_inverted(x, tets); };
   sizes("find_inverted x", x, turned, Longer::unread);
   indices("find_inverted tets", tets, turned);
+}
+
+TEST_CASE("surfaces and dense complementarity problems refuse what is of another size") {
+  Triangles triangles(1, 3);
+  triangles << 0, 1, 2;
+  indices("ContactSurface::ContactSurface triangles", triangles, [&] { ContactSurface(triangles, 3); });
+  Eigen::MatrixXd W = Eigen::MatrixXd::Identity(3, 3);
+  Vector q = Vector::Constant(3, -1.0), start = Vector::Zero(3);
+  std::vector<char> guess(3);
+  const auto normal = [&] { solve_complementarity(W, q, guess, 1e-9, 20); };
+  sizes("solve_complementarity W", W, normal);
+  sizes("solve_complementarity q", q, normal);
+  sizes("solve_complementarity guess", guess, normal);
+  const auto rough = [&] { solve_coulomb(W, q, 0.5, start, 1e-9, 20); };
+  sizes("solve_coulomb W", W, rough);
+  sizes("solve_coulomb q", q, rough);
+  sizes("solve_coulomb start", start, rough);
 }

@@ -123,8 +123,7 @@ TEST_CASE("patterns without diagonal or out of order, and vectors of wrong lengt
   CHECK_THROWS_AS(BlockMatrix(make({0, 1, 3}, {0, 1, 2})), InvalidInput);
   CHECK_THROWS_AS(NodalMatrix(make({0, 1, 3}, {0, 1})), InvalidInput);
   const BlockMatrix A(make({0, 2, 4}, {0, 1, 0, 1}));
-  CHECK_THROWS_WITH_AS(A * Vector::Ones(5), "BlockMatrix: x.size() = 5; must be the number of rows, 6.",
-                       InvalidInput);
+  CHECK_THROWS_WITH_AS(A * Vector::Ones(5), "BlockMatrix: size of x = 5; must be 6.", InvalidInput);
   Vector x = Vector::Ones(6);
   CHECK_THROWS_AS(A.multiply(x, x), InvalidInput);
 }

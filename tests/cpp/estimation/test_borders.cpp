@@ -1,9 +1,14 @@
 #include "../borders.hpp"
+#include "../solve/lattice.hpp"
 #include "plica/estimation/covariance.hpp"
+#include "plica/estimation/sweep.hpp"
 #include "plica/estimation/toeplitz.hpp"
 
 using namespace plica;
 using namespace plica::estimation;
+using borders::indices;
+using borders::numbers;
+using borders::refused;
 using borders::sizes;
 
 namespace {
@@ -32,6 +37,8 @@ TEST_CASE("products of covariances refuse matrices that do not fit") {
   sizes("symmetric_product b", t, symmetric);
   sizes("symmetric_product c", s, symmetric);
   sizes("gram_update p", p, [&] { gram_update(1.0, in(w), out(p)); });
+  DenseMatrix wide = w.transpose();  // one column fewer of W
+  refused("gram_update w", [&] { gram_update(1.0, in(wide), out(p)); });
   sizes("mirror_upper a", s, [&] { mirror_upper(out(s)); });
 }
 
@@ -41,11 +48,10 @@ TEST_CASE("factors and triangular solves refuse matrices that do not fit, small 
     DenseMatrix r = 2 * DenseMatrix::Identity(n, n), x = DenseMatrix::Random(n, 4);
     sizes("cholesky a", r, [&] { cholesky(out(r)); });
     r = 2 * DenseMatrix::Identity(n, n);
-    for (const auto solve : {solve_lower, solve_upper}) {
-      const auto call = [&] { solve(in(r), out(x)); };
-      sizes("solve r", r, call);
-      sizes("solve x", x, call);
-    }
+    sizes("solve_lower r", r, [&] { solve_lower(in(r), out(x)); });
+    sizes("solve_lower x", x, [&] { solve_lower(in(r), out(x)); });
+    sizes("solve_upper r", r, [&] { solve_upper(in(r), out(x)); });
+    sizes("solve_upper x", x, [&] { solve_upper(in(r), out(x)); });
   }
 }
 
@@ -59,11 +65,59 @@ TEST_CASE("block-Toeplitz products refuse what is not of their blocks") {
   sizes("toeplitz_product x", x, product);
   sizes("toeplitz_transposed_product x", y, transposed);
   sizes("toeplitz_gram weights", weights, gram);
-  for (const std::function<void()>& call :
-       {std::function<void()>(product), std::function<void()>(transposed), std::function<void()>(gram)}) {
-    borders::numbers<std::ptrdiff_t>("blocks", T.blocks, {0, -1, 5, 100}, call);
+  std::ptrdiff_t l = 0;
+  numbers<std::ptrdiff_t>("BlockToeplitz::lag l", l, {-1, 4}, [&] { T.lag(l); });
+  refused("BlockToeplitz::lag l", [] { BlockToeplitz{BlockToeplitz::Lags(), 0}.lag(0); });
+  refused("BlockToeplitz::rows", [] { BlockToeplitz{BlockToeplitz::Lags(), 0}.rows(); });
+  sizes("toeplitz_gram B", B.lags, gram);
+  for (const auto& [name, call] : {std::pair<const char*, std::function<void()>>{"toeplitz_product T", product},
+                                   {"toeplitz_transposed_product T", transposed},
+                                   {"toeplitz_gram A", gram}}) {
+    numbers<std::ptrdiff_t>(name, T.blocks, {0, -1, 5, 100}, call);
     T.lags = BlockToeplitz::Lags::Ones(11, 2);
     CHECK_THROWS_AS(call(), InvalidInput);
     T.lags = B.lags;
   }
+}
+
+TEST_CASE("impulse responses refuse matrices, supports and a plan of another pattern, and unknowns not there") {
+  const BlockMatrix K = plica_test::spring_lattice(2), other = plica_test::spring_lattice(3);
+  NodalMatrix M(K.pattern());
+  for (std::int32_t i = 0; i < 8; ++i) M.values()[static_cast<std::size_t>(K.pattern()->find(i, i))] = 1.0;
+  const Supports supports(8);
+  std::optional<BlockMatrix> C;
+  RowMatrix patterns = RowMatrix::Random(24, 2);
+  std::vector<Direction> directions{{K, K}};
+  Indices observed(2);
+  observed << 0, 23;
+  std::ptrdiff_t steps = 2;
+  const FactorPlan plan = sweep_plan(K.pattern(), supports),
+                   wrong_plan = sweep_plan(other.pattern(), Supports(27));
+  const FactorPlan* which = &plan;
+  const LinearMotion motion{M, C, K, supports, 0.0, 0.25, 0.5, 0.1};
+  const auto answer = [&] { impulse_responses(motion, patterns, directions, observed, steps, 1e-10, which); };
+  sizes("impulse_responses patterns", patterns, answer);
+  indices("impulse_responses observed", observed, answer);
+  numbers<std::ptrdiff_t>("impulse_responses steps", steps, {0, -1}, answer);
+  which = &wrong_plan;
+  refused("impulse_responses plan", answer);
+  which = nullptr;
+  C = other;
+  refused("impulse_responses motion.C", answer);
+  C.reset();
+  for (const Direction& wrong : {Direction{other, {}}, Direction{{}, other}}) {
+    directions = {wrong};
+    refused("impulse_responses directions", answer);
+  }
+  directions.clear();
+  answer();
+  const NodalMatrix other_mass(other.pattern());
+  const Supports other_supports(27);
+  const auto of = [&](const NodalMatrix& mass, const Supports& held) {
+    impulse_responses({mass, C, K, held, 0.0, 0.25, 0.5, 0.1}, patterns, {}, observed, steps, 1e-10);
+  };
+  refused("impulse_responses motion.M", [&] { of(other_mass, supports); });
+  refused("impulse_responses motion.supports", [&] { of(M, other_supports); });
+  refused("sweep_plan supports", [&] { sweep_plan(K.pattern(), other_supports); });
+  refused("sweep_plan pattern", [&] { sweep_plan(nullptr, supports); });
 }

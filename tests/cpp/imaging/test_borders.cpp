@@ -9,6 +9,8 @@
 
 using namespace plica;
 using namespace plica::imaging;
+using borders::Empty;
+using borders::Longer;
 using borders::numbers;
 using borders::sizes;
 
@@ -71,9 +73,36 @@ TEST_CASE("a flow refuses pictures of unlike sizes and a measured motion along n
   FlowOptions options;
   options.warps = 1;
   const auto flow = [&] { dense_flow(first, second, options, known); };
-  for (Plane* plane : {&first, &second, &known.displacement}) sizes("dense_flow", *plane, flow);
+  sizes("dense_flow first", first, flow);
+  sizes("dense_flow second", second, flow);
+  sizes("dense_flow known.displacement", known.displacement, flow);
+  sizes("dense_flow known.measured", known.measured, flow, Longer::refused, Empty::none);
+  known.used = known.sides = Plane::Ones(16, 16);
+  sizes("dense_flow known.used", known.used, flow, Longer::refused, Empty::none);
+  sizes("dense_flow known.sides", known.sides, flow, Longer::refused, Empty::none);
   for (const std::array<double, 2>& across : {std::array<double, 2>{0, 0}, {2, 0}, {std::nan(""), 1}}) {
     known.across = across;
     CHECK_THROWS_WITH_AS(flow(), doctest::Contains("across"), InvalidInput);
   }
+}
+
+TEST_CASE("the equations of a warp refuse planes of another size") {
+  Plane first = picture(), u = still(), v = still(), used = Plane::Ones(16, 16), sides = used;
+  const Spline second(picture());
+  Linearisation channel;
+  const auto line = [&] { linearise(first, second, used, u, v, channel); };
+  sizes("linearise first", first, line);
+  sizes("linearise used", used, line, Longer::refused, Empty::none);
+  sizes("linearise u", u, line);
+  sizes("linearise v", v, line);
+  line();
+  FlowSystem system(16, 16);
+  std::vector<Linearisation> channels{channel};
+  const auto assemble = [&] { system.assemble(channels, u, v, {1, 0, 1}, {1, 0, 1}, 1, sides); };
+  for (Plane* plane : {&channels[0].ix, &channels[0].iy, &channels[0].it, &channels[0].trust, &u, &v})
+    sizes("FlowSystem::assemble planes", *plane, assemble);
+  sizes("FlowSystem::assemble sides", sides, assemble, Longer::refused, Empty::none);
+  std::ptrdiff_t rows = 16, columns = 16;
+  numbers<std::ptrdiff_t>("FlowSystem::FlowSystem rows", rows, {0, -1}, [&] { FlowSystem(rows, 16); });
+  numbers<std::ptrdiff_t>("FlowSystem::FlowSystem columns", columns, {0, -1}, [&] { FlowSystem(16, columns); });
 }
