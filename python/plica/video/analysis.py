@@ -54,10 +54,6 @@ Mask = npt.NDArray[np.bool_]
 
 _UNTIL = {"glottis": "sides", "modes": "waves"}  # what is asked for, and the last step of it
 _FEWEST = 4  # frames: three flows
-_BEFORE = (
-    "left and right were found by an earlier version of plica, which light from one side misled; analyse the "
-    "recording again, in another directory"
-)
 
 
 def analyse(
@@ -221,25 +217,13 @@ class Analysis:
         """px^2, px."""
         names = ("left", "right", "left_edge", "right_edge")
 
-        def part(kind: str, **further: Any) -> GlottalArea | None:
-            """The four of a kind; None in an analysis of an earlier version."""
-            if f"sides/{kind}left" not in self:
-                return None
+        def part(kind: str, **further: Any) -> GlottalArea:
+            """The four of a kind."""
             return GlottalArea(*(self[f"sides/{kind}{name}"] for name in names), **further)
 
-        outline, of_inner = part("lost_"), part("inner_lost_")
-        lost = None
-        if outline is not None and of_inner is not None:
-            further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
-            lost = LostToBlur(outline, of_inner, *further)
-        found = part("", inner=part("inner_"), lost=lost)
-        assert found is not None
-        return found
-
-    @property
-    def _inner(self) -> bool:
-        """Whether the darkest part of the glottis is known; not in an analysis of an earlier version."""
-        return "sides/inner_left" in self
+        further = (self[f"sides/{name}"] for name in ("blur_band", "lost_most", "lost_shade"))
+        lost = LostToBlur(part("lost_"), part("inner_lost_"), *further)
+        return part("", inner=part("inner_"), lost=lost)
 
     @cached_property
     def count(self) -> int:
@@ -266,7 +250,7 @@ class Analysis:
     @cached_property
     def fundamental(self) -> Fundamental | None:
         """Complex amplitudes of displacement (px) and strain at the cycles' frequency; None where they are
-        not known: without flow, without cycles, in an analysis of an earlier version."""
+        not known: without flow, without cycles."""
         if "waves/known" not in self or not self["waves/known"]:
             return None
         parts = (self[f"waves/{name}"] for name in ("displacement", "strain"))
@@ -295,8 +279,7 @@ class Analysis:
     def doubts(self) -> list[str]:
         """What speaks against the glottal area of the whole recording, a sentence each; empty where nothing
         does."""
-        before = [] if self._inner else [_BEFORE]
-        return before + doubts(
+        return doubts(
             WholeGlottis(
                 self.area.total,
                 self["glottis/always"] > 0,
@@ -305,8 +288,8 @@ class Analysis:
                 self["glottis/border"] > 0,
                 self.settings.fps,
                 self.settings.mm_per_px,
-                float(self["sides/blur"]) if "sides/blur" in self else None,
-                self["glottis/confined"] if "glottis/confined" in self else None,  # noqa: SIM401
+                float(self["sides/blur"]),
+                self["glottis/confined"],
             )
         )
 
@@ -366,9 +349,8 @@ class Analysis:
     @cached_property
     def brightness(self) -> Floats:
         """(frames - 1) share by which the light makes the next frame brighter; not a number in a pair without
-        flow, nor in an analysis of before the light was found."""
-        known = "flow/brightness" in self
-        return np.asarray(self["flow/brightness"]) if known else np.full(self.count - 1, np.nan)
+        flow."""
+        return np.asarray(self["flow/brightness"])
 
     @cached_property
     def edges(self) -> EdgeAgreement:

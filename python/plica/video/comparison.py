@@ -151,7 +151,7 @@ class Comparison:
         if not (self.before.complete and self.after.complete):
             return ""
         here, there = self.before.flow_origin, self.after.flow_origin
-        said = here.difference(there) if here else there.difference(here) if there else ""
+        said = here.difference(there) if here and there else ""
         if not said:
             return ""
         return (

@@ -61,10 +61,8 @@ class FlowOrigin:
         put(file, "probe", self.probe, "px: to the right, down")
         set_text(file["probe"], "constants", json.dumps(self.constants))
 
-    def difference(self, other: FlowOrigin | None) -> str:
+    def difference(self, other: FlowOrigin) -> str:
         """In what the other differs, for a sentence; empty where both find the same."""
-        if other is None:
-            return "one does not say what found it, as it is of an earlier version"
         names = sorted(self.constants.keys() | other.constants.keys())
         said = [
             f"{name} {self.constants.get(name)} and {other.constants.get(name)}"

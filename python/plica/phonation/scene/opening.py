@@ -68,7 +68,7 @@ class Glottis:
         if not len(contour):
             raise InvalidInput(
                 f'needs the glottis: the surface "{surface}" must have two folds that face each other along '
-                f"x in the plane y = {middle:.4g} m. Are x lateral, y from front to back and z upward?"
+                f"x in the plane y = {middle:.4g} m. Are x lateral, y from back to front and z upward?"
             )
         height, smaller, larger = contour.T
         narrowest = int(np.argmin(larger - smaller))
@@ -76,7 +76,7 @@ class Glottis:
         if least <= 0:
             raise InvalidInput(
                 f"needs an open glottis: the folds are {least:.4g} m apart at z = {height[narrowest]:.4g} m; "
-                "must be > 0 m everywhere. Are x lateral, y from front to back and z upward? If so, use "
+                "must be > 0 m everywhere. Are x lateral, y from back to front and z upward? If so, use "
                 "initial.velocity of both folds."
             )
         medial = medial_surface(larger - smaller, height)
