@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -35,6 +37,18 @@ def test_a_shift_by_a_part_of_a_pixel_is_the_flow() -> None:
     flow, visible = clip.flow(0)
     assert np.isfinite(flow[visible]).all()
     assert np.abs(flow[visible] - [0.37, -0.81]).max() < 1e-4
+
+
+def test_the_surface_of_the_airflow_is_seen_whatever_its_name() -> None:
+    mesh = folds()
+    surfaces = {f"inner {name}": faces for name, faces in mesh.surfaces.items()}
+    named = SimpleNamespace(points=mesh.points, cells=mesh.cells, surfaces=surfaces)
+    still = moved(shifted(), [0, 1e-3])
+    text = '[airflow]\nsurface = "inner airway"\n'
+    run = SimpleNamespace(mesh=named, fields=still.fields, scene_text=text)
+    expected, found = plica.film(still).clean(0), plica.film(run).clean(0)
+    assert not np.array_equal(plica.film(FilmedFolds(named, still.fields)).clean(0), expected)
+    np.testing.assert_array_equal(found, expected)
 
 
 @pytest.mark.parametrize("frame", [3, 15])

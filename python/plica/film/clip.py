@@ -17,6 +17,7 @@ from plica.film.motion import Filmable, Motion
 from plica.film.settings import Film
 from plica.film.sight import Sight, View
 from plica.film.tissue import Shading, normals
+from plica.measures.airway import airway_name
 from plica.view.camera import Camera
 
 __all__ = ["Clip", "film"]
@@ -34,8 +35,9 @@ def film(run: Filmable, camera: Camera | None = None, options: Film | None = Non
     Parameters
     ----------
     run : Run or RunPart
-        With fields (``output.every``); any object with ``mesh.points``, ``mesh.cells``, ``fields["time"]``
-        and ``fields["displacement"]``.
+        With fields (``output.every``); any object with ``mesh.points``, ``mesh.cells``, ``mesh.surfaces``,
+        ``fields["time"]`` and ``fields["displacement"]``. Seen is the airflow's surface (`scene_text`, else
+        the one named ``airway``), or all of the mesh's skin without it.
     camera : Camera, optional
     options : Film, optional
     **changed
@@ -74,7 +76,8 @@ class Clip:
 
     def __init__(self, run: Filmable, camera: Camera, options: Film) -> None:
         self.camera, self.options = camera, options
-        self._sight = Sight(run.mesh, camera)
+        scene_text = getattr(run, "scene_text", "")  # motion of another source has no scene
+        self._sight = Sight(run.mesh, camera, airway_name(scene_text))
         self._motion = Motion(run, self._sight.surface.nodes)
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()

@@ -59,6 +59,13 @@ class View:
 class Sight:
     """The surface of a mesh as a camera sees it.
 
+    Parameters
+    ----------
+    mesh : FilmableMesh
+    camera : Camera
+    surface : str
+        Name of the mesh's surface that is visible; all of its skin if it has none of this name.
+
     Attributes
     ----------
     camera : Camera
@@ -68,10 +75,10 @@ class Sight:
         Its nodes and its corners at rest.
     """
 
-    def __init__(self, mesh: FilmableMesh, camera: Camera) -> None:
+    def __init__(self, mesh: FilmableMesh, camera: Camera, surface: str = "airway") -> None:
         self.camera = camera
         points = np.asarray(mesh.points, dtype=float)
-        faces = faces_of(mesh)
+        faces = faces_of(mesh, surface)
         off = bulge(points, faces) / camera.pixel / _FLAT
         divisions = 1 if faces.shape[1] == 3 else int(np.clip(np.ceil(np.sqrt(off)), *_DIVISIONS))
         self.surface: Surface = surface_of(faces, divisions)

@@ -66,10 +66,10 @@ class Surface:
         return _triangles(self.divisions)[shown % self.divisions**2]
 
 
-def faces_of(mesh: FilmableMesh) -> Ints:
-    """The visible faces: the mesh's surface "airway", or its whole surface if there is none."""
-    if "airway" in mesh.surfaces:
-        return np.asarray(mesh.surfaces["airway"], dtype=np.int64)
+def faces_of(mesh: FilmableMesh, surface: str) -> Ints:
+    """The visible faces: the mesh's surface of this name, or its whole surface if there is none."""
+    if surface in mesh.surfaces:
+        return np.asarray(mesh.surfaces[surface], dtype=np.int64)
     return skin(np.asarray(mesh.points, dtype=float), np.asarray(mesh.cells))
 
 

@@ -9,12 +9,12 @@ The medial surface is that of `plica.measures.contour`, in whole sections.
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from plica.measures.airway import airway_name
 from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.contour import coronal_contours
 from plica.measures.cycles import Cycles
@@ -45,12 +45,7 @@ def half_widths(waveforms: Mapping[str, Array]) -> tuple[Floats, Floats]:
 
 def airway_faces(run: RunData) -> Array | None:
     """Faces (f, 3 or 6) of the surface that the airflow is in, or of the one named airway; None without."""
-    try:
-        airflow = tomllib.loads(run.scene_text).get("airflow", {})
-    except tomllib.TOMLDecodeError:
-        airflow = {}
-    name = airflow.get("surface", "airway") if isinstance(airflow, dict) else "airway"
-    return run.mesh.surfaces.get(name)
+    return run.mesh.surfaces.get(airway_name(run.scene_text))
 
 
 def rest_width(run: RunData) -> Floats:
