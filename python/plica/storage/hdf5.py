@@ -24,16 +24,18 @@ from typing import Any
 import h5py
 import numpy as np
 
+from plica.storage.files import replaced
+
 __all__ = [
     "CHECKSUMS",
     "checksum",
     "create",
-    "image",
     "lay_out",
     "put",
     "put_row",
     "put_text",
     "set_text",
+    "write_image",
     "write_row",
 ]
 
@@ -46,12 +48,18 @@ def create(path: Path) -> h5py.File:
     return h5py.File(path, "w", libver=_BOUNDS, locking=False)
 
 
-def image(fill: Callable[[h5py.File], None]) -> bytes:
-    """The bytes of a file that `fill` fills in memory: a full disk then raises in Python, not in HDF5."""
-    with h5py.File("image", "w", libver=_BOUNDS, driver="core", backing_store=False) as file:
-        fill(file)
-        file.flush()
-        return bytes(file.id.get_file_image())
+def write_image(path: Path, fill: Callable[[h5py.File], None]) -> None:
+    """Write a file that `fill` fills in memory, replacing `path` atomically: a full disk then raises in
+    Python, not in HDF5."""
+
+    def write(draft: Path) -> None:
+        with h5py.File("image", "w", libver=_BOUNDS, driver="core", backing_store=False) as file:
+            fill(file)
+            file.flush()
+            image = bytes(file.id.get_file_image())
+        draft.write_bytes(image)
+
+    replaced(path, write)
 
 
 def checksum(values: Any, before: int = 0) -> int:

@@ -16,8 +16,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from plica.storage.files import replaced
-from plica.storage.hdf5 import image, put, set_text
+from plica.storage.hdf5 import put, set_text, write_image
 from plica.storage.stored import Stored
 from plica.video.dated import file_date
 from plica.video.errors import VideoError
@@ -234,10 +233,7 @@ class Results:
                     old.copy_into(file, set(without))
             add(file)
 
-        def write(draft: Path) -> None:
-            draft.write_bytes(image(make))
-
-        replaced(self.path, write)
+        write_image(self.path, make)
 
     def store(self, name: str, **arrays: Any) -> None:
         """Add a group."""

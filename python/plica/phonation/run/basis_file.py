@@ -16,8 +16,8 @@ from plica.errors import Damaged, InvalidInput
 from plica.phonation.run.build import basis_of
 from plica.phonation.run.full_run import motion_digest
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import replaced, storage_errors
-from plica.storage.hdf5 import image, put, put_text
+from plica.storage.files import storage_errors
+from plica.storage.hdf5 import put, put_text, write_image
 from plica.storage.stored import Stored
 
 __all__ = ["BASIS", "basis_seconds", "kept_basis", "write_basis"]
@@ -80,10 +80,7 @@ def _write(path: Path, basis: NDArray[np.float64], digest: str, motion: str, sec
         put(file, "seconds", seconds, "s")
         put(file, "basis", basis, "m")
 
-    def write(draft: Path) -> None:
-        draft.write_bytes(image(fill))
-
-    replaced(path, write)
+    write_image(path, fill)
 
 
 def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:

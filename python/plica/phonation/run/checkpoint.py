@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from plica.errors import Damaged, InvalidInput
-from plica.storage.files import replaced
-from plica.storage.hdf5 import image, put, put_text
+from plica.storage.hdf5 import put, put_text, write_image
 from plica.storage.stored import Stored
 
 __all__ = ["SLOTS", "Checkpoint", "newest", "other", "whole", "write"]
@@ -58,10 +57,7 @@ def write(directory: Path, checkpoint: Checkpoint, slot: str) -> None:
         put(file, "waveforms", sorted(checkpoint.sums))
         put(file, "sums", np.array([checkpoint.sums[name] for name in sorted(checkpoint.sums)], np.uint32))
 
-    def store(draft: Path) -> None:
-        draft.write_bytes(image(fill))
-
-    replaced(directory / slot, store)
+    write_image(directory / slot, fill)
 
 
 def whole(directory: Path) -> tuple[dict[str, Checkpoint], list[str]]:
