@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from plica.measures.catalogue import CATALOGUE
 from plica.measures.uncertainty import Refinement, Uncertain
 from plica.phonation.run.results import Run
 from plica.phonation.scene.scene import Scene
@@ -73,7 +72,7 @@ def compared_measures(
                 base = Level(_size(run, kind), compared.value, compared.scatter)
                 floor = run.scene.time.step if name in _WHOLE_STEPS and kind == "step" else 0.0
                 part = _refinement(run.scene, kind, base, others, floor=floor)
-            if part is not None and kind == "step" and _diverges(name, run.scene):
+            if part is not None and kind == "step" and sample.measure.no_limit:
                 part = replace(part, verdict="no convergence", extrapolated=None)
             parts[kind] = part
         item = sample.measure
@@ -167,12 +166,6 @@ def _orders(scene: Scene, kind: str) -> tuple[float, float]:
     lagged = scene.airflow is not None and scene.airflow.coupling.lagged is not None
     first = lagged or (newmark is not None and newmark.gamma > 0.5)
     return 1.0 if first or scene.contact is not None else 2.0, 1.0 if first else 2.0
-
-
-def _diverges(name: str, scene: Scene) -> bool:
-    quantity = CATALOGUE[name]
-    massless = scene.contact is not None and scene.contact.surface_mass != "kept"
-    return bool(quantity.no_limit) and not (quantity.no_limit_of == "surfaces with mass" and massless)
 
 
 def _size(run: Run, kind: str) -> float:

@@ -1,8 +1,8 @@
 """All cautions of a run: what to check before trusting its numbers.
 
 Cautions of the scene, which are known before it runs, come first (their bounds are in
-phonation/scene/plausibility.py). Those of the run are the functions in `CHECKS`: each
-makes one check and has the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of them.
+phonation/scene/plausibility.py). Those of the run are the functions in `CHECKS`: each makes one check and has
+the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of them.
 """
 
 from __future__ import annotations

@@ -151,6 +151,6 @@ def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> lis
         value = read_quantity(airflow["subglottal_pressure"], "Pa")
     except (tomllib.TOMLDecodeError, KeyError, ValueError):
         return []  # unknown for a run that was not made from a scene file
-    reached = float(np.max(waveforms.get("subglottal_pressure", value)))
-    short = [f"not reached: {reached:.4g} Pa at the end of the record, where it still rises"]
-    return [whole("subglottal_pressure", value, cautions=short if reached < (1 - 1e-9) * value else [])]
+    largest = float(np.max(waveforms.get("subglottal_pressure", value)))
+    short = [f"not reached: {largest:.4g} Pa at the end of the record, where it still rises"]
+    return [whole("subglottal_pressure", value, cautions=short if largest < (1 - 1e-9) * value else [])]
