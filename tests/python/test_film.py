@@ -44,8 +44,7 @@ def test_the_surface_of_the_airflow_is_seen_whatever_its_name() -> None:
     surfaces = {f"inner {name}": faces for name, faces in mesh.surfaces.items()}
     named = SimpleNamespace(points=mesh.points, cells=mesh.cells, surfaces=surfaces)
     still = moved(shifted(), [0, 1e-3])
-    text = '[airflow]\nsurface = "inner airway"\n'
-    run = SimpleNamespace(mesh=named, fields=still.fields, scene_text=text)
+    run = SimpleNamespace(mesh=named, fields=still.fields, airway="inner airway")
     expected, found = plica.film(still).clean(0), plica.film(run).clean(0)
     assert not np.array_equal(plica.film(FilmedFolds(named, still.fields)).clean(0), expected)
     np.testing.assert_array_equal(found, expected)

@@ -50,6 +50,14 @@ def test_a_part_measures_as_the_run_that_has_only_it() -> None:
             assert got.value == pytest.approx(item.value, rel=1e-9, abs=1e-18), name
 
 
+def test_a_run_and_its_part_name_the_surface_of_the_airflow(bar: plica.Scene, tmp_path: Path) -> None:
+    run = plica.run(bar, tmp_path / "run", progress=False)
+    assert run.airway == run.between().airway == "airway"  # it has no airflow
+    named = plica.Run.load(run.directory)
+    named.scene_text = '[airflow]\nsurface = "lumen"\n'
+    assert named.airway == named.between().airway == "lumen"
+
+
 def test_the_step_of_a_record_does_not_depend_on_when_it_begins() -> None:
     time = 1e-4 * np.arange(1, 101)
     for begin in (0.0, 0.5, -0.2):

@@ -17,7 +17,6 @@ from plica.film.motion import Filmable, Motion
 from plica.film.settings import Film
 from plica.film.sight import Sight, View
 from plica.film.tissue import Shading, normals
-from plica.measures.airway import airway_name
 from plica.view.camera import Camera
 
 __all__ = ["Clip", "film"]
@@ -36,8 +35,8 @@ def film(run: Filmable, camera: Camera | None = None, options: Film | None = Non
     ----------
     run : Run or RunPart
         With fields (``output.every``); any object with ``mesh.points``, ``mesh.cells``, ``mesh.surfaces``,
-        ``fields["time"]`` and ``fields["displacement"]``. Seen is the airflow's surface (`scene_text`, else
-        the one named ``airway``), or all of the mesh's skin without it.
+        ``fields["time"]`` and ``fields["displacement"]``. Seen is the surface of which ``airway`` is the
+        name, or without that attribute the one named so; all of the mesh's skin if it has no such surface.
     camera : Camera, optional
     options : Film, optional
     **changed
@@ -76,8 +75,7 @@ class Clip:
 
     def __init__(self, run: Filmable, camera: Camera, options: Film) -> None:
         self.camera, self.options = camera, options
-        scene_text = getattr(run, "scene_text", "")  # motion of another source has no scene
-        self._sight = Sight(run.mesh, camera, airway_name(scene_text))
+        self._sight = Sight(run.mesh, camera, getattr(run, "airway", "airway"))
         self._motion = Motion(run, self._sight.surface.nodes)
         self.fps, self.time = instants(self._motion, options)
         self._check_motion()

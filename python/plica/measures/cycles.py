@@ -79,9 +79,10 @@ class Cycles:
         Why there are none, or what is unusual about them; empty for a steady vibration without drift.
     verdict : Verdict
         "steady"; "subharmonic": pulses alternate in a repeating pattern; "irregular": stationary, but cycles
-        differ; "changing": amplitude or frequency change, the last three cycles are used; "ended": silent at
-        the end of the record, these are the cycles before; "none": no cycles. For a recording "regular",
-        "diplophonic", "aperiodic", "ambiguous" or "none".
+        differ; "undecided": it probably still changes, or it is chance; "changing": amplitude or frequency
+        change, the last three cycles are used; "decaying": so, to less than half; "ended": silent at the end
+        of the record, these are the cycles before; "ambiguous": pulses are no periods, there are no cycles;
+        "none": no cycles. For a recording "regular", "diplophonic", "aperiodic", "ambiguous" or "none".
     pattern : int
         Number of pulses after which a subharmonic or diplophonic vibration repeats; else 1.
     recorded : bool

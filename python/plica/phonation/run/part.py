@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from plica.errors import InvalidInput, Named
+from plica.measures.airway import airway_name
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
 from plica.measures.record import Array, Floats, time_step
@@ -84,6 +85,11 @@ class RunPart:
     def mesh(self) -> MeshData:
         """The mesh in its reference position."""
         return self.run.mesh
+
+    @property
+    def airway(self) -> str:
+        """Name of the surface that the airflow is in, as of the run."""
+        return airway_name(self.scene_text)
 
     @property
     def section_height(self) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, Named
+from plica.measures.airway import airway_name
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
 from plica.measures.uncertainty import Uncertainty, read_uncertainty
@@ -268,6 +269,11 @@ class Run(Mapping[str, NDArray[Any]]):
             raise InvalidInput(f"{self.directory}: no fields were stored. Set output.every in the scene.")
         field: Field = self.fields["displacement"]
         return field
+
+    @cached_property
+    def airway(self) -> str:
+        """Name of the surface that the airflow is in; ``airway`` without airflow."""
+        return airway_name(self.scene_text)
 
     @cached_property
     def section_height(self) -> NDArray[np.float64]:
