@@ -8,12 +8,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import plica
 from benchmarks.record import RECORDS, read
 from plica.commands.table import measures_table
 from plica.measures.catalogue import CATALOGUE
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, Measures
 from plica.phonation.run.example_bounds import FILE, example_bounds
 from plica.report.wording import headlines, row
@@ -21,6 +23,7 @@ from plica.report.wording import headlines, row
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = json.loads(files("plica.phonation.run").joinpath(FILE).read_text(encoding="utf-8"))
 STATED = KEPT["uncertainty"]["measures"]
+STEADY = Cycles(4e-3 * np.arange(21))
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +39,7 @@ def measured(share: float = 1.0) -> Measures:
 
 
 def test_the_example_has_the_bounds_that_were_estimated_of_it(example: plica.Scene) -> None:
-    found = example_bounds(example, measured())
+    found = example_bounds(example, measured(), STEADY)
     assert len(found) > 20
     for name, bound in found.items():
         assert bound.uncertainty == STATED[name]["numerical"]
@@ -59,11 +62,16 @@ def test_the_example_has_the_bounds_that_were_estimated_of_it(example: plica.Sce
 def test_what_has_no_part_in_the_error_of_a_steady_voice_leaves_them(
     example: plica.Scene, change: dict[str, Any]
 ) -> None:
-    assert example_bounds(example.replace(change), measured())
+    assert example_bounds(example.replace(change), measured(), STEADY)
+
+
+@pytest.mark.parametrize("verdict", ["changing", "irregular", "undecided", "ended"])
+def test_a_voice_that_is_not_settled_has_none(example: plica.Scene, verdict: Any) -> None:
+    assert not example_bounds(example, measured(), replace(STEADY, verdict=verdict))
 
 
 def test_the_first_scene_has_them() -> None:
-    assert example_bounds(plica.Scene.load(ROOT / "examples/first.toml"), measured())
+    assert example_bounds(plica.Scene.load(ROOT / "examples/first.toml"), measured(), STEADY)
 
 
 @pytest.mark.parametrize(
@@ -83,11 +91,11 @@ def test_the_first_scene_has_them() -> None:
 def test_another_voice_or_another_way_to_compute_it_has_none(
     example: plica.Scene, change: dict[str, Any]
 ) -> None:
-    assert not example_bounds(example.replace(change), measured())
+    assert not example_bounds(example.replace(change), measured(), STEADY)
 
 
 def test_a_bound_is_carried_over_as_a_number_or_as_a_share_whichever_is_larger(example: plica.Scene) -> None:
-    less, more = (example_bounds(example, measured(share))["peak_flow"] for share in (0.8, 1.2))
+    less, more = (example_bounds(example, measured(share), STEADY)["peak_flow"] for share in (0.8, 1.2))
     assert less.uncertainty == STATED["peak_flow"]["numerical"]
     assert more.uncertainty == pytest.approx(1.2 * STATED["peak_flow"]["numerical"], rel=1e-12)
 
@@ -99,7 +107,7 @@ def test_a_measure_of_another_definition_or_without_cycles_has_none(
     monkeypatch.setitem(CATALOGUE, "peak_flow", entry)
     found = measured()
     found["mean_flow"] = replace(found["mean_flow"], cycles=0)
-    bounds = example_bounds(example, found)
+    bounds = example_bounds(example, found, STEADY)
     assert "contact_impulse" in bounds
     assert not {"peak_flow", "mean_flow"} & bounds.keys()
 
@@ -115,7 +123,7 @@ def test_the_bounds_are_those_whose_truth_is_recorded() -> None:
 
 
 def test_scatter_and_numerical_uncertainty_are_called_what_they_are(example: plica.Scene) -> None:
-    found = measured().bounded(example_bounds(example, measured()))
+    found = measured().bounded(example_bounds(example, measured(), STEADY))
     text = measures_table(found)
     line = next(one for one in text.splitlines() if one.startswith("open_quotient "))
     assert "scatter of 20 cycles 0.0036" in line

@@ -4,9 +4,9 @@ example_bounds.json has the estimate (`Uncertainty.as_json`), the scene and the 
 measures; ``python -m benchmarks.uncertainty.voice`` writes it, and docs/uncertainty.md has how far its
 bounds hold. It is used for a run whose scene is the same but for what has no part in the steady
 vibration's error (the start, also how the pressure rises, the duration, the output, the solver, a
-symmetry) and for a subglottal pressure within a tenth. That a bound of one voice holds for its neighbours
-is an assumption; the estimate of the run itself replaces it. A bound is carried over as a number or as a
-share of the value, whichever is larger.
+symmetry), whose voice is settled, and for a subglottal pressure within a tenth. That a bound of one voice
+holds for its neighbours is an assumption; the estimate of the run itself replaces it. A bound is carried
+over as a number or as a share of the value, whichever is larger.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from plica.measures.catalogue import CATALOGUE
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure
 from plica.measures.uncertainty import Bound, Uncertain, Uncertainty, from_json
 from plica.phonation.scene.scene import Scene
@@ -55,8 +56,11 @@ class Example:
     uncertainty: Uncertainty
 
 
-def example_bounds(scene: Scene, measures: Mapping[str, Measure]) -> dict[str, Bound]:
-    """The bounds of averages over cycles of a run of this scene; empty if it is not near the example."""
+def example_bounds(scene: Scene, measures: Mapping[str, Measure], cycles: Cycles) -> dict[str, Bound]:
+    """The bounds of averages over these cycles of a run of this scene; empty if it is not near the example,
+    or its voice is not settled."""
+    if not cycles.settled:
+        return {}
     example = _example()
     mine, its = _facts(scene.text()), _example_facts()
     pressure = float(its.get(_PRESSURE, 0.0))

@@ -15,7 +15,7 @@ from plica.errors import InvalidInput, Named
 from plica.measures.airway import airway_name
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
-from plica.measures.uncertainty import Uncertainty, read_uncertainty
+from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
 from plica.phonation.run import store
 from plica.phonation.run.example_bounds import example_bounds
 from plica.phonation.run.part import RunPart, part_of
@@ -298,17 +298,22 @@ class Run(Mapping[str, NDArray[Any]]):
     @property
     def measures(self) -> Measures:
         """`Measure` by name, in SI: ``.value``, ``.spread`` (the standard deviation between cycles),
-        ``.uncertainty`` (numerical: of `estimate_uncertainty`, else, for a voice near the example, of that;
-        else None) and ``.cautions``."""
+        ``.uncertainty`` (numerical: of `estimate_uncertainty`, else, for a settled voice near the example, of
+        that; else None) and ``.cautions``."""
         estimated = self.uncertainty
-        bounds = example_bounds(self.scene, self._measured) if estimated is None else estimated.bounds
-        return self._measured.bounded(bounds)
+        return self._measured.bounded(self._example_bounds if estimated is None else estimated.bounds)
 
     @cached_property
     def _measured(self) -> Measures:
         from plica.phonation.measures.measure import measure
 
         return measure(self)
+
+    @cached_property
+    def _example_bounds(self) -> Mapping[str, Bound]:
+        from plica.phonation.measures.measure import steady_cycles
+
+        return example_bounds(self.scene, self._measured, steady_cycles(self))
 
     @property
     def uncertainty(self) -> Uncertainty | None:
