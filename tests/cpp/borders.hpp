@@ -66,8 +66,7 @@ void sizes(const char* argument, Array& array, const std::function<void()>& call
   array = good;
 }
 
-/// With an index out of range, first or last of the array, it is refused; so it is with two columns instead of as
-/// many as it has.
+/// With an index out of range, first or last of the array, it is refused.
 template <class Array>
 void indices(const char* argument, Array& array, const std::function<void()>& call) {
   CAPTURE(std::string(argument));
