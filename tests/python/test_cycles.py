@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.cycles import Cycles, differing, find_cycles
 from plica.measures.glottal import frequency_measures
 from plica.measures.measure import cycle_frequency
 from plica.measures.stationary import fit, neighbours_scatter, of_amplitude, of_period, stationary_from
@@ -111,6 +111,22 @@ def test_a_ringing_that_decays_is_no_voice() -> None:
     assert found["fundamental_frequency"].value is None
     assert "free decay" in found["fundamental_frequency"].note
     assert found["amplitude_growth"].value == cycles.growth
+
+
+def test_a_short_ringing_that_decays_unevenly_is_no_voice() -> None:
+    # Areas (mm^2) of the larynx "coarse" at 0.8 kPa within 40 ms; at 120 ms it is silent. A second mode
+    # beats, so that the last six alone do not show the fall.
+    heights = np.array([1.464, 1.931, 1.525, 1.415, 1.101, 0.980, 1.011, 0.851, 0.905, 0.786])
+    cycles = find_cycles(*voice(np.full(heights.size, 1 / 312), 1e-6 * heights, samples=40))
+    assert cycles.verdict == "decaying"
+    assert -0.10 < cycles.growth < -0.04
+
+
+def test_few_cycles_that_differ_much_do_not_agree_with_any_frequency() -> None:
+    # Three standard errors of these periods are half of their mean.
+    starts = np.cumsum([0, 1.64e-3, 2.99e-3, 2.87e-3])
+    assert "autocorrelation gives 337 Hz" in differing(Cycles(starts, "not settled", "changing"), 337.0)
+    assert not differing(Cycles(starts, "not settled", "changing"), 400.0)
 
 
 def test_pulses_that_are_no_periods_have_no_frequency_and_both_are_named() -> None:

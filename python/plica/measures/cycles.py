@@ -17,9 +17,9 @@ exact.
 (tests/python/test_cycles.py counts them on seeded records.)
 
 Cycles are no periods where the autocorrelation finds another frequency, by more than 2 % and more than three
-standard errors of the mean period, which no pattern explains: then there is no fundamental frequency, and
-nothing is measured per cycle ("ambiguous"). A recording keeps such pulses, but shares of a period and phases
-have no value.
+standard errors of the mean period (or 10 %, whatever these are), which no pattern explains: then there is no
+fundamental frequency, and nothing is measured per cycle ("ambiguous"). A recording keeps such pulses, but
+shares of a period and phases have no value.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ Verdict = Literal[
 weak = 0.10  # range in the last third, relative to the largest magnitude there
 silent = 0.01  # range in the last third, relative to the largest magnitude of the record
 largest_difference = 0.02  # relative, of the frequencies by cycles and by autocorrelation
+most_doubtful = 0.1  # the same, however much the periods scatter
 decayed = 0.5  # of the largest amplitude, below which one that still falls is a decay
 longest_silence = 1.5  # in longest periods; after a longer silence the vibration has ended
 
@@ -192,7 +193,8 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
 def differing(cycles: Cycles, other: float, scale: Scale = SI) -> str:
     """Why cycles are no periods: the autocorrelation finds another frequency; empty if it does not.
 
-    Both may differ by 2 %, by three standard errors of the mean period, and by a divisor of the pattern.
+    Both may differ by 2 %, by three standard errors of the mean period, though by 10 % at most, as few cycles
+    that differ much would agree with any frequency, and by a divisor of the pattern.
 
     Parameters
     ----------
@@ -203,7 +205,7 @@ def differing(cycles: Cycles, other: float, scale: Scale = SI) -> str:
     """
     unit, periods = scale.unit("Hz"), cycles.periods
     doubt = 3.0 * float(periods.std(ddof=1)) / float(periods.mean()) / np.sqrt(periods.size)
-    limit = max(largest_difference, doubt if np.isfinite(doubt) else 0.0)
+    limit = min(max(largest_difference, doubt if np.isfinite(doubt) else 0.0), most_doubtful)
     explained = [m for m in range(1, cycles.pattern + 1) if cycles.pattern % m == 0]
     if any(abs(np.log(m * other / cycles.frequency)) < limit for m in explained):
         return ""
@@ -296,7 +298,12 @@ def _changing(starts: Floats, periods: Floats, amplitudes: Floats, unit: str) ->
     late = max(amplitudes.size // 2, min(2 * fewest, amplitudes.size))  # its present trend, not its start's
     growth = float(np.expm1(slope(np.log(amplitudes[-late:]))))
     left = float(amplitudes[-fewest:].mean() / amplitudes.max())
-    falls = growth < 0 and drifts(fit(amplitudes[-late:], of_amplitude), of_amplitude)
+    overall = float(np.expm1(slope(np.log(amplitudes))))
+    # Few cycles at the end may scatter too much to show alone what the whole record shows.
+    falls = growth < 0 and (
+        drifts(fit(amplitudes[-late:], of_amplitude), of_amplitude)
+        or (growth < overall / 2 and drifts(fit(amplitudes, of_amplitude), of_amplitude))
+    )
     used = f"the last {fewest} cycles are used"
     if falls and left < decayed:
         frequency = fewest / float(starts[-1] - starts[-fewest - 1])
