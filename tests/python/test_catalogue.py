@@ -317,3 +317,8 @@ def test_no_unit_or_label_of_a_measure_stands_beside_the_catalogue() -> None:
 
 def test_a_quantity_that_no_cycle_defines_says_so_beside_its_note() -> None:
     assert average("speed_quotient", np.full(3, np.nan), "edges").note == ("edges; undefined in every cycle")
+
+
+def test_a_scatter_of_more_than_a_hundred_is_a_plain_number() -> None:
+    shown = measures_table({"peak_flow": Measure("peak_flow", 430e-6, 154e-6, 3)})
+    assert "scatter of 3 cycles 150" in shown

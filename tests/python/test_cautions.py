@@ -305,6 +305,16 @@ def test_large_strain_is_reported_in_one_sentence_once_a_tenth_of_it_is_wrong() 
     )
 
 
+def test_a_strain_of_more_than_a_hundred_per_cent_is_a_plain_number() -> None:
+    run = Phonation().run()
+    large = {"strain_999": np.full(run.time.size, 1.04), "strain_neglected": np.full(run.time.size, 2.5)}
+    (caution,) = (
+        c for c in cautions(replace(run, waveforms=run.waveforms | large)) if c.name == "large_strain"
+    )
+    assert "the strain of the tissue reached 100 %," in caution.seen
+    assert "reached 110 % at" in caution.seen
+
+
 def started(left_out: float, folded: int, *, silent: bool = False) -> list[Caution]:
     """Cautions of a run with strain and folded cells at its start, before the cycles; or without cycles."""
     whole = Phonation(rise_time=0.012, impulse=0.0).run()

@@ -148,6 +148,10 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
     )
 
 
+def _two_digits(value: float) -> str:
+    return f"{float(f'{value:.2g}'):g}"  # 100, where .2g alone writes 1e+02
+
+
 def large_strain(run: RunData) -> Caution | None:
     """The strain is too large for the linear tissue model: its error is more than a tenth in the cycles
     that are measured (in the whole run if there are none), or cells are inverted at any time, as a folded
@@ -166,12 +170,12 @@ def large_strain(run: RunData) -> Caution | None:
     cell = int(waveforms["strain_cell"][k])
     where = f"In the {cycles.count} cycles measured" if cycles.count else "In the whole run"
     seen = (
-        f"{where}, the strain of the tissue reached {largest:.2g} %, and the error of the linear tissue "
-        f"model reached {100 * error:.2g} % at {1e3 * time[k]:.3g} ms in "
+        f"{where}, the strain of the tissue reached {_two_digits(largest)} %, and the error of the linear "
+        f"tissue model reached {_two_digits(100 * error)} % at {1e3 * time[k]:.3g} ms in "
         f"{_place(run, cell)}"
     )
     if before > largest_strain_error and not part.start <= worst < part.stop:
-        seen += f"; outside them it was {100 * before:.2g} %, at {1e3 * time[worst]:.3g} ms"
+        seen += f"; outside them it was {_two_digits(100 * before)} %, at {1e3 * time[worst]:.3g} ms"
     if folded.any():
         i, count = int(folded.argmax()), int(folded.max())
         of = f"{count} of {len(run.mesh.cells)} cells {'was' if count == 1 else 'were'} inverted"
