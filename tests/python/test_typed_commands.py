@@ -65,6 +65,7 @@ NOT_RUN = {
     r"make (demo|test)": "builds the package; CI runs both",
     r"sudo apt-get .*|mkdir .*|cd .*|cp .*|cat > CMakeLists.txt.*|cmake .*|build/mine": "the program in "
     "C++: the consumer's section of CI builds and runs it",
+    r"export PKG_CONFIG_PATH=.*|g\+\+ .*": "the same by pkg-config; a test of the consumer builds it",
     r"xdg-open .*|paraview .*|gimp .*": "a program with a window; the file that it opens is looked for",
     r"make bench-peers|\.venv-peers/.*": "installs other packages",
     r"plica bench (run|compare|page|impact|free|extremes).*": "minutes to hours; test_bench.py and "
