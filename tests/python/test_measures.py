@@ -113,6 +113,15 @@ def test_amplitudes_phase_and_vertical_lag_are_those_of_the_motion() -> None:
     assert value(run, "vertical_phase_difference") == pytest.approx(0.7, abs=1e-3)
 
 
+def test_what_a_symmetry_imposes_is_not_measured() -> None:
+    run = open_run.run()
+    mirrored = measure(dataclasses.replace(run, scene_text=f'symmetry = "half"\n{run.scene_text}'))
+    for name in ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase"):
+        assert mirrored[name].value is None
+        assert "symmetry" in mirrored[name].note
+    assert mirrored["amplitude_left"].value == value(run, "amplitude_left")
+
+
 def test_the_phase_is_positive_where_the_right_fold_lags() -> None:
     run = dataclasses.replace(open_run, right_phase=-0.4).run()
     assert value(run, "left_right_phase") == pytest.approx(0.4, abs=1e-3)

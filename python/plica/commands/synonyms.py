@@ -27,6 +27,9 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "gap": ("glottal_gap_index", "glottal_gap_relative", "deepest_gap"),
     "pressure": (*_PRESSURE, "section_pressure", "peak_contact_pressure"),
     "lung pressure": _PRESSURE,
+    **dict.fromkeys(("cm h2o", "cmh2o", "hpa", "mmhg"), _PRESSURE),
+    "threshold pressure": _PRESSURE,
+    "phonation threshold pressure": _PRESSURE,
     "loudness": _PRESSURE,
     "density": ("tissue.NAME.density", "airflow.air_density"),
     "collision": ("contact", "collisions", "contact_impulse", "peak_contact_pressure"),
@@ -48,6 +51,10 @@ SYNONYMS: dict[str, tuple[str, ...]] = {
     "area": ("glottal_area_max", "glottal_area_mean", "minimum_area", "area_total"),
     "glottal width": ("coronal_left", "coronal_right", "edge_left", "edge_right"),
     "airflow rate": ("flow", "mean_flow", "peak_flow"),
+    "glottal flow": ("flow", "mean_flow", "peak_flow"),
+    "flow declination": ("flow", "closing_quotient", "speed_quotient"),
+    "mfdr": ("flow", "closing_quotient", "speed_quotient"),
+    "naq": ("flow", "closing_quotient", "speed_quotient"),
     "frame rate": ("output.every",),
     "duration": ("time.duration",),
 }
@@ -100,6 +107,8 @@ NOT_MODELLED: dict[str, tuple[str, tuple[str, ...]]] = {
     **dict.fromkeys(
         (
             "adduction",
+            "medialization",
+            "thyroplasty",
             "abduction",
             "posture",
             "posturing",

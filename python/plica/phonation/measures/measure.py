@@ -5,13 +5,14 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from plica.measures.contour import medial_surface
 from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
-from plica.measures.measure import Measure, Measures, whole
+from plica.measures.measure import Measure, Measures, absent, whole
 from plica.measures.record import Array
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import airway_faces, motion_measures, rest_width
@@ -22,6 +23,8 @@ from plica.phonation.measures.solver import energy_measures, solver_measures
 from plica.units import read_quantity
 
 __all__ = ["fold_length", "measure", "risen", "steady_cycles"]
+
+_OF_BOTH_FOLDS = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
 
 
 def steady_cycles(run: RunData) -> Cycles:
@@ -92,7 +95,8 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += area_measures(time, area, cycles)
         found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
         height = np.asarray(run.section_height, dtype=float)
-        found += motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
+        motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
+        found += [_unless_mirrored(item, run.scene_text) for item in motion]
         found += _subglottal_pressure(run.scene_text, waveforms)
     elif "probes" in waveforms and waveforms["probes"].size:
         found += free_measures(time, waveforms)[0]
@@ -115,12 +119,24 @@ def _doubted(item: Measure, scene_text: str) -> Measure:
     return replace(item, no_limit=reason, cautions=(*item.cautions, reason))
 
 
+def _unless_mirrored(item: Measure, scene_text: str) -> Measure:
+    """The measure, without a value if it compares folds that are each other's image by symmetry."""
+    if item.name not in _OF_BOTH_FOLDS or "symmetry" not in _scene(scene_text):
+        return item
+    return absent(item.name, "the scene's symmetry imposes it: one fold is the image of the other")
+
+
+def _scene(scene_text: str) -> dict[str, Any]:
+    """The tables of a scene; none where it is not known."""
+    try:
+        return tomllib.loads(scene_text)
+    except tomllib.TOMLDecodeError:
+        return {}
+
+
 def _massless(scene_text: str) -> bool:
     """Whether the contact surfaces have no mass; where that is not known, they have."""
-    try:
-        contact = tomllib.loads(scene_text).get("contact", {})
-    except tomllib.TOMLDecodeError:
-        return False
+    contact = _scene(scene_text).get("contact", {})
     return isinstance(contact, dict) and contact.get("surface_mass") == "redistributed"
 
 
