@@ -193,16 +193,9 @@ Supports to_supports(const Held& fixed, std::ptrdiff_t nodes) {
 
 /// One for each body that can move without strain: its lowest node, and whether none of its unknowns is held.
 std::vector<std::pair<std::int32_t, bool>> free_bodies(const TetMesh& mesh, const Held& fixed) {
-  const Supports supports = to_supports(fixed, mesh.node_count());
-  const Indices body = body_of_nodes(mesh);
-  std::vector<char> held(static_cast<std::size_t>(mesh.node_count()), 0);
-  for (std::int32_t node = 0; node < body.size(); ++node)
-    for (int c = 0; c < 3; ++c)
-      if (supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + c))
-        held[static_cast<std::size_t>(body[node])] = 1;
   std::vector<std::pair<std::int32_t, bool>> found;
-  for (const RigidMotion& motion : rigid_motions(mesh, supports))
-    found.emplace_back(motion.body, held[static_cast<std::size_t>(motion.body)] == 0);
+  for (const RigidMotion& motion : rigid_motions(mesh, to_supports(fixed, mesh.node_count())))
+    found.emplace_back(motion.body, motion.unheld);
   return found;
 }
 

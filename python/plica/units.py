@@ -36,6 +36,7 @@ __all__ = [
     "number",
     "quantity",
     "read_quantity",
+    "two_digits",
 ]
 
 
@@ -158,6 +159,11 @@ def number(where: str, name: str, value: Any, least: float, most: float, unit: s
 def _typed(value: object) -> str:
     """A string in double quotes, anything else as its repr."""
     return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+def two_digits(value: float) -> str:
+    """Two significant digits as a plain number: 150, where ``.2g`` alone writes 1.5e+02."""
+    return f"{float(f'{value:.2g}'):g}"
 
 
 def clock(seconds: float) -> str:

@@ -13,7 +13,7 @@ import plica
 from caution_scenes import BLOCKS, LARYNX, Given
 from plica.measures.caution import Caution
 from plica.phonation.scene.body_cautions import CHECKS, body_cautions
-from plica.phonation.scene.overlap import deepest_overlap
+from plica.phonation.scene.overlap import find_overlap
 from plica.phonation.scene.plausibility import scene_cautions
 
 
@@ -111,11 +111,11 @@ def test_cells_that_cross_without_a_node_in_each_other_overlap() -> None:
     needle = np.array([[-1, -0.1, 0], [-1, 0.1, 0], [1, 0, -0.1], [1, 0, 0.1]], dtype=float)
     turned = needle[:, [1, 0, 2]] * (1, -1, 1)
     cells, body = np.arange(8, dtype=np.int32).reshape(2, 4), np.array([0, 4], dtype=np.int32)
-    found = deepest_overlap(np.concatenate([needle, turned]), cells, body)
+    found = find_overlap(np.concatenate([needle, turned]), cells, body)
     assert found is not None
     assert 0.05 < found[0] < 0.2
-    assert deepest_overlap(np.concatenate([needle, turned + np.array([0, 0, 0.201])]), cells, body) is None
-    assert deepest_overlap(np.concatenate([needle, turned]), cells, np.zeros(2, np.int32)) is None
+    assert find_overlap(np.concatenate([needle, turned + np.array([0, 0, 0.201])]), cells, body) is None
+    assert find_overlap(np.concatenate([needle, turned]), cells, np.zeros(2, np.int32)) is None
 
 
 def test_the_depth_of_overlap_is_that_of_random_cells_by_points() -> None:
@@ -129,7 +129,7 @@ def test_the_depth_of_overlap_is_that_of_random_cells_by_points() -> None:
         x[4:] += rng.uniform(-0.5, 0.5, size=3)
         equal = np.vstack([np.hstack([x[:4].T, -x[4:].T]), [[1] * 4 + [0] * 4], [[0] * 4 + [1] * 4]])
         meet = linprog(np.zeros(8), A_eq=equal, b_eq=[0, 0, 0, 1, 1]).status == 0
-        found = deepest_overlap(x, np.arange(8).reshape(2, 4), np.array([0, 1])) is not None
+        found = find_overlap(x, np.arange(8).reshape(2, 4), np.array([0, 1])) is not None
         disagreed += meet != found
         both += meet
     assert 20 < both < 80  # of both there are some

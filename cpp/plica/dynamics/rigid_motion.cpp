@@ -34,7 +34,8 @@ std::optional<RigidMotion> rigid_motion(const TetMesh& mesh, const Supports& sup
   if (modes.eigenvalues()[0] > 1e-12 * modes.eigenvalues()[5]) return std::nullopt;
   const Motion free = modes.eigenvectors().col(0);
   const bool turns = free.tail<3>().norm() > 1e-6;
-  return RigidMotion{nodes.front(), centre, turns, (turns ? free.tail<3>() : free.head<3>()).normalized()};
+  return RigidMotion{nodes.front(), centre, turns, held.isZero(0),
+                     (turns ? free.tail<3>() : free.head<3>()).normalized()};
 }
 
 }  // namespace

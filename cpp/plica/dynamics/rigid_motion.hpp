@@ -11,6 +11,7 @@ struct RigidMotion {
   std::int32_t body = 0;             // its lowest node, see body_of_nodes
   Vector3 centre = Vector3::Zero();  // m, the mean of its nodes
   bool turns = false;                // else it shifts
+  bool unheld = false;               // whether nothing of the body is held, so that all its motions are free
   Vector3 along = Vector3::Zero();   // unit vector of the shift, or of the turn's axis through the centre
 };
 

@@ -18,10 +18,11 @@ std::string direction(const Vector3& v) {
 void check_supported(const TetMesh& mesh, const Supports& supports) {
   const std::vector<RigidMotion> free = rigid_motions(mesh, supports);
   if (free.empty()) return;
-  const auto& [body, centre, turns, along] = free.front();
-  throw InvalidInput("Scene: the body of node " + std::to_string(body) + ", centred at (" +
-                     number_text(centre[0]) + ", " + number_text(centre[1]) + ", " + number_text(centre[2]) +
-                     ") m, can " + (turns ? "turn about " : "shift along ") + direction(along) +
+  const RigidMotion& first = free.front();
+  throw InvalidInput("Scene: the body of node " + std::to_string(first.body) + ", centred at (" +
+                     number_text(first.centre[0]) + ", " + number_text(first.centre[1]) + ", " +
+                     number_text(first.centre[2]) + ") m, can " + (first.turns ? "turn about " : "shift along ") +
+                     direction(first.along) +
                      " without strain; must be held for an equilibrium. Hold more of its nodes, or follow its "
                      "motion in time.");
 }

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import csv as csv_file
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from tqdm import tqdm
 
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import storage_errors
+from plica.storage.table import write_rows
 
 __all__ = ["header", "line", "show"]
 
@@ -44,7 +44,7 @@ def show(
         bar.close()
         if csv is not None:
             with storage_errors(csv, "saved"):
-                _write(made, csv)
+                write_rows(csv, made)
     return made
 
 
@@ -67,15 +67,3 @@ def _text(value: object) -> str:
     if value == 0.0 or value != value:
         return "0" if value == 0.0 else "-"
     return f"{value:.3f}" if 1e-3 <= abs(value) < 1e4 else f"{value:.1e}"
-
-
-def _write(rows: Sequence[Row], path: Path) -> None:
-    names = list(dict.fromkeys(name for row in rows for name in row))
-
-    def fill(draft: Path) -> None:
-        with draft.open("w", newline="", encoding="utf-8") as file:
-            writer = csv_file.DictWriter(file, fieldnames=names)
-            writer.writeheader()
-            writer.writerows(rows)
-
-    replaced(path, fill)

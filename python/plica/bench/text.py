@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
 from plica.bench.pareto import fronts
 from plica.bench.record import Record, Row
-from plica.storage.files import replaced
+from plica.storage.table import write_rows
 
 __all__ = [
     "as_markdown",
@@ -138,16 +137,7 @@ def seconds(value: float | None) -> str:
 
 def write_csv(records: Sequence[Record], path: Path) -> None:
     """All rows of all records, a column for every setting and error that any has; times in s, memory in B."""
-    rows = [_flat(record, row) for record in records for row in record.rows]
-    names = list(dict.fromkeys(name for row in rows for name in row))
-
-    def fill(draft: Path) -> None:
-        with draft.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, fieldnames=names)
-            writer.writeheader()
-            writer.writerows(rows)
-
-    replaced(path, fill)
+    write_rows(path, [_flat(record, row) for record in records for row in record.rows])
 
 
 def _flat(record: Record, row: Row) -> dict[str, object]:

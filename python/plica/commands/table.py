@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from plica.measures.catalogue import closed_share
 from plica.measures.measure import Measure
 from plica.report.wording import digits_of
+from plica.units import two_digits
 
 __all__ = ["MAIN_MEASURES", "measures_table"]
 
@@ -105,7 +106,7 @@ def _line(item: Measure) -> str:
     unit = "" if unit == "1" else unit
     cycles = f"({item.cycles} cycles)" if item.cycles else ""
     if item.spread is not None:
-        cycles = f"scatter of {item.cycles} cycles {_two_digits(item.spread * factor)}"
+        cycles = f"scatter of {item.cycles} cycles {two_digits(item.spread * factor)}"
     if item.interval is not None:
         low, high = (float(f"{factor * end:.3g}") for end in item.interval)
         cycles = f"[{low:g}, {high:g}] {cycles}"
@@ -118,10 +119,6 @@ def _line(item: Measure) -> str:
     numerical = ""
     if item.bound is not None:
         doubts = f" ({'; '.join(item.bound.doubts)})" if item.bound.doubts else ""
-        numerical = f"numerical {_two_digits(factor * item.bound.uncertainty)}{doubts}"
+        numerical = f"numerical {two_digits(factor * item.bound.uncertainty)}{doubts}"
     value = float(f"{(item.value or 0.0) * factor:.{digits}g}")
     return f"{item.name:<40} {value:<12.6g} {unit:<8} {cycles:<28} {numerical}".rstrip()
-
-
-def _two_digits(value: float) -> str:
-    return f"{float(f'{value:.2g}'):g}"  # 150, where .2g alone writes 1.5e+02

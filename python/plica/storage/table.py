@@ -1,9 +1,9 @@
-"""Tables of waveforms as CSV files."""
+"""Tables as CSV files."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from plica.storage.files import replaced
 
-__all__ = ["heading", "write_table"]
+__all__ = ["heading", "write_rows", "write_table"]
 
 
 def heading(name: str, unit: str) -> str:
@@ -35,6 +35,18 @@ def write_table(
             rows = csv.writer(out)
             rows.writerow(columns)
             rows.writerows(zip(*(_cells(values) for values in columns.values()), strict=True))
+
+    replaced(path, fill)
+
+
+def write_rows(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write rows, a column for every name that any of them has. The file is replaced atomically."""
+
+    def fill(draft: Path) -> None:
+        with draft.open("w", newline="", encoding="utf-8") as out:
+            table = csv.DictWriter(out, list(dict.fromkeys(name for row in rows for name in row)))
+            table.writeheader()
+            table.writerows(rows)
 
     replaced(path, fill)
 

@@ -16,7 +16,7 @@ from plica.storage.table import write_table
 from plica.uncertainty.comparison import Computed
 from plica.uncertainty.plan import Plan, transient
 from plica.uncertainty.start import Start
-from plica.units import clock
+from plica.units import clock, two_digits
 
 __all__ = ["planned", "sentence", "uncertainty_table", "write_csv"]
 
@@ -97,7 +97,7 @@ def _waveform_lines(waveforms: Mapping[str, Uncertain]) -> list[str]:
     ]
     for name in names:
         off = waveforms[f"{name}.relative_error"].numerical
-        error = "?" if off is None else f"{float(f'{100 * off:.2g}'):g} %"
+        error = "?" if off is None else f"{two_digits(100 * off)} %"
         peak, instant = (_with_error(waveforms[f"{name}.{what}"]) for what in ("peak", "peak_time"))
         lines.append(f"{name:<40} {error:<12} {peak:<32} {instant}")
     return lines

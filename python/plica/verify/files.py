@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.resources import files
@@ -11,8 +10,9 @@ from pathlib import Path
 import jinja2
 
 from plica.report.installation import Installation
-from plica.storage.files import replaced, storage_errors, write_text
+from plica.storage.files import storage_errors, write_text
 from plica.storage.json_file import write_json
+from plica.storage.table import write_rows
 from plica.verify.case import Case, Row
 from plica.verify.subjects import SUBJECTS
 from plica.verify.text import as_markdown, conclusion, shown, within
@@ -40,7 +40,7 @@ def write(
     with storage_errors(directory, "made"):
         directory.mkdir(parents=True, exist_ok=True)
     write_json([row.as_json() for row in rows], directory / "verification.json")
-    replaced(directory / "verification.csv", lambda draft: _table(rows, draft))
+    write_rows(directory / "verification.csv", [row.as_json() for row in rows])
     write_text(as_markdown(results, installation), directory / "verification.md")
     template = files("plica.verify").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
@@ -59,11 +59,3 @@ def write(
 
 def _of(subject: str, results: Sequence[tuple[Case, Sequence[Row]]]) -> list[tuple[Case, Sequence[Row]]]:
     return [(case, rows) for case, rows in results if rows[0].subject == subject]
-
-
-def _table(rows: Sequence[Row], path: Path) -> None:
-    objects = [row.as_json() for row in rows]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, fieldnames=list(objects[0]))
-        writer.writeheader()
-        writer.writerows(objects)

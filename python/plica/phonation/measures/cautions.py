@@ -7,9 +7,7 @@ the name of its caution. docs/cautions.md, created by .ci/cautions, lists all of
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +16,12 @@ from plica import _engine
 from plica.measures.caution import Caution
 from plica.measures.contour import medial_surface
 from plica.measures.record import Array, Floats
-from plica.phonation.measures.folds import inferior_lag, motion_measures, rest_width
+from plica.measures.scene_text import scene_table, scene_tables
+from plica.phonation.measures.folds import inferior_lag, rest_width, vertical_phase
 from plica.phonation.measures.glottal import open_area, several_summits
 from plica.phonation.measures.measure import fold_length, risen, steady_cycles
 from plica.phonation.measures.run_data import RunData, reached
+from plica.units import two_digits
 
 __all__ = ["CHECKS", "cautions", "one_sided_errors"]
 
@@ -105,8 +105,7 @@ def unlike_modal_voice(run: RunData) -> Caution | None:
     if "minimum_area" not in waveforms or not cycles.count:
         return None
     height = np.asarray(run.section_height, dtype=float)
-    motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
-    (phase,) = (item for item in motion if item.name == "vertical_phase_difference")
+    phase = vertical_phase(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
     found = [*several_summits(open_area(waveforms), time, cycles), *inferior_lag(phase)]
     if not found:
         return None
@@ -148,10 +147,6 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
     )
 
 
-def _two_digits(value: float) -> str:
-    return f"{float(f'{value:.2g}'):g}"  # 100, where .2g alone writes 1e+02
-
-
 def large_strain(run: RunData) -> Caution | None:
     """The strain is too large for the linear tissue model: its error is more than a tenth in the cycles
     that are measured (in the whole run if there are none), or cells are inverted at any time, as a folded
@@ -170,12 +165,12 @@ def large_strain(run: RunData) -> Caution | None:
     cell = int(waveforms["strain_cell"][k])
     where = f"In the {cycles.count} cycles measured" if cycles.count else "In the whole run"
     seen = (
-        f"{where}, the strain of the tissue reached {_two_digits(largest)} %, and the error of the linear "
-        f"tissue model reached {_two_digits(100 * error)} % at {1e3 * time[k]:.3g} ms in "
+        f"{where}, the strain of the tissue reached {two_digits(largest)} %, and the error of the linear "
+        f"tissue model reached {two_digits(100 * error)} % at {1e3 * time[k]:.3g} ms in "
         f"{_place(run, cell)}"
     )
     if before > largest_strain_error and not part.start <= worst < part.stop:
-        seen += f"; outside them it was {_two_digits(100 * before)} %, at {1e3 * time[worst]:.3g} ms"
+        seen += f"; outside them it was {two_digits(100 * before)} %, at {1e3 * time[worst]:.3g} ms"
     if folded.any():
         i, count = int(folded.argmax()), int(folded.max())
         of = f"{count} of {len(run.mesh.cells)} cells {'was' if count == 1 else 'were'} inverted"
@@ -237,7 +232,7 @@ def _pressure_error(waveforms: Mapping[str, Array]) -> Caution | None:
     """The caution for a coupling without sweeps whose step is too long; with sweeps the error is much
     smaller."""
     residual = np.asarray(waveforms.get("coupling_residual", []), dtype=float)
-    residual = residual[np.isfinite(residual)]  # runs of earlier versions have none
+    residual = residual[np.isfinite(residual)]
     error = float(np.sqrt(np.mean(residual**2))) if residual.size else 0.0
     if error <= largest_pressure_error:
         return None
@@ -257,7 +252,7 @@ def unconverged_contact(run: RunData) -> Caution | None:
     unconverged = np.asarray(waveforms.get("contact_converged", [])) == 0
     if not unconverged.any():
         return None
-    augmented = "augmented" in (_table_of(run.scene_text, "contact") or {})
+    augmented = "augmented" in (scene_table(run.scene_text, "contact") or {})
     count, steps = (
         int(unconverged.sum()),
         int(np.sum(unconverged | (np.asarray(waveforms["contact_rows"]) > 0))),
@@ -276,26 +271,13 @@ def unconverged_contact(run: RunData) -> Caution | None:
     )
 
 
-def _table_of(scene_text: str, name: str) -> dict[str, Any] | None:
-    """A table of the scene; None if there is none or the text is not TOML."""
-    table = _scene_of(scene_text).get(name)
-    return table if isinstance(table, dict) else None
-
-
-def _scene_of(scene_text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(scene_text)
-    except tomllib.TOMLDecodeError:
-        return {}
-
-
 def one_sided_contact(run: RunData) -> Caution | None:
     """Contact with a slave side (a penalty, mortar faces) in a scene with a symmetry: the whole tissue would
     lean to that side, the symmetric part cannot.
     """
-    waveforms, contact = reached(run)[1], _table_of(run.scene_text, "contact") or {}
+    waveforms, contact = reached(run)[1], scene_table(run.scene_text, "contact") or {}
     sided = [name for name in one_sided_errors if name in contact or name == contact.get("faces")]
-    if "symmetry" not in _scene_of(run.scene_text) or not sided or not np.any(waveforms["contact_rows"]):
+    if "symmetry" not in scene_tables(run.scene_text) or not sided or not np.any(waveforms["contact_rows"]):
         return None
     flow, impulse = one_sided_errors[sided[0]]
     return Caution(
@@ -313,7 +295,7 @@ def weak_collisions(run: RunData) -> Caution | None:
     """
     waveforms = reached(run)[1]
     airflow, contact, mesh = (
-        _table_of(run.scene_text, name) or {} for name in ("airflow", "contact", "mesh")
+        scene_table(run.scene_text, name) or {} for name in ("airflow", "contact", "mesh")
     )
     larynx = mesh.get("options", {})
     massless = contact.get("surface_mass") == "redistributed"
@@ -396,7 +378,7 @@ def energy_from_scheme(run: RunData) -> Caution | None:
 
 def reduced_motion(run: RunData) -> Caution | None:
     """The motion is restricted to a basis of displacements; no number of the run shows the error of that."""
-    reduction = _table_of(run.scene_text, "reduction")
+    reduction = scene_table(run.scene_text, "reduction")
     if reduction is None:
         return None
     seen = (

@@ -14,12 +14,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from plica.measures.airway import airway_name
 from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.contour import coronal_contours
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
 from plica.measures.record import Array, Floats
+from plica.measures.scene_text import airway_name
 from plica.measures.sides import lags, side_measures
 from plica.phonation.measures.glottal import open_area
 from plica.phonation.measures.run_data import RunData
@@ -119,17 +119,48 @@ def place(section: int, medial: slice, height: Floats) -> str:
     return f"{at}, on the medial surface"
 
 
+def vertical_phase(
+    time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, medial: slice, height: Floats
+) -> Measure:
+    """How far the superior edge of the medial surface lags the inferior one; parameters as of
+    :func:`motion_measures`."""
+    name = "vertical_phase_difference"
+    reason = _not_medial(cycles, medial)
+    if reason:
+        return absent(name, reason)
+    lower, upper = _edges(waveforms, medial)
+    return per_cycle_angle(name, cycles, lags(time, lower, upper, cycles), _edge_heights(medial, height))
+
+
+def _not_medial(cycles: Cycles, medial: slice) -> str:
+    """Why there is nothing to measure of the medial surface; empty if there is."""
+    if not cycles.count:
+        return cycles.note
+    if medial.stop - medial.start < 2:
+        return "no medial surface: the folds' contour at rest is not vertical at the narrowest section"
+    return ""
+
+
+def _edges(waveforms: Mapping[str, Array], medial: slice) -> tuple[Floats, Floats]:
+    """Width (k) m of the airway at the inferior and at the superior edge."""
+    width = np.add(*half_widths(waveforms))
+    return width[:, medial.start], width[:, medial.stop - 1]
+
+
+def _edge_heights(medial: slice, height: Floats) -> str:
+    bottom, top = (1e3 * float(height[k]) for k in (medial.start, medial.stop - 1))
+    return f"inferior edge at z = {bottom:.3g} mm, superior edge at {top:.3g} mm"
+
+
 def _medial_measures(
     time: Floats, waveforms: Mapping[str, Array], cycles: Cycles, medial: slice, height: Floats
 ) -> list[Measure]:
-    names = ("vertical_phase_difference", "converging_while_opening", "diverging_while_closing")
-    if not cycles.count:
-        return [absent(name, cycles.note) for name in names]
-    if medial.stop - medial.start < 2:
-        reason = "no medial surface: the folds' contour at rest is not vertical at the narrowest section"
-        return [absent(name, reason) for name in names]
-    right, left = half_widths(waveforms)
-    lower, upper = (right + left)[:, medial.start], (right + left)[:, medial.stop - 1]
+    phase = vertical_phase(time, waveforms, cycles, medial, height)
+    phase = replace(phase, cautions=(*phase.cautions, *inferior_lag(phase)))
+    names, reason = ("converging_while_opening", "diverging_while_closing"), _not_medial(cycles, medial)
+    if reason:
+        return [phase, *(absent(name, reason) for name in names)]
+    lower, upper = _edges(waveforms, medial)
     area = open_area(waveforms)
     rate = np.gradient(area, time)
     opening, closing = [], []
@@ -138,13 +169,13 @@ def _medial_measures(
         slope = lower[part] - upper[part]
         opening.append(_share(slope > 0, opened & (rate[part] > 0)))
         closing.append(_share(slope < 0, opened & (rate[part] < 0)))
-    bottom, top = (1e3 * float(height[k]) for k in (medial.start, medial.stop - 1))
-    edges = f"inferior edge at z = {bottom:.3g} mm, superior edge at {top:.3g} mm"
-    phase = per_cycle_angle("vertical_phase_difference", cycles, lags(time, lower, upper, cycles), edges)
+    edges = _edge_heights(medial, height)
     return [
-        replace(phase, cautions=(*phase.cautions, *inferior_lag(phase))),
-        per_cycle("converging_while_opening", cycles, np.array(opening), edges),
-        per_cycle("diverging_while_closing", cycles, np.array(closing), edges),
+        phase,
+        *(
+            per_cycle(name, cycles, np.array(shares), edges)
+            for name, shares in zip(names, (opening, closing), strict=True)
+        ),
     ]
 
 

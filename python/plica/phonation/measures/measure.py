@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +12,7 @@ from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
 from plica.measures.measure import Measure, Measures, absent, whole
 from plica.measures.record import Array
+from plica.measures.scene_text import scene_table, scene_tables
 from plica.phonation.measures.contact import contact_measures
 from plica.phonation.measures.folds import airway_faces, motion_measures, rest_width
 from plica.phonation.measures.free import free_measures
@@ -121,23 +120,14 @@ def _doubted(item: Measure, scene_text: str) -> Measure:
 
 def _unless_mirrored(item: Measure, scene_text: str) -> Measure:
     """The measure, without a value if it compares folds that are each other's image by symmetry."""
-    if item.name not in _OF_BOTH_FOLDS or "symmetry" not in _scene(scene_text):
+    if item.name not in _OF_BOTH_FOLDS or "symmetry" not in scene_tables(scene_text):
         return item
     return absent(item.name, "the scene's symmetry imposes it: one fold is the image of the other")
 
 
-def _scene(scene_text: str) -> dict[str, Any]:
-    """The tables of a scene; none where it is not known."""
-    try:
-        return tomllib.loads(scene_text)
-    except tomllib.TOMLDecodeError:
-        return {}
-
-
 def _massless(scene_text: str) -> bool:
     """Whether the contact surfaces have no mass; where that is not known, they have."""
-    contact = _scene(scene_text).get("contact", {})
-    return isinstance(contact, dict) and contact.get("surface_mass") == "redistributed"
+    return (scene_table(scene_text, "contact") or {}).get("surface_mass") == "redistributed"
 
 
 def fold_length(run: RunData) -> float | None:
@@ -163,9 +153,8 @@ def fold_length(run: RunData) -> float | None:
 
 def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> list[Measure]:
     try:
-        airflow = tomllib.loads(scene_text).get("airflow", {})
-        value = read_quantity(airflow["subglottal_pressure"], "Pa")
-    except (tomllib.TOMLDecodeError, KeyError, ValueError):
+        value = read_quantity((scene_table(scene_text, "airflow") or {})["subglottal_pressure"], "Pa")
+    except (KeyError, ValueError):
         return []  # unknown for a run that was not made from a scene file
     largest = float(np.max(waveforms.get("subglottal_pressure", value)))
     short = [f"not reached: {largest:.4g} Pa at the end of the record, where it still rises"]

@@ -9,31 +9,8 @@ import numpy as np
 
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
+from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats
-
-
-class MeshData(Protocol):
-    """The mesh of a run."""
-
-    @property
-    def points(self) -> Array:
-        """(n, 3) m, reference positions."""
-
-    @property
-    def cells(self) -> Array:
-        """(m, 4) or (m, 10) node numbers."""
-
-    @property
-    def cell_layer(self) -> Array:
-        """(m) position in `layer_names`."""
-
-    @property
-    def layer_names(self) -> Sequence[str]:
-        """Names of the layers, e.g. body, ligament, cover."""
-
-    @property
-    def surfaces(self) -> Mapping[str, Array]:
-        """Named boundary faces, (f, 3) or (f, 6) node numbers."""
 
 
 class RunData(Protocol):

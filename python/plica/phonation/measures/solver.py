@@ -45,6 +45,10 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array], cells: int) ->
         ("coupling_frozen_fraction", "coupling_frozen", np.mean),
         ("coupling_converged_fraction", "coupling_converged", np.mean),
     )
+    inverted = []
+    if "inverted_tissue" in waveforms:
+        most = int(np.max(waveforms["inverted_tissue"]))
+        inverted.append(whole("inverted_tissue_max", most, f"of {cells} cells"))
     return [
         whole("steps", time.size),
         whole("time_step", time_step(time)),
@@ -54,9 +58,5 @@ def solver_measures(time: Floats, waveforms: Mapping[str, Array], cells: int) ->
             for name, key, reduce in table
             if key in waveforms
         ),
-        *(
-            whole("inverted_tissue_max", int(np.max(waveforms[key])), f"of {cells} cells")
-            for key in ("inverted_tissue",)
-            if key in waveforms
-        ),
+        *inverted,
     ]

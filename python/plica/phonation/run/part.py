@@ -9,14 +9,15 @@ from functools import cached_property
 import numpy as np
 
 from plica.errors import InvalidInput, Named
-from plica.measures.airway import airway_name
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
+from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats, time_step
+from plica.measures.scene_text import airway_name
 from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.measure import measure
-from plica.phonation.measures.run_data import MeshData, RunData
+from plica.phonation.measures.run_data import RunData
 from plica.phonation.scene.problems import value_text
 from plica.units import read_quantity
 

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, Named
-from plica.measures.airway import airway_name
 from plica.measures.caution import Caution
 from plica.measures.measure import Measures
+from plica.measures.scene_text import airway_name
 from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
 from plica.phonation.run import store
 from plica.phonation.run.example_bounds import example_bounds

@@ -311,11 +311,11 @@ class _Runner:
         if results.frames < np.count_nonzero(self.frames <= results.steps):
             missing.append("frame at t = 0")
         found, damaged = checkpoint.whole(self.directory)
-        for newest in list(found.values())[:1]:
-            if newest.scene != self.digest:
-                missing.append("checkpoint of this scene")
-            else:
-                missing += [name for name in self.simulation.state() if name not in newest.state]
+        newest = next(iter(found.values()), None)
+        if newest is not None and newest.scene != self.digest:
+            missing.append("checkpoint of this scene")
+        elif newest is not None:
+            missing += [name for name in self.simulation.state() if name not in newest.state]
         if missing:
             raise InvalidInput(
                 f"{self.directory}: cannot be continued: it has no {' or '.join(missing)}. It is from an "

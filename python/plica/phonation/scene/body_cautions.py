@@ -19,7 +19,7 @@ from plica.measures.contour import rest_contour
 from plica.phonation.scene.held import MeshArrays, fixed_components
 from plica.phonation.scene.initial import initial_fields
 from plica.phonation.scene.mesh_parts import MeshFile
-from plica.phonation.scene.overlap import deepest_overlap
+from plica.phonation.scene.overlap import find_overlap
 from plica.phonation.scene.symmetry import symmetry_planes
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def overlapping_bodies(bodies: Bodies) -> Caution | None:
     if scene.initial is not None:
         displacement = initial_fields(scene, bodies.mesh, bodies.fixed)[0]
     x = bodies.points if displacement is None else bodies.points + displacement
-    found = deepest_overlap(x, bodies.cells[:, :4], bodies.of_node[bodies.cells[:, 0]])
+    found = find_overlap(x, bodies.cells[:, :4], bodies.of_node[bodies.cells[:, 0]])
     if found is None:
         return None
     depth, one, other = found

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica.errors import SceneError, nearest, one_of
+from plica.measures.mesh_data import MeshData
+from plica.measures.record import Array
 
 if TYPE_CHECKING:
     from plica.phonation.scene.scene import Scene
@@ -16,35 +18,15 @@ if TYPE_CHECKING:
 __all__ = ["MeshArrays", "fixed_components"]
 
 
-class MeshArrays(Protocol):
-    """A mesh, of the engine or stored."""
+class MeshArrays(MeshData, Protocol):
+    """A mesh with its sides and sets of nodes."""
 
     @property
-    def points(self) -> Any:
-        """(n, 3) m."""
-
-    @property
-    def cells(self) -> Any:
-        """(m, 4) or (m, 10)."""
-
-    @property
-    def cell_layer(self) -> Any:
-        """(m) positions in `layer_names`."""
-
-    @property
-    def cell_side(self) -> Any:
+    def cell_side(self) -> Array:
         """(m) 0 none, 1 left, 2 right."""
 
     @property
-    def layer_names(self) -> list[str]:
-        """Of the layers."""
-
-    @property
-    def surfaces(self) -> Mapping[str, Any]:
-        """Named boundary faces."""
-
-    @property
-    def node_sets(self) -> Mapping[str, Any]:
+    def node_sets(self) -> Mapping[str, Array]:
         """Named nodes."""
 
 

@@ -228,7 +228,8 @@ class _Reader:
                 raise self.fail(
                     f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {one_of(shown)}."
                 )
-            chosen |= labels == number if number in has else False
+            if number in has:
+                chosen |= labels == number
             chosen |= sets.get(str(name), np.zeros(len(labels), dtype=bool))
         return chosen
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from plica.tetrahedron import EDGES
 
-__all__ = ["deepest_overlap"]
+__all__ = ["find_overlap"]
 
 _Reals = NDArray[np.float64]
 _Integers = NDArray[np.int32]
@@ -19,7 +19,7 @@ _PAIRS = 20_000  # at once
 _FACES = ((1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2))
 
 
-def deepest_overlap(x: _Reals, cells: _Integers, body: _Integers) -> tuple[float, int, int] | None:
+def find_overlap(x: _Reals, cells: _Integers, body: _Integers) -> tuple[float, int, int] | None:
     """Depth (m) of the first cells of two bodies that overlap, and these cells; None if there are none.
 
     Parameters
