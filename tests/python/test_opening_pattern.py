@@ -192,3 +192,13 @@ def test_folds_that_touch_have_no_pattern(tmp_path: Path) -> None:
     message = refused(scene)
     assert "needs an open glottis" in message
     assert "0 m apart at z = 0 m" in message
+
+
+def test_each_fold_moves_as_far_as_its_own_wall() -> None:
+    a, wall = 0.5e-3, (4e-3, 9e-3)
+    contour = np.array([[-2e-3, 4 * a], [-1e-3, a], [0.0, a], [1e-3, 4 * a]])
+    glottis = Glottis(1e-3, 2e-3, contour, 8e-3, wall, 8e-3)
+    for sign, far in ((-1, wall[0]), (1, wall[1])):
+        out = np.array([a, 0.25 * a + 0.75 * far, far])
+        x = np.column_stack((glottis.x + sign * out, np.full(3, glottis.y), np.zeros(3)))
+        assert opening_pattern(x, glottis)[:, 0] == pytest.approx([sign, 0.25 * sign, 0.0])

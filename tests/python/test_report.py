@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.commands.table import measures_table
-from plica.measures.measure import Measure
+from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.measure import measure
@@ -295,6 +295,26 @@ def test_the_page_has_every_caution_of_its_own(tmp_path: Path) -> None:
     assert text.count("Caution: ") == 2
     assert f"Caution: {FOLDED}" in text
     assert f"Caution: {UNCONVERGED}" in text
+
+
+class Doubted(AnalyticRun):
+    """A run whose fundamental frequency is doubted."""
+
+    @property
+    def measures(self) -> Measures:
+        """With one caution."""
+        found = measure(self)
+        name = "fundamental_frequency"
+        return Measures({**found, name: dataclasses.replace(found[name], cautions=("by hand",))}.values())
+
+
+@pytest.mark.slow
+def test_a_tile_has_the_mark_of_its_caution(tmp_path: Path) -> None:
+    run = Doubted(**vars(base.run()))
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    tiles = re.findall(r'<div class="tile"><dt>(.*?)</dt>', text)
+    assert len(tiles) > 3
+    assert [tile for tile in tiles if "<sup>" in tile] == ["Fundamental frequency<sup>1</sup>"]
 
 
 @pytest.mark.slow
