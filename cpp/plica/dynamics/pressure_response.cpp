@@ -9,6 +9,7 @@ namespace plica {
 PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion, Indices nodes)
     : images_(motion.images()),
       nodes_(std::move(nodes)),
+      least_rows_(nodes_.size() == 0 ? 0 : nodes_.maxCoeff() + std::ptrdiff_t{1}),
       own_(images_ ? images_->nodes_of(nodes_) : nodes_),
       place_(nodes_.size()) {
   require_indices("PressureResponse", "node", own_, motion.supports().size() / 3);
@@ -48,7 +49,7 @@ PressureResponse::PressureResponse(const Airflow& airflow, const Motion& motion,
 
 void PressureResponse::displace(const Vector& pressure, double scale, Points& x) const {
   require_size("PressureResponse", "pressure", pressure.size(), at_nodes_.cols());
-  require_indices("PressureResponse", "node", nodes_, x.rows());
+  require_at_least("PressureResponse", "x", x.rows(), least_rows_);
   const Vector amount = scale * pressure;
   Vector shift(at_nodes_.rows());
   for_chunks(own_.size(), 512, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {

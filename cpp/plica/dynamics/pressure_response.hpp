@@ -19,6 +19,7 @@ class PressureResponse {
  private:
   const MirrorImages* images_;
   Indices nodes_;
+  std::ptrdiff_t least_rows_;   // of x: one more than the largest of them
   Indices own_;                 // those of the motion's that they are, or are images of
   Indices place_;               // (nodes) in own_
   Eigen::MatrixXd at_nodes_;    // (3 own, s)
