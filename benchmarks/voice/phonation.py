@@ -9,9 +9,10 @@ soon as its runs are there. Parts, each a variation of examples/normal_phonation
 voice    the presets of meshes; half and a quarter of the step; sections of the airflow; surfaces without mass
 cells    the size of the cells at the folds, its growth, the lines around the airway
 tissue   how strained linear tissue is, by subglottal pressure
+start    how the pressure rises and what opening velocity the folds have, and the start and the voice then
 thesis   examples/thesis.toml (P) and thesis_b.toml (B), on the thesis's mesh and a coarser one
 
-All but the thesis's are measured from START on. What spreads, errors and limits are: measures.py.
+All but the start's and the thesis's are measured from START on. Spreads, errors and limits: measures.py.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ from benchmarks.voice.measures import (
     measured,
     side_by_side,
 )
+from plica.phonation.measures.measure import steady_cycles
 
 EXAMPLES = ROOT / "examples"
 START = 0.06  # s, where the voice has settled
@@ -61,6 +63,15 @@ CELLS = (  # size at the folds (mm), growth, lines
 )
 MESHES = ("coarse", "demo", "fine", "finest")
 PRESSURES = (400, 300, 200)  # Pa
+RISES = (0.0, 5.4, 8.0, 11.0, 16.0, 22.0)  # ms, of the pressure
+AT_REST = (0.0, 5.4, 22.0)  # those also without an opening velocity
+STARTS = [(rise, opened) for rise in RISES for opened in ((True, False) if rise in AT_REST else (True,))]
+
+
+def start_name(rise: float, opened: bool) -> str:
+    """Of the run with a rise of the pressure (ms), with the example's opening velocity or without."""
+    return f"rise_{rise:g}_ms{'' if opened else '_at_rest'}"
+
 
 # Run: changes of the example.
 RUNS: dict[str, dict[str, Any]] = {
@@ -82,6 +93,11 @@ RUNS: dict[str, dict[str, Any]] = {
     **{
         f"coarse_{pressure}_pa": {"mesh.larynx": "coarse", "airflow.subglottal_pressure": float(pressure)}
         for pressure in PRESSURES
+    },
+    **{
+        start_name(rise, opened): {"airflow.rise": 1e-3 * rise, "time.duration": 0.16}
+        | ({} if opened else {"initial": None})
+        for rise, opened in STARTS
     },
 }
 # Run: example, mesh.
@@ -196,11 +212,66 @@ def off_by(run: Voice | plica.Run) -> str:
     return f"{100 * np.sqrt(np.max(run.waveforms['strain_neglected']) / 2):.0f} %"
 
 
+def start_part(study: Study) -> None:
+    """The start, which is all before the steady cycles, and the cycles."""
+    quantities = (F0, OPEN, FLOW)
+    columns = ["`rise`", "`opening_velocity`", "steady from", "strain, start", "linear tissue off by, start"]
+    columns += ["inverted cells, start", "strain, cycles", "off by, cycles", "inverted cells, cycles"]
+    columns += [quantity.head for quantity in quantities]
+    voices = {given: study.voice(start_name(*given), start=0.0) for given in STARTS}
+
+    def rows() -> Iterator[list[str]]:
+        for (rise, opened), voice in voices.items():
+            cycles, time = steady_cycles(voice.run), voice.run.time
+            part = cycles.extent(time) if cycles.settled else slice(time.size, time.size)
+            steady = (
+                f"{1e3 * cycles.starts[0]:.0f} ms" if cycles.settled else f"not by {1e3 * time[-1]:.0f} ms"
+            )
+            velocity = f"{voice.run.scene.initial.opening_velocity:g} m/s" if opened else "-"
+            parts = [slice(0, part.start), part]
+            strained = [cell for one in parts for cell in worst(voice.run, one)]
+            shown = [voice.text(quantity) if cycles.settled else "-" for quantity in quantities]
+            yield [f"{rise:g} ms" if rise else "0", velocity, steady, *strained, *shown]
+
+    record("phonation_start", columns, rows(), against_scatter(voices[0.0, True], voices[5.4, True]))
+
+
+def worst(run: plica.Run, part: slice) -> list[str]:
+    """Largest strain, error of linear tissue and inverted cells of a part of a run; dashes without steps."""
+    if part.start == part.stop:
+        return ["-"] * 3
+    strain, neglected, inverted = (
+        float(np.max(run.waveforms[name][part]))
+        for name in ("strain_999", "strain_neglected", "inverted_tissue")
+    )
+    return [f"{100 * strain:.0f} %", f"{100 * np.sqrt(neglected / 2):.0f} %", f"{inverted:.0f}"]
+
+
+def against_scatter(sudden: Voice, risen: Voice) -> str:
+    """How far the measures of the cycles of two voices are apart, in scatters between cycles."""
+    apart = {
+        name: abs(other.value - item.value) / max(item.spread, other.spread)
+        for name, item in sudden.measures.items()
+        if item.spread and (other := risen.measures[name]).spread and other.cycles
+    }
+    most = max(apart, key=apart.__getitem__)
+    return (
+        f"With the example's rise and with none, {len(apart)} measures of the cycles differ by at most "
+        f"{apart[most]:.2f} of their scatter between cycles ({most})."
+    )
+
+
 def thesis_part(study: Study) -> None:
     keep_side_by_side("phonation_thesis", study.voices(*THESIS, start=0.0), 0.0)
 
 
-PARTS = {"voice": voice_part, "cells": cells_part, "tissue": tissue_part, "thesis": thesis_part}
+PARTS = {
+    "voice": voice_part,
+    "cells": cells_part,
+    "tissue": tissue_part,
+    "start": start_part,
+    "thesis": thesis_part,
+}
 
 
 def main() -> None:
