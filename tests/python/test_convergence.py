@@ -23,7 +23,7 @@ def test_three_levels_of_a_power_law_hold_its_limit(order: float, sizes: tuple[f
     error = abs(float(made[run].values[0]) - LIMIT)
     assert found.order == pytest.approx(order, abs=1e-6)
     assert error <= found.uncertainty < 40 * error
-    assert found.verdict == ("asymptotic" if order == 2.0 else "monotone")
+    assert found.verdict == ("expected order" if order == 2.0 else "other order")
 
 
 def test_at_the_order_of_theory_the_limit_is_found() -> None:
@@ -38,7 +38,7 @@ def test_at_the_order_of_theory_the_limit_is_found() -> None:
 def test_two_levels_hold_the_limit_of_any_order_that_is_sure(order: float, run: int) -> None:
     made = levels(order, (1.0, 0.5))
     found = converge(made[run], [made[1 - run]], 1.0, 2.0)
-    assert found.verdict == "two levels"
+    assert found.verdict == "one other level"
     assert abs(float(made[run].values[0]) - LIMIT) <= found.uncertainty
 
 
@@ -54,9 +54,9 @@ def test_two_levels_that_scatter_are_apart_by_as_much_as_they_may_be() -> None:
     most = np.hypot(1.0, np.hypot(0.8, 0.9))
     for run, other, bound in ((coarse, finest, 4 * most), (finest, coarse, 3 * most)):
         found = converge(run, [other], 1.0, 2.0)
-        assert found.verdict == "scatter"
+        assert found.verdict == "within scatter"
         assert found.uncertainty == pytest.approx(bound)
-    assert converge(coarse, [Level(0.5, 2.0, 0.9)], 1.0, 2.0).verdict == "two levels"
+    assert converge(coarse, [Level(0.5, 2.0, 0.9)], 1.0, 2.0).verdict == "one other level"
 
 
 def test_a_lower_order_than_a_half_is_taken_for_a_half() -> None:
@@ -90,7 +90,7 @@ def test_a_difference_within_the_scatter_of_the_cycles_is_not_read_as_an_order()
         Level(size, value, 0.05) for size, value in zip((1.0, 0.5, 0.25), (1.0, 1.04, 1.041), strict=True)
     ]
     found = converge(made[0], made[1:], 1.0, 2.0)
-    assert found.verdict == "scatter"
+    assert found.verdict == "within scatter"
     assert found.order is None
     apart = np.hypot(0.041, np.hypot(0.05, 0.05))
     assert found.uncertainty == pytest.approx(1.25 * apart / (1 - 1 / 4))  # r = 4, p = 1
@@ -99,7 +99,7 @@ def test_a_difference_within_the_scatter_of_the_cycles_is_not_read_as_an_order()
 def test_levels_that_scatter_no_more_than_the_finest_two_are_apart_bound_what_is_left() -> None:
     made = [Level(size, value, 0.05) for size, value in zip((1.0, 0.5, 0.25), (2.0, 1.04, 1.03), strict=True)]
     found = converge(made[0], made[1:], 1.0, 2.0)
-    assert found.verdict == "scatter"
+    assert found.verdict == "within scatter"
     noise = np.hypot(0.05, 0.05)
     left = np.hypot(0.01, noise) / 3
     assert found.uncertainty == pytest.approx(1.25 * (np.hypot(0.97, noise) + left))
@@ -107,13 +107,13 @@ def test_levels_that_scatter_no_more_than_the_finest_two_are_apart_bound_what_is
 
 def test_no_difference_at_all_is_unchanged_and_not_converged() -> None:
     found = converge(Level(1.0, 2.0), [Level(0.5, 2.0), Level(0.25, 2.0)], 1.0, 2.0)
-    assert (found.verdict, found.uncertainty, found.order) == ("unchanged", 0.0, None)
+    assert (found.verdict, found.uncertainty, found.order) == ("no difference", 0.0, None)
 
 
 def test_no_difference_beside_scatter_leaves_the_scatter() -> None:
     made = [Level(size, 2.0, 0.1) for size in (1.0, 0.5, 0.25)]
     found = converge(made[0], made[1:], 1.0, 2.0)
-    assert found.verdict == "scatter"
+    assert found.verdict == "within scatter"
     assert found.uncertainty == pytest.approx(1.25 * np.hypot(0.1, 0.1) / (1 - 1 / 4))
 
 

@@ -188,7 +188,7 @@ def test_a_damaged_film_is_refused_or_reads_the_same(tmp_path: Path) -> None:
 
 
 def uncertainty() -> Uncertainty:
-    step = Refinement(1.0, "monotone", 1.9, 3.25, {"run": 2.0, "step-2": 3.0})
+    step = Refinement(1.0, "other order", 1.9, 3.25, {"run": 2.0, "step-2": 3.0})
     table = {"peak_flow": Uncertain("peak_flow", "m^3/s", 2.0, step, None, 0.1, 0.2, 20)}
     return Uncertainty(12, "a source, with \u2013 more", [{"name": "step-2"}], table, {}, ["none"], "1.0")
 

@@ -7,30 +7,29 @@ from pathlib import Path
 from typing import Any
 
 from plica.commands.arguments import add_command, add_threads
+from plica.measures.uncertainty import VERDICTS
 
 __all__ = ["add_commands", "estimated"]
 
-_HELP = """\
+_MEANINGS = "\n".join(f"  {verdict:<16} {meaning}" for verdict, meaning in VERDICTS.items())
+
+_HELP = f"""\
 Estimates the discretisation error of every measure of the finished run in DIR. The scene is computed again
 with half its step and, as far as the budget allows, on a finer and a coarser mesh and with a quarter of the
 step: a steady vibration from its own state, without the first 6 cycles, others from their start. The cost is
 printed first. Then it writes, in addition to measures.json,
 
-  uncertainty.json   {source, remarks, levels, measures: {name: {value, unit, numerical, step, mesh,
-                     statistical, spread, cycles}}, waveforms: likewise}; step and mesh are
-                     {uncertainty, verdict, order, extrapolated, values}
+  uncertainty.json   {{source, remarks, levels, measures: {{name: {{value, unit, numerical, step, mesh,
+                     statistical, spread, cycles}}}}, waveforms: likewise}}; step and mesh are
+                     {{uncertainty, verdict, order, extrapolated, values}}
   uncertainty.csv    one row per measure, in SI
   report.html        and measures.json again, with the numerical uncertainty
 
 "numerical" is the sum of the uncertainties by step and by mesh, bounds for 95 of 100 cases; "statistical",
-of the mean over the measured cycles, is not included. The table shows how each part was determined:
+of the mean over the measured cycles, is not included. The table shows how each part was determined, an order
+with its number (a level is the scene with another step or mesh):
 
-  order 2.0          three levels converge with that order, which is the theoretical one
-  monotone, 1.4      they converge with that order, which is not: a safety factor of 3
-  two levels         theoretical order, with that factor
-  scatter            levels differ by less than cycles do: the bound is the resolution of the cycles
-  no convergence     differences do not decrease: three times the largest difference
-  unchanged          no difference at all
+{_MEANINGS}
 
 After Ctrl-C the same command continues; the levels are kept in DIR/uncertainty and may be deleted.
 docs/uncertainty.md describes the method and its reliability.

@@ -5,23 +5,40 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
+from plica.errors import Damaged, UnknownName
 from plica.storage.json_file import read_json, write_json
 
 __all__ = [
     "JSON_FILE",
+    "VERDICTS",
     "Bound",
     "Refinement",
     "Uncertain",
     "Uncertainty",
+    "Verdict",
     "from_json",
     "read_uncertainty",
     "write_uncertainty",
 ]
 
 JSON_FILE = "uncertainty.json"
-_FORMAT = 1
+_FORMAT = 2
+_REMEDY = "Remove it, or let plica uncertainty make it again"
+
+Verdict = Literal[
+    "expected order", "other order", "one other level", "within scatter", "no convergence", "no difference"
+]
+VERDICTS: Mapping[Verdict, str] = {
+    "expected order": "two other levels: differences shrink with the theoretical order (safety factor 1.25)",
+    "other order": "two other levels: differences shrink, but with another order (safety factor 3)",
+    "one other level": "only one other level was compared, so that the order is assumed (safety factor 3)",
+    "within scatter": "levels differ by less than cycles do: the bound is what these cycles can resolve",
+    "no convergence": "differences do not shrink, or the quantity has no limit: do not rely on the bound",
+    "no difference": "all levels give the same value",
+}
+"""How an uncertainty was determined, and what that means; docs/uncertainty.md has the rule of each."""
 
 
 @dataclass(frozen=True)
@@ -52,9 +69,8 @@ class Refinement:
     ----------
     uncertainty : float
         In the quantity's unit.
-    verdict : str
-        "asymptotic", "monotone", "two levels", "scatter", "no convergence" or "unchanged"
-        (docs/uncertainty.md).
+    verdict : Verdict
+        How it was determined, one of `VERDICTS`; any other raises UnknownName.
     order : float or None
         Observed order, from three levels.
     extrapolated : float or None
@@ -64,10 +80,14 @@ class Refinement:
     """
 
     uncertainty: float
-    verdict: str
+    verdict: Verdict
     order: float | None = None
     extrapolated: float | None = None
     values: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.verdict not in get_args(Verdict):
+            raise UnknownName("Refinement: verdict", self.verdict, VERDICTS)
 
 
 @dataclass(frozen=True)
@@ -115,7 +135,7 @@ class Uncertain:
         """Reasons to doubt the uncertainty, as text."""
         parts = (("step", self.step), ("mesh", self.mesh))
         found = [name for name, part in parts if part is not None and part.verdict == "no convergence"]
-        return (f"not in the asymptotic range of {' and '.join(found)}",) if found else ()
+        return (f"no convergence by {' and '.join(found)}: do not rely on it",) if found else ()
 
     def bound(self, source: str) -> Bound | None:
         """The numerical uncertainty alone; None if there is none."""
@@ -182,12 +202,16 @@ def write_uncertainty(found: Uncertainty, path: Path) -> Path:
 def read_uncertainty(directory: Path, steps: int) -> Uncertainty | None:
     """The uncertainty of the run of this number of steps in a directory.
 
-    None if there is none, or if it is for another number of steps or of another format. Raises Damaged.
+    None if there is none, or if it is for another number of steps or of another format. Raises Damaged,
+    also for a verdict that is not known.
     """
     path = directory / JSON_FILE
     if not path.is_file():
         return None
-    found = from_json(read_json(path, "Remove it, or let plica uncertainty make it again"))
+    try:
+        found = from_json(read_json(path, _REMEDY))
+    except UnknownName as error:
+        raise Damaged(f"{path}: {error} {_REMEDY}.") from None
     return found if found is not None and found.steps == steps else None
 
 

@@ -10,17 +10,18 @@ estimated error of the finest level, R = |v_finer - v_finest| / (r^p - 1), r = h
 V&V 20-2009), and not less than the distance to the finest level plus the index of that one. Factor and order
 are those of Oberkampf and Roy (Verification and Validation in Scientific Computing, 2010, Sec. 8.7):
 
-- three levels that converge with an observed order within a tenth of the theoretical one: F = 1.25,
-theoretical p. - three levels that converge monotonically with another order: F = 3 and the observed p,
-between 1/2 and the
-  theoretical order. If it is above, U is not less than D plus the error estimated from the coarser two
-  levels with the theoretical order, since two errors that happen to be equal would appear to vanish.
-- two levels: F = 3 with the guaranteed order.
-- three levels whose differences do not decrease are not in the asymptotic range: U is three times the largest
-  difference of any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014).
+- "expected order", three levels that converge with an observed order within a tenth of the theoretical one:
+  F = 1.25, theoretical p.
+- "other order", three levels that converge monotonically with another order: F = 3 and the observed p,
+  between 1/2 and the theoretical order. If it is above, U is not less than D plus the error estimated from
+  the coarser two levels with the theoretical order, since two errors that happen to be equal would appear to
+  vanish.
+- "one other level": F = 3 with the guaranteed order.
+- "no convergence", three levels whose differences do not decrease: U is three times the largest difference of
+  any two (Eca and Hoekstra, J. Comput. Phys. 262, 2014).
 
 Means over cycles have a statistical error, and a difference d within that of the difference, n, has no
-information on the order; it is replaced by its upper limit sqrt(d^2 + n^2):
+information on the order ("within scatter"); it is replaced by its upper limit sqrt(d^2 + n^2):
 
 - the finer two levels agree, the coarser two do not: as above, F = 3.
 - all levels agree: U is 1.25 times the error from the coarsest and the finest level with the guaranteed
@@ -34,14 +35,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Convergence", "Level", "Verdict", "converge", "observed_order"]
+from plica.measures.uncertainty import Verdict
 
-Verdict = Literal["asymptotic", "monotone", "no convergence", "two levels", "scatter", "unchanged"]
+__all__ = ["Convergence", "Level", "converge", "observed_order"]
 
 confirmed = 1.25  # safety factor if three levels show the theoretical order
 cautious = 3.0  # safety factor otherwise, and of the largest difference without convergence
@@ -83,10 +83,8 @@ class Convergence:
     uncertainty : float
         Bound on its distance from the limit, in the unit of the value.
     order : float or None
-        Observed order; None for two levels, or if it cannot be determined.
+        Observed order; None for one other level, or if it cannot be determined.
     verdict : Verdict
-        "asymptotic": with the theoretical order; "monotone": with another; "no convergence"; "two levels";
-        "scatter": differences are within the statistical error; "unchanged": there is no difference.
     extrapolated : float or None
         The limit of a number that converges.
     """
@@ -114,15 +112,15 @@ def converge(run: Level, others: Sequence[Level], least: float, highest: float) 
     pairs = list(combinations(levels, 2))
     extent = max(_distance(a, b) for a, b in pairs)
     if extent == 0 and not any(_noise(a, b) for a, b in pairs):
-        return Convergence(0.0, None, "unchanged")
+        return Convergence(0.0, None, "no difference")
     if len(levels) == 2:
         left = _largest_difference(*levels) / ((levels[0].size / levels[1].size) ** least - 1)
-        verdict: Verdict = "two levels" if _resolved(*levels) else "scatter"
+        verdict: Verdict = "one other level" if _resolved(*levels) else "within scatter"
         return Convergence(_bound(run, levels[-1], left, cautious), None, verdict)
     coarse, fine, finest = levels
     if not _resolved(coarse, fine) and not _resolved(fine, finest):
         share = run.size**least / (coarse.size**least - finest.size**least)
-        return Convergence(confirmed * _largest_difference(coarse, finest) * share, None, "scatter")
+        return Convergence(confirmed * _largest_difference(coarse, finest) * share, None, "within scatter")
     order = observed_order(coarse, fine, finest) if _resolved(fine, finest) else _least_order(*levels)
     if order is None or order < falls or not _resolved(coarse, fine):
         return Convergence(cautious * extent, order, "no convergence")
@@ -135,11 +133,11 @@ def converge(run: Level, others: Sequence[Level], least: float, highest: float) 
         spread = (coarse.size / finest.size) ** used - (fine.size / finest.size) ** used
         bound = max(bound, _bound(run, finest, _distance(coarse, fine) / spread, 1.0, 1.0))
     if not resolved:
-        return Convergence(bound, None, "scatter")
+        return Convergence(bound, None, "within scatter")
     limit = None
     if run.values.size == 1:
         limit = float(finest.values[0] + np.sign(finest.values[0] - fine.values[0]) * left)
-    return Convergence(bound, order, "asymptotic" if agreed else "monotone", limit)
+    return Convergence(bound, order, "expected order" if agreed else "other order", limit)
 
 
 def _bound(run: Level, finest: Level, left: float, factor: float, least: float = confirmed) -> float:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.scale import shown_unit
-from plica.measures.uncertainty import Refinement, Uncertain, Uncertainty
+from plica.measures.uncertainty import VERDICTS, Refinement, Uncertain, Uncertainty
 from plica.phonation.run.results import Run
 from plica.storage.table import write_table
 from plica.uncertainty.comparison import Computed
@@ -61,7 +61,7 @@ def sentence(levels: Sequence[Computed], run: Run, start: Start | None) -> str:
 
 def uncertainty_table(found: Uncertainty) -> str:
     """Measures with uncertainties in common units; one line per waveform; source and remarks."""
-    head = f"{'':<40} {'value':<12} {'numerical':<10} {'unit':<8} {'step':<24} {'mesh':<24} statistical"
+    head = f"{'':<40} {'value':<12} {'numerical':<10} {'unit':<8} {'step':<28} {'mesh':<28} statistical"
     lines = [head]
     for item in found.measures.values():
         factor, unit = _shown_unit(item)
@@ -70,11 +70,12 @@ def uncertainty_table(found: Uncertainty) -> str:
         value = _rounded(factor * item.value, factor * (item.numerical or 0.0))
         lines.append(
             f"{item.name:<40} {value:<12} {numerical:<10} {'' if unit == '1' else unit:<8} "
-            f"{_part(item.step, factor):<24} {_part(item.mesh, factor):<24} {statistical}".rstrip()
+            f"{_part(item.step, factor):<28} {_part(item.mesh, factor):<28} {statistical}".rstrip()
         )
     lines += [
         *_waveform_lines(found.waveforms),
         "",
+        *_verdict_lines(found.measures.values()),
         found.source,
         *(f"! {remark}" for remark in found.remarks),
         *(
@@ -84,6 +85,15 @@ def uncertainty_table(found: Uncertainty) -> str:
         ),
     ]
     return "\n".join(lines)
+
+
+def _verdict_lines(items: Iterable[Uncertain]) -> list[str]:
+    """What each verdict in the table means."""
+    shown = {part.verdict for item in items for part in (item.step, item.mesh) if part is not None}
+    lines = [f"{verdict:<16} {meaning}" for verdict, meaning in VERDICTS.items() if verdict in shown]
+    return (
+        ["By step and by mesh; a level is the scene with another step or mesh:", *lines, ""] if lines else []
+    )
 
 
 def _waveform_lines(waveforms: Mapping[str, Uncertain]) -> list[str]:
@@ -117,12 +127,8 @@ def _shown_unit(item: Uncertain) -> tuple[float, str]:
 def _part(part: Refinement | None, factor: float) -> str:
     if part is None:
         return "not estimated"
-    verdict: str = part.verdict
-    if part.order is not None and verdict == "asymptotic":
-        verdict = f"order {part.order:.1f}"
-    elif part.order is not None and verdict == "monotone":
-        verdict = f"monotone, {part.order:.1f}"
-    return f"{factor * part.uncertainty:.2g} ({verdict})"
+    order = f" {part.order:.1f}" if part.order is not None and part.verdict.endswith("order") else ""
+    return f"{factor * part.uncertainty:.2g} ({part.verdict}{order})"
 
 
 def _rounded(value: float, half: float) -> str:
