@@ -85,3 +85,10 @@ def test_a_mesh_of_two_files_is_read_back(tmp_path: Path) -> None:
     mesh = plica.build_mesh(SCENE.mesh)
     write_mesh(mesh, tmp_path / "mesh.xdmf")
     np.testing.assert_array_equal(meshio.read(tmp_path / "mesh.xdmf").points, mesh.points)
+
+
+def test_the_name_of_a_draft_is_written_in_one_place() -> None:
+    package = Path(plica.__file__).parent
+    assert [path.name for path in sorted(package.rglob("*.py")) if '".part"' in path.read_text()] == [
+        "files.py"
+    ]

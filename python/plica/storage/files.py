@@ -12,6 +12,7 @@ from pathlib import Path
 from plica.errors import InvalidInput, StorageFailed
 
 __all__ = [
+    "draft_of",
     "holds_nothing_but",
     "only_writer",
     "refuse_overwriting",
@@ -49,9 +50,14 @@ def _has_results(path: Path) -> bool:
         return False
 
 
+def draft_of(path: Path) -> Path:
+    """Where a file is written before it replaces `path`: beside it."""
+    return path.with_name(path.name + DRAFT)
+
+
 def replaced(path: Path, write: Callable[[Path], None]) -> None:
     """Let `write` create a temporary file, sync it to disk and rename it to `path` atomically."""
-    draft = path.with_name(path.name + DRAFT)
+    draft = draft_of(path)
     with storage_errors(path):
         try:
             write(draft)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plica.errors import InvalidInput, StorageFailed
-from plica.storage.files import require_file
+from plica.storage.files import draft_of, require_file
 
 __all__ = ["read_flow", "write_flow"]
 
@@ -64,7 +64,7 @@ def write_flow(path: str | Path, flow: ArrayLike) -> None:
     array[~np.isfinite(array).all(axis=-1)] = 10 * _UNKNOWN
     size = np.array([array.shape[1], array.shape[0]], "<i4")
     target = Path(path)
-    part = target.with_name(target.name + ".part")
+    part = draft_of(target)
     try:
         part.write_bytes(_MAGIC + size.tobytes() + array.tobytes())
         os.replace(part, target)

@@ -22,7 +22,7 @@ from plica import _engine
 from plica.measures.waveforms import STORED
 from plica.phonation.run.progress_record import NAME, ProgressRecord
 from plica.phonation.scene.scene import Scene
-from plica.storage.files import replaced, require_space, storage_errors
+from plica.storage.files import draft_of, replaced, require_space, storage_errors
 from plica.storage.hdf5 import checksum, create, lay_out, put, put_row, put_text, set_text
 from plica.storage.stored import Stored
 
@@ -88,7 +88,7 @@ class ResultFile:
         sample : mapping of ndarray
             Waveforms of any number of steps: their names, types and shapes.
         """
-        draft = path.with_name(path.name + ".part")
+        draft = draft_of(path)
         require_space(draft, _size(scene, mesh, sample), ", or a larger output.every or output.start")
         version = _engine.build_info()["version"]
         with storage_errors(path), create(draft) as file:
@@ -105,7 +105,7 @@ class ResultFile:
         steps, frames = self._record.steps, self._record.frames
         sample = {name: self._file[f"waveforms/{name}"][:1] for name in self._names}
         require_space(
-            self.path.with_name(self.path.name + ".part"),
+            draft_of(self.path),
             _size(scene, mesh, sample),
             ", or a shorter time.duration",
         )
