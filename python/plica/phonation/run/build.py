@@ -15,10 +15,12 @@ from plica.phonation.run.full_run import stored_motion
 from plica.phonation.run.results import Run
 from plica.phonation.scene.held import fixed_components
 from plica.phonation.scene.initial import initial_fields
+from plica.phonation.scene.mesh_parts import MeshFile
 from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.parts import Airflow, Contact
 from plica.phonation.scene.scene import Scene
+from plica.phonation.scene.surface_fault import airway_fault, contact_fault, selecting
 from plica.phonation.scene.symmetry import symmetry_planes
 from plica.phonation.scene.tissue import Tissue
 
@@ -101,7 +103,7 @@ def build_simulation(
             **parts,
         )
     except InvalidInput as error:
-        raise _located(scene, error) from None
+        raise _airway_located(scene, mesh, error) from None
 
 
 def basis_of(
@@ -189,6 +191,30 @@ def _located(scene: Scene, error: InvalidInput) -> SceneError:
     if isinstance(error, SceneError):
         return error
     return SceneError(f"{scene.source}: {str(error).replace('Simulation: step =', 'time.step =')}")
+
+
+def _airway_located(scene: Scene, mesh: _engine.TetMesh, error: InvalidInput) -> SceneError:
+    """An error that the engine had with the airflow's surface says what is wrong with that surface."""
+    text = str(error)
+    if scene.airflow is None or not text.startswith("Airflow: interface"):
+        return _located(scene, error)
+    name = scene.airflow.surface
+    found = airway_fault(mesh, name) or f"{text.removeprefix('Airflow: ')} {selecting(name)}"
+    return SceneError(f'{scene.source}: airflow.surface = "{name}": {found}')
+
+
+def _known_surface(scene: Scene, path: str, name: str, mesh: _engine.TetMesh, sided: bool = False) -> None:
+    """Raise unless the mesh has that surface; sided: one of two that a mesh file must name."""
+    known = list(mesh.surfaces)
+    if name in known or not isinstance(scene.mesh, MeshFile):
+        return _known(scene, path, name, known)
+    close = nearest(name, known, cutoff=0.9 if sided else 0.8)  # airway is no airway_left
+    what = "the faces of one side alone" if sided else "its faces"
+    hint = f"Select in mesh.surfaces.{name} {what}, by label, box, plane or facing, or name another surface."
+    has = f"one of {', '.join(known)}" if known else "which has none yet"
+    raise SceneError(
+        f'{scene.source}: {path} = "{name}"; must be a surface of the mesh, {has}.{close} {hint}'
+    )
 
 
 def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
@@ -290,14 +316,14 @@ def _options(part: Part, **given: Any) -> Any:
 
 
 def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:
-    _known(scene, "airflow.surface", airflow.surface, list(mesh.surfaces))
+    _known_surface(scene, "airflow.surface", airflow.surface, mesh)
     made: _engine.Airflow = _options(airflow)
     return made
 
 
 def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.Contact:
     for side in ("first", "second"):
-        _known(scene, f"contact.{side}", getattr(contact, side), list(mesh.surfaces))
+        _known_surface(scene, f"contact.{side}", getattr(contact, side), mesh, sided=True)
     surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
     first, second = _sides(contact, mesh)
     points = np.asarray(mesh.points)
@@ -307,7 +333,12 @@ def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.C
         else:
             airway = _engine.triangulated_airway(points, first, second)
     except InvalidInput as error:
-        hint = ' Between other meshes: airway = "triangulated".' if contact.airway == "matched" else ""
+        matched = contact.airway == "matched"
+        if matched or "meshing" not in _engine.build_info()["absent"]:
+            direction = contact.direction if matched else None
+            if fault := contact_fault(mesh, (contact.first, contact.second), direction):
+                raise SceneError(f"{scene.source}: contact.{fault}") from None
+        hint = ' Between other meshes: airway = "triangulated".' if matched else ""
         raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
     made: _engine.Contact = _options(
         contact,
@@ -326,5 +357,5 @@ def _sides(contact: Contact, mesh: _engine.TetMesh) -> tuple[NDArray[np.int32], 
 
 def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:
     for k, load in enumerate(scene.loads):
-        _known(scene, f"loads[{k}].surface", load.surface, list(mesh.surfaces))
+        _known_surface(scene, f"loads[{k}].surface", load.surface, mesh)
     return [_engine.Load(**load.model_dump()) for load in scene.loads]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self, get_args
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from plica.errors import nearest, one_of
 from plica.phonation.scene.part import Count, OneOf, Part, engine_default, problem
 from plica.units import Number, PerLength, Stiffness
 
 __all__ = ["Augmented", "Contact", "Multipliers", "Nitsche", "Penalty", "VolumePenalty"]
+
+Airway = Literal["matched", "triangulated"]
 
 
 class Multipliers(Part):
@@ -94,7 +97,7 @@ class Contact(OneOf):
     """Surface of the first body; in a larynx, the left fold."""
     second: str = "airway_right"
     """Surface of the other body."""
-    airway: Literal["matched", "triangulated"] = "matched"
+    airway: Airway = "matched"
     """How the air between the surfaces is meshed: once, between nodes that face each other, or again in each
     step between any two meshes (needs a build with `PLICA_GPL=ON`)."""
     direction: tuple[Number, Number, Number] = (1.0, 0.0, 0.0)
@@ -127,6 +130,19 @@ class Contact(OneOf):
             relation = "must be left out. A triangulated airway has no direction."
             raise problem(relation, "direction", value=list(self.direction))
         return self
+
+    @field_validator("airway", mode="before")
+    @classmethod
+    def _is_no_surface(cls, airway: object) -> object:
+        """The surfaces are `first` and `second`; a mesh file's surface `airway` has its name in common."""
+        if isinstance(airway, str) and airway not in get_args(Airway):
+            relation = (
+                f"must be {one_of(get_args(Airway))}: how the air between the surfaces is "
+                f"meshed.{nearest(airway, get_args(Airway))} "
+                "The surfaces themselves are contact.first and contact.second."
+            )
+            raise problem(relation, value=airway)
+        return airway
 
     @model_validator(mode="after")
     def _has_two_surfaces(self) -> Self:

@@ -22,6 +22,8 @@ from plica.storage.stored import Stored
 __all__ = ["read_mesh"]
 
 _Integers = NDArray[np.int32]
+_BOUNDARY = "boundary"
+"""The name, in place of labels, of all faces of the boundary."""
 _KNOWN_LABELS = ("gmsh:physical", "medit:ref", "cell_tags", "CellEntityIds", "label", "labels")
 _TETRAHEDRA = {"tetra": 4, "tetra10": 10}
 _TRIANGLES = {"triangle": 3, "triangle6": 6}
@@ -225,8 +227,11 @@ class _Reader:
                 shown += [f'"{one}"' for one in sets if one not in named.values()]
                 value = f'"{label}"' if isinstance(label, str) else label
                 what = "tetrahedra" if kinds is _TETRAHEDRA else "triangles"
+                names = [*sets, *named.values(), *((_BOUNDARY,) if kinds is _TRIANGLES else ())]
+                hint = nearest(label, names) if isinstance(label, str) else ""
                 raise self.fail(
-                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, {one_of(shown)}."
+                    f"{path} = {value}; must be a label of {what} in {self.mesh.file.name}, "
+                    f"{one_of(shown)}.{hint}"
                 )
             if number in has:
                 chosen |= labels == number
@@ -295,7 +300,7 @@ class _Reader:
             if isinstance(wanted, FaceSelection):
                 surfaces[name] = self._selected(name, wanted, points, boundary, side[cell])
                 continue
-            if wanted == ("boundary",):
+            if wanted == (_BOUNDARY,):
                 surfaces[name] = boundary
                 continue
             chosen = self._chosen(wanted, f"mesh.surfaces.{name}", labels, _TRIANGLES)

@@ -14,6 +14,7 @@ from plica.measures.contour import medial_surface, rest_contour
 from plica.phonation.scene.held import MeshArrays
 from plica.phonation.scene.mesh_parts import Larynx
 from plica.phonation.scene.mesh_source import larynx_fields
+from plica.phonation.scene.surface_fault import airway_fault
 
 __all__ = ["Glottis", "opening_pattern"]
 
@@ -61,6 +62,8 @@ class Glottis:
                 f'needs the glottis: the mesh must have a surface "{surface}". Name the airway in '
                 "mesh.surfaces."
             )
+        if fault := airway_fault(mesh, surface):
+            raise InvalidInput(f'needs the glottis; surface "{surface}": {fault}')
         points, faces = np.asarray(mesh.points, dtype=float), np.asarray(mesh.surfaces[surface])
         contour = rest_contour(points, faces)
         y = points[np.unique(faces), 1]
