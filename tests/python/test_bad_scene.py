@@ -165,7 +165,7 @@ SCENES: dict[str, tuple[str, str, str]] = {
     "contact unmatched": (
         "[contact.multipliers]",
         "[contact]\nmultipliers = {}\ndirection = [0, 0, 1]",
-        "s.toml: contact: ",
+        "s.toml: contact.direction = (0, 0, 1): it is 90 degrees off the mean normals of the surfaces",
     ),
     "direction of a triangulated airway": (
         "[contact.multipliers]",
