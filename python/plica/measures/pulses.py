@@ -65,6 +65,23 @@ def rises(time: Floats, signal: Floats, below: float, level: float, above: float
     return np.array(starts)
 
 
+def summits(signal: Floats, height: float) -> int:
+    """Number of maxima from which the signal falls by `height` or more on both sides before it is higher
+    again, or ends; those of prominence `height` (in the unit of the signal; none if it is 0).
+    """
+    count, rising, low, high = 0, False, np.inf, -np.inf
+    for value in signal.tolist():
+        if not rising:
+            low = min(low, value)
+            if value - low >= height > 0:
+                rising, high = True, value
+        else:
+            high = max(high, value)
+            if high - value >= height:
+                count, rising, low = count + 1, False, value
+    return count
+
+
 def autocorrelation_frequency(signal: Floats, step: float) -> float:
     """Frequency (Hz) of the first autocorrelation peak within 10 % of the highest; NaN without one."""
     return autocorrelation_peak(signal, step)[0]

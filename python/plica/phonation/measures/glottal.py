@@ -11,6 +11,7 @@ from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import few_samples, over_cycles
 from plica.measures.measure import Measure, per_cycle
+from plica.measures.pulses import summits
 from plica.measures.quotients import open_quotient
 from plica.measures.record import Array, Floats
 
@@ -35,12 +36,8 @@ def several_summits(area: Floats, time: Floats, cycles: Cycles) -> list[str]:
     A summit stands out by a tenth of its cycle's range, as pulses do of the record's (plica.measures.pulses);
     half of the cycles must have several, so that a single disturbance says nothing.
     """
-    from scipy import signal
-
     parts = [area[part] for part in cycles.samples(time)]
-    counts = [
-        signal.find_peaks(part, prominence=summit_share * float(np.ptp(part)))[0].size for part in parts
-    ]
+    counts = [summits(part, summit_share * float(np.ptp(part))) for part in parts]
     several = sum(count > 1 for count in counts)
     if not parts or 2 * several < len(parts):
         return []
