@@ -42,7 +42,7 @@ __all__ = [
 
 @cache
 def registry() -> pint.UnitRegistry[Decimal]:
-    """The units library, loaded on first use; decimal, so that "50 us" is exactly 5e-5."""
+    """The units library, loaded for the first unit that is not a common one; decimal, like those."""
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
@@ -94,6 +94,10 @@ def _from_text(text: str, unit: str, expected: str) -> float:
             raise ValueError(f"must be {expected}; the text has no unit.")
         return float(number)
 
+    factor = _USUAL.get(unit, {}).get(name)
+    if factor is not None:
+        return float(number * factor)
+
     import pint
 
     units = registry()
@@ -128,15 +132,27 @@ _SPELLINGS = {
 }
 """Common spellings of units of pressure that the library does not know."""
 _USUAL = {
-    "s": ("s", "ms", "us", "ns"),
-    "m": ("m", "cm", "mm", "um"),
-    "Pa": ("Pa", "kPa", "MPa", "cmH2O", "mmHg", "dyn/cm^2"),
-    "Pa s": ("Pa s", "mPa s", "uPa s", "poise"),
-    "Hz": ("Hz", "kHz"),
-    "m/s": ("m/s", "cm/s", "mm/s"),
-    "kg/m^3": ("kg/m^3", "g/cm^3"),
+    "s": {"s": Decimal(1), "ms": Decimal("1e-3"), "us": Decimal("1e-6"), "ns": Decimal("1e-9")},
+    "m": {"m": Decimal(1), "cm": Decimal("1e-2"), "mm": Decimal("1e-3"), "um": Decimal("1e-6")},
+    "Pa": {
+        "Pa": Decimal(1),
+        "kPa": Decimal(1000),
+        "MPa": Decimal(1000000),
+        "cmH2O": Decimal("98.0665"),
+        "mmHg": Decimal("133.322387415"),
+        "dyn/cm^2": Decimal("0.1"),
+    },
+    "Pa s": {
+        "Pa s": Decimal(1),
+        "mPa s": Decimal("1e-3"),
+        "uPa s": Decimal("1e-6"),
+        "poise": Decimal("0.1"),
+    },
+    "Hz": {"Hz": Decimal(1), "kHz": Decimal(1000)},
+    "m/s": {"m/s": Decimal(1), "cm/s": Decimal("1e-2"), "mm/s": Decimal("1e-3")},
+    "kg/m^3": {"kg/m^3": Decimal(1), "g/cm^3": Decimal(1000)},
 }
-"""Common units, by SI unit."""
+"""Common units in the SI unit, by that: they are read without the units library, which takes long to load."""
 _IMPLAUSIBLE = 10**6
 """A unit this many times as large as a common one that differs only in case is refused: "Ms" is a million
 seconds."""
