@@ -104,6 +104,23 @@ def test_a_basis_is_recomputed_where_its_full_run_has_changed(full_run: plica.Ru
     assert not np.array_equal(kept_basis(tmp_path, scene, mesh), kept)
 
 
+def test_the_basis_of_one_voice_is_read_for_another_of_the_same_tissue(
+    full_run: plica.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = taken_from(full_run, 10)
+    mesh = build_mesh(scene.mesh)
+    for name in ("first", "second", "third"):
+        (tmp_path / name).mkdir()
+    kept = kept_basis(tmp_path / "first", scene, mesh)
+    monkeypatch.setattr("plica.phonation.run.basis_file.basis_of", lambda *_: pytest.fail("computed"))
+    louder = scene.replace({"airflow.subglottal_pressure": "0.9 kPa", "time.step": "25 us", "initial": None})
+    assert np.array_equal(kept_basis(tmp_path / "second", louder, mesh), kept)
+    assert np.array_equal(kept_basis(tmp_path / "second", louder, mesh, resumed=True), kept)
+    for changes in ({"tissue.cover.E": 500.0}, {"reduction.components": 9}):
+        with pytest.raises(pytest.fail.Exception, match="computed"):
+            kept_basis(tmp_path / "third", scene.replace(changes), mesh)
+
+
 def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Run, tmp_path: Path) -> None:
     scene = taken_from(full_run, 10)
     mesh = build_mesh(scene.mesh)

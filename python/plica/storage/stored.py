@@ -107,7 +107,7 @@ class Stored:
             values = data[()]
         if not self._verified:
             return values
-        sums = self._checksums(name)
+        sums = self.checksums(name)
         rowwise = sums.ndim == 1
         whole = (
             np.shape(values)[:1] == sums.shape and all(map(self._is, values, sums))
@@ -120,12 +120,15 @@ class Stored:
 
     def row(self, name: str, index: int) -> Any:
         """One index of the first axis."""
-        data = self.data(name)
+        return self.row_of(self.data(name), name, index)
+
+    def row_of(self, data: h5py.Dataset, name: str, index: int) -> Any:
+        """`row` of a data set that is open already."""
         with self._errors(name):
             values = data[index]
         if not self._verified:
             return values
-        sums = self._checksums(name)
+        sums = self.checksums(name)
         if sums.shape != data.shape[:1] or not self._is(values, sums[index]):
             raise self.damaged(f"{name}[{index}]")
         return values
@@ -206,7 +209,8 @@ class Stored:
     def _is(values: Any, expected: Any) -> bool:
         return checksum(values) == int(expected)
 
-    def _checksums(self, name: str) -> NDArray[np.uint32]:
+    def checksums(self, name: str) -> NDArray[np.uint32]:
+        """The checksums of a data set: of the whole (), or of each index of its first axis."""
         name = name.strip("/")
         if name not in self._sums:
             if f"{CHECKSUMS}/{name}" not in self:
@@ -239,9 +243,8 @@ class Rows:
     """
 
     def __init__(self, file: Stored, name: str) -> None:
-        self._file, self._name = file, name
-        data = file.data(name)
-        self.shape, self.dtype, self.ndim = tuple(data.shape), data.dtype, data.ndim
+        self._file, self._name, self._data = file, name, file.data(name)
+        self.shape, self.dtype, self.ndim = tuple(self._data.shape), self._data.dtype, self._data.ndim
 
     def __len__(self) -> int:
         return int(self.shape[0])
@@ -250,7 +253,7 @@ class Rows:
         return map(self.__getitem__, range(len(self)))
 
     def __getitem__(self, index: int) -> Any:
-        return self._file.row(self._name, index)
+        return self._file.row_of(self._data, self._name, index)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return np.asarray(self._file.read(self._name), dtype)

@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import LinearOperator, eigsh
-from scipy.spatial import cKDTree
 
 from plica import _engine
 from plica.errors import InvalidInput, SolveFailed
@@ -138,6 +136,8 @@ def contact_nodes(
     points: Floats, sides: tuple[NDArray[np.int32], NDArray[np.int32]], reach: float
 ) -> tuple[NDArray[np.intp], Floats]:
     """Nodes of two surfaces within `reach` (m) of the other surface at rest, and their normals."""
+    from scipy.spatial import cKDTree
+
     nodes, normals = [], []
     for own, other in (sides, sides[::-1]):
         normal = np.zeros_like(points)
@@ -162,6 +162,8 @@ def _lowest_modes(K: Any, M: Any, solve: Any, count: int) -> Floats:
         return np.zeros((size, 0))
     if count >= size - 1:
         return np.eye(size)
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
     inverse = LinearOperator((size, size), matvec=lambda f: solve(f.reshape(-1, 1))[:, 0], dtype=float)
     start = np.random.default_rng(0).standard_normal(size)
     squares, found = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start, tol=1e-8)

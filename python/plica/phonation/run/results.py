@@ -92,11 +92,19 @@ class Field:
         with Stored(self._path, hint=store.HINT) as file:
             if np.ndim(frames) == 0:
                 return np.asarray(file.row(self._name, int(frames))[tuple(rest)])
-            chosen = [file.row(self._name, int(frame))[tuple(rest)] for frame in frames]
+            rows = file.rows(self._name)
+            chosen = [rows[int(frame)][tuple(rest)] for frame in frames]
         return np.asarray(chosen) if chosen else np.empty((0, *self.shape[1:]), self.dtype)
 
     def __iter__(self) -> Iterator[NDArray[Any]]:
         return (self[frame] for frame in range(len(self)))
+
+    @property
+    def checksums(self) -> NDArray[np.uint32]:
+        """(frames) CRC-32 of each frame, as stored: a frame that is not what it says raises when it is
+        read."""
+        with Stored(self._path, hint=store.HINT) as file:
+            return file.checksums(self._name)[: len(self)]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         return np.asarray(self[:], dtype=dtype)
@@ -251,9 +259,8 @@ class Run(Mapping[str, NDArray[Any]]):
             if "fields" not in file:
                 return self._named(())
             names = [name for name in file.names("fields") if name != "time"]
-            time = np.array(
-                [file.row("fields/time", frame) for frame in range(self.frames)], dtype=np.float64
-            )
+            rows = file.rows("fields/time")
+            time = np.array([rows[frame] for frame in range(self.frames)], dtype=np.float64)
         return self._named([("time", time), *((name, Field(self.path, name, self.frames)) for name in names)])
 
     @property

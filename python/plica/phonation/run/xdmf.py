@@ -26,7 +26,8 @@ def write_xdmf(results: Path) -> Path | None:
         if "fields" not in file:
             return None
         frames = ProgressRecord.read(file, file.names("waveforms")).frames
-        times = [float(file.row("fields/time", frame)) for frame in range(frames)]
+        rows = file.rows("fields/time")
+        times = [float(rows[frame]) for frame in range(frames)]
         nodes, total = file.data("mesh/points").shape[0], file.data("fields/time").shape[0]
         cells, corners = file.data("mesh/cells").shape
         has_pressure = "fields/contact_pressure" in file
