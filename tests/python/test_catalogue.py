@@ -16,7 +16,7 @@ from plica.commands.table import MAIN_MEASURES, measures_table
 from plica.errors import InvalidInput
 from plica.measures.catalogue import CATALOGUE, quantity
 from plica.measures.file import write_measures
-from plica.measures.measure import Measure, Measures, average
+from plica.measures.measure import Measure, Measures, average, whole
 from plica.measures.scale import Scale, shown_unit
 from plica.measures.waveforms import RECORDED, STORED
 from plica.phonation.measures.folds import half_widths
@@ -322,3 +322,16 @@ def test_a_quantity_that_no_cycle_defines_says_so_beside_its_note() -> None:
 def test_a_scatter_of_more_than_a_hundred_is_a_plain_number() -> None:
     shown = measures_table({"peak_flow": Measure("peak_flow", 430e-6, 154e-6, 3)})
     assert "scatter of 3 cycles 150" in shown
+
+
+def test_a_value_without_scatter_has_four_digits_and_a_count_all_of_them() -> None:
+    found = Measures([whole("energy_balance_error", 8.79387e-10), whole("steps", 1234567.0)])
+    assert [line.split()[:2] for line in measures_table(found).splitlines()] == [
+        ["energy_balance_error", "8.794e-10"],
+        ["steps", "1234567"],
+    ]
+
+
+def test_a_scatter_of_round_off_is_none() -> None:
+    (line, *_) = measures_table(Measures([Measure("amplitude_asymmetry", -0.1111, 1.3e-16, 3)])).splitlines()
+    assert line.endswith("scatter of 3 cycles 0")

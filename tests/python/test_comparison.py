@@ -14,6 +14,7 @@ from plica.measures.measure import Measure, Measures, average_angle, per_cycle, 
 from plica.measures.perturbation import perturbation_measures
 from plica.measures.recorded import mark_shares, recorded_cycles
 from plica.measures.scale import Scale
+from plica.report.comparison import change_row
 from voices import scattered
 
 
@@ -143,3 +144,16 @@ def test_intervals_of_differences_hold_the_true_change_as_often_as_they_say(chan
     # 44 at 95 %: a standard deviation of 3.3 %; hundreds of draws are in docs/verification.md.
     assert 0.88 <= shares.mean() <= 0.99
     assert (shares >= 0.86).all(), held
+
+
+def test_differences_have_the_digits_of_their_values_however_small_they_are() -> None:
+    def shown(name: str, before: float, after: float) -> str:
+        (change,) = changes(Measures([whole(name, before)]), Measures([whole(name, after)]))
+        return change_row(change, []).difference
+
+    assert shown("energy_balance_error", 8.7e-10, 8.72e-10) == "+2.0 × 10⁻¹²"
+    assert shown("energy_balance_error", 8.72e-10, 8.7e-10) == "−2.0 × 10⁻¹²"
+    assert shown("energy_balance_error", 8.7e-14, 9.7e-14) == "+1.00 × 10⁻¹⁴"
+    assert shown("energy_balance_error", 8.7e-10, 8.7e-10 * (1 + 1e-9)) == "0"
+    assert shown("peak_flow", 400e-6, 401.5e-6) == "+1.5 ml/s"
+    assert shown("mean_iterations", 3.25, 3.125) == "−0.125"

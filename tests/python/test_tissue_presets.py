@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import plica
+from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
 
 _EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 _LAYERS = ("body", "ligament", "cover")
@@ -93,3 +94,10 @@ def test_the_first_example_is_short_and_its_folds_close() -> None:
     for name in ("minimum_area", "flow"):
         wave = np.asarray(found[name])
         assert wave[touching].min() < 0.05 * wave.max()
+
+
+def test_numbers_of_the_corrected_tissue_are_as_they_are_written() -> None:
+    for tissue in TISSUE_PRESETS["normal"].values():
+        for name, value in tissue.model_dump(exclude_none=True).items():
+            if isinstance(value, float):
+                assert len(repr(value)) <= 8, name  # 0.14, not 0.35 * 0.4 = 0.13999999999999999

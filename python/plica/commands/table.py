@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from plica.measures.catalogue import closed_share
 from plica.measures.measure import Measure
-from plica.report.wording import digits_of
+from plica.report.wording import digits_of, shown_spread
 from plica.units import two_digits
 
 __all__ = ["MAIN_MEASURES", "measures_table"]
@@ -31,7 +31,8 @@ MAIN_MEASURES = (
 
 _OF_SIDES = ("left_right_phase", "amplitude_asymmetry")
 """Of an asymmetric run."""
-_digits_unbounded = 4  # of a mean whose numerical uncertainty is not known, as on pages
+_digits_unbounded = 4  # of a value whose numerical uncertainty is not known, as on pages
+_largest_count = 10**9  # that is written in full
 _ROUND_OFF = 1e-6  # rad, and of the amplitudes; a symmetric run is symmetric to 1e-12
 
 
@@ -106,12 +107,13 @@ def _line(item: Measure) -> str:
     unit = "" if unit == "1" else unit
     cycles = f"({item.cycles} cycles)" if item.cycles else ""
     if item.spread is not None:
-        cycles = f"scatter of {item.cycles} cycles {two_digits(item.spread * factor)}"
+        spread = shown_spread(item)
+        cycles = f"scatter of {item.cycles} cycles {two_digits(spread * factor)}"
     if item.interval is not None:
         low, high = (float(f"{factor * end:.3g}") for end in item.interval)
         cycles = f"[{low:g}, {high:g}] {cycles}"
     digits = digits_of(item.value or 0.0, item.interval)
-    if item.interval is None and item.spread is not None and item.bound is None:
+    if item.interval is None and item.bound is None:
         digits = _digits_unbounded  # scatter is no accuracy, however small it is
     if item.interval is None and item.spread and item.value:  # two digits of the spread, as it is shown
         scattered = digits_of(item.value, (item.value - item.spread, item.value + item.spread)) + 1
@@ -120,5 +122,7 @@ def _line(item: Measure) -> str:
     if item.bound is not None:
         doubts = f" ({'; '.join(item.bound.doubts)})" if item.bound.doubts else ""
         numerical = f"numerical {two_digits(factor * item.bound.uncertainty)}{doubts}"
-    value = float(f"{(item.value or 0.0) * factor:.{digits}g}")
-    return f"{item.name:<40} {value:<12.6g} {unit:<8} {cycles:<28} {numerical}".rstrip()
+    value = (item.value or 0.0) * factor
+    counted = item.spread is None and value == round(value) and abs(value) < _largest_count
+    text = f"{round(value)}" if counted else f"{float(f'{value:.{digits}g}'):.6g}"
+    return f"{item.name:<40} {text:<12} {unit:<8} {cycles:<28} {numerical}".rstrip()

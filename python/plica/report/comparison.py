@@ -13,12 +13,14 @@ from plica._engine import build_info
 from plica.measures.comparison import METHOD, Change
 from plica.report.drawing import Drawing
 from plica.report.page import pdf_of, render
-from plica.report.wording import Row, numbered, row, typeset
+from plica.report.wording import Row, number, numbered, row, typeset
 from plica.storage.files import write_text
 from plica.storage.json_file import write_json
 from plica.storage.table import write_table
 
 __all__ = ["ChangeRow", "Sheet", "comparison_table", "write_comparison"]
+
+_most_places = 6  # of a difference; smaller ones have powers of ten
 
 
 @dataclass(frozen=True)
@@ -97,13 +99,18 @@ def _of_values(change: Change) -> list[str]:
 
 def _places(size: float, digits: int = 2) -> int:
     """Decimal places that show this number of digits of a size; 0 for zero."""
-    return min(max(digits - 1 - math.floor(math.log10(abs(size))), 0), 12) if abs(size) > 1e-12 else 0
+    return max(digits - 1 - math.floor(math.log10(abs(size))), 0) if size else 0
 
 
 def _signed(value: float, places: int) -> str:
-    """The number with its sign, except for zero."""
+    """The number with its sign, except for zero; with more than `_most_places` as `number` writes it."""
     text = f"{value:+.{places}f}"
-    return text.replace("-", "−") if float(text) else text[1:]
+    if not float(text):
+        return "0" if places > _most_places else text[1:]
+    if places > _most_places:
+        digits = math.floor(math.log10(abs(value))) + places + 1
+        return f"{'+' * (value > 0)}{number(value, max(digits, 1))}"
+    return text.replace("-", "−")
 
 
 def comparison_table(changes: Sequence[Change]) -> str:

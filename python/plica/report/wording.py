@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from plica.measures.catalogue import CATALOGUE
+from plica.measures.caution import Caution
 from plica.measures.measure import Measure
 from plica.measures.scale import SI, Scale, shown_unit
 from plica.measures.waveforms import Waveform
@@ -91,9 +92,7 @@ def row(item: Measure) -> Row:
     if item.value is not None and half:
         digits = min(digits_of(item.value, (item.value - half, item.value + half)) + 1, 6)
     value = "–" if item.value is None else number(factor * item.value, digits)
-    spread = "" if item.spread is None else number(factor * item.spread, 2)
-    if item.spread is not None and item.value and abs(item.spread) < 1e-9 * abs(item.value):
-        spread = "0"  # round-off
+    spread = "" if item.spread is None else number(factor * shown_spread(item), 2)
     return Row(
         name=item.name,
         label=item.quantity.label,
@@ -107,6 +106,12 @@ def row(item: Measure) -> Row:
         numerical="" if half is None else number(factor * half, 2),
         doubts=() if item.bound is None else item.bound.doubts,
     )
+
+
+def shown_spread(item: Measure) -> float:
+    """The scatter of a measure that has one; 0 for round-off."""
+    spread = item.spread or 0.0
+    return 0.0 if item.value and abs(spread) < 1e-9 * abs(item.value) else spread
 
 
 def _decade(value: float) -> int:
@@ -130,6 +135,17 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
     return tuple(notes.index(text) + 1 for text in texts)
 
 
+def numbered_after(texts: Sequence[str], cautions: Sequence[Caution], notes: list[str]) -> tuple[int, ...]:
+    """As :func:`numbered`, counted on from the cautions of the page: a text that one of them says has its
+    number, and is no note."""
+    found = {}
+    for text in texts:
+        said = (k for k, caution in enumerate(cautions, 1) if text.casefold() in caution.seen.casefold())
+        number = next(said, 0) or len(cautions) + numbered([text], notes)[0]
+        found[number] = None
+    return tuple(found)
+
+
 def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
     """The measures by group, in the order of the catalogue; a reason for a missing value is given once, and
     other measures refer to that."""
@@ -150,5 +166,6 @@ def tables(measures: Mapping[str, Measure]) -> list[tuple[str, list[Row]]]:
 
 
 def headlines(measures: Mapping[str, Measure]) -> Sequence[Row]:
-    """The main measures at the top of the page; of these, those that converge."""
-    return [row(measures[name]) for name in headline if name in measures and not measures[name].no_limit]
+    """The main measures at the top of the page; of these, those that have a value and converge."""
+    found = [measures[name] for name in headline if name in measures]
+    return [row(item) for item in found if item.value is not None and not item.no_limit]

@@ -18,9 +18,7 @@ _PRINTED: dict[str, dict[str, Any]] = {
 }
 """Pa, 1, Pa s."""
 _DENSITY = 1020.0  # kg/m^3
-_VISCOSITY_FACTOR = (
-    0.35  # on the printed viscosities, which with the right mu prevent phonation (docs/phonation.md)
-)
+_VISCOSITY_PERCENT = 35  # of the printed ones, which with the right mu prevent phonation (docs/phonation.md)
 
 
 def _as_printed(row: dict[str, Any]) -> Tissue:
@@ -29,7 +27,8 @@ def _as_printed(row: dict[str, Any]) -> Tissue:
 
 
 def _corrected(row: dict[str, Any]) -> Tissue:
-    return Tissue(**(row | {"viscosity": _VISCOSITY_FACTOR * row["viscosity"]}), density=_DENSITY)
+    viscosity = _VISCOSITY_PERCENT * row["viscosity"] / 100  # 0.14 as it is written, not 0.35 * 0.4
+    return Tissue(**(row | {"viscosity": viscosity}), density=_DENSITY)
 
 
 TISSUE_PRESETS: Mapping[str, Mapping[str, Tissue]] = {
