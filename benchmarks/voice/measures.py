@@ -164,10 +164,10 @@ def side_by_side(voices: Sequence[Voice]) -> Iterator[list[str]]:
         yield row(quantity.head, lambda voice, of=quantity: voice.text(of), quantity.published)
     edge = {voice.name: mean_interface_edge(voice.run.mesh) for voice in voices}
     yield plain("deepest gap / mean interface edge", "deepest_gap", scale=lambda voice: edge[voice.name])
-    yield plain("largest multiplier (N)", "largest_multiplier")
+    yield plain("largest pull of a contact force (N)", "largest_multiplier")
     yield plain("force balance", "contact_force_balance")
     yield plain("energy balance error / largest energy", "energy_balance_error")
-    yield plain("share of steps with a frozen coupling", "coupling_frozen_fraction")
+    yield plain("share of steps with held flow separation", "coupling_frozen_fraction")
     yield plain("inverted tissue cells", "inverted_tissue_max", ".0f")
 
 

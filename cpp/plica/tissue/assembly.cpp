@@ -98,7 +98,8 @@ void Tissue::validate(const TetMesh& mesh) const {
     if (c < mesh.cell_layer.size()) {
       const auto layer = mesh.cell_layer[c];
       const bool named = layer >= 0 && layer < static_cast<std::ptrdiff_t>(mesh.layer_names.size());
-      place += " of layer " + (named ? mesh.layer_names[static_cast<std::size_t>(layer)] : count(layer));
+      place +=
+          " of layer " + (named ? '"' + mesh.layer_names[static_cast<std::size_t>(layer)] + '"' : count(layer));
     }
     throw InvalidInput("Tissue", "cell_material[" + count(c) + "]", cell_material[c], "",
                        "in [0, " + number_text(size) + ")", place + " has no material.");

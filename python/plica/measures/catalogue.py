@@ -463,13 +463,13 @@ _QUANTITIES = (
         "edge_overlap_volume_max",
         "Largest overlap, edge to edge",
         "m^3",
-        "of the whole run, without a contact row",
+        "of the whole run, between crossed edges, where no node meets the facing surface",
     ),
     _accuracy(
         "largest_multiplier",
-        "Largest multiplier",
+        "Largest pull of a contact force",
         "N",
-        "of the whole run; positive would be tensile",
+        "of the whole run, at one node; contact can only push, so that a pull (> 0) is an error",
         shown="uN",
     ),
     _accuracy("numerical_loss", "Numerical loss", "J", "at the end of the run"),
@@ -484,10 +484,31 @@ _QUANTITIES = (
     _solver("duration", "Time simulated", "s"),
     _solver("mean_iterations", "Iterations per step", "1", "mean over all steps"),
     _solver("largest_iterations", "Iterations per step, at most", "1"),
-    _solver("mean_coupling_sweeps", "Coupling sweeps per step", "1", "mean over all steps"),
-    _solver("coupling_frozen_fraction", "Steps with a frozen coupling", "1", "share of all steps"),
-    _solver("coupling_converged_fraction", "Steps with a converged coupling", "1", "share of all steps"),
-    _solver("mean_contact_passes", "Contact passes per step", "1", "mean over all steps"),
+    _solver(
+        "mean_coupling_sweeps",
+        "Coupling sweeps per step",
+        "1",
+        "mean over all steps: how often the air pressure was computed from the position of the folds",
+    ),
+    _solver(
+        "coupling_frozen_fraction",
+        "Steps with held flow separation",
+        "1",
+        "share of all steps: where the jet separates, and whether contact stops the flow, were held in the "
+        "last sweeps, as they went to and fro",
+    ),
+    _solver(
+        "coupling_converged_fraction",
+        "Steps with a converged coupling",
+        "1",
+        "share of all steps: air pressure and position of the folds agree",
+    ),
+    _solver(
+        "mean_contact_passes",
+        "Contact passes per step",
+        "1",
+        "mean over all steps: how often it was found anew which nodes touch the facing surface",
+    ),
     _solver("inverted_tissue_max", "Inverted tissue cells, at most", "1"),
 )
 

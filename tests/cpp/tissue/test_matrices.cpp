@@ -255,7 +255,7 @@ TEST_CASE("a tissue that does not fit its mesh is refused by name") {
   CHECK(refusal(tissue, mesh) == "");  // "spare" is used by no cell
   tissue.cell_material[5] = -1;
   CHECK(refusal(tissue, mesh) ==
-        "Tissue: cell_material[5] = -1; must be in [0, 4). Cell 5 of layer body has no material.");
+        "Tissue: cell_material[5] = -1; must be in [0, 4). Cell 5 of layer \"body\" has no material.");
   tissue.cell_material[5] = 4;
   CHECK(refusal(tissue, mesh).find("Tissue: cell_material[5] = 4; must be in [0, 4).") == 0);
   tissue = mixed(mesh);
