@@ -300,9 +300,18 @@ def test_large_strain_is_reported_in_one_sentence_once_a_tenth_of_it_is_wrong() 
     (caution,) = strained(0.02 * (1 + 1e-9), 0)
     assert re.fullmatch(
         r"In the \d+ cycles measured, the strain of the tissue reached 13 %, and the error of the linear "
-        r"tissue model reached 10 % at 35\.\d ms in the body at \(.*\) mm\.",
+        r"tissue model reached 10 % at 35\.\d ms in layer \"body\" at \(.*\) mm\.",
         caution.seen,
     )
+
+
+def test_a_layer_is_named_as_one_whatever_its_name() -> None:
+    run = Phonation().run()
+    large = {"strain_999": np.full(run.time.size, 0.5), "strain_neglected": np.full(run.time.size, 0.1)}
+    mesh = replace(run.mesh, layer_names=("all",))
+    (caution,) = cautions(replace(run, mesh=mesh, waveforms=run.waveforms | large))
+    assert 'ms in layer "all" at (' in caution.seen
+    assert 'or a stiffer layer "all".' in caution.advice
 
 
 def test_a_strain_of_more_than_a_hundred_per_cent_is_a_plain_number() -> None:

@@ -102,7 +102,7 @@ def unlike_modal_voice(run: RunData) -> Caution | None:
     """
     time, waveforms = reached(run)
     cycles = steady_cycles(run)
-    if "minimum_area" not in waveforms or not cycles.count:
+    if "minimum_area" not in waveforms or not cycles.count or cycles.verdict == "decaying":
         return None
     height = np.asarray(run.section_height, dtype=float)
     phase = vertical_phase(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
@@ -199,13 +199,13 @@ def _against_strain(waveforms: Mapping[str, Array], layer: str) -> str:
 
 
 def _layer(run: RunData, cell: int) -> str:
-    return run.mesh.layer_names[int(np.asarray(run.mesh.cell_layer)[cell])]
+    return f'layer "{run.mesh.layer_names[int(np.asarray(run.mesh.cell_layer)[cell])]}"'
 
 
 def _place(run: RunData, cell: int) -> str:
     """The layer and position of a cell, as text."""
     x, y, z = 1e3 * np.asarray(run.mesh.points)[np.asarray(run.mesh.cells)[cell, :4]].mean(axis=0)
-    return f"the {_layer(run, cell)} at ({x:.2g}, {y:.2g}, {z:.2g}) mm"
+    return f"{_layer(run, cell)} at ({x:.2g}, {y:.2g}, {z:.2g}) mm"
 
 
 def unconverged_coupling(run: RunData) -> Caution | None:

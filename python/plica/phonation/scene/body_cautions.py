@@ -76,7 +76,8 @@ class Bodies:
         """The body of that node in words."""
         own = self.of_node[self.cells[:, 0]] == node
         layers = [self.mesh.layer_names[k] for k in np.unique(np.asarray(self.mesh.cell_layer)[own])]
-        where = f"layer{'s' if len(layers) > 1 else ''} {', '.join(layers)}"
+        named = ", ".join(f'"{layer}"' for layer in layers)
+        where = f"layer{'s' if len(layers) > 1 else ''} {named}"
         return f"the body of node {node} at {_place(self.points[node])} m ({where})"
 
 
@@ -178,7 +179,8 @@ def overlapping_bodies(bodies: Bodies) -> Caution | None:
     if found is None:
         return None
     depth, one, other = found
-    layer = [bodies.mesh.layer_names[int(np.asarray(bodies.mesh.cell_layer)[k])] for k in (one, other)]
+    names = [bodies.mesh.layer_names[int(np.asarray(bodies.mesh.cell_layer)[k])] for k in (one, other)]
+    layer = [f'layer "{name}"' for name in names]
     centre = _place(x[bodies.cells[one, :4]].mean(axis=0))
     seen = (
         f"Two bodies overlap at the start: cell {one} ({layer[0]}) at {centre} m and cell {other} "
