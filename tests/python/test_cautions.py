@@ -243,7 +243,8 @@ def test_a_run_says_its_cautions_first_and_keeps_them(
     assert message.index(sentence) < message.index("100%")
     stored = json.loads((tmp_path / "run" / "cautions.json").read_text(encoding="utf-8"))
     assert [caution["name"] for caution in stored] == ["subglottal_pressure"]
-    assert sentence in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert sentence.replace("Caution:", "Caution 1:") in page
     assert main(["mesh", str(tmp_path / "scene.toml")]) == 0
     assert sentence in capsys.readouterr().err
 

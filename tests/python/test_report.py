@@ -24,7 +24,7 @@ from plica.phonation.report.cycle_figure import (
 )
 from plica.phonation.report.page import banner, remark, sections
 from plica.phonation.report.reading import read
-from plica.phonation.report.waveform_figures import closed_times, shade
+from plica.phonation.report.waveform_figures import closed_times, glottal_waveforms, shade
 from plica.report.drawing import draw
 from plica.report.progress import figures_shown
 from plica.report.wording import number, row, tables
@@ -292,9 +292,9 @@ def test_a_part_of_a_run_may_be_in_doubt_too() -> None:
 def test_the_page_has_every_caution_of_its_own(tmp_path: Path) -> None:
     run = doubtful(base.run(), 7, 3)
     text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
-    assert text.count("Caution: ") == 2
-    assert f"Caution: {FOLDED}" in text
-    assert f"Caution: {UNCONVERGED}" in text
+    assert len(re.findall(r"Caution \d+: ", text)) == 2
+    assert f"Caution 1: {FOLDED}" in text
+    assert f"Caution 2: {UNCONVERGED}" in text
 
 
 class Doubted(AnalyticRun):
@@ -330,7 +330,65 @@ def test_a_silent_run_gives_a_page_without_cycles(tmp_path: Path) -> None:
     still = dataclasses.replace(base, amplitude_left=0.0, amplitude_right=0.0, impulse=0.0).run()
     text = write_report(still, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "No cycles: no oscillation" in text
+    assert "Flow and glottal area are of the last third of the run, from 40.05 to 60.00 ms." in text
+    assert 'class="tile"' not in text
     assert "<h3>Kymogram of the mid-plane</h3>" in text
+
+
+def ringing() -> AnalyticRun:
+    """Folds that never touch, pushed off once: their motion falls by 7 % a cycle."""
+    run = dataclasses.replace(base, gap=1e-3, impulse=0.0).run()
+    area = 5e-6 + 0.4e-6 * np.exp(-0.07 * 213.7 * run.time) * np.cos(2 * np.pi * 213.7 * run.time)
+    return dataclasses.replace(run, waveforms={**run.waveforms, "minimum_area": area, "flow": 40 * area})
+
+
+@pytest.mark.slow
+def test_a_decay_is_no_voice_for_tiles_text_and_table(tmp_path: Path) -> None:
+    run = ringing()
+    text = write_report(run, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert re.search(
+        r">No voice\. What has a value is of the last 3 cycles, from [\d.]+ to [\d.]+ ms\.", text
+    )
+    assert text.count("There is no voice: ") == 1
+    assert "Measured over" not in text
+    assert 'class="tile"' not in text
+    assert "Shaded" not in text
+    assert "In these cycles the glottis does not close" in text
+    table = measures_table(measure(run), short=True)
+    assert re.search(r"^fundamental_frequency +- +weak: .*; free decay: ", table, re.MULTILINE)
+    assert not re.search(r"(open|speed)_quotient", table)
+    assert re.search(r"^peak_flow +\d", table, re.MULTILINE)
+
+
+def test_the_shares_of_a_period_have_no_value_where_there_is_no_voice() -> None:
+    found = measure(ringing())
+    names = ("fundamental_frequency", "period", "open_quotient", "open_quotient_1_percent", "speed_quotient")
+    for name in (*names, "closing_quotient", "vertical_phase_difference", "left_right_phase"):
+        assert found[name].value is None
+        assert "free decay" in found[name].note
+        assert found[name].cautions == ()
+    assert found["amplitude_growth"].value == pytest.approx(np.expm1(-0.07), rel=0.01)
+    assert found["glottal_area_max"].cycles == 3
+
+
+def test_a_voice_that_closes_is_shaded_with_its_open_quotient() -> None:
+    drawing = glottal_waveforms(read(base.run()))
+    assert "Shaded: the glottis is closed (area at most 5 %" in drawing.caption
+    assert f"open quotient of {row(measure(base.run())['open_quotient']).value}." in drawing.caption
+
+
+@pytest.mark.slow
+def test_what_a_caution_says_is_no_note_of_a_measure_too(tmp_path: Path) -> None:
+    run = base.run()
+    dip = 1 - 0.5 * np.exp(-30 * (1 - np.cos(2 * np.pi * 213.7 * run.time)))
+    area = run.waveforms["minimum_area"] * dip
+    dented = Doubted(**vars(dataclasses.replace(run, waveforms={**run.waveforms, "minimum_area": area})))
+    text = write_report(dented, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.count("pulses have several summits") == 1
+    marks = dict(re.findall(r'<tr id="(\w+)"><th scope="row">[^<]*<sup>([^<]*)</sup>', text))
+    assert marks["open_quotient"] == "1"
+    assert marks["fundamental_frequency"] == "2"  # the first note, counted on from the caution
+    assert re.search(r'<ol class="notes" start="2">\s*<li>by hand</li>', text)
 
 
 def test_sparse_frames_lend_each_other_their_phase() -> None:

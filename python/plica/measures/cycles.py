@@ -94,7 +94,8 @@ class Cycles:
         Relative change of the amplitude per cycle by which a vibration is changing or decaying (the slope of
         its logarithm over the last half of all cycles found): the cycles used are too few for it.
     no_period : str
-        Why the pulses of a recording are no periods; empty if they are.
+        Why the cycles are no periods of a voice, so that shares of a period and phases have no value: the
+        autocorrelation finds another frequency, or a run's vibration decays; empty if they are.
     """
 
     starts: Floats
@@ -185,9 +186,11 @@ def find_cycles(time: Floats, signal: Floats, *, name: str = "signal", scale: Sc
         found = replace(found, note="; ".join(text for text in (note, found.note) if text))
     other = autocorrelation_frequency(signal[found.extent(time)], time_step(time))
     said = differing(found, other, scale)
-    if said and found.verdict not in ("changing", "decaying"):  # of three cycles it has too few lags
+    if found.verdict == "decaying":
+        return replace(found, no_period=found.note)
+    if said and found.verdict != "changing":
         return Cycles(np.empty(0), "; ".join(filter(None, (said, found.note))), "ambiguous")
-    return found
+    return replace(found, no_period=said)
 
 
 def differing(cycles: Cycles, other: float, scale: Scale = SI) -> str:

@@ -43,9 +43,7 @@ def frequency_measures(time: Floats, signal: Floats, cycles: Cycles, scale: Scal
     if not abs(other / cycles.frequency - 1.0) < largest_difference:
         differs = [f"the autocorrelation gives {other:.4g} {scale.unit('Hz')}: the cycles are not all alike"]
     own = [cycle_frequency(cycles, differs), per_cycle("period", cycles, cycles.periods)]
-    none = cycles.no_period if cycles.recorded else differing(cycles, other, scale)
-    if cycles.verdict == "decaying":
-        none = cycles.note
+    none = cycles.no_period or ("" if cycles.recorded else differing(cycles, other, scale))
     if none:
         own = [absent(item.name, none) for item in own]
     return [

@@ -138,7 +138,7 @@ def numbered(texts: Sequence[str], notes: list[str]) -> tuple[int, ...]:
 def numbered_after(texts: Sequence[str], cautions: Sequence[Caution], notes: list[str]) -> tuple[int, ...]:
     """As :func:`numbered`, counted on from the cautions of the page: a text that one of them says has its
     number, and is no note."""
-    found = {}
+    found: dict[int, None] = {}
     for text in texts:
         said = (k for k, caution in enumerate(cautions, 1) if text.casefold() in caution.seen.casefold())
         number = next(said, 0) or len(cautions) + numbered([text], notes)[0]

@@ -57,7 +57,7 @@ def free_measures(time: Floats, waveforms: Mapping[str, Array]) -> tuple[list[Me
     if free and cycles.count and not cycles.settled:
         cycles = _decaying(rising_crossings(time[part], signal[part]))
     elif cycles.verdict == "decaying":  # without airflow no voice is expected, and its frequency is one
-        cycles = replace(cycles, verdict="changing")
+        cycles = replace(cycles, verdict="changing", no_period="")
     found = frequency_measures(time[part], signal[part], cycles)
     note = f"probe {probe}, component {'xyz'[component]}"
     found.append(whole("probe_amplitude", 0.5 * float(np.ptp(signal)), note))

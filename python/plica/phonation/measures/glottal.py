@@ -10,7 +10,7 @@ import numpy as np
 from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.cycles import Cycles
 from plica.measures.glottal import few_samples, over_cycles
-from plica.measures.measure import Measure, per_cycle
+from plica.measures.measure import Measure, per_period
 from plica.measures.pulses import summits
 from plica.measures.quotients import open_quotient
 from plica.measures.record import Array, Floats
@@ -27,7 +27,7 @@ def open_area(waveforms: Mapping[str, Array]) -> Floats:
 def strict_open_quotient(time: Floats, area: Floats, cycles: Cycles) -> Measure:
     """The open quotient at the level used in the thesis."""
     values = [open_quotient(time, area, *ends, closed_share_1_percent) for ends in pairwise(cycles.starts)]
-    return per_cycle("open_quotient_1_percent", cycles, np.array(values), cautions=few_samples(time, cycles))
+    return per_period("open_quotient_1_percent", cycles, np.array(values), cautions=few_samples(time, cycles))
 
 
 def several_summits(area: Floats, time: Floats, cycles: Cycles) -> list[str]:

@@ -85,7 +85,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
         found += frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
         several = several_summits(area, time, cycles)
         found += [
-            replace(item, cautions=(*item.cautions, *several))
+            item if item.value is None else replace(item, cautions=(*item.cautions, *several))
             for item in (
                 *quotient_measures(time, area, cycles),
                 strict_open_quotient(time, area, cycles),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+from plica.measures.caution import Caution
 from plica.measures.uncertainty import Uncertainty
 from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import MeasuredRun
@@ -14,7 +16,7 @@ from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
 from plica.report.drawing import Drawing
 from plica.report.page import render
-from plica.report.wording import headlines, number, numbered, tables
+from plica.report.wording import headlines, number, numbered_after, tables
 from plica.storage.files import write_text
 
 
@@ -37,14 +39,15 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
     """
     reading = read(run)
     measured, notes = tables(reading.measures), list[str]()
-    marks = {row.name: numbered(row.cautions, notes) for _, rows in measured for row in rows}
+    given = cautions(run)
+    marks = {row.name: numbered_after(row.cautions, given, notes) for _, rows in measured for row in rows}
     text = render(
         "phonation/report/page.html.j2",
         title=path.resolve().parent.name or "run",
         banner=banner(reading),
-        cautions=cautions(run),
-        remark=remark(reading),
-        headlines=headlines(reading.measures),
+        cautions=given,
+        remark=remark(reading, given),
+        headlines=headlines(reading.measures) if voiced(reading) else [],
         tables=measured,
         marks=marks,
         notes=notes,
@@ -68,15 +71,30 @@ def banner(reading: Reading) -> str:
     return ""
 
 
-def remark(reading: Reading) -> str:
-    """The cycles that the measures use, or why there are none."""
-    cycles = reading.cycles
+def voiced(reading: Reading) -> bool:
+    """Whether the main measures mean anything: with an airflow, where the folds vibrate by themselves."""
+    return not reading.has("minimum_area") or reading.cycles.verdict not in ("none", "decaying")
+
+
+def remark(reading: Reading, given: Sequence[Caution] = ()) -> str:
+    """The time over which was measured, the cycles of it or why there are none, unless a caution says why."""
+    cycles, time = reading.cycles, reading.time
+    said = not cycles.note or any(cycles.note in caution.seen for caution in given)
+    note = "" if said else f" ({cycles.note})"
     if not cycles.count:
-        return f"No cycles: {cycles.note}."
+        last = cycles.extent(time)
+        over = (
+            f" Flow and glottal area are of the last third of the run, from "
+            f"{number(1e3 * float(time[last.start]))} to {number(1e3 * float(time[-1]))} ms."
+            if reading.has("minimum_area")
+            else ""
+        )
+        return f"No cycles{f': {cycles.note}' if note else ''}.{over}"
     span = [number(1e3 * float(t)) for t in (cycles.starts[0], cycles.starts[-1])]
-    return f"Measured over {cycles.count} cycles, from {span[0]} to {span[1]} ms" + (
-        f" ({cycles.note})." if cycles.note else "."
-    )
+    over = f"{cycles.count} cycles, from {span[0]} to {span[1]} ms{note}."
+    if voiced(reading):
+        return f"Measured over {over}"
+    return f"No voice. What has a value is of the last {over}"
 
 
 def sections(reading: Reading) -> list[tuple[str, list[Drawing]]]:

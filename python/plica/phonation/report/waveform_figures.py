@@ -61,11 +61,13 @@ def glottal_waveforms(reading: Reading) -> Drawing:
 
     caption = "The smallest section area and the flow through it."
     quotient = reading.measures.get("open_quotient")
-    if quotient is not None and quotient.value is not None:
-        caption += (
-            f" Shaded: the glottis is closed ({closed_is}); the rest of the cycle is the open quotient of "
-            f"{row(quotient).value}. Folds that touch may leave a slit with some flow."
-        )
+    if closed:
+        caption += f" Shaded: the glottis is closed ({closed_is})"
+        if quotient is not None and quotient.value is not None:
+            caption += f"; the rest of the cycle is the open quotient of {row(quotient).value}"
+        caption += ". Folds that touch may leave a slit with some flow."
+    elif reading.cycles.count:
+        caption += f" In these cycles the glottis does not close (to an {closed_is})."
     alt = "Two curves over time: glottal area and flow."
     return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
 
