@@ -56,7 +56,8 @@ def axis(label: str, entry: Waveform, scale: Scale = SI) -> tuple[float, str]:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number with this many significant digits, with a typographic minus, and powers of ten if shorter."""
+    """A number with this many significant digits, or all it has if these are fewer, with a typographic minus,
+    and powers of ten if shorter."""
     if not math.isfinite(value):
         return "–"
     if value == 0:
@@ -66,6 +67,8 @@ def number(value: float, digits: int = 4) -> str:
         text = f"{round(value)}"
     elif -4 <= exponent < 6:
         text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
+        if "." in text and float(text) == value:  # 0.8 kPa is given, not measured to four digits
+            text = text.rstrip("0")
     else:
         mantissa, power = f"{value:.{min(digits, 3) - 1}e}".split("e")
         raised = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
