@@ -363,7 +363,13 @@ def test_a_decay_is_no_voice_for_tiles_text_and_table(tmp_path: Path) -> None:
 def test_the_shares_of_a_period_have_no_value_where_there_is_no_voice() -> None:
     found = measure(ringing())
     names = ("fundamental_frequency", "period", "open_quotient", "open_quotient_1_percent", "speed_quotient")
-    for name in (*names, "closing_quotient", "vertical_phase_difference", "left_right_phase"):
+    for name in (
+        *names,
+        "closing_quotient",
+        "vertical_phase_difference",
+        "left_right_phase",
+        "converging_while_opening",
+    ):
         assert found[name].value is None
         assert "free decay" in found[name].note
         assert found[name].cautions == ()
@@ -417,6 +423,7 @@ def test_the_medial_edge_is_the_nearest_point_of_the_surface_at_each_y() -> None
     [
         (213.7004, "213.7"),
         (0.83249, "0.8325"),
+        (0.8, "0.8"),
         (-0.16864, "−0.1686"),
         (1200.0, "1200"),
         (0.0, "0"),

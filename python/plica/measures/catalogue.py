@@ -94,9 +94,9 @@ _SIDE = (
     "as an edge has been seen), in a recording the mean of the visible edge over the middle tenth of the "
     "midline"
 )
-_WITHOUT = "without cycles of the whole run, of its last third where pulses are no periods"
-_COLLISION = "over the collisions of the steady cycles, without cycles of the whole run"
-_LARGEST = f"largest in each cycle, {_WITHOUT}"
+_WITHOUT = "or, if there are no cycles, in the whole run (in its last third where pulses are no periods)"
+_COLLISION = "over the collisions of the steady cycles or, if there are none, of the whole run"
+_LARGEST = f"largest in each cycle {_WITHOUT}"
 _ASYMMETRY = "(right - left) / (right + left)"
 _STEP_PRESSURE = "largest nodal pressure of each step"
 
@@ -344,13 +344,13 @@ _QUANTITIES = (
         "glottal_area_max",
         "Largest glottal area",
         "m^2",
-        "in each cycle, without cycles over a recording or the last third of a run",
+        "in each cycle or, if there are none, in a recording or the last third of a run",
     ),
     _glottis(
         "glottal_area_mean",
         "Mean glottal area",
         "m^2",
-        "of each cycle, without cycles over a recording or the last third of a run",
+        "of each cycle or, if there are none, of a recording or the last third of a run",
     ),
     _video_glottis(
         "glottal_gap_index",
@@ -373,16 +373,22 @@ _QUANTITIES = (
     _video_glottis("amplitude_right_relative", "Amplitude over the glottal length, right fold", "1"),
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
     _airflow(
-        "peak_flow", "Peak flow", "m^3/s", "in each cycle, without cycles over the last third of the record"
+        "peak_flow",
+        "Peak flow",
+        "m^3/s",
+        "in each cycle or, if there are none, in the last third of the record",
     ),
     _airflow(
-        "mean_flow", "Mean flow", "m^3/s", "of each cycle, without cycles over the last third of the record"
+        "mean_flow",
+        "Mean flow",
+        "m^3/s",
+        "of each cycle or, if there are none, of the last third of the record",
     ),
     _airflow(
         "minimum_flow",
         "Least flow",
         "m^3/s",
-        "in each cycle, without cycles over the last third of the record",
+        "in each cycle or, if there are none, in the last third of the record",
     ),
     _contact(
         "collisions",

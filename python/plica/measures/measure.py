@@ -202,12 +202,14 @@ def per_cycle(
     return replace(found, replicates=of_mean(finite[np.isfinite(finite)]))
 
 
-def per_period(name: str, cycles: Cycles, values: Floats, cautions: Iterable[str] = ()) -> Measure:
+def per_period(
+    name: str, cycles: Cycles, values: Floats, note: str = "", cautions: Iterable[str] = ()
+) -> Measure:
     """As :func:`per_cycle`, of a share of the period: no value where the cycles are no periods."""
     return (
         absent(name, cycles.no_period)
         if cycles.no_period
-        else per_cycle(name, cycles, values, cautions=cautions)
+        else per_cycle(name, cycles, values, note, cautions)
     )
 
 

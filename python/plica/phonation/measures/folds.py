@@ -17,7 +17,7 @@ import numpy as np
 from plica.measures.catalogue import closed_share_1_percent
 from plica.measures.contour import coronal_contours
 from plica.measures.cycles import Cycles
-from plica.measures.measure import Measure, absent, per_cycle, per_cycle_angle
+from plica.measures.measure import Measure, absent, per_cycle_angle, per_period
 from plica.measures.record import Array, Floats
 from plica.measures.scene_text import airway_name
 from plica.measures.sides import lags, side_measures
@@ -173,7 +173,7 @@ def _medial_measures(
     return [
         phase,
         *(
-            per_cycle(name, cycles, np.array(shares), edges)
+            per_period(name, cycles, np.array(shares), edges)
             for name, shares in zip(names, (opening, closing), strict=True)
         ),
     ]
