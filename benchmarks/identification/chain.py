@@ -231,7 +231,7 @@ def filmed(moved: Moved, directory: Path, seed: int) -> Clip:
     directory.mkdir(parents=True, exist_ok=True)
     clip = plica.film(moved, CAMERA, ambient=0.8, seed=seed)
     if not (directory / "clip.avi").exists():
-        clip.write(directory / "clip.avi")
+        plica.write_film(clip, directory / "clip.avi")
     return clip
 
 

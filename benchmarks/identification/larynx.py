@@ -23,7 +23,16 @@ from benchmarks.identification.block import (
 )
 from benchmarks.record import record
 from plica import _engine
-from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, SurfacePoints, estimate
+from plica.identify import (
+    Forcing,
+    MarginalLikelihood,
+    MotionModel,
+    Observation,
+    SurfacePoints,
+    estimate,
+    posterior_table,
+    posterior_warnings,
+)
 
 LARYNX_CAMERA = plica.Camera(mm_per_px=0.05)
 
@@ -103,4 +112,4 @@ def estimates(benches: dict[str, LarynxBench], frames: int) -> Iterator[list[str
         yield [name, f"{bench.unknowns:,}", str(found.iterations), *spent]
     if coarse is not None:
         found = coarse.refined_by(found)
-    print(found.table(), "\n".join(found.warnings()), sep="\n")
+    print(posterior_table(found), "\n".join(posterior_warnings(found)), sep="\n")

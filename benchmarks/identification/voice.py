@@ -49,7 +49,7 @@ def voice(pressure: float, cover: float, order: int, frames: int, first: float) 
 def judged(scene: plica.Scene, where: Path, guess: float) -> str:
     """A row: errors of log theta in %, with the sd that is stated, and the residual test."""
     run = plica.run(scene, where / "run", progress=False)
-    plica.film(run, CAMERA).write(where / "clip.npy")
+    plica.write_film(plica.film(run, CAMERA), where / "clip.npy")
     random = np.random.default_rng(1)
     with Stored(where / "clip.truth.h5", "r+") as file:
         for index, flow in enumerate(file.rows("flow")):

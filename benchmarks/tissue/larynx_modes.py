@@ -24,7 +24,7 @@ from scipy.spatial import cKDTree
 import plica
 from benchmarks.record import record
 from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.mesh_summary import dihedral_angles, quality
 
 SCENE = Path(__file__).parents[2] / "examples" / "normal_phonation.toml"
@@ -80,7 +80,7 @@ def row(name: str, larynx: plica.Larynx) -> list[str]:
     ratio, angles = quality(points, cells), dihedral_angles(points, cells)
     unknowns, modes = symmetric_modes(larynx)
     errors = ", ".join(f"{100 * error:.1f}" for error in modes / REFERENCE - 1)
-    made = larynx_fields(larynx)
+    made = larynx.all_options()
     lines = f"{1e3 * made['size']:g}, {made['growth']:g}, {made['around']}" if "size" in made else "in levels"
     return [
         name,

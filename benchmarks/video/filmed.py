@@ -101,7 +101,7 @@ def of_fundamental(clip: Clip, found: Analysis) -> Iterator[tuple[str, str, str]
 def filmed(run: plica.Run, light: dict[str, float]) -> list[tuple[str, str, str]]:
     clip = plica.film(run, CAMERA, **light)
     with tempfile.TemporaryDirectory() as directory:
-        path = clip.write(Path(directory) / "clip.npy")[0]
+        path = plica.write_film(clip, Path(directory) / "clip.npy")[0]
         settings = video.Settings(fps=clip.fps, correct_drift=False)
         return list(compared(clip, video.analyse(path, Path(directory) / "a", settings, progress=False), run))
 

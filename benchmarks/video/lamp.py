@@ -52,7 +52,7 @@ COMPARED = ("amplitude_ratio", "left_right_phase")
 def row(clip: Clip, name: str) -> list[str]:
     """What is found in one film, beside its truth about the larynx's own plane."""
     with tempfile.TemporaryDirectory() as directory:
-        path = clip.write(Path(directory) / "clip.npy")[0]
+        path = plica.write_film(clip, Path(directory) / "clip.npy")[0]
         settings = video.Settings(fps=clip.fps, correct_drift=False)
         found = video.analyse(path, Path(directory) / "a", settings, until="glottis", progress=False)
         waves, measured, half = found.waveforms, found.measures, found.area

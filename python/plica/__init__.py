@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
 from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.film import Film, film  # the function hides the package of the same name
+from plica.film import Film, film, write_film  # the function hides the package of the same name
 from plica.phonation.run.build import build_simulation, equilibrium
 from plica.phonation.run.results import Run
 from plica.phonation.run.run import run
@@ -132,6 +132,7 @@ __all__ = [
     "flow",
     "run",
     "set_threads",
+    "write_film",
 ]
 
 

@@ -17,11 +17,12 @@ import plica
 from analytic_run import Phonation
 from plica.cli import main
 from plica.errors import InvalidInput
-from plica.phonation.report.comparison import compare_runs
+from plica.phonation.report.comparison import compare_runs, sheet_of_runs
 from plica.report.comparison import comparison_table, write_comparison
 from plica.report.page import pdf_of, render, require_pdf
 from plica.storage.files import write_text
 from plica.video import Settings, VideoError, analyse, compare, load
+from plica.video.comparison_page import sheet_of
 from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 _BEFORE = {
@@ -130,7 +131,7 @@ def test_what_is_not_known_is_not_compared_and_how_to_mend_it_is_reported(
     for name in ("open_quotient", "jitter", "glottal_area_max_relative", "glottal_gap_index"):
         assert reasons[name] == ""
     assert any("(before; --anterior)" in remark for remark in found.remarks)
-    assert len(found.sheet().sections[0][1]) == 4
+    assert len(sheet_of(found).sections[0][1]) == 4
     assert "px" in comparison_table(found.changes)
     assert compare(bare, bare).remarks[0].startswith("Both are the same analysis: every difference is 0")
     assert all(not change.beyond_scatter for change in compare(bare, bare).changes)
@@ -185,7 +186,7 @@ def test_doubts_of_either_side_are_minded(two: tuple[Path, Path], tmp_path: Path
     )
     (two[0] / "movie.npy").rename(tmp_path / "gone.npy")
     try:
-        sheet = compare(*two).sheet()
+        sheet = sheet_of(compare(*two))
     finally:
         (tmp_path / "gone.npy").rename(two[0] / "movie.npy")
     assert sheet.sections == []
@@ -236,7 +237,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     changes = {change.name: change for change in found.changes}
     assert changes["fundamental_frequency"].difference == pytest.approx(230 - 213.7, abs=0.2)
     assert all(change.interval is None for change in found.changes)
-    text = write_comparison(found.sheet(), tmp_path).read_text(encoding="utf-8")
+    text = write_comparison(sheet_of_runs(found), tmp_path).read_text(encoding="utf-8")
     assert "Before. " in text
     assert "No difference has an interval" in text
     ids = re.findall(r' id="([^"]*)"', text)

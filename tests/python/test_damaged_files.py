@@ -179,9 +179,9 @@ def film() -> plica.film.Clip:
 @pytest.mark.slow
 def test_a_damaged_film_is_refused_or_reads_the_same(tmp_path: Path) -> None:
     clip = film()
-    clip.write(tmp_path / "clip.npy")
+    plica.write_film(clip, tmp_path / "clip.npy")
     truth, both = tmp_path / "clip.truth.h5", tmp_path / "both.h5"
-    clip.write(both)
+    plica.write_film(clip, both)
     assert of_film(truth)[-2:] == ["ground truth of a film", [48, 32]]
     check_damaged(truth, lambda: of_film(truth))
     check_damaged(both, lambda: of_frames(both))

@@ -37,6 +37,8 @@ from plica.identify import (
     SurfacePoints,
     TissueParameter,
     estimate,
+    posterior_table,
+    posterior_warnings,
     residual_test,
     whitened,
 )
@@ -115,7 +117,7 @@ def test_intervals_correlation_and_identifiability_fit_together(
     assert weak @ (p.prior_sd[:, None] * p.information * p.prior_sd) @ weak == pytest.approx(
         p.information_eigenvalues[0]
     )
-    assert "cover.E" in p.table()
+    assert "cover.E" in posterior_table(p)
     with pytest.raises(plica.InvalidInput, match=r"level = 1; must be in \(0, 1\)"):
         p.interval(1.0)
 
@@ -194,11 +196,11 @@ def test_the_shift_of_a_finer_mesh_widens_the_posterior_and_belies_the_sd(
     assert np.allclose(both.sd**2, sd**2 + shift**2)
     assert both.shift_in_sd == pytest.approx(shift / sd)
     assert both.belied.tolist() == [True, False, False, False, False]
-    assert both.table().splitlines()[1].count("refused") == 1
-    assert both.table().count("refused") == 1
-    assert any("+3.0 of its sd" in text for text in both.warnings())
-    assert any("Only one mesh" in text for text in coarse.warnings())
-    assert not any("Only one mesh" in text for text in both.warnings())
+    assert posterior_table(both).splitlines()[1].count("refused") == 1
+    assert posterior_table(both).count("refused") == 1
+    assert any("+3.0 of its sd" in text for text in posterior_warnings(both))
+    assert any("Only one mesh" in text for text in posterior_warnings(coarse))
+    assert not any("Only one mesh" in text for text in posterior_warnings(both))
 
 
 @pytest.mark.slow
@@ -401,7 +403,7 @@ def test_a_level_at_its_bound_stands_in_the_posterior_s_warnings() -> None:
     flow = simulated(layered_model(["cover.E"], np.ones((10, 12, 2))), np.random.default_rng(0), pressure=0.0)
     found = estimate(MarginalLikelihood(layered_model(["cover.E"], flow)))
     assert found.noise.at_least == ("pressure",)
-    assert any("lower bound of its search" in text for text in found.warnings())
+    assert any("lower bound of its search" in text for text in posterior_warnings(found))
 
 
 def test_points_between_nodes_follow_the_shape_functions() -> None:
@@ -448,7 +450,7 @@ def test_an_unknown_tilt_is_estimated_with_the_tissue() -> None:
     assert found.interval()[4:] == pytest.approx(
         found.mean[4:, None] + 1.959964 * found.sd[4:, None] * [-1, 1]
     )
-    assert "tilt  " in found.table()
+    assert "tilt  " in posterior_table(found)
     straight = MarginalLikelihood(layered_model(NAMES, flow)).value(found.mean[:4])
     assert found.log_likelihood > straight + 10
 

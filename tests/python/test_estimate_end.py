@@ -20,6 +20,8 @@ from plica.identify import (
     Scoring,
     TissueParameter,
     estimate,
+    posterior_table,
+    posterior_warnings,
 )
 from plica.identify.figures import prior_and_posterior
 from plica.identify.scoring import climb
@@ -93,7 +95,7 @@ def test_a_gaussian_density_falls_as_one() -> None:
     found = estimate(MarginalLikelihood(one_number(0.5)))
     assert found.falls == pytest.approx([1.92, 1.92], rel=0.4)  # of ten frames
     assert found.gaussian
-    assert not any("Gaussian" in text for text in found.warnings())
+    assert not any("Gaussian" in text for text in posterior_warnings(found))
 
 
 def test_a_density_that_is_no_gaussian_is_reported() -> None:
@@ -105,7 +107,7 @@ def test_a_density_that_is_no_gaussian_is_reported() -> None:
     fall = 20 * (math.hypot(half, 0.02) - 0.02)
     assert found.falls == pytest.approx([fall, fall], abs=0.02)
     assert not found.gaussian
-    assert any('not Gaussian along "cover.E":' in text for text in found.warnings())
+    assert any('not Gaussian along "cover.E":' in text for text in posterior_warnings(found))
 
 
 def test_no_estimate_is_a_tissue_that_stores_no_energy() -> None:
@@ -127,18 +129,20 @@ def test_intervals_are_refused_with_the_sd_where_nothing_answers_the_residuals()
     failed = replace(found, residuals=replace(found.residuals, in_time=9.0))
     assert found.answered
     assert not failed.answered
-    assert failed.table().count("refused") == 2
-    assert "sd and intervals assume independent errors and are refused" in failed.warnings()[0]
-    assert "false maximum" in failed.warnings()[0]
+    assert posterior_table(failed).count("refused") == 2
+    assert "sd and intervals assume independent errors and are refused" in posterior_warnings(failed)[0]
+    assert "false maximum" in posterior_warnings(failed)[0]
     widened = replace(failed, inflation=np.array([1.5]))
     assert widened.answered
-    assert "by a factor of 1.5, as the correlations of the residuals require" in widened.warnings()[0]
+    assert (
+        "by a factor of 1.5, as the correlations of the residuals require" in posterior_warnings(widened)[0]
+    )
     skewed = replace(widened, falls=np.array([0.4, 1.9]))
     assert not skewed.answered
-    assert skewed.table().count("refused") == 2
-    assert "the density is not Gaussian" in skewed.warnings()[0]
+    assert posterior_table(skewed).count("refused") == 2
+    assert "the density is not Gaussian" in posterior_warnings(skewed)[0]
     same = replace(failed, inflation=np.array([1.0]))
-    assert "not widened, as the correlations" in same.warnings()[0]
+    assert "not widened, as the correlations" in posterior_warnings(same)[0]
 
 
 def test_a_refused_interval_is_not_drawn() -> None:

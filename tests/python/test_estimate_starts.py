@@ -24,6 +24,7 @@ from plica.identify import (
     Settings,
     estimate,
     estimate_from_flow,
+    posterior_warnings,
 )
 from plica.identify.flow_error import FlowError
 from plica.identify.settings import MOST_STARTS
@@ -95,7 +96,7 @@ def test_of_several_ends_the_most_probable_is_taken() -> None:
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.true, abs=0.05)
     assert likelihood.last().point == pytest.approx(found.mean, abs=0.05)
     assert {at.start for at in seen} == {1, 2, 3}
-    assert any("false maximum of the density (started 3 times" in text for text in found.warnings())
+    assert any("false maximum of the density (started 3 times" in text for text in posterior_warnings(found))
 
 
 def test_starts_that_were_begun_are_not_made_again() -> None:
@@ -210,7 +211,7 @@ def test_one_start_stays_where_it_ends() -> None:
     found = estimate(likelihood, options=Scoring(starts=1))
     assert (found.starts, found.ended_here) == (1, 1)
     assert found.mean[0] == pytest.approx(likelihood.prior_mean[0] + likelihood.false, abs=0.05)
-    assert any("which another start may avoid" in text for text in found.warnings())
+    assert any("which another start may avoid" in text for text in posterior_warnings(found))
 
 
 def test_nothing_is_restarted_where_the_residuals_pass() -> None:

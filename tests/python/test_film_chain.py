@@ -34,7 +34,7 @@ def test_the_glottis_of_a_film_is_found_and_its_frequency(tmp_path: Path) -> Non
     # Without lag: where the medial surface shows below the edge it is dark, and taken for glottis.
     run = moved(voiced(FREQUENCY, lag=0.0), np.arange(90) * 0.25e-3)
     clip = plica.film(run, plica.Camera(mm_per_px=0.1, width=96, height=152), samples=2)
-    path, _ = clip.write(tmp_path / "clip.avi")
+    path, _ = plica.write_film(clip, tmp_path / "clip.avi")
     settings = video.Settings(fps=clip.fps, mm_per_px=clip.camera.mm_per_px)
     found = video.analyse(path, tmp_path / "analysis", settings, until="glottis", progress=False)
     frequency = found.measures["fundamental_frequency"].value

@@ -30,7 +30,7 @@ def small(**changed: Any) -> Clip:
 @pytest.mark.parametrize("name", ["clip.avi", "clip.npy", "clip.h5"])
 def test_plica_video_reads_every_frame_as_it_was_taken(tmp_path: Path, name: str) -> None:
     clip = small()
-    written = clip.write(tmp_path / name)
+    written = plica.write_film(clip, tmp_path / name)
     assert sorted(written) == sorted(tmp_path.iterdir())
     dataset = "frames" if name == "clip.h5" else None
     recording = Recording.open(tmp_path / name, dataset=dataset, scale=(0, 255))
@@ -53,17 +53,17 @@ def test_a_film_that_is_stopped_leaves_nothing_and_begins_anew(
 
     monkeypatch.setattr(Clip, "frame", stopping)
     with pytest.raises(KeyboardInterrupt, match=r"\d of 5 frames"):
-        clip.write(tmp_path / name)
+        plica.write_film(clip, tmp_path / name)
     assert not list(tmp_path.iterdir())
     monkeypatch.setattr(Clip, "frame", frame)
-    assert clip.write(tmp_path / name) == sorted(tmp_path.iterdir())
+    assert plica.write_film(clip, tmp_path / name) == sorted(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["clip.npy", "clip.h5"])
 def test_the_truth_is_stored_with_its_units(tmp_path: Path, name: str) -> None:
     run = moved(voiced(), np.arange(9) * 0.25e-3)
     clip = plica.film(run, SMALL, exposure="0.2 ms", fps=1000)
-    clip.write(tmp_path / name)
+    plica.write_film(clip, tmp_path / name)
     with h5py.File(tmp_path / (name if name == "clip.h5" else "clip.truth.h5")) as file:
         assert file.attrs["fps"] == 1000
         assert file.attrs["mm_per_px"] == 0.06
@@ -173,8 +173,11 @@ def _uneven() -> FilmedFolds:
             lambda: plica.film(moved(voiced(), TIMES), plica.Camera(centre=("5 cm", 0, 0))),
             "Camera: no tissue is visible in 256 x 256 px of 0.06 mm; must be. Check centre",
         ),
-        (lambda: small().write("clip.mp4"), "clip.mp4; must end in one of .avi, .npy, .h5, .hdf5"),
-        (lambda: small().write("nowhere/clip.avi"), "nowhere is not a directory"),
+        (
+            lambda: plica.write_film(small(), "clip.mp4"),
+            "clip.mp4; must end in one of .avi, .npy, .h5, .hdf5",
+        ),
+        (lambda: plica.write_film(small(), "nowhere/clip.avi"), "nowhere is not a directory"),
     ],
 )
 def test_what_cannot_be_filmed_is_refused_in_one_sentence(make: Any, message: str) -> None:
@@ -189,7 +192,7 @@ def test_a_clip_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     run.fields["displacement"][4] = np.nan
     clip = plica.film(run, SMALL)
     with pytest.raises(plica.InvalidInput, match="not finite"):
-        clip.write(tmp_path / "clip.avi")
+        plica.write_film(clip, tmp_path / "clip.avi")
     assert list(tmp_path.iterdir()) == []
 
 

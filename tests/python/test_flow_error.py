@@ -17,6 +17,8 @@ from plica.identify import (
     Scoring,
     estimate,
     estimate_from_flow,
+    posterior_table,
+    posterior_warnings,
     residual_test,
     whitened,
 )
@@ -214,13 +216,13 @@ def test_a_failed_test_is_reported_and_widens() -> None:
     assert found.inflation.max() > 1
     alone = replace(found, inflation=None)
     assert found.sd == pytest.approx(found.inflation * alone.sd, rel=1e-12)
-    assert "Residual test failed" in found.table()
-    assert any("intervals are widened by a factor of" in text for text in found.warnings())
+    assert "Residual test failed" in posterior_table(found)
+    assert any("intervals are widened by a factor of" in text for text in posterior_warnings(found))
     assert alone.refused.all()
-    assert "refused" in alone.table()
+    assert "refused" in posterior_table(alone)
     lost = replace(found, follows=0.2)
     assert lost.refused.all()
-    assert lost.table().count("refused") == 2 * len(lost.names)
+    assert posterior_table(lost).count("refused") == 2 * len(lost.names)
 
 
 def test_an_estimate_ends_at_the_maximum_where_residuals_are_correlated() -> None:

@@ -68,7 +68,7 @@ def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ]
     scene = _scene(TRUTH, 62.5e-6, loads=loads, output=plica.Output(every=250e-6))
     run = plica.run(scene, where / "run", progress=False)
-    plica.film(run, CAMERA).write(where / "clip.npy")
+    plica.write_film(plica.film(run, CAMERA), where / "clip.npy")
     rng = np.random.default_rng(7)
     add_noise(where / "clip.truth.h5", 0.03, rng)  # a camera's flow is never without error
     return where / "clip.truth.h5"

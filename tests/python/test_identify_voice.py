@@ -12,9 +12,9 @@ import pytest
 import plica
 from flow_files import SETTINGS, block_scene, flow_file
 from plica.identify import Settings, identify, load
+from plica.identify.posterior import GAUSSIAN_FALL
 from plica.identify.pressures import fed_back
 from plica.identify.report import rows
-from plica.identify.wording import GAUSSIAN_FALL
 from stored_files import add_noise
 
 FRAME, NOISE = 250e-6, 0.05  # s, px
@@ -46,7 +46,7 @@ def _voice() -> plica.Scene:
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     where = tmp_path_factory.mktemp("voice")
     run = plica.run(_voice(), where / "run", progress=False)
-    plica.film(run, CAMERA).write(where / "clip.npy")
+    plica.write_film(plica.film(run, CAMERA), where / "clip.npy")
     add_noise(where / "clip.truth.h5", NOISE, np.random.default_rng(1))
     return where / "clip.truth.h5"
 

@@ -35,7 +35,7 @@ _MAY_IMPORT = {
 
 
 def _modules(room: str) -> list[Path]:
-    return sorted((_PACKAGE / room.removeprefix("plica.").replace(".", "/")).rglob("*.py"))
+    return sorted((_PACKAGE / room.removeprefix("plica").removeprefix(".").replace(".", "/")).rglob("*.py"))
 
 
 def _imports(file: Path) -> Iterator[str]:
@@ -63,6 +63,29 @@ def test_a_room_imports_only_what_lies_below_it(room: str) -> None:
         if _inside(name, "plica") and not any(_inside(name, below) for below in allowed)
     ]
     assert wrong == []
+
+
+def _name(file: Path) -> str:
+    parts = ("plica", *file.relative_to(_PACKAGE).with_suffix("").parts)
+    return ".".join(parts).removesuffix(".__init__")
+
+
+def test_no_module_imports_one_that_imports_it() -> None:
+    """Also within functions, and through others."""
+    names = {_name(file): file for file in _modules("plica")}
+    below = {
+        name: {
+            found
+            for given in _imports(file)
+            if (found := given if given in names else given.rpartition(".")[0]) in names
+        }
+        - {name, "plica"}
+        for name, file in names.items()
+    }
+    assert len(below) > 300
+    while leaves := {name for name, imported in below.items() if not imported & below.keys()}:
+        below = {name: imported for name, imported in below.items() if name not in leaves}
+    assert sorted(below) == []
 
 
 def test_every_module_of_phonation_is_in_a_room() -> None:

@@ -12,7 +12,10 @@ from plica.commands.video import is_analysis
 from plica.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from plica.phonation.report.comparison import RunComparison
+    from plica.report.comparison import Sheet
     from plica.video.comparison import Comparison
 
 __all__ = ["add_commands"]
@@ -67,7 +70,7 @@ def _compare(options: argparse.Namespace) -> int:
         )
     if options.pdf:
         require_pdf()
-    found = _compared(options.before, options.after)
+    found, sheet_of = _compared(options.before, options.after)
     if not options.quiet:
         print(comparison_table(found.changes))
     for remark in found.remarks:
@@ -75,21 +78,25 @@ def _compare(options: argparse.Namespace) -> int:
     if options.output is not None:
         with storage_errors(options.output), figures_shown(not options.quiet):
             options.output.mkdir(parents=True, exist_ok=True)
-            page = write_comparison(found.sheet(), options.output, pdf=options.pdf)
+            page = write_comparison(sheet_of(), options.output, pdf=options.pdf)
         if not options.quiet:
             print(f"report: {page}")
     return 0
 
 
-def _compared(before: Path, after: Path) -> Comparison | RunComparison:
+def _compared(before: Path, after: Path) -> tuple[Comparison | RunComparison, Callable[[], Sheet]]:
+    """The comparison, and what makes its page, which draws."""
     if _are_recordings(before, after):
         from plica.video.comparison import compare
+        from plica.video.comparison_page import sheet_of
 
-        return compare(before, after)
-    from plica.phonation.report.comparison import compare_runs
+        recordings = compare(before, after)
+        return recordings, lambda: sheet_of(recordings)
+    from plica.phonation.report.comparison import compare_runs, sheet_of_runs
     from plica.phonation.run.results import Run
 
-    return compare_runs([Run.load(before), Run.load(after)], [before, after])
+    runs = compare_runs([Run.load(before), Run.load(after)], [before, after])
+    return runs, lambda: sheet_of_runs(runs)
 
 
 def _are_recordings(before: Path, after: Path) -> bool:

@@ -136,7 +136,7 @@ def _filmed(options: argparse.Namespace) -> int:
     )
     plica.set_threads(options.threads)
     clip = plica.film(plica.Run.load(options.directory), camera, chosen)
-    written = clip.write(options.output, overwrite=options.overwrite, progress=not options.quiet)
+    written = plica.write_film(clip, options.output, overwrite=options.overwrite, progress=not options.quiet)
     if not options.quiet:
         size = f"{clip.count} frames of {camera.width} x {camera.height} px, {clip.fps:.6g} per second"
         print(f"written: {', '.join(map(str, written))}: {size}")

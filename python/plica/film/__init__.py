@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from plica.film.clip import Clip, film
 from plica.film.settings import Film
+from plica.film.writing import write_film
 
-__all__ = ["Clip", "Film", "film"]
+__all__ = ["Clip", "Film", "film", "write_film"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property, lru_cache
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
@@ -160,36 +159,6 @@ class Clip:
         place = np.full((*self.camera.shape, 3), np.nan)
         place.reshape(-1, 3)[view.raster.pixels] = view.of(self._sight.points)
         return place
-
-    def write(self, path: str | Path, *, overwrite: bool = False, progress: bool = False) -> list[Path]:
-        """Write frames and truth: an AVI or NPY file and ``.truth.h5`` beside it, or both in one HDF5 file.
-
-        Parameters
-        ----------
-        path : str or Path
-            Ends in .avi (lossless), .npy, .h5 or .hdf5.
-        overwrite : bool
-            Replace an existing clip or truth file.
-        progress : bool
-            Print the number of frames and the expected time, and show a bar, on standard error.
-
-        Returns
-        -------
-        list of Path
-            Files written.
-
-        Raises
-        ------
-        InvalidInput
-            For another file name extension, and if a file exists and `overwrite` is False.
-        StorageFailed
-            If a file cannot be written.
-        KeyboardInterrupt
-            Stopped by Ctrl-C or SIGTERM; no file is left.
-        """
-        from plica.film.writing import write
-
-        return write(self, Path(path), overwrite=overwrite, progress=progress)
 
     @cached_property
     def _vignette(self) -> Floats:

@@ -11,22 +11,20 @@ from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import build_info, threads
 from plica.errors import InvalidInput
+from plica.film.clip import Clip
 from plica.storage.files import refuse_overwriting, replaced, storage_errors
 from plica.storage.hdf5 import create, lay_out, put, put_row, set_text
 from plica.storage.stopping import stop_on_signal
 from plica.units import clock
 
-if TYPE_CHECKING:
-    from plica.film.clip import Clip
-
-__all__ = ["FORMATS", "write"]
+__all__ = ["FORMATS", "write_film"]
 
 FORMATS = (".avi", ".npy", ".h5", ".hdf5")
 _PLAYBACK_RATE = 25  # /s, of players; the true rate is in the truth file
@@ -35,8 +33,37 @@ Picture = NDArray[np.uint8]
 Add = Callable[[int, Picture], None]
 
 
-def write(clip: Clip, path: Path, *, overwrite: bool = False, progress: bool = False) -> list[Path]:
-    """Write a clip; see `Clip.write`. Each file appears complete or not at all, also after a signal."""
+def write_film(
+    clip: Clip, path: str | Path, *, overwrite: bool = False, progress: bool = False
+) -> list[Path]:
+    """Write frames and truth: an AVI or NPY file and ``.truth.h5`` beside it, or both in one HDF5 file.
+
+    Parameters
+    ----------
+    clip : Clip
+        Made by `plica.film`.
+    path : str or Path
+        Ends in .avi (lossless), .npy, .h5 or .hdf5. Each file appears complete or not at all.
+    overwrite : bool
+        Replace an existing clip or truth file.
+    progress : bool
+        Print the number of frames and the expected time, and show a bar, on standard error.
+
+    Returns
+    -------
+    list of Path
+        Files written.
+
+    Raises
+    ------
+    InvalidInput
+        For another file name extension, and if a file exists and `overwrite` is False.
+    StorageFailed
+        If a file cannot be written.
+    KeyboardInterrupt
+        Stopped by Ctrl-C or SIGTERM; no file is left.
+    """
+    path = Path(path)
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise InvalidInput(f"Film: {path.name}; must end in one of {', '.join(FORMATS)}.")

@@ -32,6 +32,7 @@ from plica.identify.settings import Estimated, Settings
 from plica.identify.smoother import Smoothed, smooth
 from plica.identify.sources import PixelMotion, open_motion
 from plica.identify.structured_em import StructuredResult, structured_em
+from plica.identify.wording import posterior_table, posterior_warnings
 
 __all__ = [
     "EMResult",
@@ -73,6 +74,8 @@ __all__ = [
     "load",
     "log_likelihood",
     "open_motion",
+    "posterior_table",
+    "posterior_warnings",
     "residual_test",
     "scene_evolution",
     "scene_matrices",

@@ -13,7 +13,6 @@ from plica.errors import InvalidInput
 from plica.identify.settings import Settings
 from plica.identify.sources import PixelMotion
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
 from plica.view.camera import Camera
 
@@ -107,7 +106,7 @@ def _length_note(seen_mm: float, scene: Scene) -> tuple[str, ...]:
     """A note if recording and mesh have different glottal lengths: geometry is not estimated."""
     if not isinstance(scene.mesh, Larynx):
         return ()
-    own = 2e3 * float(larynx_fields(scene.mesh)["major"])
+    own = 2e3 * float(scene.mesh.all_options()["major"])
     if abs(seen_mm / own - 1) <= _LENGTH_TOLERANCE:
         return ()
     return (

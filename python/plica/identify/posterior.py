@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from scipy import special
 
 from plica.errors import InvalidInput
-from plica.identify import wording
 from plica.identify.noise_levels import Noise
 from plica.identify.residuals import ResidualTest
 
-__all__ = ["Posterior"]
+__all__ = ["GAUSSIAN_FALL", "Posterior"]
 
 Array = NDArray[np.float64]
+GAUSSIAN_FALL = 1.92
+"""Decrease of a Gaussian's log density from the middle to an end of the 95 % interval."""
 FOLLOWED = 0.5
 """Least share of the motion's variance that a model must explain."""
 LARGEST_SHIFT = 1.0
@@ -162,7 +163,7 @@ class Posterior:
         a Gaussian, to within a factor of two."""
         if self.falls is None:
             return True
-        share = self.falls / wording.GAUSSIAN_FALL
+        share = self.falls / GAUSSIAN_FALL
         return bool(np.all((share > 0.5) & (share < 2)))
 
     def _scaled(self) -> tuple[Array, Array]:
@@ -180,14 +181,3 @@ class Posterior:
         if finer.names != self.names:
             raise InvalidInput("Posterior: the finer mesh's parameters must be the same.")
         return replace(finer, mesh_shift=finer.mean - self.mean)
-
-    # ---- Text --------------------------------------------------------------------------------
-
-    def table(self) -> str:
-        """One line per parameter: median, sd, 95 % interval, prior. A `refused` sd is not printed, nor an
-        interval that is not `answered`."""
-        return wording.table(self)
-
-    def warnings(self) -> list[str]:
-        """What to know before trusting the table."""
-        return wording.warnings(self)

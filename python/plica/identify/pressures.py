@@ -14,7 +14,6 @@ from plica.identify.forcing import Forcing
 from plica.identify.observation import Observation
 from plica.identify.settings import Settings
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import require_file
 
@@ -47,7 +46,7 @@ def heights_of(settings: Settings, scene: Scene, mesh: _engine.TetMesh) -> Float
     if settings.heights is not None:
         return np.array(settings.heights, dtype=float)
     if isinstance(scene.mesh, Larynx):
-        fields = larynx_fields(scene.mesh)
+        fields = scene.mesh.all_options()
         z = [section[0] for section in fields["sections"]]
         low, high = z[max(fields["layers_from_section"] - 2, 0)], z[fields["layers_to_section"]]
     else:

@@ -17,6 +17,7 @@ from plica.identify.iterates import Iterates
 from plica.identify.noise_levels import Noise
 from plica.identify.posterior import FOLLOWED, Posterior
 from plica.identify.residuals import ResidualTest
+from plica.identify.wording import posterior_table, posterior_warnings
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
 from plica.storage.hdf5 import create, put, put_text, set_text
@@ -110,12 +111,12 @@ class Identification:
     @property
     def table(self) -> str:
         """The posterior's table as text, one line per parameter."""
-        return self.posterior.table()
+        return posterior_table(self.posterior)
 
     @property
     def warnings(self) -> list[str]:
         """What to know before trusting the table."""
-        return self.posterior.warnings()
+        return posterior_warnings(self.posterior)
 
 
 def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Iterates, scene: Scene) -> None:
@@ -135,7 +136,7 @@ def store(directory: Path, posterior: Posterior, picture: Picture, iterates: Ite
                 "covariance": posterior.covariance,
                 "information_eigenvalues": posterior.information_eigenvalues,
                 "weakest_direction": posterior.weakest_direction,
-                "warnings": posterior.warnings(),
+                "warnings": posterior_warnings(posterior),
             }
             _fill(file, "posterior/derived", derived)
             _fill(file, "recording", {f.name: getattr(picture, f.name) for f in fields(picture)})

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from plica.identify.posterior import Posterior
+from plica.identify.posterior import GAUSSIAN_FALL, Posterior
 
-__all__ = ["CLOSE_TO_PRIOR", "GAUSSIAN_FALL", "started", "table", "warnings", "weakest", "widened"]
+__all__ = ["CLOSE_TO_PRIOR", "posterior_table", "posterior_warnings", "started", "weakest", "widened"]
 
 Array = NDArray[np.float64]
 CLOSE_TO_PRIOR = 0.7
 """A posterior with an sd above this share of the prior's is close to the prior."""
-GAUSSIAN_FALL = 1.92
-"""Decrease of a Gaussian's log density from the middle to an end of the 95 % interval."""
 FED_BACK = (
     "The pressures are assumed to be those of phonation: the motion generates them, and they repeat with it. "
     "The estimate treats unknown pressures as independent of the motion and between frames, so stiffness and "
@@ -26,8 +21,9 @@ FED_BACK = (
 _PRIOR = "The values in the table are those of the prior."
 
 
-def table(posterior: Posterior) -> str:
-    """One line per parameter: median, sd, 95 % interval, prior."""
+def posterior_table(posterior: Posterior) -> str:
+    """One line per parameter: median, sd, 95 % interval, prior. A `refused` sd is not printed, nor an
+    interval that is not `answered`."""
     lines = [f"{'':24}{'median':>10} {'':4}{'sd':>8}  {'95 % interval':>23}  {'prior 95 %':>23}"]
     if not posterior.carried:
         lines.insert(0, "The model does not follow the motion: the data support no number below.")
@@ -108,7 +104,7 @@ def _false_maximum(posterior: Posterior) -> str:
     return f"{text} ({started(posterior)})"
 
 
-def warnings(posterior: Posterior) -> list[str]:
+def posterior_warnings(posterior: Posterior) -> list[str]:
     """What to know before trusting the table."""
     found = (
         [FED_BACK] * posterior.fed_back

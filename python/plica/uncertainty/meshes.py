@@ -9,7 +9,7 @@ from typing import Any
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
-from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 from plica.uncertainty.uniform import refined
 
@@ -86,7 +86,7 @@ def given(scene: Scene, other: Scene) -> OtherMesh:
 
 
 def _larynx(scene: Scene, larynx: Larynx, factor: float) -> OtherMesh | None:
-    fields = larynx_fields(larynx)
+    fields = larynx.all_options()
     found = _triangulated(fields, factor) if "size" in fields else _in_levels(fields, factor)
     if found is None or found[1]["around"] < _LEAST_LINES:
         return None

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from plica.errors import InvalidInput
 from plica.measures.catalogue import CATALOGUE
@@ -18,9 +17,6 @@ from plica.measures.measure import Measures
 from plica.video.analysis import Analysis, load
 from plica.video.light import light_of
 from plica.video.waveforms import measures
-
-if TYPE_CHECKING:
-    from plica.report.comparison import Sheet
 
 __all__ = ["Comparison", "compare"]
 
@@ -191,12 +187,6 @@ class Comparison:
             for kind, (side, _) in zip(kinds, self.both, strict=True)
         ]
         return f"The voice is {' and '.join(said)}: means over cycles are of different things."
-
-    def sheet(self) -> Sheet:
-        """Its page (:func:`plica.report.comparison.write_comparison`)."""
-        from plica.video.comparison_page import sheet_of  # it draws, and knows this class
-
-        return sheet_of(self)
 
 
 def compare(before: str | Path | Analysis, after: str | Path | Analysis) -> Comparison:

@@ -14,7 +14,7 @@ from plica.phonation.measures.cautions import cautions as cautions_of
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.plausibility import scene_cautions
 from plica.phonation.scene.scene import Scene
 
@@ -132,7 +132,7 @@ def ran(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:
 
 def slit(least: float) -> dict[str, Any]:
     """The least larynx with another half-width (m) of its glottis, and nothing narrower."""
-    sections = np.array(larynx_fields(Larynx(larynx="thesis_coarse"))["sections"], float)
+    sections = np.array(Larynx(larynx="thesis_coarse").all_options()["sections"], float)
     narrow = sections[:, 1] == sections[:, 1].min()
     sections[:, 1] = np.where(narrow, least, np.maximum(sections[:, 1], least))
     return {**COARSE, "sections": sections.tolist()}

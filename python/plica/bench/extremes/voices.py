@@ -19,7 +19,7 @@ from plica.bench.extremes.probe import Found, Probe
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import build_mesh, larynx_fields
+from plica.phonation.scene.mesh_source import build_mesh
 from plica.phonation.scene.scene import Scene
 
 __all__ = ["PROBES"]
@@ -150,7 +150,7 @@ def coarse(step: float, steps: int, finer: int, **changes: Any) -> Found:
 def another_larynx(scale: float) -> Found:
     """A mesh in the wrong unit: no error to name, a caution must ask."""
     options: dict[str, Any] = {"major": 7e-3 * scale, "radius": 8e-3 * scale, "layer_thickness": 5e-4 * scale}
-    sections = [[scale * z, scale * x] for z, x in larynx_fields(Larynx(larynx="thesis_coarse"))["sections"]]
+    sections = [[scale * z, scale * x] for z, x in Larynx(larynx="thesis_coarse").all_options()["sections"]]
     options |= {**COARSE, "sections": sections}
     cautions = ran(larynx({"mesh.options": options, "time.duration": 4 * STEP}))[1]
     return Found(1.0, 0.0, tuple(name for name in cautions if name in ("fold_length", "mesh_size")))

@@ -20,7 +20,7 @@ from plica.report.comparison import Sheet
 from plica.report.drawing import Drawing
 from plica.report.wording import row
 
-__all__ = ["RunComparison", "compare_runs"]
+__all__ = ["RunComparison", "compare_runs", "sheet_of_runs"]
 
 
 @dataclass(frozen=True)
@@ -45,29 +45,6 @@ class RunComparison:
             found += [f"{side}: {caution}" for caution in cautions(run)]
         return [*found, *flow_against_pressure(*(run.measures for run in self.runs))]
 
-    def sheet(self) -> Sheet:
-        """The page: each figure that both reports have, one after the other."""
-        names = tuple(directory.resolve().name for directory in self.directories)
-        arguments = [
-            "plica",
-            "compare",
-            *(str(directory.resolve()) for directory in self.directories),
-            "-o",
-            "DIR",
-        ]
-        facts = [
-            {"run": str(directory), "steps": f"{run.time.size}", "duration": f"{1e3 * run.time[-1]:.4g} ms"}
-            for directory, run in zip(self.directories, self.runs, strict=True)
-        ]
-        of_both = [{one.title: one for one in _drawings(run)} for run in self.runs]
-        shown = [
-            (title, [_named("Before", "b", one), _named("After", "a", of_both[1][title])])
-            for title, one in of_both[0].items()
-            if title in of_both[1]
-        ]
-        command = shlex.join(arguments)
-        return Sheet((names[0], names[1]), (facts[0], facts[1]), self.remarks, self.changes, command, shown)
-
 
 def compare_runs(runs: Sequence[MeasuredRun], directories: Sequence[Path]) -> RunComparison:
     """Compare two runs; raises InvalidInput if one is not finished."""
@@ -78,6 +55,30 @@ def compare_runs(runs: Sequence[MeasuredRun], directories: Sequence[Path]) -> Ru
                 f"finished. Continue it: plica run SCENE -o {directory} --resume."
             )
     return RunComparison((runs[0], runs[1]), (directories[0], directories[1]))
+
+
+def sheet_of_runs(found: RunComparison) -> Sheet:
+    """The page: each figure that both reports have, one after the other."""
+    names = tuple(directory.resolve().name for directory in found.directories)
+    arguments = [
+        "plica",
+        "compare",
+        *(str(directory.resolve()) for directory in found.directories),
+        "-o",
+        "DIR",
+    ]
+    facts = [
+        {"run": str(directory), "steps": f"{run.time.size}", "duration": f"{1e3 * run.time[-1]:.4g} ms"}
+        for directory, run in zip(found.directories, found.runs, strict=True)
+    ]
+    of_both = [{one.title: one for one in _drawings(run)} for run in found.runs]
+    shown = [
+        (title, [_named("Before", "b", one), _named("After", "a", of_both[1][title])])
+        for title, one in of_both[0].items()
+        if title in of_both[1]
+    ]
+    command = shlex.join(arguments)
+    return Sheet((names[0], names[1]), (facts[0], facts[1]), found.remarks, found.changes, command, shown)
 
 
 def flow_against_pressure(before: Measures, after: Measures) -> list[str]:

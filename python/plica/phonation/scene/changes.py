@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from plica.errors import SceneError
-from plica.phonation.scene.part import OneOf, Part
 from plica.phonation.scene.problems import describe, path_text, unknown_text
 
-__all__ = ["changed"]
+__all__ = ["Changeable"]
 
-SomePart = TypeVar("SomePart", bound=Part)
+SomePart = TypeVar("SomePart", bound="Changeable")
 Path = tuple[str | int, ...]
 
 _TOKEN = re.compile(r'(?:(?<!^)\.|^)(?:"([^"\\]+)"|([^."\[\]]+))|\[(\d+)\]')
@@ -38,9 +37,43 @@ class _Node:
     """Whether it was given as a table instead of dotted keys."""
 
 
-def changed(part: SomePart, changes: Mapping[str, Any]) -> SomePart:
-    """The part with these changes (see `Part.replace`)."""
-    return _Changer(f"{type(part).__name__}.replace").apply(part, changes)
+class Changeable(BaseModel):
+    """What `replace` can change."""
+
+    kinds: ClassVar[Mapping[str, type[Changeable]]] = {}
+    """The parts of a choice, of which exactly one is there; empty for any other part."""
+
+    def replace(self, changes: Mapping[str, Any]) -> Self:
+        """A validated copy with some fields changed.
+
+        Parameters
+        ----------
+        changes : mapping
+            Key to new value. Keys are dotted paths, ``"tissue.cover.E"``, ``"contact.multipliers.solver"``,
+            with positions in lists, ``"loads[0].traction"``; a name that contains a dot is quoted,
+            ``'supports.components."a.x_min"'``. A value is anything the field accepts: a number, a text with
+            a unit, a part. A dict changes the fields it names and keeps the others; a part replaces the old
+            one. In a choice (contact, coupling, scheme) another kind replaces the present one, and the other
+            fields are kept. None removes an optional part, or an entry of a list or table; it resets any
+            other field to its default.
+
+        Raises
+        ------
+        SceneError
+            With one line per error; for an unknown name, with the nearest known one.
+
+        Examples
+        --------
+        >>> import plica
+        >>> air = plica.Airflow(subglottal_pressure="0.8 kPa")
+        >>> air.replace({"subglottal_pressure": "1 kPa", "coupling": "lagged"}).subglottal_pressure
+        1000.0
+        """
+        return _Changer(f"{type(self).__name__}.replace").apply(self, changes)
+
+    def before_change(self, names: Collection[str]) -> Self:
+        """The part before `replace` changes these fields."""
+        return self
 
 
 class _Changer:
@@ -96,7 +129,7 @@ class _Changer:
         if isinstance(change, _Leaf):
             kind = _kind_of(old, change.value)
             return self._part(old, kind, path) if kind is not None else change.value
-        if isinstance(old, Part):
+        if isinstance(old, Changeable):
             foreign = change.table and not change.inner.keys() <= type(old).model_fields.keys()
             return _plain(change) if foreign else self._part(old, change, path)
         if isinstance(old, Mapping):
@@ -111,7 +144,7 @@ class _Changer:
         before = len(self.problems)
         old = old.before_change([str(name) for name in change.inner])
         data = {name: getattr(old, name) for name in old.model_fields_set}
-        if isinstance(old, OneOf):
+        if old.kinds:
             named = {name for name, new in change.inner.items() if name in old.kinds and not _removes(new)}
             for kind in old.kinds.keys() - named if named else ():
                 data.pop(kind, None)
@@ -177,7 +210,7 @@ def _removes(change: _Node | _Leaf) -> bool:
 
 def _kind_of(old: Any, value: Any) -> _Node | None:
     """For a choice given by its kind alone, the change of that kind; other fields are kept."""
-    if not isinstance(old, OneOf):
+    if not isinstance(old, Changeable):
         return None
     for name, kind in old.kinds.items():
         if isinstance(value, kind):

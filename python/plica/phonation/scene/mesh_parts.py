@@ -6,8 +6,10 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from plica import _engine
 from plica.phonation.scene.face_selection import FaceSelection
 from plica.phonation.scene.part import Part, problem
 from plica.units import Length
@@ -94,10 +96,17 @@ class Larynx(Part):
     options: LarynxOptions = LarynxOptions()
     """Overrides of the preset."""
 
+    def all_options(self) -> dict[str, Any]:
+        """All fields of the engine's larynx, from the preset and its overrides, as plain data."""
+        fields = dict(_engine.larynx_preset(self.larynx))
+        fields |= self.options.model_dump(exclude_none=True)
+        fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
+        if "levels" in fields:
+            fields["levels"] = [int(count) for count in fields["levels"]]
+        return fields
+
     @model_validator(mode="after")
     def _options_fit_the_preset(self) -> Self:
-        from plica import _engine
-
         known = _engine.larynx_preset(self.larynx)
         for name, value in self.options.model_dump(mode="json", exclude_none=True).items():
             if name not in known:
@@ -112,9 +121,7 @@ class Larynx(Part):
         changes."""
         if "larynx" not in names:
             return self
-        from plica.phonation.scene.mesh_source import larynx_fields
-
-        repeated = larynx_fields(Larynx(larynx=self.larynx))
+        repeated = Larynx(larynx=self.larynx).all_options()
         given = self.options.model_dump(mode="json", exclude_none=True)
         own = {name: value for name, value in given.items() if value != repeated[name]}
         return type(self)(larynx=self.larynx, order=self.order, options=LarynxOptions(**own))

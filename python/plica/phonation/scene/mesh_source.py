@@ -2,26 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
 
-__all__ = ["build_mesh", "larynx_fields"]
-
-
-def larynx_fields(larynx: Larynx) -> dict[str, Any]:
-    """All fields of the engine's larynx, from the preset and its overrides, as plain data."""
-    fields = dict(_engine.larynx_preset(larynx.larynx))
-    fields |= larynx.options.model_dump(exclude_none=True)
-    fields["sections"] = np.asarray(fields["sections"], dtype=float).tolist()
-    if "levels" in fields:
-        fields["levels"] = [int(count) for count in fields["levels"]]
-    return fields
+__all__ = ["build_mesh"]
 
 
 def build_mesh(mesh: Mesh, where: str = "Scene") -> _engine.TetMesh:
@@ -53,7 +39,7 @@ def build_mesh(mesh: Mesh, where: str = "Scene") -> _engine.TetMesh:
 def _build(mesh: Mesh, where: str) -> _engine.TetMesh:
     match mesh:
         case Larynx():
-            return _engine.larynx_mesh(order=mesh.order, **larynx_fields(mesh))
+            return _engine.larynx_mesh(order=mesh.order, **mesh.all_options())
         case Block():
             return _block(mesh)
         case Blocks():

@@ -13,7 +13,6 @@ from plica.measures.catalogue import medial_angle
 from plica.measures.contour import medial_surface, rest_contour
 from plica.phonation.scene.held import MeshArrays
 from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import larynx_fields
 from plica.phonation.scene.surface_fault import airway_fault
 
 __all__ = ["Glottis", "opening_pattern"]
@@ -49,7 +48,7 @@ class Glottis:
     @classmethod
     def of_larynx(cls, larynx: Larynx) -> Glottis:
         """That of a parametric larynx."""
-        fields = larynx_fields(larynx)
+        fields = larynx.all_options()
         radius = float(fields["radius"])
         sections = np.asarray(fields["sections"])  # (k, 2): z, minor half-axis, m
         return cls(0.0, 0.0, sections, float(fields["major"]), (radius, radius), radius)

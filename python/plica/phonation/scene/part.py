@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.phonation.scene.changes import Changeable
 from plica.phonation.scene.problems import describe
 
 __all__ = ["MAX_COUNT", "Count", "OneOf", "Part", "engine_default", "problem"]
@@ -57,7 +58,7 @@ class _PartType(_ModelType):
             raise SceneError(describe(error, cls.__name__)) from None
 
 
-class Part(BaseModel, metaclass=_PartType):
+class Part(Changeable, metaclass=_PartType):
     """A part of a scene."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
@@ -75,40 +76,6 @@ class Part(BaseModel, metaclass=_PartType):
                 )
         return data
 
-    def replace(self, changes: Mapping[str, Any]) -> Self:
-        """A validated copy with some fields changed.
-
-        Parameters
-        ----------
-        changes : mapping
-            Key to new value. Keys are dotted paths, ``"tissue.cover.E"``, ``"contact.multipliers.solver"``,
-            with positions in lists, ``"loads[0].traction"``; a name that contains a dot is quoted,
-            ``'supports.components."a.x_min"'``. A value is anything the field accepts: a number, a text with
-            a unit, a part. A dict changes the fields it names and keeps the others; a part replaces the old
-            one. In a choice (contact, coupling, scheme) another kind replaces the present one, and the other
-            fields are kept. None removes an optional part, or an entry of a list or table; it resets any
-            other field to its default.
-
-        Raises
-        ------
-        SceneError
-            With one line per error; for an unknown name, with the nearest known one.
-
-        Examples
-        --------
-        >>> import plica
-        >>> air = plica.Airflow(subglottal_pressure="0.8 kPa")
-        >>> air.replace({"subglottal_pressure": "1 kPa", "coupling": "lagged"}).subglottal_pressure
-        1000.0
-        """
-        from plica.phonation.scene.changes import changed
-
-        return changed(self, changes)
-
-    def before_change(self, names: Collection[str]) -> Self:
-        """The part before `replace` changes these fields."""
-        return self
-
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """A copy without changes: pydantic does not validate `update`, `replace` does."""
         if update:
@@ -122,8 +89,6 @@ class Part(BaseModel, metaclass=_PartType):
 
 class OneOf(Part):
     """Exactly one of several parts; written as the part itself, as its name, or as a table of that name."""
-
-    kinds: ClassVar[dict[str, type[Part]]] = {}
 
     @model_validator(mode="before")
     @classmethod

@@ -313,10 +313,8 @@ def _posture_caution(scene: Scene) -> Iterator[Caution]:
 
 def _fold_sizes(larynx: Larynx) -> dict[str, float]:
     """m, by key: half the length of the folds, and the height of their layers, unless sections are others."""
-    from plica.phonation.scene.mesh_source import larynx_fields
-
-    fields = larynx_fields(larynx)
-    usual = larynx_fields(Larynx(larynx=larynx.larynx))
+    fields = larynx.all_options()
+    usual = Larynx(larynx=larynx.larynx).all_options()
     z = [section[0] for section in fields["sections"]]
     found = {"mesh.options.major": float(fields["major"])}
     if len(z) == len(usual["sections"]):

@@ -193,9 +193,7 @@ class Scene(Part):
         if data.get("supports") == {}:  # held by nothing, which an empty table does not say
             data["supports"] = {"fixed": []}
         if isinstance(self.mesh, Larynx):
-            from plica.phonation.scene.mesh_source import larynx_fields
-
-            data["mesh"]["options"] = larynx_fields(self.mesh)
+            data["mesh"]["options"] = self.mesh.all_options()
         elif not isinstance(self.mesh, Blocks) and "size" in data["mesh"]:
             order = data["mesh"].pop("order")
             data["mesh"] = {"order": order, "block": data["mesh"]}
