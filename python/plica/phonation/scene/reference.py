@@ -173,5 +173,5 @@ def _description(part: type[Part]) -> str:
     return text
 
 
-def _first_paragraph(part: type[Part]) -> str:
+def _first_paragraph(part: type) -> str:
     return (inspect.getdoc(part) or "").split("\n\n")[0]
