@@ -17,7 +17,8 @@ __all__ = ["airway_fault", "contact_fault", "selecting"]
 _Reals = NDArray[np.float64]
 _Integers = NDArray[np.integer]
 
-_ROUND_OFF = 1e-9  # of the surface's area
+_AXES = "Are x lateral, y from back to front and z upward?"
+_ROUND_OFF = 1e-9  # of the surface's area, and of its root
 
 
 def selecting(name: str) -> str:
@@ -46,22 +47,17 @@ def airway_fault(mesh: MeshData, name: str) -> str:
         if abs(float(across[walls].sum())) <= _ROUND_OFF * size:
             return (
                 f"none of its {len(faces)} faces ({size:.3g} m^2) looks toward {toward} x, so that the "
-                f"{fold} "
-                f"fold is missing; must have both folds, which face each other along x. {select} Are x "
-                f"lateral, "
-                "y from back to front and z upward?"
+                f"{fold} fold is missing; must have both folds, which face each other along x. {select} {_AXES}"
             )
     smaller, larger = (
         float(np.average(centre[walls, 0], weights=np.abs(across[walls])))
         for walls in (across > 0, across < 0)
     )
-    if smaller >= larger:
+    if smaller - larger > _ROUND_OFF * float(np.sqrt(size)):  # folds that touch do face each other
         return (
             f"its walls look away from each other: those that look toward larger x are at x = {smaller:.3g} "
-            f"m, "
-            f"the others at {larger:.3g} m (means); must face each other, as the walls of a channel do, not "
-            f"the "
-            f"outside of the tissue. {select}"
+            f"m, the others at {larger:.3g} m (means); must face each other, as the walls of a channel do, "
+            f"not the outside of the tissue. {select} {_AXES}"
         )
     return ""
 
