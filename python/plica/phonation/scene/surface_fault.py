@@ -47,7 +47,8 @@ def airway_fault(mesh: MeshData, name: str) -> str:
         if abs(float(across[walls].sum())) <= _ROUND_OFF * size:
             return (
                 f"none of its {len(faces)} faces ({size:.3g} m^2) looks toward {toward} x, so that the "
-                f"{fold} fold is missing; must have both folds, which face each other along x. {select} {_AXES}"
+                f"{fold} fold is missing; must have both folds, which face each other along x. "
+                f"{select} {_AXES}"
             )
     smaller, larger = (
         float(np.average(centre[walls, 0], weights=np.abs(across[walls])))
