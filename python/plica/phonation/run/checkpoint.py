@@ -3,6 +3,8 @@ remains."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,13 +51,18 @@ def other(slot: str | None) -> str:
 def write(directory: Path, checkpoint: Checkpoint, slot: str) -> None:
     """Write into a slot, in the place of what it holds."""
 
+    arrays = {name: np.asarray(array) for name, array in checkpoint.state.items()}
+    described = {
+        "scene": checkpoint.scene,
+        "sums": dict(checkpoint.sums),
+        "state": {name: (array.dtype.str, array.shape) for name, array in arrays.items()},
+    }
+
     def fill(file: Any) -> None:
         put(file, "steps", checkpoint.steps)
-        put_text(file, "scene", checkpoint.scene)
-        for name, array in checkpoint.state.items():
-            put(file, f"state/{name}", array)
-        put(file, "waveforms", sorted(checkpoint.sums))
-        put(file, "sums", np.array([checkpoint.sums[name] for name in sorted(checkpoint.sums)], np.uint32))
+        put_text(file, "description", json.dumps(described))
+        numbers = b"".join(array.tobytes() for array in arrays.values())
+        put(file, "state", np.frombuffer(numbers, np.uint8), meaning="arrays of the description, joined")
 
     write_image(directory / slot, fill)
 
@@ -87,9 +94,13 @@ def newest(directory: Path) -> Checkpoint | None:
 
 def _read(path: Path) -> Checkpoint:
     with Stored(path) as file:
-        return Checkpoint(
-            int(file.read("steps")),
-            file.text("scene"),
-            {name: file.read(f"state/{name}") for name in file.names("state")},
-            dict(zip(file.texts("waveforms"), map(int, file.read("sums")), strict=True)),
-        )
+        steps, described, numbers = int(file.read("steps")), file.text("description"), file.read("state")
+    try:
+        found = json.loads(described)
+        state, start = {}, 0
+        for name, (kind, shape) in found["state"].items():
+            array = np.frombuffer(numbers, kind, math.prod(shape), start).reshape(shape)
+            state[name], start = array.copy(), start + array.nbytes
+        return Checkpoint(steps, found["scene"], state, found["sums"])
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise Damaged(f"{path}: description is damaged; must be as plica wrote it.") from None

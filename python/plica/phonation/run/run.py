@@ -236,6 +236,7 @@ class _Runner:
         self.chunk = 1
         self.seconds = 0.0
         self.shown = False
+        self.new = False
 
     def run(self, *, shown: bool, tell: Callable[[Caution], None] | None = None) -> None:
         self.shown = shown
@@ -254,6 +255,9 @@ class _Runner:
                     self._advance(results)
                     progress.update(self.done)
             except SolveFailed as error:
+                if self.new and self.done == 0:
+                    self._remove(("results.h5", "scene.toml"))
+                    raise
                 self._stopped(results, store.FAILED, str(error))
                 raise SolveFailed(
                     f"{error} {self.done} of {self.total} steps are kept in {self.directory}."
@@ -265,20 +269,18 @@ class _Runner:
                 raise KeyboardInterrupt(f"stopped after {self.done} of {self.total} steps")
             self._commit(results, to_disk=True)
             results.set_status(store.FINISHED)
-            write_xdmf(results.path)
+            if self.frames.size:
+                write_xdmf(results.path)
 
     def _open(self) -> ResultFile:
         """The result file, at the newest checkpoint; a new one where there is none."""
         path = self.directory / "results.h5"
         if path.exists():
             return self._reopen(path)
-        start = time.monotonic()
-        before = self.simulation.state()
-        sample = self.simulation.advance(1)
-        self.simulation.restore(before)
+        start, self.new = time.monotonic(), True
         self._remove(checkpoint.SLOTS)  # of a deleted run
         replaced(self.directory / "scene.toml", self.scene.save)
-        results = ResultFile.create(path, self.scene, self.simulation, self.mesh, sample)
+        results = ResultFile.create(path, self.scene, self.simulation, self.mesh)
         self.seconds = time.monotonic() - start
         return results
 
@@ -396,7 +398,8 @@ class _Runner:
         state = Checkpoint(self.done, self.digest, self.simulation.state(), results.sums)
         self.slot = checkpoint.other(self.slot)
         checkpoint.write(self.directory, state, self.slot)
-        write_xdmf(results.path)
+        if self.frames.size:
+            write_xdmf(results.path)
 
     def _stopped(self, results: ResultFile, status: int, message: str) -> None:
         self._checkpoint(results)

@@ -70,24 +70,9 @@ class ResultFile:
             self._stored.close()
 
     @classmethod
-    def create(
-        cls,
-        path: Path,
-        scene: Scene,
-        simulation: _engine.Simulation,
-        mesh: _engine.TetMesh,
-        sample: Mapping[str, Any],
-    ) -> Self:
-        """Create the file for a whole run, completely or not at all.
-
-        Parameters
-        ----------
-        path : Path
-        scene, simulation, mesh
-            Of the run.
-        sample : mapping of ndarray
-            Waveforms of any number of steps: their names, types and shapes.
-        """
+    def create(cls, path: Path, scene: Scene, simulation: _engine.Simulation, mesh: _engine.TetMesh) -> Self:
+        """Create the file for a whole run, completely or not at all."""
+        sample = simulation.advance(0)  # names, types and shapes of its waveforms
         draft = draft_of(path)
         require_space(draft, _size(scene, mesh, sample), ", or a larger output.every or output.start")
         version = _engine.build_info()["version"]
@@ -103,7 +88,7 @@ class ResultFile:
         The file is replaced as a whole: if this is interrupted or the disk is full, the old one remains.
         """
         steps, frames = self._record.steps, self._record.frames
-        sample = {name: self._file[f"waveforms/{name}"][:1] for name in self._names}
+        sample = {name: self._file[f"waveforms/{name}"][:0] for name in self._names}
         require_space(
             draft_of(self.path),
             _size(scene, mesh, sample),
@@ -208,7 +193,7 @@ class ResultFile:
 def _size(scene: Scene, mesh: _engine.TetMesh, sample: Mapping[str, Any]) -> int:
     """Size of the whole file (bytes)."""
     frame = len(mesh.points) * (3 + (scene.contact is not None)) * 4
-    numbers = sum(np.asarray(values)[:1].size for values in sample.values())
+    numbers = sum(int(np.prod(np.shape(values)[1:])) for values in sample.values())
     stored = [getattr(mesh, name) for name in ("points", "cells", "cell_layer", "cell_side")]
     stored += [*mesh.surfaces.values(), *mesh.node_sets.values()]
     size = 8 * scene.time.steps * numbers + len(frame_steps(scene)) * frame
