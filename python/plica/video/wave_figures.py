@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plica.measures.scale import shown_unit
-from plica.report.drawing import Drawing, draw
+from plica.report.drawing import draw
+from plica.report.plot import Drawing
 from plica.video.analysis import Analysis
 from plica.video.midline import pixels
 from plica.video.pictures import about, kymograms

@@ -123,6 +123,7 @@ _ROOMS = ("plica.video", "plica.identify", "plica.larynx_fit", "plica.report", "
 UNNEEDED: Mapping[str, tuple[str, ...]] = {
     "plica": (*_HEAVY, *_ROOMS),
     "plica.cli": (*_HEAVY, *(room for room in _ROOMS if room != "plica.report")),
+    "plica.phonation.report": ("scipy", "matplotlib", "meshio", "pint", "xarray", "PIL", "plica.video"),
     "plica.video": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.identify", "plica.bench"),
     "plica.identify": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.bench", "plica.verify"),
 }

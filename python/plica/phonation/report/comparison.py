@@ -17,7 +17,7 @@ from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.page import sections
 from plica.phonation.report.reading import read
 from plica.report.comparison import Sheet
-from plica.report.drawing import Drawing
+from plica.report.plot import Drawing
 from plica.report.wording import row
 
 __all__ = ["RunComparison", "compare_runs", "sheet_of_runs"]

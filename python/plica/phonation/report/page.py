@@ -14,8 +14,8 @@ from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
 from plica.phonation.report.energy_figures import energy_balance, probe_motion, probe_spectrum
 from plica.phonation.report.reading import Reading, read
 from plica.phonation.report.waveform_figures import contact_forces, glottal_waveforms, whole_run
-from plica.report.drawing import Drawing
 from plica.report.page import render
+from plica.report.plot import Drawing
 from plica.report.wording import headlines, number, numbered_after, tables
 from plica.storage.files import write_text
 
