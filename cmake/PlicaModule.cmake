@@ -1,13 +1,15 @@
 # One function declares a module of the engine: a static library plica::NAME built from
 # cpp/plica/NAME/*.cpp that sees the headers of the modules it names, and of no others.
 #
-#   plica_module(NAME [TESTS_ONLY] DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL PUBLIC_HEADERS scene.hpp)
+#   plica_module(NAME [TESTS_ONLY] ALONE kernels.cpp DEPENDS core mesh LINK Eigen3::Eigen PRIVATE CGAL::CGAL
+#     PUBLIC_HEADERS scene.hpp)
 #
 # PUBLIC_HEADERS  those of its headers that are for embedders; all others are internal. See InstallHeaders.cmake
 # DEPENDS  modules whose headers its own headers may include
 # LINK     third parties that appear in its headers
 # TESTS_ONLY  built where a test links it, neither installed nor listed
 # PRIVATE  third parties of its sources only: header-only ones, so an installed module does not need them
+# ALONE    sources that PLICA_UNITY leaves by themselves: kernels, whose short names are their own
 #
 # Each module's headers are staged into an include root of its own, so that including a header of a
 # module that is not among the dependencies does not build. PLICA_MODULES lists what was declared.
@@ -15,7 +17,7 @@ include_guard(GLOBAL)
 include(GNUInstallDirs)
 
 function(plica_module name)
-  cmake_parse_arguments(ARG "TESTS_ONLY" "" "DEPENDS;LINK;PRIVATE;PUBLIC_HEADERS" ${ARGN})
+  cmake_parse_arguments(ARG "TESTS_ONLY" "" "ALONE;DEPENDS;LINK;PRIVATE;PUBLIC_HEADERS" ${ARGN})
   set(target plica_${name})
   set(source_dir ${PROJECT_SOURCE_DIR}/cpp/plica/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${source_dir}/*.cpp)
@@ -34,7 +36,11 @@ function(plica_module name)
     EXPORT_NAME ${name}
     POSITION_INDEPENDENT_CODE ON
     CXX_VISIBILITY_PRESET hidden
-    VISIBILITY_INLINES_HIDDEN ON)
+    VISIBILITY_INLINES_HIDDEN ON
+    UNITY_BUILD ${PLICA_UNITY}
+    UNITY_BUILD_BATCH_SIZE 10)
+  list(TRANSFORM ARG_ALONE PREPEND ${source_dir}/)
+  set_source_files_properties(${ARG_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_compile_features(${target} PUBLIC cxx_std_17)
   target_include_directories(${target} PUBLIC
     $<BUILD_INTERFACE:${include_root}>

@@ -8,7 +8,7 @@ namespace {
 
 using Place = Eigen::Vector2d;
 
-double cross(const Place& a, const Place& b) { return a[0] * b[1] - a[1] * b[0]; }
+double cross_in_plane(const Place& a, const Place& b) { return a[0] * b[1] - a[1] * b[0]; }
 
 /// Barycentric coordinate k of a place: >= 0 for all three inside the triangle.
 double inside(const Place& p, int k) { return k == 0 ? 1 - p[0] - p[1] : p[k - 1]; }
@@ -47,12 +47,12 @@ std::array<Eigen::Vector2d, 3> seen_from(const std::array<Vector3, 3>& triangle,
 std::vector<TrianglePoint> overlap_points(const std::array<Eigen::Vector2d, 3>& other) {
   constexpr double nothing = 1e-12;  // twice the area of the triangle is 1: round-off between matching ones
   std::vector<TrianglePoint> points;
-  if (!(cross(other[1] - other[0], other[2] - other[0]) < 0)) return points;
+  if (!(cross_in_plane(other[1] - other[0], other[2] - other[0]) < 0)) return points;
   std::vector<Place> polygon{other[0], other[2], other[1]};
   for (int k = 0; k < 3 && !polygon.empty(); ++k) polygon = cut(polygon, k);
   for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
     const std::array<Place, 3> corner{polygon[0], polygon[i], polygon[i + 1]};
-    const double twice_area = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    const double twice_area = cross_in_plane(corner[1] - corner[0], corner[2] - corner[0]);
     if (twice_area < nothing) continue;
     const Place sum = corner[0] + corner[1] + corner[2];
     for (const auto& [a, weight] : rule)

@@ -1,9 +1,9 @@
 #include "plica/dynamics/modal_motion.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <memory>
 
+#include "plica/core/eigenpairs.hpp"
 #include "plica/core/error.hpp"
 #include "plica/dynamics/state.hpp"
 
@@ -27,13 +27,12 @@ Eigen::MatrixXd orthonormal(const NodalMatrix& M, Eigen::MatrixXd B) {
   for (int round = 0; round < 2; ++round) {
     for (std::ptrdiff_t j = 0; j < B.cols(); ++j)
       if (const double norm = std::sqrt(B.col(j).dot(M * Vector(B.col(j)))); norm > 0) B.col(j) /= norm;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> gram(symmetric(B.transpose() * times(M, B)));
-    const Vector& size = gram.eigenvalues();
+    const auto [size, vectors] = symmetric_eigenpairs(symmetric(B.transpose() * times(M, B)));
     if (!(size.maxCoeff() > 0))
       throw InvalidInput("Reduction: the basis moves nothing; must have a vector that moves a node that is free.");
     const std::ptrdiff_t kept = (size.array() > independent * size.maxCoeff()).count();
     const Vector scale = size.tail(kept).cwiseSqrt().cwiseInverse();
-    B = Eigen::MatrixXd(B * gram.eigenvectors().rightCols(kept) * scale.asDiagonal());
+    B = Eigen::MatrixXd(B * vectors.rightCols(kept) * scale.asDiagonal());
   }
   return B;
 }
@@ -46,10 +45,9 @@ ModalMotion::ModalMotion(const Motion& motion, const Eigen::MatrixXd& vectors)
   for (std::ptrdiff_t i = 0; i < basis.rows(); ++i)
     if (motion.supports().fixed(i)) basis.row(i).setZero();
   basis = orthonormal(motion.mass(), std::move(basis));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> ritz(
-      symmetric(basis.transpose() * times(motion.stiffness(), basis)));
-  stiffness_ = ritz.eigenvalues();
-  shapes_ = basis * ritz.eigenvectors();
+  const Eigenpairs ritz = symmetric_eigenpairs(symmetric(basis.transpose() * times(motion.stiffness(), basis)));
+  stiffness_ = ritz.values;
+  shapes_ = basis * ritz.vectors;
   momenta_ = times(motion.mass(), shapes_);
   if (motion.viscosity()) viscosity_ = symmetric(shapes_.transpose() * times(*motion.viscosity(), shapes_));
   const auto [alpha, beta, gamma] = scheme_;

@@ -1,8 +1,8 @@
 #include "plica/dynamics/past.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "plica/core/eigenpairs.hpp"
 #include "plica/core/threads.hpp"
 
 namespace plica {
@@ -38,12 +38,12 @@ Guess Past::nearest(const Vector& b) const {
   Vector scale(count);
   for (std::ptrdiff_t i = 0; i < count; ++i) scale[i] = sums(i, i) > 0 ? 1 / std::sqrt(sums(i, i)) : 0.0;
   const Eigen::MatrixXd G = scale.asDiagonal() * sums.leftCols(count) * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(G);  // of the lower triangle
-  const Vector along = eigen.eigenvectors().transpose() * (scale.asDiagonal() * sums.col(count));
+  const Eigenpairs modes = symmetric_eigenpairs(G);
+  const Vector along = modes.vectors.transpose() * (scale.asDiagonal() * sums.col(count));
   Vector weights = Vector::Zero(count);
   for (std::ptrdiff_t k = 0; k < count; ++k)
-    if (eigen.eigenvalues()[k] > independent * eigen.eigenvalues()[count - 1])
-      weights += along[k] / eigen.eigenvalues()[k] * eigen.eigenvectors().col(k);
+    if (modes.values[k] > independent * modes.values[count - 1])
+      weights += along[k] / modes.values[k] * modes.vectors.col(k);
   weights = scale.asDiagonal() * weights;
   Guess guess{Vector::Zero(unknowns), Vector::Zero(unknowns)};
   for_chunks(unknowns, size, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {

@@ -1,16 +1,17 @@
 #include "plica/dynamics/rigid_motion.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "plica/core/eigenpairs.hpp"
 namespace plica {
 
 namespace {
 
 using Gram = Eigen::Matrix<double, 6, 6>;
-using Motion = Eigen::Matrix<double, 6, 1>;  // a shift, then a turn about the body's centre times its size
+using Twist = Eigen::Matrix<double, 6, 1>;  // a shift, then a turn about the body's centre times its size
 
 /// The six motions of a body without strain as its held unknowns see them: singular where one of them is free.
 std::optional<RigidMotion> rigid_motion(const TetMesh& mesh, const Supports& supports,
@@ -26,13 +27,13 @@ std::optional<RigidMotion> rigid_motion(const TetMesh& mesh, const Supports& sup
     for (int d = 0; d < 3; ++d) {
       if (!supports.fixed(3 * static_cast<std::ptrdiff_t>(node) + d)) continue;
       const Vector3 arm = (mesh.points.row(node).transpose() - centre) / size;
-      Motion seen;
+      Twist seen;
       seen << Vector3::Unit(d), arm.cross(Vector3::Unit(d));
       held += seen * seen.transpose();
     }
-  const Eigen::SelfAdjointEigenSolver<Gram> modes(held);
-  if (modes.eigenvalues()[0] > 1e-12 * modes.eigenvalues()[5]) return std::nullopt;
-  const Motion free = modes.eigenvectors().col(0);
+  const Eigenpairs modes = symmetric_eigenpairs(held);
+  if (modes.values[0] > 1e-12 * modes.values[5]) return std::nullopt;
+  const Twist free = modes.vectors.col(0);
   const bool turns = free.tail<3>().norm() > 1e-6;
   return RigidMotion{nodes.front(), centre, turns, held.isZero(0),
                      (turns ? free.tail<3>() : free.head<3>()).normalized()};

@@ -44,9 +44,9 @@ Matrix6 mirrored(const Matrix6& elasticity, unsigned planes) {
 }
 
 bool alike(const Material& one, const Material& other, unsigned planes) {
-  constexpr double round_off = 1e-12;
+  constexpr double share = 1e-12;  // by which round-off may part the two
   const Matrix6 a = elasticity_matrix(one), b = mirrored(elasticity_matrix(other), planes);
-  return (a - b).cwiseAbs().maxCoeff() <= round_off * a.cwiseAbs().maxCoeff() && one.density == other.density &&
+  return (a - b).cwiseAbs().maxCoeff() <= share * a.cwiseAbs().maxCoeff() && one.density == other.density &&
          one.viscosity == other.viscosity;
 }
 

@@ -12,7 +12,7 @@
 namespace plica::imaging {
 namespace {
 
-constexpr double inside = 1e-9;  // of the coordinates in a face: no gap between neighbours
+constexpr double beyond = 1e-9;  // of the coordinates in a face: no gap between neighbours
 constexpr double close = 1e-9;   // px, at which an iteration has converged
 constexpr double margin = 1e-6;  // px, about a face's hull
 constexpr int most_steps = 20;   // of Newton's iteration, which converges quadratically
@@ -67,7 +67,7 @@ bool iterate(const FaceMap& face, double x, double y, Place& p) {
     const double s_x = face.column.by_s(p), s_y = face.row.by_s(p);
     const double area = r_x * s_y - r_y * s_x;
     if (std::max(std::abs(off_x), std::abs(off_y)) < close) {
-      return std::min({p.r, p.s, 1 - p.r - p.s}) >= -inside && area < 0;  // rows count downwards
+      return std::min({p.r, p.s, 1 - p.r - p.s}) >= -beyond && area < 0;  // rows count downwards
     }
     const double divisor = std::abs(area) > 1e-12 ? area : 1e-12;
     const double step_r = (off_x * s_y - off_y * s_x) / divisor;

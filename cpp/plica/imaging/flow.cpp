@@ -22,7 +22,7 @@ void require(bool holds, const char* name, double value, const char* unit, const
   if (!holds) throw InvalidInput("FlowOptions", name, value, unit, relation);
 }
 
-void require_size(const Plane& image, const Plane& first, const std::string& name) {
+void require_picture(const Plane& image, const Plane& first, const std::string& name) {
   const auto size = [](const Plane& plane) {
     return std::to_string(plane.cols()) + " x " + std::to_string(plane.rows()) + " px";
   };
@@ -196,13 +196,13 @@ void FlowOptions::validate() const {
 
 LitFlow dense_flow(const Plane& first, const Plane& second, const FlowOptions& options, const Known& known) {
   options.validate();
-  require_size(first, first, "the first picture");
-  require_size(second, first, "the second picture");
-  if (known.used.size() > 0) require_size(known.used, first, "the mask");
-  if (known.sides.size() > 0) require_size(known.sides, first, "the picture of sides");
+  require_picture(first, first, "the first picture");
+  require_picture(second, first, "the second picture");
+  if (known.used.size() > 0) require_picture(known.used, first, "the mask");
+  if (known.sides.size() > 0) require_picture(known.sides, first, "the picture of sides");
   if (known.measured.size() > 0) {
-    require_size(known.measured, first, "where motion is measured");
-    require_size(known.displacement, first, "the motion that is measured");
+    require_picture(known.measured, first, "where motion is measured");
+    require_picture(known.displacement, first, "the motion that is measured");
     const double length = std::hypot(known.across[0], known.across[1]);
     if (!(std::abs(length - 1) < 1e-6))
       throw InvalidInput("dense_flow", "length of across", length, "", "1",

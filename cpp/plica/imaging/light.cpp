@@ -21,7 +21,7 @@ struct Block {
   double first, second, x, y;
 };
 
-double place(double i, std::ptrdiff_t n) { return (2 * i + 1) / static_cast<double>(n) - 1; }
+double from_middle(double i, std::ptrdiff_t n) { return (2 * i + 1) / static_cast<double>(n) - 1; }
 
 std::array<double, 6> shapes(double x, double y) { return {1, x, y, x * x, x * y, y * y}; }
 
@@ -61,8 +61,8 @@ std::vector<Block> means(const Plane& first, const Plane& second, const Spline& 
         const double middle = 0.5 * static_cast<double>(side) - 0.5;
         counts[entry] = 1;
         all[entry] = {sums[block] / number[block], sums_then[block] / number[block],
-                      place(static_cast<double>(i * side) + middle, columns),
-                      place(static_cast<double>(j * side) + middle, rows)};
+                      from_middle(static_cast<double>(i * side) + middle, columns),
+                      from_middle(static_cast<double>(j * side) + middle, rows)};
       }
     }
   });
@@ -87,10 +87,10 @@ Plane Light::gains(std::ptrdiff_t rows, std::ptrdiff_t columns) const {
   Plane result(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     for (std::ptrdiff_t j = begin; j < end; ++j) {
-      const double y = place(static_cast<double>(j), rows);
+      const double y = from_middle(static_cast<double>(j), rows);
       const double c0 = gain[0] + y * (gain[2] + y * gain[5]), c1 = gain[1] + y * gain[4], c2 = gain[3];
       for (std::ptrdiff_t i = 0; i < columns; ++i) {
-        const double x = place(static_cast<double>(i), columns);
+        const double x = from_middle(static_cast<double>(i), columns);
         result(j, i) = static_cast<float>(std::max(least_gain, c0 + x * (c1 + x * c2)));
       }
     }

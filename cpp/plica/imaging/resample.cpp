@@ -23,13 +23,13 @@ std::vector<float> gaussian(double sigma) {
 }
 
 /// Where sample i of n_out lies among n_in: between `low` and `low + 1`, by `share`.
-struct Place {
+struct Sample {
   std::ptrdiff_t low, high;
   float share;
 };
 
-std::vector<Place> places(std::ptrdiff_t n_in, std::ptrdiff_t n_out) {
-  std::vector<Place> all;
+std::vector<Sample> places(std::ptrdiff_t n_in, std::ptrdiff_t n_out) {
+  std::vector<Sample> all;
   for (std::ptrdiff_t i = 0; i < n_out; ++i) {
     const double x = (static_cast<double>(i) + 0.5) * static_cast<double>(n_in) / static_cast<double>(n_out) - 0.5;
     const double floor = std::floor(x);
@@ -76,15 +76,15 @@ Plane resize(const Plane& image, std::ptrdiff_t rows, std::ptrdiff_t columns) {
   require_at_least("resize", "the columns", columns, 1);
   require_picture("resize", image);
   if (rows == image.rows() && columns == image.cols()) return image;
-  const std::vector<Place> down = places(image.rows(), rows), across = places(image.cols(), columns);
+  const std::vector<Sample> down = places(image.rows(), rows), across = places(image.cols(), columns);
   Plane result(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
     Eigen::Array<float, 1, Eigen::Dynamic> line(image.cols());
     for (std::ptrdiff_t y = begin; y < end; ++y) {
-      const Place& from = down[static_cast<std::size_t>(y)];
+      const Sample& from = down[static_cast<std::size_t>(y)];
       line = image.row(from.low) + from.share * (image.row(from.high) - image.row(from.low));
       for (std::ptrdiff_t x = 0; x < columns; ++x) {
-        const Place& at = across[static_cast<std::size_t>(x)];
+        const Sample& at = across[static_cast<std::size_t>(x)];
         result(y, x) = line(at.low) + at.share * (line(at.high) - line(at.low));
       }
     }

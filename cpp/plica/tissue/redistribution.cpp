@@ -1,8 +1,10 @@
 // The mass matrix of tissue whose contact nodes have no mass; docs/theory/massless.md.
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "plica/core/eigenpairs.hpp"
 #include "plica/core/error.hpp"
 #include "plica/core/require.hpp"
 #include "plica/tissue/assembly.hpp"
@@ -164,12 +166,11 @@ void restore_moments(const Body& body, std::vector<Cell>& cells) {
     const Ten missing = ten(Moments::Identity()) - t * growth;
     off = missing.norm();
     if (off <= 1e-14) break;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 10, 10>> modes(t * growth.asDiagonal() * means);
-    const Ten& weights = modes.eigenvalues();
+    const Eigenpairs modes = symmetric_eigenpairs(t * growth.asDiagonal() * means);
+    const Ten weights = modes.values;
     // Moments that repeat each other, as on a single row of cells, have no weight of their own.
     const Ten inverse = (weights.array() > 1e-10 * weights[9]).select(weights.cwiseInverse(), 0.0);
-    Vector step =
-        means * (modes.eigenvectors() * (inverse.asDiagonal() * (modes.eigenvectors().transpose() * missing)));
+    Vector step = means * (modes.vectors * (inverse.asDiagonal() * (modes.vectors.transpose() * missing)));
     q += step / std::max(1.0, step.cwiseAbs().maxCoeff());
     growth = q.array().exp();
   }
