@@ -61,7 +61,7 @@ class _PartType(_ModelType):
 class Part(Changeable, metaclass=_PartType):
     """A part of a scene."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
     positional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be given as positional arguments."""
 

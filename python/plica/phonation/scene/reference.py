@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
+import textwrap
 import types
 import typing
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 
 from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, LarynxOptions, MeshFile
 from plica.phonation.scene.part import OneOf, Part
@@ -148,12 +152,27 @@ def _choices(annotation: object) -> str:
 def _meaning(part: type[Part], name: str) -> tuple[str, str]:
     """Unit and meaning."""
     field = part.model_fields[name]
-    text = _plain(field.description or "")
+    text = _plain(_attribute_docstrings(part).get(name, ""))
     if not text and issubclass(part, OneOf) and name in part.kinds:
         text = _plain(_first_paragraph(part.kinds[name]))
     found = re.match(r"\[(.*?)\] ?(.*)", text)
     unit, meaning = (found[1].replace("-", "1") if found else "", found[2] if found else text)
     return unit, (meaning + _choices(field.annotation)).strip()
+
+
+@cache
+def _attribute_docstrings(part: type[Part]) -> dict[str, str]:
+    """The texts below the fields of a part, by field; read from the source, which pydantic would do for each
+    part when it is imported."""
+    found = {}
+    for base in reversed(part.__mro__):
+        if issubclass(base, Part):
+            (made,) = ast.parse(textwrap.dedent(inspect.getsource(base))).body
+            assert isinstance(made, ast.ClassDef)
+            for statement, below in pairwise(made.body):
+                if isinstance(statement, ast.AnnAssign) and isinstance(below, ast.Expr):
+                    found[ast.unparse(statement.target)] = str(ast.literal_eval(below.value))
+    return found
 
 
 def _plain(text: str) -> str:
