@@ -37,6 +37,7 @@ __all__ = [
     "set_text",
     "write_image",
     "write_row",
+    "write_rows",
 ]
 
 CHECKSUMS = "checksums"
@@ -157,6 +158,17 @@ def write_row(data: h5py.Dataset, sums: h5py.Dataset, index: int, values: Any) -
     row = np.broadcast_to(np.asarray(values, dtype=data.dtype), data.shape[1:])
     data[index] = row
     sums[index] = checksum(row)
+
+
+def write_rows(data: h5py.Dataset, start: int, rows: Any) -> None:
+    """Write contiguous rows of the data set's type from index `start` on; the caller keeps their checksum.
+
+    As ``data[start : start + len(rows)] = rows``, which takes thrice as long for few rows.
+    """
+    count = (len(rows), *data.shape[1:])
+    place = data.id.get_space()
+    place.select_hyperslab((start, *(0 for _ in count[1:])), count)
+    data.id.write(h5py.h5s.create_simple(count), place, rows)
 
 
 def _describe(data: h5py.Dataset, unit: str, meaning: str) -> None:

@@ -23,7 +23,7 @@ from plica.measures.waveforms import STORED
 from plica.phonation.run.progress_record import NAME, ProgressRecord
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import draft_of, replaced, require_space, storage_errors
-from plica.storage.hdf5 import checksum, create, lay_out, put, put_row, put_text, set_text
+from plica.storage.hdf5 import checksum, create, lay_out, put, put_row, put_text, set_text, write_rows
 from plica.storage.stored import Stored
 
 __all__ = ["FAILED", "FINISHED", "HINT", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
@@ -154,7 +154,8 @@ class ResultFile:
             for name, values in waveforms.items():
                 data = self._waveforms[name]
                 array = np.ascontiguousarray(values, dtype=data.dtype)
-                data[start : start + len(array)] = array
+                if array.size:
+                    write_rows(data, start, array)
                 self._sums[name] = checksum(array, self._sums[name])
 
     def write_frame(self, frame: int, simulation: _engine.Simulation) -> None:
