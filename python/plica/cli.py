@@ -335,7 +335,6 @@ def _report(options: argparse.Namespace) -> int:
 
 def _measures(options: argparse.Namespace) -> int:
     import plica
-    from plica.phonation.measures.cautions import cautions
 
     asked = options.start is not None or options.end is not None
     if video.is_analysis(options.directory):
@@ -351,7 +350,7 @@ def _measures(options: argparse.Namespace) -> int:
         _print_error(
             f"{options.directory}: {run.status}; measured {run.steps} of {run.steps_asked} steps.", 0
         )
-    return _print_cautions(cautions(chosen))
+    return _print_cautions(chosen.cautions)
 
 
 def _time(text: str | None) -> float | str | None:

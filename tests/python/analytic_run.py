@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
-from plica.phonation.measures.measure import measure
+from plica.phonation.measures.cautions import cautions
+from plica.phonation.measures.measure import measure, steady_cycles
 
 Array = NDArray[Any]
 Floats = NDArray[np.floating[Any]]
@@ -48,6 +50,16 @@ class AnalyticRun:
     def measures(self) -> Measures:
         """Without numerical uncertainty."""
         return measure(self)
+
+    @property
+    def cycles(self) -> Cycles:
+        """Found anew each time, as tests change runs."""
+        return steady_cycles(self)
+
+    @property
+    def cautions(self) -> tuple[Caution, ...]:
+        """Of the run, as its scene has none."""
+        return cautions(self)
 
     @property
     def whole(self) -> AnalyticRun:

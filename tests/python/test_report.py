@@ -2,13 +2,16 @@ import dataclasses
 import re
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+import plica
 from analytic_run import AnalyticRun, Phonation, free_vibration
 from plica.commands.table import measures_table
+from plica.measures.cycles import Cycles, find_cycles
 from plica.measures.measure import Measure, Measures
 from plica.measures.scale import Scale
 from plica.phonation.measures.cautions import cautions
@@ -231,6 +234,22 @@ def test_absent_parts_have_no_section(tmp_path: Path) -> None:
 def test_without_frames_there_is_no_view_from_above() -> None:
     run = dataclasses.replace(base.run(), fields={})
     assert titles(run) == (airflow_figures - {"From above"}) | {"Contact", "Energy balance"}
+
+
+def test_the_cycles_of_a_run_are_found_once(
+    phonating: plica.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+
+    def counted(*record: Any, **options: Any) -> Cycles:
+        found.append(find_cycles(*record, **options))
+        return found[-1]
+
+    monkeypatch.setattr("plica.phonation.measures.measure.find_cycles", counted)
+    run = plica.run(phonating, tmp_path / "run", progress=False)
+    assert "fundamental_frequency" in run.measures
+    write_report(run, tmp_path / "run" / "report.html")
+    assert len(found) == 1
 
 
 def cut(run: AnalyticRun, steps: int) -> AnalyticRun:

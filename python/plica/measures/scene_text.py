@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import tomllib
+from functools import lru_cache
 from typing import Any
 
 __all__ = ["airway_name", "scene_table", "scene_tables"]
 
 
+@lru_cache(maxsize=8)  # of a run it is asked for often
 def scene_tables(scene_text: str) -> dict[str, Any]:
-    """The keys and tables of a scene (TOML); none of a run that was not made from a scene file."""
+    """The keys and tables of a scene (TOML); none of a run that was not made from a scene file. To be read
+    only."""
     try:
         return tomllib.loads(scene_text)
     except tomllib.TOMLDecodeError:

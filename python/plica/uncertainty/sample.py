@@ -12,7 +12,7 @@ from plica.measures.catalogue import CATALOGUE
 from plica.measures.cycles import Cycles
 from plica.measures.instants import highest
 from plica.measures.measure import Measure
-from plica.phonation.measures.measure import measure, steady_cycles
+from plica.phonation.measures.measure import measure
 from plica.phonation.measures.run_data import RunData
 from plica.phonation.scene.scene import Scene
 
@@ -66,7 +66,7 @@ def sampled(run: RunData, *, of_cycles: bool) -> Sampled:
     of_cycles : bool
         Only averages over cycles, for levels that start in different states.
     """
-    cycles = steady_cycles(run)
+    cycles = run.cycles
     found = measure(run, cycles)
     scatter = _scatter(run, cycles, found) if cycles.settled else None
     samples = {}

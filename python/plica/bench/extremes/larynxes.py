@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
+from plica.measures.cycles import Cycles
 from plica.phonation.measures.cautions import cautions as cautions_of
+from plica.phonation.measures.measure import steady_cycles
 from plica.phonation.run.build import build_simulation
 from plica.phonation.scene.changed_mesh import changed_mesh
 from plica.phonation.scene.mesh_parts import Larynx
@@ -109,6 +112,10 @@ class _Ran:
     @property
     def whole(self) -> _Ran:
         return self
+
+    @cached_property
+    def cycles(self) -> Cycles:
+        return steady_cycles(self)
 
 
 def ran(scene: Scene) -> tuple[dict[str, Array], tuple[str, ...]]:

@@ -19,7 +19,7 @@ from plica.measures.record import Array, Floats
 from plica.measures.scene_text import scene_table, scene_tables
 from plica.phonation.measures.folds import inferior_lag, rest_width, vertical_phase
 from plica.phonation.measures.glottal import open_area, several_summits
-from plica.phonation.measures.measure import fold_length, risen, steady_cycles
+from plica.phonation.measures.measure import fold_length, risen
 from plica.phonation.measures.run_data import RunData, reached
 from plica.units import two_digits
 
@@ -73,7 +73,7 @@ def nothing_moved(run: RunData) -> Caution | None:
 
 def unsteady_voice(run: RunData) -> Caution | None:
     """The measured cycles are not steady: the vibration still changes, decays, or is irregular."""
-    cycles = steady_cycles(run)
+    cycles = run.cycles
     if "minimum_area" not in run.waveforms or cycles.settled or cycles.verdict == "none":
         return None
     if cycles.verdict == "ambiguous":
@@ -101,7 +101,7 @@ def unlike_modal_voice(run: RunData) -> Caution | None:
     superior one: a modal voice does neither.
     """
     time, waveforms = reached(run)
-    cycles = steady_cycles(run)
+    cycles = run.cycles
     if "minimum_area" not in waveforms or not cycles.count or cycles.verdict == "decaying":
         return None
     height = np.asarray(run.section_height, dtype=float)
@@ -155,7 +155,7 @@ def large_strain(run: RunData) -> Caution | None:
     time, waveforms = reached(run)
     neglected = np.asarray(waveforms.get("strain_neglected", np.zeros(time.size)), dtype=float)
     folded = np.asarray(waveforms.get("inverted_tissue", np.zeros(time.size)))
-    cycles = steady_cycles(run)
+    cycles = run.cycles
     part = cycles.extent(time) if cycles.count else slice(0, time.size)
     worst, k = int(neglected.argmax()), part.start + int(neglected[part].argmax())
     error, before = (float(np.sqrt(neglected[i] / 2)) for i in (k, worst))  # |E - eps| over |grad u|

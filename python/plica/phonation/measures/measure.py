@@ -79,7 +79,7 @@ def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
     if not time.size:
         return Measures([whole("steps", 0, "no step was computed")])
     found: list[Measure] = []
-    cycles = steady_cycles(run) if cycles is None else cycles
+    cycles = run.cycles if cycles is None else cycles
     if "minimum_area" in waveforms:
         area = open_area(waveforms)
         found += frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from plica.measures.caution import Caution
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
 from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats
@@ -68,13 +69,21 @@ class RunData(Protocol):
     def versions(self) -> Mapping[str, str]:
         """Versions of the software that computed the run, and with contact its solver."""
 
+    @property
+    def cycles(self) -> Cycles:
+        """Its steady cycles, `steady_cycles(run)`, found once: measures and cautions ask for them often."""
+
 
 class MeasuredRun(RunData, Protocol):
-    """A run with its measures, as reports take it."""
+    """A run with its measures and cautions, as reports take it."""
 
     @property
     def measures(self) -> Measures:
         """With their numerical uncertainty where it is known."""
+
+    @property
+    def cautions(self) -> Sequence[Caution]:
+        """Those of its scene and its own, with advice."""
 
 
 def reached(run: RunData) -> tuple[Floats, dict[str, Array]]:

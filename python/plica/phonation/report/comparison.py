@@ -12,7 +12,6 @@ from pathlib import Path
 from plica.errors import InvalidInput
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measure, Measures
-from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.page import sections
 from plica.phonation.report.reading import read
@@ -42,7 +41,7 @@ class RunComparison:
         before, after = (directory.resolve() for directory in self.directories)
         found = ["Both are the same run, so every difference is 0."] if before == after else []
         for side, run in zip(("BEFORE", "AFTER"), self.runs, strict=True):
-            found += [f"{side}: {caution}" for caution in cautions(run)]
+            found += [f"{side}: {caution}" for caution in run.cautions]
         return [*found, *flow_against_pressure(*(run.measures for run in self.runs))]
 
 

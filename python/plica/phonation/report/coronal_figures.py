@@ -12,7 +12,7 @@ def kymogram(reading: Reading) -> Drawing:
     """Both fold edges at the mid-plane as seen from above, tissue and airway filled."""
     part = reading.last_cycles(6)
     time = 1e3 * reading.time[part]
-    points = reading.coronal()
+    points = reading.coronal
     right = 1e3 * points[0][part, :, 0].min(axis=1)
     left = 1e3 * points[1][part, :, 0].max(axis=1)
     middle = 0.5 * (right + left)
@@ -44,7 +44,7 @@ def trajectories(reading: Reading) -> Drawing:
     height = np.asarray(reading.run.section_height, dtype=float)
     shown = (height >= low - 1e-9) & (height <= high + 1e-9)
     reach = 0.6e3 * (high - low)
-    right, left = reading.coronal()
+    right, left = reading.coronal
     sides = ((1e3 * left, blue), (1e3 * right, red))
 
     plot = Plot("Trajectories in the coronal plane", (5.2, 4.6))

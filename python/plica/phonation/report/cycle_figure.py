@@ -166,7 +166,7 @@ def _phase(reading: Reading, i: int) -> str:
 
 
 def _coronal(panel: Panel, reading: Reading, step: int, largest: float) -> None:
-    right, left = (1e3 * points[step] for points in reading.coronal())
+    right, left = (1e3 * points[step] for points in reading.coronal)
     pressure = 1e-3 * reading.wave("section_pressure")[step]
     low, high = (1e3 * z for z in reading.height_range())
     reach = 0.42 * (high - low)

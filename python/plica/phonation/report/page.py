@@ -7,7 +7,6 @@ from pathlib import Path
 
 from plica.measures.caution import Caution
 from plica.measures.uncertainty import Uncertainty
-from plica.phonation.measures.cautions import cautions
 from plica.phonation.measures.run_data import MeasuredRun
 from plica.phonation.report.coronal_figures import kymogram, pressure_map, trajectories
 from plica.phonation.report.cycle_figure import coronal_cycle, superior_cycle
@@ -39,7 +38,7 @@ def write_report(run: MeasuredRun, path: Path, uncertainty: Uncertainty | None =
     """
     reading = read(run)
     measured, notes = tables(reading.measures), list[str]()
-    given = cautions(run)
+    given = run.cautions
     marks = {row.name: numbered_after(row.cautions, given, notes) for _, rows in measured for row in rows}
     text = render(
         "phonation/report/page.html.j2",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,6 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measure
 from plica.measures.record import Array, Floats
 from plica.phonation.measures.folds import glottal_canal, half_widths, midline, rest_width
-from plica.phonation.measures.measure import steady_cycles
 from plica.phonation.measures.run_data import MeasuredRun, RunData, reached
 
 
@@ -33,6 +33,7 @@ class Reading:
         """Whether all these waveforms are there, with at least two steps."""
         return self.time.size > 1 and all(name in self.waveforms for name in names)
 
+    @cached_property
     def coronal(self) -> tuple[Floats, Floats]:
         """Mid-coronal points (k, s, 2) m of both folds: from the midline, right > 0, and z."""
         right, left = half_widths(self.waveforms)
@@ -69,4 +70,4 @@ class Reading:
 def read(run: MeasuredRun) -> Reading:
     """Read a run for the report."""
     time, waveforms = reached(run)
-    return Reading(run, time, waveforms, steady_cycles(run), run.measures)
+    return Reading(run, time, waveforms, run.cycles, run.measures)

@@ -10,13 +10,14 @@ import numpy as np
 
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
 from plica.measures.mesh_data import MeshData
 from plica.measures.record import Array, Floats, time_step
 from plica.measures.scene_text import airway_name
 from plica.measures.waveforms import SINCE_THE_START
 from plica.phonation.measures.cautions import cautions
-from plica.phonation.measures.measure import measure
+from plica.phonation.measures.measure import measure, steady_cycles
 from plica.phonation.measures.run_data import RunData
 from plica.phonation.scene.problems import value_text
 from plica.units import read_quantity
@@ -62,6 +63,11 @@ class RunPart:
             return Named("Run.between", ())
         shown = self._after_start(np.asarray(self.run.fields["time"], dtype=float))
         return Named("Run.between", ((name, values[shown]) for name, values in self.run.fields.items()))
+
+    @cached_property
+    def cycles(self) -> Cycles:
+        """The steady cycles of the part."""
+        return steady_cycles(self)
 
     @cached_property
     def measures(self) -> Measures:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput, Named
 from plica.measures.caution import Caution
+from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
 from plica.measures.scene_text import airway_name
 from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
@@ -311,6 +312,13 @@ class Run(Mapping[str, NDArray[Any]]):
         return self._measured.bounded(self._example_bounds if estimated is None else estimated.bounds)
 
     @cached_property
+    def cycles(self) -> Cycles:
+        """The steady cycles that the measures use."""
+        from plica.phonation.measures.measure import steady_cycles
+
+        return steady_cycles(self)
+
+    @cached_property
     def _measured(self) -> Measures:
         from plica.phonation.measures.measure import measure
 
@@ -318,9 +326,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def _example_bounds(self) -> Mapping[str, Bound]:
-        from plica.phonation.measures.measure import steady_cycles
-
-        return example_bounds(self.scene, self._measured, steady_cycles(self))
+        return example_bounds(self.scene, self._measured, self.cycles)
 
     @property
     def uncertainty(self) -> Uncertainty | None:
