@@ -104,14 +104,14 @@ def test_a_vibration_that_grows_more_slowly_than_at_first_is_not_steady(amplitud
 def test_a_voice_that_still_grows_after_ten_cycles_is_not_steady() -> None:
     # Areas (0.01 mm^2) every 0.5 ms from 30 to 70 ms of the larynx "demo" with a gap of 1 mm at 0.8 kPa: its
     # last three cycles grow by 1.9 % each, and it goes on growing until 100 ms at least.
-    areas = np.array(
+    areas = np.fromstring(
         """
         1017 1158 1094 703 449 473 565 826 1065 1179 1055 867 628 496 539 854 1137 1248 1086 606 405
         401 557 765 1180 1286 1170 680 385 407 541 735 1164 1316 1157 694 379 380 525 726 1166 1336
         1186 702 374 360 502 707 1177 1346 1208 707 378 359 489 689 1176 1351 1189 698 373 359 491
         683 1170 1356 1190 692 361 344 484 682 1173 1366 1198 693 358 331 468 672
-        """.split(),
-        dtype=float,
+        """,
+        sep=" ",
     )
     cycles = find_cycles(5e-4 * np.arange(areas.size), 1e-8 * areas)
     assert cycles.verdict == "changing"
