@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ from plica.storage.files import replaced
 
 __all__ = [
     "CHECKSUMS",
+    "RowWriter",
     "checksum",
     "create",
     "lay_out",
@@ -37,7 +39,6 @@ __all__ = [
     "set_text",
     "write_image",
     "write_row",
-    "write_rows",
 ]
 
 CHECKSUMS = "checksums"
@@ -160,15 +161,29 @@ def write_row(data: h5py.Dataset, sums: h5py.Dataset, index: int, values: Any) -
     sums[index] = checksum(row)
 
 
-def write_rows(data: h5py.Dataset, start: int, rows: Any) -> None:
-    """Write contiguous rows of the data set's type from index `start` on; the caller keeps their checksum.
+class RowWriter:
+    """Writes rows of a data set again and again, as ``data[start : start + len(rows)] = rows`` does in four
+    times the time for few rows.
 
-    As ``data[start : start + len(rows)] = rows``, which takes thrice as long for few rows.
+    Attributes
+    ----------
+    dtype : dtype
     """
-    count = (len(rows), *data.shape[1:])
-    place = data.id.get_space()
-    place.select_hyperslab((start, *(0 for _ in count[1:])), count)
-    data.id.write(h5py.h5s.create_simple(count), place, rows)
+
+    def __init__(self, data: h5py.Dataset) -> None:
+        self.dtype: np.dtype[Any] = data.dtype
+        self._data, self._row, self._place = data.id, data.shape[1:], data.id.get_space()
+
+    def write(self, start: int, rows: Any) -> None:
+        """Write contiguous rows of the data set's type; the caller keeps their checksum."""
+        count = (len(rows), *self._row)
+        self._place.select_hyperslab((start, *(0 for _ in self._row)), count)
+        self._data.write(_space(count), self._place, rows)
+
+
+@lru_cache(maxsize=64)
+def _space(shape: tuple[int, ...]) -> h5py.h5s.SpaceID:
+    return h5py.h5s.create_simple(shape)
 
 
 def _describe(data: h5py.Dataset, unit: str, meaning: str) -> None:

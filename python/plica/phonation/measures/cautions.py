@@ -136,7 +136,8 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
     if "coronal_right" not in waveforms or not length:
         return None
     paths = [np.asarray(waveforms[f"coronal_{side}"], dtype=float) for side in ("right", "left")]
-    moved = max(float(np.linalg.norm(path - path[0], axis=2).max()) for path in paths)
+    moves = [path - path[0] for path in paths]
+    moved = max(float(np.sqrt(np.einsum("tsc,tsc->ts", move, move).max())) for move in moves)
     if moved <= largest_motion * length:
         return None
     return Caution(

@@ -368,9 +368,10 @@ class _Runner:
         self.chunk = int(np.clip(_CHUNK_SECONDS * count / max(elapsed, 1e-6), 1, 4 * max(self.chunk, 1)))
         if frame < len(self.frames) and self.done == self.frames[frame]:
             results.write_frame(frame, self.simulation)
-        self._commit(results)
         if self.done % self.checkpoint_stride == 0 or self.done == self.total:
             self._checkpoint(results)
+        else:
+            self._commit(results)
 
     def _next(self, stride: int) -> int:
         return (self.done // stride + 1) * stride

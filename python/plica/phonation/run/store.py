@@ -23,7 +23,7 @@ from plica.measures.waveforms import STORED
 from plica.phonation.run.progress_record import NAME, ProgressRecord
 from plica.phonation.scene.scene import Scene
 from plica.storage.files import draft_of, replaced, require_space, storage_errors
-from plica.storage.hdf5 import checksum, create, lay_out, put, put_row, put_text, set_text, write_rows
+from plica.storage.hdf5 import RowWriter, checksum, create, lay_out, put, put_row, put_text, set_text
 from plica.storage.stored import Stored
 
 __all__ = ["FAILED", "FINISHED", "HINT", "INTERRUPTED", "RUNNING", "ResultFile", "frame_steps"]
@@ -55,7 +55,7 @@ class ResultFile:
         self._names = self._stored.names("waveforms")
         self._record = ProgressRecord.read(self._stored, self._names)
         # Kept open: to look one up takes longer than to write some steps into it.
-        self._waveforms = {name: self._stored.data(f"waveforms/{name}") for name in self._names}
+        self._waveforms = {name: RowWriter(self._stored.data(f"waveforms/{name}")) for name in self._names}
         self._progress = self._stored.data(NAME)
         self._fields = self._stored.names("fields")
         self._sums = dict(self._record.sums)
@@ -155,7 +155,7 @@ class ResultFile:
                 data = self._waveforms[name]
                 array = np.ascontiguousarray(values, dtype=data.dtype)
                 if array.size:
-                    write_rows(data, start, array)
+                    data.write(start, array)
                 self._sums[name] = checksum(array, self._sums[name])
 
     def write_frame(self, frame: int, simulation: _engine.Simulation) -> None:
