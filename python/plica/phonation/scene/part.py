@@ -61,7 +61,7 @@ class _PartType(_ModelType):
 class Part(Changeable, metaclass=_PartType):
     """A part of a scene."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     positional: ClassVar[tuple[str, ...]] = ()
     """Fields that may be given as positional arguments."""
 
