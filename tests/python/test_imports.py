@@ -31,15 +31,3 @@ print(before, "scipy" in sys.modules)
 """
     made = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert made.stdout.split() == ["False", "True"]
-
-
-def test_the_cycles_of_a_voice_are_found_without_scipy() -> None:
-    code = """
-import sys, numpy as np
-from plica.measures.cycles import find_cycles
-time = 5e-5 * np.arange(4000)
-noise = np.random.default_rng(0).normal(size=time.size)
-print(find_cycles(time, 1 + np.sin(400 * np.pi * time) + 1e-3 * noise).count > 30, "scipy" in sys.modules)
-"""
-    made = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert made.stdout.split() == ["True", "False"]

@@ -32,7 +32,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.measures.quantiles import fisher, student
 from plica.measures.record import Floats
 
 fewest = 3  # cycles needed for statistics
@@ -143,17 +142,21 @@ def exceeds(line: Fit, tolerance: Tolerance) -> bool:
 
 def may_drift(line: Fit, tolerance: Tolerance) -> bool:
     """Whether a sequence that is regular about its line and does not provably drift is still likely to."""
+    from scipy import special
+
     if float(line.residual @ line.residual) > line.freedom * tolerance.scatter**2:
         return False
     if not exceeds(line, tolerance) or line.freedom < fewest:
         return exceeds(line, tolerance)
-    return bool(abs(line.rate) > student(line.freedom, 1 - 0.05 / 2) * line.error)
+    return bool(abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.05 / 2) * line.error)
 
 
 def drifts(line: Fit, tolerance: Tolerance) -> bool:
     """Whether a sequence rises or falls by more than is allowed and more than its scatter explains."""
+    from scipy import special
+
     return exceeds(line, tolerance) and bool(
-        abs(line.rate) > student(line.freedom, 1 - 0.005 / 2) * line.error
+        abs(line.rate) > special.stdtrit(line.freedom, 1 - 0.005 / 2) * line.error
     )
 
 
@@ -173,9 +176,11 @@ def _fit(values: Floats, pattern: int) -> Fit:
 
 def _explains(sorted_: Fit, plain: Fit) -> bool:
     """Whether sorting by position reduces the scatter about the line by more than chance."""
+    from scipy import special
+
     left, all_ = float(sorted_.residual @ sorted_.residual), float(plain.residual @ plain.residual)
     gain = (all_ - left) / (sorted_.pattern - 1) * sorted_.freedom
-    limit = fisher(sorted_.pattern - 1, sorted_.freedom, 1 - 0.001)
+    limit = special.fdtri(sorted_.pattern - 1, sorted_.freedom, 1 - 0.001)
     return bool(gain > limit * left)
 
 
@@ -185,6 +190,8 @@ def _is_stationary(values: Floats, tolerance: Tolerance) -> bool:
 
 
 def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
+    from scipy import special
+
     half = values.size // 2
     if half < pattern + fewest - 1:
         return False
@@ -195,7 +202,7 @@ def _is_uneven(values: Floats, pattern: int, tolerance: Tolerance) -> bool:
         freedom = part.size - pattern
         found.append((float(about @ about) / freedom, freedom))
     (small, of_small), (large, of_large) = sorted(found)
-    limit = max(fisher(of_large, of_small, 1 - 0.001 / 2), uneven**2)
+    limit = max(special.fdtri(of_large, of_small, 1 - 0.001 / 2), uneven**2)
     return bool(large > tolerance.scatter**2 and large > limit * small)
 
 
@@ -205,14 +212,16 @@ def _may_drift(sequences: list[tuple[Floats, Tolerance]], first: int) -> bool:
 
 def _settles(values: Floats, first: int) -> bool:
     """Whether the vibration was changing before cycle `first` and not after."""
+    from scipy import special
+
     end = values[first:] / values[first:].mean()
     before = values[max(2 * first - values.size, 0) : first] / values[first:].mean()
     whole_rate, rate = (abs(slope(np.log(part))) for part in (values, end))
     doubt = neighbours_scatter(values) * np.sqrt(12.0 / (end.size * (end.size**2 - 1)))
     gain = whole_rate - rate
-    if whole_rate >= slower * rate and gain > student(values.size - 2, 1 - 0.005 / 2) * doubt:
+    if whole_rate >= slower * rate and gain > special.stdtrit(values.size - 2, 1 - 0.005 / 2) * doubt:
         return True
-    limit = max(calmer**2, fisher(before.size, end.size - 1, 1 - 0.001))
+    limit = max(calmer**2, special.fdtri(before.size, end.size - 1, 1 - 0.001))
     return bool(np.mean((before - 1.0) ** 2) >= limit * np.mean((end - 1.0) ** 2))
 
 
@@ -255,11 +264,13 @@ def _without_onset(sequences: list[tuple[Floats, Tolerance]], first: int, core: 
 
 def _departs(values: Floats, tolerance: Tolerance, core: int, chance: float) -> NDArray[np.bool_]:
     """Which cycles before `core` depart from those from `core` on."""
+    from scipy import special
+
     end = values[core:]
     line = fit(end, tolerance)
     levels = np.array([end[k :: line.pattern].mean() for k in range(line.pattern)])
     expected = levels[(np.arange(core) - core) % line.pattern]
     each = end.size / line.pattern  # cycles in each place
-    factor = student(end.size - line.pattern, 1 - chance / 2) * np.sqrt(1 + 1 / each)
+    factor = special.stdtrit(end.size - line.pattern, 1 - chance / 2) * np.sqrt(1 + 1 / each)
     limit = max(tolerance.scatter, factor * line.spread) * end.mean()
     return np.asarray(np.abs(values[:core] - expected) > limit)
