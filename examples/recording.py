@@ -11,15 +11,15 @@ from pathlib import Path
 
 import tifffile
 
-from plica import video
-from plica.video.report import write_report
+from plica import synthetic, video
+from plica.video.report.page import write_report
 
 FPS, MM_PER_PX = 4000, 0.05
 
 
 def main(directory: Path, frames: int) -> None:
-    glottis = video.SyntheticGlottis(
-        video.Synthetic(
+    glottis = synthetic.SyntheticGlottis(
+        synthetic.Synthetic(
             height=160, width=160, frames=frames, frequency=0.0473, amplitude=(7, 5), phase=(0.0, 0.6)
         )
     )

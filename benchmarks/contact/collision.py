@@ -25,9 +25,9 @@ import numpy as np
 
 import plica
 from plica.measures.catalogue import contact_share, pressure_window
-from plica.phonation.measures.contact import collisions, moving_average
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.measures.run.contact import collisions, moving_average
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
 from plica.uncertainty import start
 from plica.uncertainty.transfer import transferred
 

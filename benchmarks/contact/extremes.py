@@ -34,10 +34,10 @@ import numpy as np
 import plica
 from benchmarks.record import record
 from plica import _engine as engine
-from plica.phonation.measures.cautions import largest_slide
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.measures.run.cautions import largest_slide
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.changed import changed_mesh
 
 E, NU, DENSITY, SIDE = 20e3, 0.3, 1040.0, 0.01
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.record import record
 from plica import _engine as engine
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.verify.contact.airway import air_between
 
 E, NU, RADIUS = 1e4, 0.3, 1.0

@@ -208,7 +208,7 @@ def _set_up(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
 
     import plica
     from plica import _engine
-    from plica.phonation.run.build import materials_of
+    from plica.runs.build import materials_of
 
     scene = scene_of(path, case)
     taken: dict[str, list[float]] = {}
@@ -233,8 +233,8 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
     import numpy as np
 
     import plica
-    from plica.phonation.run import checkpoint
-    from plica.phonation.run.store import ResultFile
+    from plica.runs import checkpoint
+    from plica.runs.store import ResultFile
 
     scene = scene_of(path, case)
     mesh = plica.build_mesh(scene.mesh)

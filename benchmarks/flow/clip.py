@@ -20,7 +20,7 @@ The edge is a second witness: across the midline, flow in the mean over the tiss
 the middle tenth of the midline, for all pairs and both sides that are open in both frames. Tissue farther
 away moves less, so that the slope of the true flow is below 1.
 
-"masked": the data term used the mask of `plica video` (plica.video.seen); "tissue alone": the tissue
+"masked": the data term used the mask of `plica video` (motion.frame_content); "tissue alone": the tissue
 above, so not the folds' edges. "no motion" stands for u = b = 0: its round trip is perfect. Neither residual
 nor round trip sees a fault that both directions share; the residual is least for flow that follows the noise,
 the round trip for flow that is smooth. How far they tell methods apart is their rank correlation with the
@@ -45,12 +45,12 @@ from scipy import ndimage, stats
 
 from benchmarks.flow.method import PEERS
 from benchmarks.record import record
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
-from plica.video.glottal_area import areas
-from plica.video.midline import find_midline, pixels
-from plica.video.recording import spread
-from plica.video.seen import Seen, bright, informing
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.video.files.recording import spread
+from plica.video.glottis.glottal_area import areas
+from plica.video.glottis.midline import find_midline, pixels
+from plica.video.motion.frame_content import Seen, bright, informing
 
 PRESETS = ("video", "robust", "fast", "gradient")
 WORKER = Path(__file__).with_name("method.py")

@@ -16,10 +16,10 @@ import numpy as np
 
 import plica
 from benchmarks.record import record
-from plica.video.flow import PRESETS, flow
-from plica.video.seen import Seen, informing
-from plica.video.smoothness import CRITERIA, SmoothnessPair, lambda_report, noise_level
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
+from plica.video.motion.flow import PRESETS, flow
+from plica.video.motion.frame_content import Seen, informing
+from plica.video.motion.smoothness import CRITERIA, SmoothnessPair, lambda_report, noise_level
 
 GLOTTIS = {"height": 160, "width": 160, "amplitude": (6, 5), "opening": (3, 3), "highlights": 0}
 RECORDINGS = {

@@ -31,7 +31,7 @@ from scipy import ndimage
 import plica
 from benchmarks.flow.method import PEERS
 from benchmarks.record import record
-from plica.video.flow import flow
+from plica.video.motion.flow import flow
 
 SETS = {"choice": range(1, 7), "judge": range(101, 111)}
 PRESETS = ("robust", "fast", "video", "gradient")

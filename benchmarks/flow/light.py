@@ -34,11 +34,12 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.record import record
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
-from plica.video.flow import flow
-from plica.video.parting import Folds, dark_level
-from plica.video.seen import Seen, informing
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.video.glottis.brightness import dark_level
+from plica.video.motion.flow import flow
+from plica.video.motion.fold_edges import Folds
+from plica.video.motion.frame_content import Seen, informing
 
 CHANGES = (0.0, 0.01, 0.02, 0.04, 0.06)
 PRESETS = ("video", "robust", "fast", "gradient")

@@ -28,9 +28,9 @@ import numpy as np
 
 from benchmarks.flow.method import PEERS, PLICA
 from benchmarks.record import record
-from plica.video.flow import endpoint_error
-from plica.video.flow_file import read_flow
-from plica.video.image_file import read_image
+from plica.video.files.image_file import read_image
+from plica.video.motion.flow import endpoint_error
+from plica.video.motion.flow_file import read_flow
 
 CHOSE = ("RubberWhale", "Venus", "Dimetrodon")  # constants of the presets
 UNSEEN = ("Grove2", "Grove3", "Hydrangea", "Urban2", "Urban3")

@@ -20,9 +20,9 @@ from scipy import ndimage
 
 from benchmarks.record import record
 from plica.video.analysis import analyse
-from plica.video.flow import PRESETS, flow
-from plica.video.midline import Midline, pixels
-from plica.video.seen import Seen
+from plica.video.glottis.midline import Midline, pixels
+from plica.video.motion.flow import PRESETS, flow
+from plica.video.motion.frame_content import Seen
 
 NOISE = (0.0, 2.0, 5.0)  # standard deviation, grey levels of 255
 FRAMES = 4

@@ -17,8 +17,8 @@ import plica
 from benchmarks.flow.layers import BOTH, CHARBONNIER, FIRST
 from benchmarks.flow.middlebury import CHOSE, read_frames, row
 from benchmarks.record import record
-from plica.video.flow import endpoint_error, flow
-from plica.video.flow_file import read_flow
+from plica.video.motion.flow import endpoint_error, flow
+from plica.video.motion.flow_file import read_flow
 
 TAU_D, TAU_S = 0.01, 0.001  # of gradient
 LORENTZIAN = {"data_penalty": "lorentzian", "smooth_penalty": "lorentzian"}

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.record import record
-from plica.video.flow import PRESETS, flow, warp_error
-from plica.video.seen import Seen, informing
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
+from plica.video.motion.flow import PRESETS, flow, warp_error
+from plica.video.motion.frame_content import Seen, informing
 
 SMOOTHNESS = (0.01, 0.045, 0.1, 0.5, 1.0, 2.0)
 PENALTIES = ("lorentzian", "quadratic")

@@ -16,9 +16,9 @@ import numpy as np
 
 import plica
 from benchmarks.record import record
-from plica.video.flow import flow
-from plica.video.seen import Seen, informing
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
+from plica.video.motion.flow import flow
+from plica.video.motion.frame_content import Seen, informing
 
 GLOTTIS = {"height": 160, "width": 160, "amplitude": (6, 5), "opening": (3, 3), "highlights": 0}
 TEXTURES = (  # noise, contrast (grey), blur, grain (px)

@@ -29,7 +29,7 @@ from plica.identify import (
     TissueParameter,
     estimate,
 )
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.scene.mesh.build import build_mesh
 
 Floats = NDArray[np.float64]
 CAMERA = plica.Camera(mm_per_px=0.05, width=240, height=360)

@@ -24,9 +24,9 @@ from plica.identify import (
     TissueParameter,
     TissueParameters,
 )
-from plica.phonation.run.build import materials_of
-from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
+from plica.runs.build import materials_of
+from plica.scene.mesh.changed import changed_mesh
+from plica.scene.tissue_presets import TISSUE_PRESETS
 
 THICKNESS = (2.2e-3, 0.9e-3, 0.9e-3)  # of body, ligament, cover
 SIZE = (4e-3, 8e-3, 4e-3)

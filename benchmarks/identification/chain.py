@@ -31,7 +31,7 @@ from scipy import ndimage
 import plica
 from benchmarks.record import record
 from plica import video
-from plica.film.clip import Clip
+from plica.films.clip import Clip
 from plica.identify import (
     Forcing,
     MarginalLikelihood,
@@ -44,8 +44,8 @@ from plica.identify import (
     estimate,
     estimate_from_flow,
 )
-from plica.identify.model import Responses
-from plica.video.trajectories import follow
+from plica.identify.model.model import Responses
+from plica.video.motion.trajectories import follow
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "normal_phonation.toml"
 FRAME_RATE, STEPS_A_FRAME = 4000.0, 2

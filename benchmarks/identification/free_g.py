@@ -26,8 +26,8 @@ from scipy.optimize import least_squares, minimize
 
 from benchmarks.record import record
 from plica.identify import LinearGaussian, em, hht_evolution, kalman_filter, log_likelihood, structured_em
-from plica.identify.moments import expected_moments
-from plica.identify.structured_em import expected_objective
+from plica.identify.state_space.moments import expected_moments
+from plica.identify.state_space.structured_em import expected_objective
 
 Array = NDArray[np.float64]
 MASSES, STEP, SEEN = 8, 5e-5, 3

@@ -30,9 +30,9 @@ from plica.identify import (
     SurfacePoints,
     TissueParameter,
 )
-from plica.identify.noise_levels import Noise
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.identify.likelihood.noise_levels import Noise
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
 
 Floats = NDArray[np.float64]
 LAYERS = ("cover", "ligament", "body")

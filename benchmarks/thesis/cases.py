@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import plica
-from plica.phonation.scene.parts import Contact
+from plica.scene.parts import Contact
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 LAST = 0.06

@@ -16,10 +16,10 @@ from benchmarks.thesis.tissue_stress import TissueStress
 from plica import _engine as engine
 from plica.measures.cycles import Cycles, weak
 from plica.measures.pulses import rising_crossings
+from plica.measures.run.measure import measure
 from plica.measures.stationary import fewest
-from plica.phonation.measures.measure import measure
-from plica.phonation.run.build import materials_of
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.runs.build import materials_of
+from plica.scene.mesh.build import build_mesh
 
 MIDDLE = 0.5  # of the half-length: the middle half of the folds
 

@@ -23,9 +23,9 @@ from scipy.spatial import cKDTree
 
 import plica
 from benchmarks.record import record
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.mesh_summary import dihedral_angles, quality
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.summary import dihedral_angles, quality
 
 SCENE = Path(__file__).parents[2] / "examples" / "normal_phonation.toml"
 REFERENCE = np.array([185.5, 240.4, 258.9])

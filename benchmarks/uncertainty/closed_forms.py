@@ -35,7 +35,7 @@ import plica
 from benchmarks.record import of_this_engine, record
 from benchmarks.uncertainty.column import LENGTH, RHO, WIDTH, Column
 from plica.measures.instants import highest
-from plica.phonation.measures.free import free_measures
+from plica.measures.run.free import free_measures
 from plica.uncertainty import estimate_uncertainty
 
 E, SPEED, PULL, FINER = 20e3, 0.1, 50.0, 30

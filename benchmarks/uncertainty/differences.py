@@ -19,8 +19,8 @@ import numpy as np
 from benchmarks.record import record
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
-from plica.video.glottal_area import GlottalArea
-from plica.video.waveforms import measures
+from plica.video.glottis.glottal_area import GlottalArea
+from plica.video.measures.waveforms import measures
 
 CYCLES, FRAMES, FPS = 40, 20, 4000.0
 BEGINS, WIDTH, PHASE = 0.15, 0.6, 0.3  # of the period, of the period, rad

@@ -6,7 +6,7 @@
 The finer runs are those of voice/phonation.py. The truth is that of the finest mesh, changed as a quarter
 of the step and twice the sections change the demo's voice, each measured from 60 ms on; none of them had
 a part in the estimate. The estimate itself is kept in the package, for runs near the example
-(plica/phonation/run/example_bounds.py); without --finer that alone is done. The truth has an error of its
+(plica/runs/example_bounds.py); without --finer that alone is done. The truth has an error of its
 own, of its scatter twice the standard error. Record: `uncertainty_voice`.
 """
 
@@ -22,10 +22,10 @@ import plica
 from benchmarks.record import ROOT, record
 from benchmarks.voice.measures import QUANTITIES, Quantity, Voice
 from benchmarks.voice.phonation import START
-from plica.phonation.run.example_bounds import FILE, write_example
+from plica.runs.example_bounds import FILE, write_example
 
 DEMO, FINEST, OTHERS = "demo", "finest", ("quarter_step", "sections_400")
-BOUNDS = ROOT / "python/plica/phonation/run" / FILE
+BOUNDS = ROOT / "python/plica/runs" / FILE
 COLUMNS = (
     "measure",
     "value",

@@ -2,7 +2,7 @@
 
     python -m benchmarks.video.cycles
 
-Shadows: 160 x 160 px, 130 frames, 21 a cycle; crease and shadow as in plica.video.synthetic. Irregular
+Shadows: 160 x 160 px, 130 frames, 21 a cycle; crease and shadow as in plica.synthetic.glottis. Irregular
 voices: 128 x 96 px, 40 cycles of 20.3 frames whose periods and amplitudes scatter, one whose every second
 amplitude is less, one without a rhythm; "voice" is what it is said to be, "settled" how many cycles the rule
 for simulations (plica.measures.cycles) would use. Jitter and shimmer are local; the true ones are those of
@@ -21,11 +21,11 @@ import numpy as np
 
 from benchmarks.record import record
 from plica.measures.cycles import Cycles, find_cycles
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
-from plica.video.glottal_area import GlottalArea
+from plica.video.glottis.glottal_area import GlottalArea
+from plica.video.measures.waveforms import measures
 from plica.video.settings import Settings
-from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import measures
 
 SHADED = Synthetic(height=160, width=160, frames=130, frequency=0.0473)
 SHADOWS = {

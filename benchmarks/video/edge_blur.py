@@ -22,9 +22,9 @@ import numpy as np
 
 from benchmarks.record import record
 from benchmarks.video.limits import COLUMNS, FPS, WIDTHS, against, exactly, widths
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
 from plica.video.settings import Settings
-from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 SMALL = {"height": 128, "width": 128, "highlights": 2, "frames": 90, "frequency": 0.0473}
 CHOSE = {

@@ -22,11 +22,11 @@ import numpy as np
 import plica
 from benchmarks.record import of_this_engine, record
 from plica import video
-from plica.film import Clip
+from plica.films import Clip
 from plica.video.analysis import Analysis
-from plica.video.glottal_area import areas
-from plica.video.waveforms import measures
-from plica.video.waves import fundamental
+from plica.video.glottis.glottal_area import areas
+from plica.video.measures.waveforms import measures
+from plica.video.motion.mucosal_wave import fundamental
 
 ROOT = Path(__file__).resolve().parents[2]
 VOICE = {

@@ -27,8 +27,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.record import record
-from plica.video.image_file import read_image
-from plica.video.segmentation import segment
+from plica.video.files.image_file import read_image
+from plica.video.glottis.frame_segmentation import segment
 
 _MARGIN = 10  # px about the glottis
 _CLICKS = 8
@@ -151,7 +151,7 @@ def main() -> None:
     options = parser.parse_args()
     find: Find = lambda image: segment(image).mask  # noqa: E731
     if options.segmenter:
-        from plica.video.network import Network
+        from plica.video.glottis.network import Network
 
         network = Network(options.segmenter)
         find = lambda image: network.probability(image) >= network.threshold  # noqa: E731

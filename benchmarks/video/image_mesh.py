@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.record import record
 from plica import InvalidInput, larynx_fit, video
-from plica.video.image_file import read_image
+from plica.video.files.image_file import read_image
 
 COLUMNS = (
     *("frame", "length (px)", "half-width (px)", "contour error: mean (px)", "95 % (px)", "largest (px)"),

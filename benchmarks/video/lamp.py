@@ -24,11 +24,11 @@ import numpy as np
 import plica
 from benchmarks.record import of_this_engine, record
 from plica import video
-from plica.film import Clip
+from plica.films import Clip
 from plica.measures.glottal import area_measures, quotient_measures
 from plica.measures.sides import side_measures
-from plica.video.glottal_area import GlottalArea, areas
-from plica.video.midline import Midline
+from plica.video.glottis.glottal_area import GlottalArea, areas
+from plica.video.glottis.midline import Midline
 
 ROOT = Path(__file__).resolve().parents[2]
 VOICE = {

@@ -11,7 +11,7 @@ of all recordings, hold the truth; beside it, of the open quotient, half of the 
 median over these measures of half of the width over the error. Overlap: intersection over union of found and
 true mask, the least of the frames at half of the largest area or more. Flow: mean distance from the true
 flow on tissue, preset video, every second pair of the first cycle. Blur found: at the edges of the glottis
-(plica.video.edge_blur); said: in how many recordings its doubt is.
+(plica.video.glottis.edge_blur); said: in how many recordings its doubt is.
 
 Modes: three orthonormal patterns W with coefficients that are orthogonal in time, so that their variances are
 l_1, l_2, l_3 exactly, and white noise of sigma px on each component of each flow. With N flows of n numbers
@@ -42,15 +42,15 @@ import numpy as np
 
 from benchmarks.record import record
 from plica.measures.measure import Measures
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
-from plica.video.flow import flow
-from plica.video.glottal_area import GlottalArea
-from plica.video.modes import modes
-from plica.video.recording import Recording
-from plica.video.seen import Seen, informing
+from plica.video.files.recording import Recording
+from plica.video.glottis.glottal_area import GlottalArea
+from plica.video.measures.waveforms import measures
+from plica.video.motion.flow import flow
+from plica.video.motion.frame_content import Seen, informing
+from plica.video.motion.modes import modes
 from plica.video.settings import Settings
-from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import measures
 
 FPS = 4000.0
 FRAMES = 90

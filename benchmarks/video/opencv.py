@@ -22,8 +22,8 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.flow.light import LIT, endoscope, filmed
-from plica.video.drift import drift, still_region, without_drift
-from plica.video.synthetic import SyntheticGlottis
+from plica.synthetic.glottis import SyntheticGlottis
+from plica.video.motion.drift import drift, still_region, without_drift
 
 BLURS = (4.0, 1.5)  # px, of video/drift.py
 MARGIN = 8  # px

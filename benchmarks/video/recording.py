@@ -36,8 +36,8 @@ import numpy as np
 import tifffile
 
 from benchmarks.record import record
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import load
-from plica.video.synthetic import Synthetic, SyntheticGlottis
 
 FPS = 4000.0
 CYCLE = 43  # frames of two cycles
@@ -80,7 +80,7 @@ def run(
 ) -> Child:
     """Run to the end, or until `stop` says so, or up to the write of this number to its results."""
     command = [] if writes is None else killed_before(writes, directory)
-    command += [sys.executable, "-m", "plica.cli", "video", str(movie), "-o", str(directory)]
+    command += [sys.executable, "-m", "plica.commands.main", "video", str(movie), "-o", str(directory)]
     command += ["--fps", str(FPS), "--preset", preset, "--threads", str(threads)]
     start = time.perf_counter()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)

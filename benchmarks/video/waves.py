@@ -2,7 +2,7 @@
 
     python -m benchmarks.video.waves
 
-Films of textured tissue in which a wave of known length runs outward (`plica.video.synthetic_wave`): 96 x 112
+Films of textured tissue in which a wave of known length runs outward (`plica.synthetic.wave`): 96 x 112
 px, 1.5 px at most, less where a shorter wave would fold the tissue, noise of 2 grey levels, three cycles. The
 flow of every pair is found, and from it what `plica video` says ("said": with a caution), and in how many of
 its intervals the true speed is. "Exact": the same of the exact flow.
@@ -18,10 +18,10 @@ import numpy as np
 
 from benchmarks.record import record
 from plica.measures.cycles import Cycles
-from plica.video.flow import flow
-from plica.video.synthetic_wave import SyntheticWave
-from plica.video.wave_measures import wave_measures
-from plica.video.waves import fundamental
+from plica.synthetic.wave import SyntheticWave
+from plica.video.measures.wave_measures import wave_measures
+from plica.video.motion.flow import flow
+from plica.video.motion.mucosal_wave import fundamental
 
 PRESETS = ("video", "fast")
 LENGTHS = (80.0, 40.0, 24.0, 16.0, 12.0, 10.0, 6.0)  # px

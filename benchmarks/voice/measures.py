@@ -18,8 +18,8 @@ import numpy as np
 import plica
 from plica import _engine as engine
 from plica.measures.cycles import Cycles
-from plica.phonation.measures.measure import measure, steady_cycles
-from plica.phonation.run.build import fixed_components
+from plica.measures.run.measure import measure, steady_cycles
+from plica.runs.build import fixed_components
 from plica.uncertainty.convergence import Level, observed_order
 
 

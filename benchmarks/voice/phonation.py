@@ -40,7 +40,7 @@ from benchmarks.voice.measures import (
     measured,
     side_by_side,
 )
-from plica.phonation.measures.measure import steady_cycles
+from plica.measures.run.measure import steady_cycles
 
 EXAMPLES = ROOT / "examples"
 START = 0.06  # s, where the voice has settled

@@ -22,8 +22,8 @@ from typing import Any
 import plica
 from benchmarks.record import ROOT, of_this_engine, record
 from benchmarks.voice.reduction import SAID, cost, errors, values
-from plica.phonation.run.basis_file import kept_basis
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.runs.basis_file import kept_basis
+from plica.scene.mesh.build import build_mesh
 
 PARTS = ("step", "residual", "load", "solve", "contact", "energies", "record")
 COLUMNS = [

@@ -23,11 +23,11 @@ import numpy as np
 import plica
 from benchmarks.record import of_this_engine, record
 from benchmarks.voice.measures import Cut
-from plica.phonation.measures.measure import measure
-from plica.phonation.run import checkpoint
-from plica.phonation.run.basis_file import BASIS, write_basis
-from plica.phonation.run.build import basis_of, fixed_components
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.measures.run.measure import measure
+from plica.runs import checkpoint
+from plica.runs.basis_file import BASIS, write_basis
+from plica.runs.build import basis_of, fixed_components
+from plica.scene.mesh.build import build_mesh
 
 # Measure: whether its error is relative, the goal.
 GOALS: dict[str, tuple[bool, float]] = {

@@ -18,14 +18,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from plica._engine import build_info, set_threads
+from plica.camera.pose import Camera
 from plica.errors import CautionWarning, InvalidInput, SceneError, SolveFailed, StepFailed, StorageFailed
-from plica.film import Film, film, write_film  # the function hides the package of the same name
-from plica.phonation.run.build import build_simulation, equilibrium
-from plica.phonation.run.results import Run
-from plica.phonation.run.run import run
-from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.parts import (
+from plica.films import Film, film, write_film
+from plica.runs.build import build_simulation, equilibrium
+from plica.runs.results import Run
+from plica.runs.run import run
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.parts import Block, Blocks, Larynx, LarynxOptions, MeshFile, Sides
+from plica.scene.parts import (
     Airflow,
     Augmented,
     Automatic,
@@ -59,14 +60,13 @@ from plica.phonation.scene.parts import (
     ViscousSlit,
     VolumePenalty,
 )
-from plica.phonation.scene.scene import Scene
-from plica.phonation.scene.tissue import Tissue, TissueSide
-from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
+from plica.scene.scene import Scene
+from plica.scene.tissue import Tissue, TissueSide
+from plica.scene.tissue_presets import TISSUE_PRESETS
 from plica.uncertainty import estimate_uncertainty
-from plica.view.camera import Camera
 
 if TYPE_CHECKING:
-    from plica.video.flow import flow
+    from plica.video.motion.flow import flow
 
 __version__: str = build_info()["version"]
 
@@ -138,7 +138,7 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "flow":  # simulations do not need the video package
-        from plica.video.flow import flow
+        from plica.video.motion.flow import flow
 
         return flow
     raise AttributeError(f"module 'plica' has no attribute {name!r}")

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
-from plica.phonation.measures.cautions import cautions
-from plica.phonation.measures.measure import measure, steady_cycles
+from plica.measures.run.cautions import cautions
+from plica.measures.run.measure import measure, steady_cycles
 
 Array = NDArray[Any]
 Floats = NDArray[np.floating[Any]]
@@ -32,7 +32,7 @@ class AnalyticMesh:
 
 @dataclass(frozen=True)
 class AnalyticRun:
-    """A run with its results given; satisfies plica.phonation.measures.run_data.RunData."""
+    """A run with its results given; satisfies plica.measures.run.run_data.RunData."""
 
     time: Floats
     waveforms: Mapping[str, Array]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import plica
-from plica.phonation.scene.toml_text import toml_text
+from plica.scene.toml_text import toml_text
 
 LARYNX = """\
 [mesh]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plica.cli import main
+from plica.commands.main import main
 
 
 def refused(arguments: list[str], capsys: pytest.CaptureFixture[str], code: int = 2) -> str:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import plica
-from plica.cli import main
-from plica.phonation.scene.tissue_presets import TISSUE_PRESETS
-from plica.video.synthetic import Synthetic, SyntheticGlottis
+from plica.commands.main import main
+from plica.scene.tissue_presets import TISSUE_PRESETS
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 
 TINY_LARYNX: dict[str, Any] = {"around": 8, "levels": [1, 1, 1, 1, 1, 2, 1, 1, 1, 1], "body_rings": 1}
 

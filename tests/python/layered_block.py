@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import plica
 from conftest import THESIS_TISSUE
 from plica import _engine
-from plica.identify import Forcing, MotionModel, Observation, SurfacePoints
+from plica.identify import Forcing, MotionModel, Observation, Prior, SurfacePoints, TissueParameter
 from plica.verify.identification.recorded import CAMERA, SIZE, STEP
 from plica.verify.identification.recorded import layered as layered_mesh
 
@@ -88,3 +88,20 @@ def simulated(
     moved = np.asarray(_engine.toeplitz_product(lags, inputs.reshape(-1, 1))).reshape(truth.mean[0].shape)
     rows = truth.mean[0] + moved + flow * rng.normal(size=moved.shape)
     return np.asarray(rows.reshape(len(lags), -1, 2))
+
+
+def whole(lags: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The block-Toeplitz matrix (N m, N q) of lags (N, m, q)."""
+    N, m, q = lags.shape
+    T = np.zeros((N, m, N, q))
+    for k in range(N):
+        for i in range(k + 1):
+            T[k, :, i] = lags[k - i]
+    return T.reshape(N * m, N * q)
+
+
+def one_number(log_sd: float, **changes: float) -> MotionModel:
+    """Of cover.E alone."""
+    named = [TissueParameter(("cover.E",), Prior(changes.get("median", 1e3), log_sd))]
+    flow = simulated(layered_model(named, np.ones((10, 12, 2))), np.random.default_rng(1), pressure=5.0)
+    return layered_model(named, flow)

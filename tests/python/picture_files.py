@@ -12,7 +12,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from plica.cli import main
+from plica.commands.main import main
 
 SHAPE = (32, 48)
 

@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from plica.phonation.run.store import ResultFile
+from plica.runs.store import ResultFile
 from plica.storage.hdf5 import CHECKSUMS, checksum, put_row, put_text
 from plica.storage.stored import Stored
 

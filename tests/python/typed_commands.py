@@ -7,9 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from plica.cli import _parser
-
-ROOT = Path(__file__).resolve().parents[2]
+from plica.commands.main import _parser
+from repository import ROOT
 
 FIRST_VOICE = """\
 tissue = "normal"

@@ -14,9 +14,9 @@ from plica.errors import InvalidInput
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from plica.phonation.report.comparison import RunComparison
     from plica.report.comparison import Sheet
-    from plica.video.comparison import Comparison
+    from plica.report.run.comparison import RunComparison
+    from plica.video.report.comparison import Comparison
 
 __all__ = ["add_commands"]
 
@@ -87,13 +87,13 @@ def _compare(options: argparse.Namespace) -> int:
 def _compared(before: Path, after: Path) -> tuple[Comparison | RunComparison, Callable[[], Sheet]]:
     """The comparison, and what makes its page, which draws."""
     if _are_recordings(before, after):
-        from plica.video.comparison import compare
-        from plica.video.comparison_page import sheet_of
+        from plica.video.report.comparison import compare
+        from plica.video.report.comparison_page import sheet_of
 
         recordings = compare(before, after)
         return recordings, lambda: sheet_of(recordings)
-    from plica.phonation.report.comparison import compare_runs, sheet_of_runs
-    from plica.phonation.run.results import Run
+    from plica.report.run.comparison import compare_runs, sheet_of_runs
+    from plica.runs.results import Run
 
     runs = compare_runs([Run.load(before), Run.load(after)], [before, after])
     return runs, lambda: sheet_of_runs(runs)

@@ -12,7 +12,7 @@ from plica.commands.synonyms import names_for, not_modelled
 from plica.commands.text import first_sentence, hanging
 
 if TYPE_CHECKING:
-    from plica.phonation.scene.reference import Key, Table
+    from plica.scene.reference import Key, Table
 
 __all__ = ["add_commands"]
 
@@ -43,7 +43,7 @@ def add_commands(commands: Any) -> None:
 
 def _keys(options: argparse.Namespace) -> int:
     from plica.errors import InvalidInput, nearest
-    from plica.phonation.scene.reference import scene_tables
+    from plica.scene.reference import scene_tables
 
     tables = scene_tables()
     if not options.name:
@@ -103,7 +103,7 @@ def _places(tables: Sequence[Table], name: str) -> Iterator[tuple[Table, Key]]:
 
 def _measures() -> list[Key]:
     from plica.measures.catalogue import CATALOGUE
-    from plica.phonation.scene.reference import Key
+    from plica.scene.reference import Key
 
     return [
         Key(
@@ -118,7 +118,7 @@ def _measures() -> list[Key]:
 
 def _waveforms() -> list[Key]:
     from plica.measures.waveforms import RECORDED, STORED
-    from plica.phonation.scene.reference import Key
+    from plica.scene.reference import Key
 
     return [
         Key(entry.name, entry.unit, f"of {_SOURCES[entry.source]}", entry.meaning)

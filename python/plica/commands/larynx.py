@@ -137,7 +137,7 @@ def _of_picture(options: argparse.Namespace) -> tuple[Any, Any, dict[str, Any]]:
 
 def _read(path: Path) -> Any:
     """Read an image; error messages start with the path."""
-    from plica.video.image_file import read_image
+    from plica.video.files.image_file import read_image
 
     try:
         return read_image(path)

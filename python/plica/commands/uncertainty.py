@@ -75,9 +75,9 @@ def _uncertainty(options: argparse.Namespace) -> int:
 def estimated(directory: Path, *, budget: float = 4.0, mesh: str = "auto", quiet: bool = False) -> int:
     """Estimate, print the table and write the report again."""
     from plica.measures.file import write_measures
-    from plica.phonation.report import write_report
-    from plica.phonation.run.results import Run
     from plica.report.progress import figures_shown
+    from plica.report.run import write_report
+    from plica.runs.results import Run
     from plica.storage.files import storage_errors
     from plica.uncertainty import estimate_uncertainty
     from plica.uncertainty.text import uncertainty_table

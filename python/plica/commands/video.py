@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from plica.commands.arguments import add_command, add_pdf, add_threads, numbers, whole
-from plica.commands.table import measures_table
+from plica.commands.output import measures_table
 
 if TYPE_CHECKING:
     from plica.video.analysis import Analysis
@@ -244,7 +244,7 @@ def redraw(directory: Path) -> Path:
     """``plica report`` for an analysis: write the page."""
     from plica.storage.files import storage_errors
     from plica.video.analysis import load
-    from plica.video.report import write_report
+    from plica.video.report.page import write_report
 
     with storage_errors(directory):
         return write_report(load(directory))
@@ -266,7 +266,7 @@ def remeasure(directory: Path) -> int:
 def _video(options: argparse.Namespace) -> int:
     found = _analysed(options, "modes", report=True)
     if options.lambda_report:
-        from plica.video.smoothness_command import report_lambda
+        from plica.commands.smoothness import report_lambda
 
         text = report_lambda(found)
         if not options.quiet:
@@ -297,8 +297,8 @@ def _analysed(options: argparse.Namespace, until: str, *, report: bool) -> Analy
     from plica.report.progress import figures_shown
     from plica.storage.files import storage_errors
     from plica.video.analysis import analyse
-    from plica.video.light import light_of
-    from plica.video.report import write_report
+    from plica.video.report.page import write_report
+    from plica.video.report.verdict import light_of
     from plica.video.settings import Settings
     from plica.video.tables import write_tables
 
@@ -357,7 +357,7 @@ def _masks(options: argparse.Namespace) -> int:
     from plica.errors import InvalidInput
     from plica.storage.files import storage_errors
     from plica.video.analysis import load
-    from plica.video.glottis import write_masks
+    from plica.video.glottis.segmenter import write_masks
 
     found = load(options.analysis, needs="drift")
     chosen = sorted(set(options.frames or (round(k * (found.count - 1) / 11) for k in range(12))))
@@ -378,7 +378,7 @@ def _masks(options: argparse.Namespace) -> int:
 
 def _flow(options: argparse.Namespace) -> int:
     import plica
-    from plica.video.flow_command import flow_of_files
+    from plica.commands.flow import flow_of_files
 
     plica.set_threads(options.threads)
     text, caution = flow_of_files(

@@ -8,31 +8,31 @@ combines them with a scene; `MarginalLikelihood` is a function of log theta, and
 ``plica identify``; `load` reads its results.
 """
 
-from plica.identify.em import EMResult, em
-from plica.identify.estimate import estimate
-from plica.identify.evaluation import Evaluation
-from plica.identify.evolution import Evolution, hht_evolution
-from plica.identify.flow_error import FlowError
-from plica.identify.flow_estimate import estimate_from_flow
-from plica.identify.forcing import Forcing
-from plica.identify.frames import compose, frame_difference
+from plica.identify.estimator.estimate import estimate
+from plica.identify.estimator.flow_estimate import estimate_from_flow
+from plica.identify.estimator.posterior import Posterior
+from plica.identify.estimator.residuals import ResidualTest, residual_test, whitened
+from plica.identify.estimator.scoring import Iteration, Scoring
+from plica.identify.estimator.wording import posterior_table, posterior_warnings
 from plica.identify.identification import Identification, identify, load
-from plica.identify.kalman import Filtered, kalman_filter, log_likelihood
-from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.linear_gaussian import LinearGaussian, PatternNoise
-from plica.identify.model import MotionModel, Responses
-from plica.identify.noise_levels import Noise
-from plica.identify.observation import Observation, SurfacePoints
+from plica.identify.likelihood.evaluation import Evaluation
+from plica.identify.likelihood.flow_error import FlowError
+from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.likelihood.noise_levels import Noise
+from plica.identify.model.forcing import Forcing
+from plica.identify.model.model import MotionModel, Responses
+from plica.identify.observation.observation import Observation, SurfacePoints
+from plica.identify.observation.sources import PixelMotion, open_motion
 from plica.identify.parameters import Prior, TissueParameter, TissueParameters
-from plica.identify.posterior import Posterior
-from plica.identify.residuals import ResidualTest, residual_test, whitened
-from plica.identify.scene_evolution import SceneMatrices, scene_evolution, scene_matrices
-from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Estimated, Settings
-from plica.identify.smoother import Smoothed, smooth
-from plica.identify.sources import PixelMotion, open_motion
-from plica.identify.structured_em import StructuredResult, structured_em
-from plica.identify.wording import posterior_table, posterior_warnings
+from plica.identify.state_space.em import EMResult, em
+from plica.identify.state_space.evolution import Evolution, hht_evolution
+from plica.identify.state_space.frames import compose, frame_difference
+from plica.identify.state_space.kalman import Filtered, kalman_filter, log_likelihood
+from plica.identify.state_space.linear_gaussian import LinearGaussian, PatternNoise
+from plica.identify.state_space.scene_evolution import SceneMatrices, scene_evolution, scene_matrices
+from plica.identify.state_space.smoother import Smoothed, smooth
+from plica.identify.state_space.structured_em import StructuredResult, structured_em
 
 __all__ = [
     "EMResult",

@@ -10,26 +10,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.identify.coarser import coarser_scene, remainder, require_coarser
-from plica.identify.evaluation import Evaluation
-from plica.identify.flow_estimate import estimate_from_flow
-from plica.identify.iterates import EstimateInputs, Iterates
-from plica.identify.likelihood import MarginalLikelihood
-from plica.identify.model import MotionModel, require_linear, require_parameters
-from plica.identify.posterior import Posterior
-from plica.identify.pressures import fed_back, forcing_of, heights_of, seen_surface
-from plica.identify.progress import EstimateProgress
-from plica.identify.recording import Recorded, observe
-from plica.identify.residuals import whitened
+from plica.identify.estimator.flow_estimate import estimate_from_flow
+from plica.identify.estimator.iterates import EstimateInputs, Iterates
+from plica.identify.estimator.posterior import Posterior
+from plica.identify.estimator.progress import EstimateProgress
+from plica.identify.estimator.residuals import whitened
+from plica.identify.estimator.scoring import Iteration, Scoring
+from plica.identify.estimator.thickness import thickness_warnings
+from plica.identify.likelihood.evaluation import Evaluation
+from plica.identify.likelihood.likelihood import MarginalLikelihood
+from plica.identify.model.coarser import coarser_scene, remainder, require_coarser
+from plica.identify.model.model import MotionModel, require_linear, require_parameters
+from plica.identify.model.pressures import fed_back, forcing_of, heights_of, seen_surface
+from plica.identify.model.step_error import stiffness_error
+from plica.identify.observation.recording import Recorded, observe
+from plica.identify.observation.sources import PixelMotion, open_motion
 from plica.identify.results import Identification, Picture, load, store
-from plica.identify.scoring import Iteration, Scoring
 from plica.identify.settings import Settings
-from plica.identify.sources import PixelMotion, open_motion
-from plica.identify.step_error import stiffness_error
-from plica.identify.thickness import thickness_warnings
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
 from plica.report.progress import figures_shown
+from plica.scene.mesh.build import build_mesh
+from plica.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
 
 __all__ = ["Identification", "identify", "load"]
@@ -124,7 +124,7 @@ def identify(
             found = replace(found, notes=notes + _thickness_warnings(found, fine, motion, settings, progress))
         store(directory, found, picture, iterates, scene)
         iterates.end("scene", found.mean)
-        from plica.identify.report import write_report
+        from plica.identify.report.page import write_report
 
         with figures_shown(progress):
             write_report(load(directory))

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from plica._engine import build_info
 from plica.errors import InvalidInput
-from plica.identify.iterates import Iterates
-from plica.identify.noise_levels import Noise
-from plica.identify.posterior import FOLLOWED, Posterior
-from plica.identify.residuals import ResidualTest
-from plica.identify.wording import posterior_table, posterior_warnings
-from plica.phonation.scene.scene import Scene
+from plica.identify.estimator.iterates import Iterates
+from plica.identify.estimator.posterior import FOLLOWED, Posterior
+from plica.identify.estimator.residuals import ResidualTest
+from plica.identify.estimator.wording import posterior_table, posterior_warnings
+from plica.identify.likelihood.noise_levels import Noise
+from plica.scene.scene import Scene
 from plica.storage.files import replaced, storage_errors
 from plica.storage.hdf5 import create, put, put_text, set_text
 from plica.storage.stored import Stored

@@ -10,9 +10,9 @@ from pydantic import BeforeValidator, Field, ValidationError, model_validator
 
 from plica.errors import InvalidInput, SceneError
 from plica.identify.parameters import FIELDS, WIDEST, Prior, TissueParameter
-from plica.phonation.scene.part import Count, Part, problem
-from plica.phonation.scene.problems import describe
-from plica.phonation.scene.scene import Scene
+from plica.scene.part import Count, Part, problem
+from plica.scene.problems import describe
+from plica.scene.scene import Scene
 from plica.storage.files import require_file
 from plica.units import Length, Number, Time, read_quantity
 

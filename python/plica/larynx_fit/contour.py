@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from plica.errors import InvalidInput
 from plica.video import Midline, find_midline, segment
-from plica.video.brightness import around, blurred
+from plica.video.glottis.brightness import around, blurred
 
 __all__ = ["Contour", "glottal_contour"]
 

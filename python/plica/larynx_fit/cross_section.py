@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.camera.pose import Camera
 from plica.larynx_fit.settings import FitSettings
-from plica.view.camera import Camera
 
 __all__ = ["CrossSection", "Rays"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica._engine import TetMesh
-from plica.film.sight import Sight, View
+from plica.camera.pose import Camera
+from plica.films.sight import Sight, View
 from plica.larynx_fit.cross_section import CrossSection, Rays
-from plica.view.camera import Camera
 
 __all__ = ["MeshSeen", "glottal_edge"]
 
@@ -57,7 +57,7 @@ class MeshSeen:
     @cached_property
     def visible(self) -> NDArray[np.bool_]:
         """(k) whether the nodes `superior` lie in the picture and are not occluded."""
-        from plica.film.raster import highest
+        from plica.films.raster import highest
 
         seen = self.camera.project(np.asarray(self.mesh.points, dtype=float)[self.superior])
         height, width = self.camera.shape

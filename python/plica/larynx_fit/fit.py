@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
+from plica.camera.pose import Camera
 from plica.errors import InvalidInput
 from plica.larynx_fit.contour import Contour, glottal_contour
 from plica.larynx_fit.cross_section import CrossSection
@@ -17,11 +18,10 @@ from plica.larynx_fit.distances import ContourError, contour_error
 from plica.larynx_fit.edge import MeshSeen, glottal_edge
 from plica.larynx_fit.section_fit import fit_cross_section
 from plica.larynx_fit.settings import FitSettings
-from plica.phonation.scene.mesh_parts import Larynx, LarynxOptions
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.mesh_summary import dihedral_angles, quality
-from plica.phonation.scene.toml_text import toml_line
-from plica.view.camera import Camera
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.parts import Larynx, LarynxOptions
+from plica.scene.mesh.summary import dihedral_angles, quality
+from plica.scene.toml_text import toml_line
 
 __all__ = ["LarynxFit", "MeshQuality", "fit_larynx", "larynx_of"]
 

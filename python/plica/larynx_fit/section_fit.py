@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from plica.camera.pose import Camera
 from plica.errors import InvalidInput, SolveFailed
 from plica.larynx_fit.contour import Contour
 from plica.larynx_fit.cross_section import CrossSection, Rays
 from plica.larynx_fit.distances import to_outline
 from plica.larynx_fit.settings import FitSettings
-from plica.view.camera import Camera
 
 __all__ = ["fit_cross_section"]
 

@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
+from plica.camera.pose import Camera
 from plica.errors import InvalidInput
 from plica.units import read_quantity
-from plica.view.camera import Camera
 
 __all__ = ["FitSettings"]
 

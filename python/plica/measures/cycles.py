@@ -14,7 +14,7 @@ cycles used (or 0.5 % and 1 % per cycle) though chance may explain it, else stea
 Of regular voices (1 % jitter, 3 % shimmer) some 1 % are called changing and up to 10 % undecided; growth of
 2 % a cycle over ten such cycles is called changing in 97 % and steady in under 1 %. Without scatter both are
 exact.
-(tests/python/test_cycles.py counts them on seeded records.)
+(tests/python/measures/test_cycles.py counts them on seeded records.)
 
 Cycles are no periods where the autocorrelation finds another frequency, by more than 2 % and more than three
 standard errors of the mean period (or 10 %, whatever these are), which no pattern explains: then there is no

@@ -16,7 +16,7 @@ __all__ = ["pdf_of", "render", "require_pdf"]
 
 
 def render(template: str, **values: Any) -> str:
-    """Render a template of a package, ``video/report.html.j2``; missing values raise UndefinedError.
+    """Render a template of a package, ``video/report/page.html.j2``; missing values raise UndefinedError.
 
     Templates that extend ``report/base.html.j2`` need `title`, and `running`, the header of each printed
     page.

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from plica.measures.uncertainty import Refinement, Uncertain
-from plica.phonation.run.results import Run
-from plica.phonation.scene.scene import Scene
+from plica.runs.results import Run
+from plica.scene.scene import Scene
 from plica.uncertainty.convergence import Convergence, Level, converge
 from plica.uncertainty.level import PlannedLevel
 from plica.uncertainty.sample import Sampled, Wave, near, waves

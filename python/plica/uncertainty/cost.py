@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from plica import _engine
-from plica.phonation.run.basis_file import basis_seconds, kept_basis
-from plica.phonation.run.build import basis_of, build_simulation
-from plica.phonation.run.results import Run
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.runs.basis_file import basis_seconds, kept_basis
+from plica.runs.build import basis_of, build_simulation
+from plica.runs.results import Run
+from plica.scene.mesh.build import build_mesh
 from plica.uncertainty.level import Basis, PlannedLevel, fields_of
 from plica.uncertainty.start import Start, step_cost
 from plica.units import clock

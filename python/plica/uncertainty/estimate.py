@@ -13,13 +13,13 @@ import numpy as np
 from plica import _engine
 from plica.errors import InvalidInput, SceneError, SolveFailed
 from plica.measures.uncertainty import JSON_FILE, Uncertainty, write_uncertainty
-from plica.phonation.run.build import probe_nodes
-from plica.phonation.run.continuation import holds_run, require_mesh
-from plica.phonation.run.results import Run
-from plica.phonation.run.run import run_from
-from plica.phonation.scene.mesh_parts import MeshFile
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
+from plica.runs.build import probe_nodes
+from plica.runs.continuation import holds_run, require_mesh
+from plica.runs.results import Run
+from plica.runs.run import run_from
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.parts import MeshFile
+from plica.scene.scene import Scene
 from plica.storage.files import only_writer, storage_errors
 from plica.uncertainty.comparison import Computed, compared_measures, compared_waveforms
 from plica.uncertainty.level import PlannedLevel, fields_of, lengthened

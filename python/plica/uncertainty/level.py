@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.phonation.run.build import fixed_components
-from plica.phonation.run.results import Run
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
+from plica.runs.build import fixed_components
+from plica.runs.results import Run
+from plica.scene.mesh.build import build_mesh
+from plica.scene.scene import Scene
 from plica.uncertainty.meshes import OtherMesh
 from plica.uncertainty.start import Start
 from plica.units import clock

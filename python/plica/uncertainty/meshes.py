@@ -8,9 +8,9 @@ from typing import Any
 
 from plica import _engine
 from plica.errors import InvalidInput, SceneError
-from plica.phonation.scene.mesh_parts import Block, Blocks, Larynx, Mesh, MeshFile
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.parts import Block, Blocks, Larynx, Mesh, MeshFile
+from plica.scene.scene import Scene
 from plica.uncertainty.uniform import refined
 
 __all__ = ["OtherMesh", "coarser", "finer", "given"]

@@ -11,9 +11,9 @@ import numpy as np
 
 from plica.errors import InvalidInput, SolveFailed
 from plica.measures.cycles import Cycles
-from plica.phonation.run.results import Run
-from plica.phonation.scene.parts import Output
-from plica.phonation.scene.scene import Scene
+from plica.runs.results import Run
+from plica.scene.parts import Output
+from plica.scene.scene import Scene
 from plica.storage.json_file import read_json, write_json
 from plica.uncertainty.cost import Own, cost_of
 from plica.uncertainty.level import Basis, PlannedLevel

@@ -12,9 +12,9 @@ from plica.measures.catalogue import CATALOGUE
 from plica.measures.cycles import Cycles
 from plica.measures.instants import highest
 from plica.measures.measure import Measure
-from plica.phonation.measures.measure import measure
-from plica.phonation.measures.run_data import RunData
-from plica.phonation.scene.scene import Scene
+from plica.measures.run.measure import measure
+from plica.measures.run.run_data import RunData
+from plica.scene.scene import Scene
 
 __all__ = ["Sample", "Sampled", "Wave", "near", "sampled", "waves"]
 

@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.phonation.run import checkpoint
-from plica.phonation.run.basis_file import kept_basis
-from plica.phonation.run.build import build_simulation
-from plica.phonation.run.continuation import holds_run
-from plica.phonation.run.results import Run
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
-from plica.phonation.scene.symmetry import mirrored_mean, symmetry_planes
+from plica.runs import checkpoint
+from plica.runs.basis_file import kept_basis
+from plica.runs.build import build_simulation
+from plica.runs.continuation import holds_run
+from plica.runs.results import Run
+from plica.scene.mesh.build import build_mesh
+from plica.scene.scene import Scene
+from plica.scene.symmetry import mirrored_mean, symmetry_planes
 from plica.storage.files import replaced, storage_errors
 from plica.storage.hdf5 import create, put, put_text
 from plica.storage.stored import Stored

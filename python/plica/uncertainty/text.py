@@ -11,7 +11,7 @@ import numpy as np
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.scale import shown_unit
 from plica.measures.uncertainty import VERDICTS, Refinement, Uncertain, Uncertainty
-from plica.phonation.run.results import Run
+from plica.runs.results import Run
 from plica.storage.table import write_table
 from plica.uncertainty.comparison import Computed
 from plica.uncertainty.plan import Plan, transient

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plica import _engine
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.tetrahedron import EDGES, shape_functions
 
 __all__ = ["refined"]

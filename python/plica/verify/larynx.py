@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import plica
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.mesh_source import build_mesh
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
 
 __all__ = ["AIR", "PRESSURE", "larynx_scene", "larynx_simulation"]
 

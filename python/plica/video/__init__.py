@@ -12,31 +12,31 @@ The command ``plica video`` as functions::
     changes = video.compare("before", "after").changes
 
 Each step stands alone too: `Recording`, `masks`, `find_midline`, `areas`, `kymogram`, `plica.flow`, `follow`,
-`plica.video.drift.drift`, `plica.video.modes.modes`; `plica.video.report.write_report` writes the page.
+`plica.video.motion.drift.drift`, `plica.video.motion.modes.modes`; `plica.video.report.page.write_report`
+writes the page.
 """
 
 from __future__ import annotations
 
 from plica.video.analysis import Analysis, analyse, load
-from plica.video.candidates import Prior
-from plica.video.comparison import Comparison, compare
-from plica.video.drift import Steadied
 from plica.video.errors import VideoError
-from plica.video.flow import PRESETS, FlowOptions, PairFlow, endpoint_error, warp_error
-from plica.video.flow_file import read_flow, write_flow
-from plica.video.glottal_area import GlottalArea, areas
-from plica.video.glottis import Look, learn, masks, read_masks, write_masks
-from plica.video.kymogram import kymogram
-from plica.video.midline import Midline, find_midline
-from plica.video.modes import Modes
-from plica.video.network import Network
-from plica.video.recording import Recording, Region
-from plica.video.segmentation import Glottis, segment
+from plica.video.files.recording import Recording, Region
+from plica.video.glottis.candidates import Prior
+from plica.video.glottis.frame_segmentation import Glottis, segment
+from plica.video.glottis.glottal_area import GlottalArea, areas
+from plica.video.glottis.kymogram import kymogram
+from plica.video.glottis.midline import Midline, find_midline
+from plica.video.glottis.network import Network
+from plica.video.glottis.segmenter import Look, learn, masks, read_masks, write_masks
+from plica.video.measures.waveforms import measures, phases
+from plica.video.motion.drift import Steadied
+from plica.video.motion.flow import PRESETS, FlowOptions, PairFlow, endpoint_error, warp_error
+from plica.video.motion.flow_file import read_flow, write_flow
+from plica.video.motion.modes import Modes
+from plica.video.motion.trajectories import Paths, follow
+from plica.video.report.comparison import Comparison, compare
 from plica.video.settings import Settings
-from plica.video.synthetic import Synthetic, SyntheticGlottis
 from plica.video.tables import write_tables
-from plica.video.trajectories import Paths, follow
-from plica.video.waveforms import measures, phases
 
 __all__ = [
     "PRESETS",
@@ -56,8 +56,6 @@ __all__ = [
     "Region",
     "Settings",
     "Steadied",
-    "Synthetic",
-    "SyntheticGlottis",
     "VideoError",
     "analyse",
     "areas",

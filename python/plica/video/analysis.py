@@ -19,30 +19,30 @@ from plica.measures.scale import Scale
 from plica.measures.waveforms import RECORDED
 from plica.storage.files import only_writer
 from plica.storage.stored import Stored
-from plica.video.camera import Camera
 from plica.video.chain import Chain
 from plica.video.checks import checked_masks, require_modes
-from plica.video.dated import FileDate
-from plica.video.doubts import WholeGlottis, doubts
-from plica.video.drift import Drift, Steadied
-from plica.video.edges import EdgeAgreement
 from plica.video.errors import VideoError
-from plica.video.flow_origin import FlowOrigin
-from plica.video.glottal_area import GlottalArea, LostToBlur
-from plica.video.glottis import read_masks
-from plica.video.midline import Midline
-from plica.video.modes import Modes
-from plica.video.network import Network
-from plica.video.quality import flags
-from plica.video.recording import Recording, Region
+from plica.video.files.camera_metadata import Camera
+from plica.video.files.recording import Recording, Region
+from plica.video.files.recording_date import FileDate
+from plica.video.glottis.glottal_area import GlottalArea, LostToBlur
+from plica.video.glottis.midline import Midline
+from plica.video.glottis.network import Network
+from plica.video.glottis.segmenter import read_masks
+from plica.video.glottis.vibrogram import vibrogram
+from plica.video.measures.area_cautions import WholeGlottis, doubts
+from plica.video.measures.frame_flags import flags
+from plica.video.measures.wave_cautions import cautioned, unknown_waves
+from plica.video.measures.wave_measures import wave_measures
+from plica.video.measures.waveforms import measures, phases, scale_of
+from plica.video.motion.drift import Drift, Steadied
+from plica.video.motion.edge_agreement import EdgeAgreement
+from plica.video.motion.flow_origin import FlowOrigin
+from plica.video.motion.modes import Modes
+from plica.video.motion.mucosal_wave import Fundamental, why_unknown
+from plica.video.motion.trajectories import Paths
 from plica.video.results import HINT, Results
 from plica.video.settings import Settings
-from plica.video.trajectories import Paths
-from plica.video.vibrogram import vibrogram
-from plica.video.wave_cautions import cautioned, unknown_waves
-from plica.video.wave_measures import wave_measures
-from plica.video.waveforms import measures, phases, scale_of
-from plica.video.waves import Fundamental, why_unknown
 
 if TYPE_CHECKING:
     import xarray

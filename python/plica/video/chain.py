@@ -21,29 +21,30 @@ import numpy.typing as npt
 from plica.storage.files import replaced, require_space
 from plica.storage.hdf5 import create, lay_out, put, put_row, put_text
 from plica.storage.stored import Stored
-from plica.video.drift import Drift, Steadied, drift, still_region, without_drift
-from plica.video.edge_blur import EdgeProfiles
-from plica.video.edges import edge_agreement
 from plica.video.errors import VideoError
-from plica.video.flow import flow, warp_error
-from plica.video.flow_origin import FlowOrigin
-from plica.video.glottal_area import GlottalArea, areas
-from plica.video.glottis import learn
-from plica.video.kymogram import kymogram
-from plica.video.midline import Midline, find_midline, pixels
-from plica.video.midline_grey import MidlineGrey
-from plica.video.modes import modes
-from plica.video.network import Network
-from plica.video.outline import Finder
-from plica.video.parting import Folds, dark_level
-from plica.video.recording import Grey, Recording, spread
+from plica.video.files.recording import Grey, Recording, spread
+from plica.video.glottis.brightness import dark_level
+from plica.video.glottis.edge_blur import EdgeProfiles
+from plica.video.glottis.frame_outline import Finder
+from plica.video.glottis.glottal_area import GlottalArea, areas
+from plica.video.glottis.hidden_slits import lost_to_blur
+from plica.video.glottis.kymogram import kymogram
+from plica.video.glottis.midline import Midline, find_midline, pixels
+from plica.video.glottis.midline_profiles import MidlineGrey
+from plica.video.glottis.network import Network
+from plica.video.glottis.segmenter import learn
+from plica.video.measures.waveforms import measures
+from plica.video.motion.drift import Drift, Steadied, drift, still_region, without_drift
+from plica.video.motion.edge_agreement import edge_agreement
+from plica.video.motion.flow import flow, warp_error
+from plica.video.motion.flow_origin import FlowOrigin
+from plica.video.motion.fold_edges import Folds
+from plica.video.motion.frame_content import Seen, bright, informing
+from plica.video.motion.modes import modes
+from plica.video.motion.mucosal_wave import fundamental
+from plica.video.motion.trajectories import follow, spacing
 from plica.video.results import HINT, Results, fill
-from plica.video.seen import Seen, bright, informing
 from plica.video.settings import Settings
-from plica.video.slits import lost_to_blur
-from plica.video.trajectories import follow, spacing
-from plica.video.waveforms import measures
-from plica.video.waves import fundamental
 
 __all__ = ["Chain"]
 

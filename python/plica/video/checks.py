@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from plica.video.errors import VideoError
-from plica.video.recording import Recording
+from plica.video.files.recording import Recording
 from plica.video.settings import Settings
 
 __all__ = ["checked_masks", "require_modes"]

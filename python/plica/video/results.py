@@ -18,10 +18,10 @@ import numpy.typing as npt
 
 from plica.storage.hdf5 import put, set_text, write_image
 from plica.storage.stored import Stored
-from plica.video.dated import file_date
 from plica.video.errors import VideoError
-from plica.video.network import fingerprint
-from plica.video.recording import Recording
+from plica.video.files.recording import Recording
+from plica.video.files.recording_date import file_date
+from plica.video.glottis.network import fingerprint
 from plica.video.settings import Settings
 
 __all__ = ["HINT", "Results", "fill"]

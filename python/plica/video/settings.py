@@ -11,11 +11,11 @@ from typing import Any, Literal
 import numpy as np
 
 from plica.errors import nearest, one_of
-from plica.video.dated import told_date
 from plica.video.errors import VideoError
-from plica.video.flow import PRESETS
-from plica.video.kymogram import check_places
-from plica.video.midline import Midline
+from plica.video.files.recording_date import told_date
+from plica.video.glottis.kymogram import check_places
+from plica.video.glottis.midline import Midline
+from plica.video.motion.flow import PRESETS
 
 __all__ = ["Settings"]
 

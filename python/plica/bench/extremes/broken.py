@@ -15,8 +15,8 @@ import numpy as np
 from plica.bench.extremes.good_files import SCENE, mesh_file, picture_file, scene_file
 from plica.bench.extremes.probe import LONGEST, Found, Probe, Wrong
 from plica.errors import InvalidInput, SolveFailed
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.scene import Scene
+from plica.runs.build import build_simulation
+from plica.scene.scene import Scene
 
 __all__ = ["PROBES"]
 
@@ -114,7 +114,7 @@ def _step_mesh(path: Path) -> None:
 
 
 def _read_frames(path: Path) -> None:
-    from plica.video.sources import open_source
+    from plica.video.files.sources import open_source
 
     source = open_source(path)
     if source.count > 10_000:
@@ -124,7 +124,7 @@ def _read_frames(path: Path) -> None:
 
 
 def _read_picture(path: Path) -> None:
-    from plica.video.image_file import read_pixels
+    from plica.video.files.image_file import read_pixels
 
     np.asarray(read_pixels(path)).sum()
 

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from plica.measures.caution import Caution
 from plica.measures.cycles import Cycles
-from plica.phonation.measures.cautions import cautions as cautions_of
-from plica.phonation.measures.measure import steady_cycles
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.plausibility import scene_cautions
-from plica.phonation.scene.scene import Scene
+from plica.measures.run.cautions import cautions as cautions_of
+from plica.measures.run.measure import steady_cycles
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.changed import changed_mesh
+from plica.scene.mesh.parts import Larynx
+from plica.scene.plausibility import scene_cautions
+from plica.scene.scene import Scene
 
 __all__ = ["COARSE", "STEP", "STEPS", "larynx", "ran", "renumbered", "slit", "unlike"]
 

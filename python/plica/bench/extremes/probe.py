@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import ValidationError
 
 from plica.errors import InvalidInput, SolveFailed
-from plica.phonation.scene.problems import describe
+from plica.scene.problems import describe
 
 __all__ = ["FORBIDDEN", "LONGEST", "Found", "Probe", "Verdict", "Wrong", "run_probe"]
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.extremes.probe import Found, Probe
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 
 __all__ = ["PROBES"]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from plica.bench.extremes.larynxes import COARSE, STEP, STEPS, larynx, ran, renumbered, slit, unlike
 from plica.bench.extremes.probe import Found, Probe
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.changed_mesh import changed_mesh
-from plica.phonation.scene.mesh_parts import Larynx
-from plica.phonation.scene.mesh_source import build_mesh
-from plica.phonation.scene.scene import Scene
+from plica.runs.build import build_simulation
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.changed import changed_mesh
+from plica.scene.mesh.parts import Larynx
+from plica.scene.scene import Scene
 
 __all__ = ["PROBES"]
 

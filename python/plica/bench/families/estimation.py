@@ -13,7 +13,7 @@ from plica.bench.families.claims import at_most
 from plica.bench.families.kalman_problem import Array, Found, problem, textbook
 from plica.bench.record import Level
 from plica.identify import LinearGaussian, kalman_filter, log_likelihood, smooth
-from plica.identify.moments import expected_moments
+from plica.identify.state_space.moments import expected_moments
 
 __all__ = ["CASES"]
 

@@ -73,7 +73,7 @@ def _frames(level: Level) -> tuple[Grey, Grey, Array]:
 
 
 def _plica_flow(preset: str, level: Level) -> Callable[[], Array]:
-    from plica.video.flow import flow
+    from plica.video.motion.flow import flow
 
     first, second, _ = _frames(level)
     return lambda: np.asarray(flow(first, second, preset=preset).flow, float)
@@ -112,7 +112,7 @@ OPENCV = ("DIS ultrafast", "DIS fast", "DIS medium", "Farneback")
 @lru_cache(maxsize=1)
 def _film(pixels: int, noise: float) -> tuple[list[Grey], list[Mask]]:
     """Frames of a cycle in which the glottis is open, and where it is."""
-    from plica.video.synthetic import Synthetic, SyntheticGlottis
+    from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 
     share = pixels / 256
     glottis = SyntheticGlottis(
@@ -136,7 +136,7 @@ def _pictures(level: Level) -> tuple[list[Grey], list[Mask]]:
 
 
 def _plica_masks(level: Level) -> Callable[[], list[Mask]]:
-    from plica.video.segmentation import segment
+    from plica.video.glottis.frame_segmentation import segment
 
     frames, _ = _pictures(level)
     return lambda: [segment(frame).mask for frame in frames]

@@ -64,7 +64,7 @@ def _scene(level: Level, part: Mapping[str, Any]) -> Any:
 
 def _steps(part: Mapping[str, Any], level: Level) -> Callable[[], Array]:
     """The first call makes the simulation, so that its memory counts; the later ones start it anew."""
-    from plica.phonation.run.build import build_simulation
+    from plica.runs.build import build_simulation
 
     scene = _scene(level, part)
     made: list[Any] = []
@@ -122,8 +122,8 @@ _HEAVY = (
 _ROOMS = ("plica.video", "plica.identify", "plica.larynx_fit", "plica.report", "plica.bench", "plica.verify")
 UNNEEDED: Mapping[str, tuple[str, ...]] = {
     "plica": (*_HEAVY, *_ROOMS),
-    "plica.cli": (*_HEAVY, *(room for room in _ROOMS if room != "plica.report")),
-    "plica.phonation.report": ("scipy", "matplotlib", "meshio", "pint", "xarray", "PIL", "plica.video"),
+    "plica.commands.main": (*_HEAVY, *(room for room in _ROOMS if room != "plica.report")),
+    "plica.report.run": ("scipy", "matplotlib", "meshio", "pint", "xarray", "PIL", "plica.video"),
     "plica.video": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.identify", "plica.bench"),
     "plica.identify": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.bench", "plica.verify"),
 }

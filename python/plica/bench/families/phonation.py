@@ -38,7 +38,7 @@ WAYS: Mapping[str, Mapping[str, Any]] = {
 def _simulation(way: str, level: Level, step: float) -> Any:
     """Of a larynx that is thrown open at 0.8 kPa."""
     import plica
-    from plica.phonation.run.build import build_simulation
+    from plica.runs.build import build_simulation
 
     given = WAYS[way]
     return build_simulation(

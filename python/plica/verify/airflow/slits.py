@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.body import Body
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.verify.airflow.rest import DENSITY, PRESSURE, ROUNDING, at_rest
 from plica.verify.case import Case, Check, worst
 

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 import plica
 from plica import _engine as engine
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.verify.case import Case, Check
 from plica.verify.larynx import larynx_scene, larynx_simulation
 

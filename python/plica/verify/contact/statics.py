@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.bench.body import Body
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.verify.case import Case, Check, worst
 from plica.verify.contact.airway import air_between
 

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, estimate
-from plica.phonation.run.build import fixed_components, materials_of
+from plica.runs.build import fixed_components, materials_of
 from plica.verify.case import Case, Check
 from plica.verify.identification.recorded import (
     FRAMES,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import plica
 from plica.identify import hht_evolution, scene_evolution
-from plica.phonation.run.build import build_simulation
+from plica.runs.build import build_simulation
 from plica.verify.case import Case, Check
 
 __all__ = ["CASES"]

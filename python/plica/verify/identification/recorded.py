@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 import plica
 from plica import _engine
 from plica.identify import Forcing, MotionModel, Observation, SurfacePoints
-from plica.phonation.run.build import build_simulation
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.runs.build import build_simulation
+from plica.scene.mesh.changed import changed_mesh
 
 __all__ = ["FRAMES", "NAMES", "UNKNOWN", "layered", "motion_model", "prior", "recorded", "scene", "stepped"]
 

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import spsolve
 
 from plica import _engine as engine
 from plica.bench.body import Body
-from plica.phonation.scene.changed_mesh import changed_mesh
+from plica.scene.mesh.changed import changed_mesh
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]

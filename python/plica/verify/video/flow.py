@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica.verify.case import Case, Check
-from plica.video import flow as engine_flow
+from plica.video.motion import flow as engine_flow
 
 __all__ = ["CASES"]
 

@@ -15,14 +15,14 @@ from plica.measures.cycles import find_cycles
 from plica.measures.glottal import frequency_measures, quotient_measures
 from plica.measures.measure import Measure
 from plica.measures.sides import side_measures
+from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.verify.case import Case, Check
-from plica.video.glottal_area import areas
-from plica.video.glottis import masks
-from plica.video.midline import find_midline
-from plica.video.recording import Recording
-from plica.video.segmentation import segment
-from plica.video.synthetic import Synthetic, SyntheticGlottis
-from plica.video.waveforms import measures
+from plica.video.files.recording import Recording
+from plica.video.glottis.frame_segmentation import segment
+from plica.video.glottis.glottal_area import areas
+from plica.video.glottis.midline import find_midline
+from plica.video.glottis.segmenter import masks
+from plica.video.measures.waveforms import measures
 
 __all__ = ["CASES"]
 

@@ -1,0 +1,1 @@
+"""The likelihood of a recording and its derivatives."""

@@ -1,0 +1,1 @@
+"""The linear map from pressures to observed motion."""

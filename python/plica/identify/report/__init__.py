@@ -1,0 +1,1 @@
+"""The table, warnings and page of an identification."""

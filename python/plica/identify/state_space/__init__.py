@@ -1,0 +1,1 @@
+"""Filter, smoother and EM of linear Gaussian models."""

@@ -1,0 +1,161 @@
+"""The measures of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from plica.measures.contour import medial_surface
+from plica.measures.cycles import Cycles, find_cycles
+from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
+from plica.measures.measure import Measure, Measures, absent, whole
+from plica.measures.record import Array
+from plica.measures.run.contact import contact_measures
+from plica.measures.run.folds import airway_faces, motion_measures, rest_width
+from plica.measures.run.free import free_measures
+from plica.measures.run.glottal import flow_measures, open_area, several_summits, strict_open_quotient
+from plica.measures.run.run_data import RunData, reached
+from plica.measures.run.solver import energy_measures, solver_measures
+from plica.measures.scene_text import scene_table, scene_tables
+from plica.units import read_quantity
+
+__all__ = ["fold_length", "measure", "risen", "steady_cycles"]
+
+_OF_BOTH_FOLDS = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
+
+
+def steady_cycles(run: RunData) -> Cycles:
+    """The steady cycles of a run: of its glottal area, or without airflow of the probe that moves most.
+
+    Parameters
+    ----------
+    run : RunData
+
+    Returns
+    -------
+    Cycles
+        Empty, with a note that gives the reason, if there are fewer than three.
+    """
+    time, waveforms = reached(run)
+    if not time.size:
+        return Cycles(np.empty(0), "no step was computed", "none")
+    if "minimum_area" in waveforms:
+        first = risen(waveforms)
+        if 0 < first == time.size - 1:
+            return Cycles(np.empty(0), "the subglottal pressure still rises at the end of the record", "none")
+        area = np.asarray(waveforms["minimum_area"], dtype=float)
+        return find_cycles(time[first:], area[first:], name="glottal area")
+    probes = waveforms.get("probes")
+    if probes is not None and probes.size:
+        return free_measures(time, waveforms)[1]
+    return Cycles(np.empty(0), "no airflow and no probes: nothing to find cycles in", "none")
+
+
+def risen(waveforms: Mapping[str, Array]) -> int:
+    """The first step from which the subglottal pressure stays as it is; what is before is no voice's."""
+    changes = np.flatnonzero(np.diff(waveforms.get("subglottal_pressure", ())))
+    return int(changes[-1]) + 1 if changes.size else 0
+
+
+def measure(run: RunData, cycles: Cycles | None = None) -> Measures:
+    """All measures of a run, in SI units.
+
+    Parameters
+    ----------
+    run : RunData
+        Finished, interrupted or failed; the computed steps are used.
+    cycles : Cycles, optional
+        Cycles of the glottal area to average over; default: the steady ones.
+
+    Returns
+    -------
+    Measures
+        By name. A part that the scene does not have gives no entries; a quantity that this run does not
+        determine has the value None and a note with the reason.
+    """
+    time, waveforms = reached(run)
+    if not time.size:
+        return Measures([whole("steps", 0, "no step was computed")])
+    found: list[Measure] = []
+    cycles = run.cycles if cycles is None else cycles
+    if "minimum_area" in waveforms:
+        area = open_area(waveforms)
+        found += frequency_measures(time, np.asarray(waveforms["minimum_area"], dtype=float), cycles)
+        several = several_summits(area, time, cycles)
+        found += [
+            item if item.value is None else replace(item, cautions=(*item.cautions, *several))
+            for item in (
+                *quotient_measures(time, area, cycles),
+                strict_open_quotient(time, area, cycles),
+            )
+        ]
+        found += area_measures(time, area, cycles)
+        found += flow_measures(time, np.asarray(waveforms["flow"], dtype=float), cycles)
+        height = np.asarray(run.section_height, dtype=float)
+        motion = motion_measures(time, waveforms, cycles, medial_surface(rest_width(run), height), height)
+        found += [_unless_mirrored(item, run.scene_text) for item in motion]
+        found += _subglottal_pressure(run.scene_text, waveforms)
+    elif "probes" in waveforms and waveforms["probes"].size:
+        found += free_measures(time, waveforms)[0]
+    if cycles.count and "strain_999" in waveforms:
+        strain = np.asarray(waveforms["strain_999"], dtype=float)
+        found.append(over_cycles("peak_strain", time, strain, cycles, np.max))
+    if "contact_force_first" in waveforms:
+        found += contact_measures(time, waveforms, cycles, fold_length(run))
+    found += [*energy_measures(waveforms), *solver_measures(time, waveforms, len(run.mesh.cells))]
+    return Measures(_doubted(item, run.scene_text) for item in found)
+
+
+def _doubted(item: Measure, scene_text: str) -> Measure:
+    """The measure with its reason among the cautions, if it does not converge in this run."""
+    reason = item.quantity.no_limit
+    if item.value is None or not reason:
+        return item
+    if item.quantity.no_limit_of == "surfaces with mass" and _massless(scene_text):
+        return item
+    return replace(item, no_limit=reason, cautions=(*item.cautions, reason))
+
+
+def _unless_mirrored(item: Measure, scene_text: str) -> Measure:
+    """The measure, without a value if it compares folds that are each other's image by symmetry."""
+    if item.name not in _OF_BOTH_FOLDS or "symmetry" not in scene_tables(scene_text):
+        return item
+    return absent(item.name, "the scene's symmetry imposes it: one fold is the image of the other")
+
+
+def _massless(scene_text: str) -> bool:
+    """Whether the contact surfaces have no mass; where that is not known, they have."""
+    return (scene_table(scene_text, "contact") or {}).get("surface_mass") == "redistributed"
+
+
+def fold_length(run: RunData) -> float | None:
+    """Anteroposterior length of the folds (m): of the section that is narrowest at rest, else of the airway.
+
+    Parameters
+    ----------
+    run : RunData
+
+    Returns
+    -------
+    float or None
+        None if there is neither an airflow nor a surface named airway.
+    """
+    major = np.asarray(run.section_major, dtype=float)
+    if major.size and len(run.time):
+        return 2.0 * float(major[int(np.argmin(rest_width(run)))])
+    surface = airway_faces(run)
+    if surface is None:
+        return None
+    return float(np.ptp(np.asarray(run.mesh.points)[np.unique(surface), 1]))
+
+
+def _subglottal_pressure(scene_text: str, waveforms: Mapping[str, Array]) -> list[Measure]:
+    try:
+        value = read_quantity((scene_table(scene_text, "airflow") or {})["subglottal_pressure"], "Pa")
+    except (KeyError, ValueError):
+        return []  # unknown for a run that was not made from a scene file
+    largest = float(np.max(waveforms.get("subglottal_pressure", value)))
+    short = [f"not reached: {largest:.4g} Pa at the end of the record, where it still rises"]
+    return [whole("subglottal_pressure", value, cautions=short if largest < (1 - 1e-9) * value else [])]

@@ -1,1 +1,0 @@
-"""Simulation of phonation: scenes, runs and their storage, measures and reports."""

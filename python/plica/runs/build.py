@@ -1,0 +1,361 @@
+"""Build the engine's simulation of a scene: only the parts that the scene has are constructed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica import _engine
+from plica.errors import InvalidInput, SceneError, nearest, one_of
+from plica.runs.full_run import stored_motion
+from plica.runs.results import Run
+from plica.scene.held import fixed_components
+from plica.scene.initial import initial_fields
+from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.parts import MeshFile
+from plica.scene.part import OneOf, Part
+from plica.scene.parts import Airflow, Contact
+from plica.scene.scene import Scene
+from plica.scene.surface_fault import airway_fault, contact_fault, selecting
+from plica.scene.symmetry import symmetry_planes
+from plica.scene.tissue import Tissue
+
+__all__ = ["basis_of", "build_simulation", "equilibrium", "fixed_components", "materials_of", "probe_nodes"]
+
+Side = Literal["none", "left", "right"]
+_SIDES: tuple[Side, ...] = ("none", "left", "right")
+
+
+def build_simulation(
+    scene: Scene,
+    mesh: _engine.TetMesh | None = None,
+    displacement: NDArray[np.float64] | None = None,
+    velocity: NDArray[np.float64] | None = None,
+    basis: NDArray[np.float64] | None = None,
+) -> _engine.Simulation:
+    """The simulation of a scene at t = 0, to be advanced by the caller.
+
+    Parameters
+    ----------
+    scene : Scene
+    mesh : TetMesh, optional
+        The scene's mesh, if it is already built.
+    displacement, velocity : (n, 3) m and m/s, optional
+        Initial values instead of those of the scene; zero at fixed nodes.
+    basis : (3 n, any), optional
+        For a scene with a reduction: the vectors whose combinations are the displacements, instead of those
+        that the scene specifies.
+
+    Returns
+    -------
+    Simulation
+        ``advance(steps)`` returns all waveforms of these steps (docs/scene.md), ``advance(steps, ["flow",
+        "minimum_area"])`` only these, which is faster; if a step has no solution it raises
+        `plica.StepFailed`, which carries those of the previous steps. ``set_external_force(force)`` adds a
+        nodal force (n, 3) N to the loads until it is replaced; it acts at t + (1 + alpha) h of a step from
+        t to t + h (with Newmark, alpha = 0, at its end). ``displacement``, ``velocity`` and ``acceleration``
+        are (n, 3); ``mass``, ``stiffness`` and ``viscosity`` (None where no material is viscous) are
+        (3 n, 3 n), as (values, columns, row starts) of ``scipy.sparse.csr_array``, without supports: all are
+        of all nodes n, with a symmetry, too. ``state()`` is of what is solved for: with a symmetry of the
+        part's nodes ``images[0]`` (p), whose vectors are (3 p). ``images`` (copies, p) has the node that each
+        is mirrored to; bit k of the copy stands for the plane x_k = 0, where component k changes its sign.
+        Without symmetry it is None.
+
+    Raises
+    ------
+    SceneError
+        If the scene names something that its mesh does not have.
+    """
+    mesh = build_mesh(scene.mesh, scene.source) if mesh is None else mesh
+    body = _body(scene, mesh)
+    if displacement is None and velocity is None:
+        displacement, velocity = initial_fields(scene, mesh, body["fixed"])
+        if scene.initial is not None and scene.initial.equilibrium:
+            displacement = _at_rest(scene, body)
+    parts: dict[str, Any] = {}
+    if scene.airflow is not None:
+        parts["airflow"] = _airflow(scene, scene.airflow, mesh)
+    if scene.contact is not None:
+        parts["contact"] = _contact(scene, scene.contact, mesh)
+    if displacement is not None:
+        parts["displacement"] = displacement
+    if velocity is not None:
+        parts["velocity"] = velocity
+    if scene.output.probes:
+        parts["probes"] = probe_nodes(scene, mesh)
+    if scene.symmetry is not None:
+        parts["symmetry"] = scene.symmetry
+    if scene.reduction is not None:
+        basis = basis_of(scene, mesh) if basis is None else basis
+        parts["reduction"] = _options(scene.reduction, basis=basis)
+    try:
+        return _engine.Simulation(
+            **body,
+            scheme=_options(scene.time.scheme.choice),
+            step=scene.time.step,
+            solver_tolerance=scene.solver.tolerance,
+            solver=_options(scene.solver.method.choice),
+            lumped_mass=scene.time.mass == "lumped",
+            **parts,
+        )
+    except InvalidInput as error:
+        raise _airway_located(scene, mesh, error) from None
+
+
+def basis_of(
+    scene: Scene, mesh: _engine.TetMesh, on_start: Callable[[], None] | None = None
+) -> NDArray[np.float64]:
+    """The vectors (3 n, any) of a scene with a reduction; `on_start` is called before they are computed.
+
+    Raises SceneError if it asks for more vectors than the mesh has.
+    """
+    reduction = scene.reduction
+    if reduction is None:
+        raise SceneError(f"{scene.source}: reduction is left out; must be given for a basis.")
+    from plica.runs.basis import reduction_basis  # needs SciPy, which no other scene does
+
+    try:
+        return reduction_basis(
+            build_simulation(scene.replace({"reduction": None, "symmetry": None}), mesh),
+            mesh,
+            fixed_components(scene, mesh),
+            motion=None if reduction.full_run is None else _motion(scene, reduction.full_run, mesh),
+            components=reduction.components,
+            modes=reduction.modes,
+            contact_vectors=0 if scene.contact is None else reduction.contact_vectors,
+            surface=None if scene.airflow is None else scene.airflow.surface,
+            sides=None if scene.contact is None else _sides(scene.contact, mesh),
+            reach=reduction.contact_reach,
+            planes=symmetry_planes(scene.symmetry),
+            on_start=on_start,
+        )
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def _motion(scene: Scene, directory: Path, mesh: _engine.TetMesh) -> NDArray[np.float32]:
+    """The displacements (frames, n, 3) m of a full run; raises InvalidInput if it does not fit the scene."""
+    try:
+        run = Run.load(directory)
+    except InvalidInput as error:
+        raise InvalidInput(f"reduction.full_run: {error}") from None
+    motion = stored_motion(run, mesh)
+    if not np.array_equal(fixed_components(run.scene, mesh), fixed_components(scene, mesh)):
+        raise InvalidInput(
+            f"reduction.full_run = {directory} has other fixed nodes; must have the scene's supports."
+        )
+    if run.scene.symmetry not in (None, scene.symmetry):
+        own = "none" if scene.symmetry is None else f'none or "{scene.symmetry}"'
+        raise InvalidInput(
+            f'reduction.full_run = {directory} has symmetry = "{run.scene.symmetry}"; must have {own}, like '
+            "the scene: its displacements contain no motion outside its symmetry."
+        )
+    return motion
+
+
+def equilibrium(scene: Scene) -> NDArray[np.float64]:
+    """The displacement (n, 3) m at rest under gravity and the loads at t = 0, K u = f.
+
+    Airflow, contact and initial values are ignored. Raises SceneError if the supports allow a rigid motion,
+    or the scene names something that its mesh does not have.
+    """
+    return _at_rest(scene, _body(scene, build_mesh(scene.mesh, scene.source)))
+
+
+def _at_rest(scene: Scene, body: dict[str, Any]) -> NDArray[np.float64]:
+    try:
+        return _engine.equilibrium(**body)
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+
+
+def _body(scene: Scene, mesh: _engine.TetMesh) -> dict[str, Any]:
+    """Arguments that do not depend on airflow and contact: mesh, tissue, supports, loads, gravity."""
+    materials, names, cell_material = materials_of(scene, mesh)
+    return {
+        "mesh": mesh,
+        "materials": materials,
+        "material_names": names,
+        "cell_material": cell_material,
+        "fixed": fixed_components(scene, mesh),
+        "loads": _loads(scene, mesh),
+        "gravity": scene.gravity,
+    }
+
+
+def _located(scene: Scene, error: InvalidInput) -> SceneError:
+    if isinstance(error, SceneError):
+        return error
+    return SceneError(f"{scene.source}: {str(error).replace('Simulation: step =', 'time.step =')}")
+
+
+def _airway_located(scene: Scene, mesh: _engine.TetMesh, error: InvalidInput) -> SceneError:
+    """An error that the engine had with the airflow's surface says what is wrong with that surface."""
+    text = str(error)
+    if scene.airflow is None or not text.startswith("Airflow: interface"):
+        return _located(scene, error)
+    name = scene.airflow.surface
+    found = airway_fault(mesh, name) or f"{text.removeprefix('Airflow: ')} {selecting(name)}"
+    return SceneError(f'{scene.source}: airflow.surface = "{name}": {found}')
+
+
+def _known_surface(scene: Scene, path: str, name: str, mesh: _engine.TetMesh, sided: bool = False) -> None:
+    """Raise unless the mesh has that surface; sided: one of two that a mesh file must name."""
+    known = list(mesh.surfaces)
+    if name in known or not isinstance(scene.mesh, MeshFile):
+        return _known(scene, path, name, known)
+    close = nearest(name, known, cutoff=0.9 if sided else 0.8)  # airway is no airway_left
+    what = "the faces of one side alone" if sided else "its faces"
+    hint = f"Select in mesh.surfaces.{name} {what}, by label, box, plane or facing, or name another surface."
+    has = f"one of {', '.join(known)}" if known else "which has none yet"
+    raise SceneError(
+        f'{scene.source}: {path} = "{name}"; must be a surface of the mesh, {has}.{close} {hint}'
+    )
+
+
+def _known(scene: Scene, path: str, name: str, known: list[str]) -> None:
+    """Raise unless the mesh has that name."""
+    if name not in known:
+        raise SceneError(f'{scene.source}: {path} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
+
+
+def materials_of(
+    scene: Scene, mesh: _engine.TetMesh
+) -> tuple[list[_engine.Material], list[str], NDArray[np.int32]]:
+    """Materials, their names, e.g. ``cover.left``, and the material of each cell (m)."""
+    layers = mesh.layer_names
+    for layer in scene.tissue:
+        _known_layer(scene, layer, layers)
+    cell_layer, cell_side = np.asarray(mesh.cell_layer), np.asarray(mesh.cell_side)
+    cell_material = np.full(len(cell_layer), -1, dtype=np.int32)
+    materials, names = [], []
+    for number, layer in enumerate(layers):
+        cells = cell_layer == number
+        if layer not in scene.tissue:
+            if not cells.any():
+                continue
+            given = ", ".join(scene.tissue)
+            first = int(cells.argmax())
+            centre = np.asarray(mesh.points)[np.asarray(mesh.cells)[first, :4]].mean(axis=0)
+            raise SceneError(
+                f"{scene.source}: tissue.{layer} is missing: {cells.sum()} tetrahedra of the mesh are in "
+                f"that layer, the first is cell {first} at {_place(centre)} m; the scene has {given}."
+            )
+        tissue = scene.tissue[layer]
+        one = tissue.left is None and tissue.right is None
+        for code, side in enumerate(_SIDES):
+            chosen = cells if one else cells & (cell_side == code)
+            if (one and code > 0) or not chosen.any():
+                continue
+            name = layer if one or side == "none" else f"{layer}.{side}"
+            materials.append(_material(scene, tissue.on(side), name))
+            names.append(name)
+            cell_material[chosen] = len(names) - 1
+        for side in ("left", "right"):
+            if getattr(tissue, side) is not None and not (cells & (cell_side == _SIDES.index(side))).any():
+                raise SceneError(
+                    f"{scene.source}: tissue.{layer}.{side} has no tetrahedra; the mesh must define which "
+                    "belong to that side. See mesh.sides."
+                )
+    return materials, names, cell_material
+
+
+def _known_layer(scene: Scene, layer: str, layers: list[str]) -> None:
+    if layer not in layers:
+        hint = nearest(layer, layers)
+        raise SceneError(
+            f"{scene.source}: tissue.{layer} is not a layer of the mesh; must be {one_of(layers)}.{hint}"
+        )
+
+
+def _material(scene: Scene, tissue: Tissue, name: str) -> _engine.Material:
+    if tissue.E_fibre is None:
+        elasticity: Any = _engine.Isotropic(E=tissue.E, nu=tissue.nu)
+    else:
+        fields: dict[str, Any] = {"nu_fibre": tissue.nu_fibre, "mu_fibre": tissue.mu_fibre}
+        optional = {"mu": tissue.mu_transverse, "fibre": tissue.fibre}
+        fields |= {field: value for field, value in optional.items() if value is not None}
+        elasticity = _engine.TransverselyIsotropic(E=tissue.E, nu=tissue.nu, E_fibre=tissue.E_fibre, **fields)
+    material = _engine.Material(elasticity, density=tissue.density, viscosity=tissue.viscosity)
+    try:
+        material.validate(f"tissue.{name}")
+    except InvalidInput as error:
+        raise _located(scene, error) from None
+    return material
+
+
+def probe_nodes(scene: Scene, mesh: _engine.TetMesh) -> NDArray[np.int32]:
+    """The node nearest to each probe point, (p)."""
+    points = np.asarray(mesh.points)
+    wanted = np.asarray(scene.output.probes, dtype=float).reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = 0.1 * (high - low)
+    for k, point in enumerate(wanted):
+        if np.any(point < low - margin) or np.any(point > high + margin):
+            raise SceneError(
+                f"{scene.source}: output.probes[{k}] = {_place(point)} m; must be in or near the mesh, which "
+                f"extends from {_place(low)} to {_place(high)} m."
+            )
+    return np.array([np.argmin(((points - point) ** 2).sum(axis=1)) for point in wanted], dtype=np.int32)
+
+
+def _place(point: NDArray[np.float64]) -> str:
+    return "[" + ", ".join(f"{coordinate:g}" for coordinate in point) + "]"
+
+
+def _options(part: Part, **given: Any) -> Any:
+    """The engine's options struct with the part's name, from the fields of the part and the given ones."""
+    options = getattr(_engine, type(part).__name__)
+    fields = {name: getattr(part, name) for name in options._defaults if name not in given}
+    chosen = {name: _options(field.choice) for name, field in fields.items() if isinstance(field, OneOf)}
+    return options(**fields | chosen, **given)
+
+
+def _airflow(scene: Scene, airflow: Airflow, mesh: _engine.TetMesh) -> _engine.Airflow:
+    _known_surface(scene, "airflow.surface", airflow.surface, mesh)
+    made: _engine.Airflow = _options(airflow)
+    return made
+
+
+def _contact(scene: Scene, contact: Contact, mesh: _engine.TetMesh) -> _engine.Contact:
+    for side in ("first", "second"):
+        _known_surface(scene, f"contact.{side}", getattr(contact, side), mesh, sided=True)
+    surfaces = [mesh.surfaces[name] for name in (contact.first, contact.second)]
+    first, second = _sides(contact, mesh)
+    points = np.asarray(mesh.points)
+    try:
+        if contact.airway == "matched":
+            airway = _engine.matched_airway(points, first, second, contact.direction)
+        else:
+            airway = _engine.triangulated_airway(points, first, second)
+    except InvalidInput as error:
+        matched = contact.airway == "matched"
+        if matched or "meshing" not in _engine.build_info()["absent"]:
+            direction = contact.direction if matched else None
+            if fault := contact_fault(mesh, (contact.first, contact.second), direction):
+                raise SceneError(f"{scene.source}: contact.{fault}") from None
+        hint = ' Between other meshes: airway = "triangulated".' if matched else ""
+        raise SceneError(f"{scene.source}: contact: {error}{hint}") from None
+    made: _engine.Contact = _options(
+        contact,
+        airway=airway,
+        enforcement=_options(contact.choice),
+        faces=_engine.Mortar(*surfaces) if contact.faces == "mortar" else _engine.AtNodes(),
+    )
+    return made
+
+
+def _sides(contact: Contact, mesh: _engine.TetMesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """The flat triangles (f, 3) of both surfaces."""
+    first, second = (_engine.flat_triangles(mesh.surfaces[name]) for name in (contact.first, contact.second))
+    return first, second
+
+
+def _loads(scene: Scene, mesh: _engine.TetMesh) -> list[_engine.Load]:
+    for k, load in enumerate(scene.loads):
+        _known_surface(scene, f"loads[{k}].surface", load.surface, mesh)
+    return [_engine.Load(**load.model_dump()) for load in scene.loads]

@@ -1,0 +1,58 @@
+"""Which displacement components a scene fixes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plica.errors import SceneError, nearest, one_of
+from plica.measures.mesh_data import MeshData
+from plica.measures.record import Array
+
+if TYPE_CHECKING:
+    from plica.scene.scene import Scene
+
+__all__ = ["MeshArrays", "fixed_components"]
+
+
+class MeshArrays(MeshData, Protocol):
+    """A mesh with its sides and sets of nodes."""
+
+    @property
+    def cell_side(self) -> Array:
+        """(m) 0 none, 1 left, 2 right."""
+
+    @property
+    def node_sets(self) -> Mapping[str, Array]:
+        """Named nodes."""
+
+
+def fixed_components(scene: Scene, mesh: MeshArrays) -> NDArray[np.bool_]:
+    """Which displacement components are fixed, (n, 3)."""
+    fixed = np.zeros((len(mesh.points), 3), dtype=bool)
+    if scene.supports is None:
+        return fixed
+    sets = mesh.node_sets
+    for k, name in enumerate(scene.supports.fixed):
+        if name not in sets:
+            hint = nearest(name, sets)
+            raise SceneError(f'{scene.source}: supports.fixed[{k}] = "{name}"; must be {one_of(sets)}.{hint}')
+        nodes = np.asarray(sets[name])
+        if name == "wall" and scene.supports.wall_from_y is not None:
+            nodes = nodes[np.abs(np.asarray(mesh.points)[nodes, 1]) >= scene.supports.wall_from_y]
+            if not len(nodes):
+                value = scene.supports.wall_from_y
+                raise SceneError(
+                    f"{scene.source}: supports.wall_from_y = {value:g} m; must leave a node of the wall."
+                )
+        fixed[nodes] = True
+    for name, components in scene.supports.components.items():
+        if name not in sets:
+            hint = nearest(name, sets)
+            raise SceneError(f"{scene.source}: supports.components.{name}; must be {one_of(sets)}.{hint}")
+        for component in components:
+            fixed[np.asarray(sets[name]), "xyz".index(component)] = True
+    return fixed

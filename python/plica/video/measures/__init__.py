@@ -1,0 +1,1 @@
+"""What is measured of a recording, and what speaks against it."""

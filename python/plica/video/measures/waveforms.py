@@ -1,0 +1,262 @@
+"""Glottal waveforms of a recording: phases of the cycle, measures.
+
+Left and right are those of the image.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from plica.measures.catalogue import closed_share
+from plica.measures.cycles import Cycles
+from plica.measures.glottal import area_measures, frequency_measures, over_cycles, quotient_measures
+from plica.measures.measure import Measure, Measures, per_cycle, whole
+from plica.measures.perturbation import noise_measures, perturbation_measures
+from plica.measures.pulses import autocorrelation_peak
+from plica.measures.recorded import recorded_cycles
+from plica.measures.recorded_quotients import count_measures, gap_measures, recorded_quotient_measures
+from plica.measures.scale import Scale
+from plica.measures.sides import amplitudes, asymmetry, side_measures
+from plica.video.glottis.glottal_area import GlottalArea
+from plica.video.measures.lateral_light import between_outlines, by_light, is_shaded, is_wide, turn_left
+from plica.video.measures.midline_error import with_midline_error
+from plica.video.measures.sampling_error import with_grain
+from plica.video.measures.slit_measures import open_besides, with_hidden_slits, with_open_slits
+
+__all__ = ["measures", "phases", "scale_of", "wide_share"]
+
+Floats = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+_EDGE = 0.5  # px, within which a fold's edge is placed: masks are of whole pixels
+_PRECISE = 0.05  # of an amplitude: a larger share of it is said
+
+_APART = 0.05  # relative difference of two folds' frequencies
+_PERIODIC = 0.5  # autocorrelation from which a fold has a frequency
+
+many_lost = 0.02  # of the frames: more whose area is not known are said
+
+wide_share = 0.95
+"""Of a cycle's largest area: above it the phase is "open", neither opening nor closing."""
+
+
+def phases(area: GlottalArea, cycles: Cycles, time: Floats) -> list[str]:
+    """ "closed", "opening", "open" or "closing" for each frame; "" outside the cycles and where the area is
+    not known.
+
+    Closed and open are told by the largest area of the cycle; between them the area falls from its largest
+    value to its least, and rises from there.
+    """
+    labels = [""] * time.size
+    total = area.total
+    for part in cycles.samples(time):
+        inside = total[part]
+        if not np.isfinite(inside).any():
+            continue
+        peak = int(np.nanargmax(inside))
+        trough = inside.size - 1 - int(np.nanargmin(inside[peak:][::-1]))  # the last of the least
+        for k, value in enumerate(inside):
+            if not np.isfinite(value):
+                continue
+            if value <= closed_share * inside[peak]:
+                labels[part.start + k] = "closed"
+            elif value >= wide_share * inside[peak]:
+                labels[part.start + k] = "open"
+            else:
+                labels[part.start + k] = "closing" if peak < k <= trough else "opening"
+    return labels
+
+
+def scale_of(fps: float | None, mm_per_px: float | None) -> tuple[float, float, Scale]:
+    """What a pixel and a frame are, and in which units: m and s where that is known, else px and frames."""
+    size = 1e-3 * mm_per_px if mm_per_px else 1.0
+    scale = Scale("m" if mm_per_px else "px", "s" if fps else "frames")
+    return size, 1.0 / (fps or 1.0), scale
+
+
+def _placed(found: list[Measure], size: float) -> list[Measure]:
+    """With a caution where the folds move little for edges that are placed to half a pixel."""
+    moved = [item.value for item in found if item.name in ("amplitude_left", "amplitude_right")]
+    known = [value / size for value in moved if value is not None]
+    if len(known) < 2 or min(known) >= _EDGE / _PRECISE:
+        return found
+    said = f"edges are placed to {_EDGE:g} px, and the lesser amplitude is {min(known):.2g} px"
+    return [
+        item if item.name == "left_right_phase" else replace(item, cautions=(*item.cautions, said))
+        for item in found
+    ]
+
+
+def measures(
+    area: GlottalArea,
+    fps: float | None = None,
+    mm_per_px: float | None = None,
+    length: float | None = None,
+    sides: tuple[str, str] = ("left in the image", "right in the image"),
+    *,
+    doubts: Sequence[str] = (),
+    band: tuple[Floats, Floats] | None = None,
+    cycles: Cycles | None = None,
+) -> tuple[Measures, Cycles]:
+    """What the glottal area and the edges of the folds tell, each with its interval over cycles.
+
+    Times are in seconds with `fps`, else in frames: a frequency is then in cycles per frame, "1/frame".
+    Lengths and areas are in m and m^2 with `mm_per_px`, else in px and px^2; with the glottal `length` (px)
+    they are given over it and its square too. `sides` says what is left and what is right; `doubts` what
+    speaks against the whole area, which all that stands on it repeats; `band` (px^2, of each frame) between
+    which outlines it lies, which is said, and is in the intervals, where there is shade. Slits that blur
+    hides are counted where they are known (`area.lost`). `cycles` are all complete ones, by the outline,
+    unless given.
+    """
+    known = np.isfinite(area.total)
+    area = area.filled()
+    size, step, scale = scale_of(fps, mm_per_px)
+    time = step * np.arange(area.total.size)
+    total = size**2 * area.total
+    if cycles is None:
+        cycles = recorded_cycles(time, total, name="glottal area", scale=scale)
+        apart = _folds_apart(area, cycles, scale, step)
+        verdict = "diplophonic" if apart else cycles.verdict
+        left_out = _with_lost(known, time, cycles)
+        lost = "" if left_out else _lost(known, time, cycles)
+        said = filter(None, (cycles.note, apart, lost))
+        cycles = replace(cycles, verdict=verdict, note="; ".join(said), left_out=left_out)
+    clear = area.lost is not None and area.lost.by_blur_alone
+    sharp = area.unblurred if clear else area
+
+    def of_sides(counted: GlottalArea, outlined: GlottalArea) -> list[Measure]:
+        found = (_of_sides(part, time, cycles, size, length, sides) for part in (counted, outlined))
+        return [
+            with_midline_error(item, counted, cycles, time) if item.name == "left_right_phase" else item
+            for item in with_hidden_slits(*found, scale=scale)
+        ]
+
+    halfway = of_sides(sharp, area)
+    wide = band is not None and is_wide(
+        area.total, band, area.lost.band if area.lost is not None and clear else None
+    )
+    if sharp.inner is None or area.inner is None:
+        of_folds = halfway
+    else:
+        left = turn_left(sharp.inner.left_edge, sharp.left_edge, cycles, time)
+        right = turn_left(sharp.inner.right_edge, sharp.right_edge, cycles, time)
+        inner = of_sides(sharp.inner, area.inner)
+        of_folds = by_light(halfway, inner, wide=wide, turns=(left, right))
+
+    def of_area(total: Floats) -> list[Measure]:
+        found = [
+            *quotient_measures(time, total, cycles),
+            *recorded_quotient_measures(time, total, cycles),
+            *area_measures(time, total, cycles),
+            *gap_measures(time, total, cycles, size * length if length else None),
+        ]
+        if length:
+            over = total / (size * length) ** 2
+            found.append(over_cycles("glottal_area_max_relative", time, over, cycles, np.max))
+        return found
+
+    outlined = of_area(size**2 * area.unblurred.total), of_area(total)
+    by_area = with_hidden_slits(*outlined, shaded=not clear, scale=scale)
+    if area.lost is not None and (besides := open_besides(sharp.total, area.lost.most, cycles, time)):
+        by_area = with_open_slits(by_area, of_area(size**2 * (sharp.total + area.lost.most)), besides)
+    if band is not None and (wide or is_shaded(of_folds)):
+        outlines = [np.where(np.isfinite(edge), edge, area.total) for edge in band]
+        by_area = between_outlines(
+            by_area, [of_area(size**2 * edge) for edge in outlines], _outlines_said(area, band)
+        )
+    found = [
+        *count_measures(cycles),
+        *frequency_measures(time, total, cycles, scale),
+        *_doubted(by_area, doubts),
+        *perturbation_measures(time, total, cycles),
+        *noise_measures(time, total, cycles),
+        *of_folds,
+    ]
+    if length:
+        found.append(whole("glottal_length", size * length))
+    if cycles.count:
+        found = with_grain(found, float(np.median(cycles.periods)) / step, size, length)
+    return Measures(found, scale), cycles
+
+
+def _doubted(found: list[Measure], doubts: Sequence[str]) -> list[Measure]:
+    return [
+        item if item.value is None else replace(item, cautions=(*item.cautions, *doubts)) for item in found
+    ]
+
+
+def _of_sides(
+    area: GlottalArea,
+    time: npt.NDArray[Any],
+    cycles: Cycles,
+    size: float,
+    length: float | None,
+    sides: tuple[str, str],
+) -> list[Measure]:
+    """What is measured of either fold, and between them."""
+    between = f"the left fold being the one {sides[0]}"
+    edges = size * area.left_edge, size * area.right_edge
+    found = [
+        *_placed(side_measures(time, *edges, cycles, sides, between), size),
+        _area_asymmetry(time, area, cycles, between),
+    ]
+    if length:
+        found += [
+            per_cycle(name, cycles, amplitudes(time, edge, cycles) / (size * length), said)
+            for name, edge, said in zip(
+                ("amplitude_left_relative", "amplitude_right_relative"), edges, sides, strict=True
+            )
+        ]
+    return found
+
+
+def _outlines_said(area: GlottalArea, band: tuple[Floats, Floats]) -> str:
+    """That shade leaves open where the outline is, and by how much."""
+    low, high = (float(np.nanmean(edge)) / float(area.total.mean()) for edge in band)
+    return (
+        f"the outline is not sharp: in the mean the area lies between {low:.2f} and {high:.2f} of what is "
+        "measured, which the intervals have. Shade beside the folds makes it too large"
+    )
+
+
+def _folds_apart(area: GlottalArea, cycles: Cycles, scale: Scale, step: float) -> str:
+    """That the areas beside the midline have different frequencies, neither a multiple of the other."""
+    if not cycles.count:
+        return ""
+    left, of_left = autocorrelation_peak(area.left, step)
+    right, of_right = autocorrelation_peak(area.right, step)
+    if not (of_left > _PERIODIC and of_right > _PERIODIC):
+        return ""
+    times = max(left, right) / min(left, right)
+    if abs(times / round(times) - 1) <= _APART:
+        return ""
+    unit = scale.unit("Hz")
+    return (
+        f"diplophonic: the area left of the midline repeats itself at {left:.4g} {unit}, "
+        f"right of it at {right:.4g}"
+    )
+
+
+def _with_lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> tuple[int, ...]:
+    """Cycles some of whose frames are not known; none of them where three, or half, would not be left."""
+    lost = tuple(k for k, part in enumerate(cycles.samples(time)) if not known[part].all())
+    return lost if cycles.count - len(lost) >= max(3, 0.5 * cycles.count) else ()
+
+
+def _lost(known: Mask, time: npt.NDArray[Any], cycles: Cycles) -> str:
+    """That the area of many frames is not known, of the cycles or, without any, of the record."""
+    used = known[cycles.extent(time)] if cycles.count else known
+    lost = int(np.sum(~used))
+    if lost <= many_lost * used.size:
+        return ""
+    return f"the area of {lost} of {used.size} frames is not known and taken to lie between their neighbours'"
+
+
+def _area_asymmetry(time: npt.NDArray[Any], area: GlottalArea, cycles: Cycles, note: str) -> Measure:
+    values = asymmetry(amplitudes(time, area.left, cycles), amplitudes(time, area.right, cycles))
+    return per_cycle("area_asymmetry", cycles, values, note)

@@ -1,0 +1,224 @@
+"""Commands of README, docs and help texts, typed as they stand there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from PIL import Image
+
+import plica
+from conftest import MOVIE
+from plica.commands.main import _parser, main
+from plica.synthetic.glottis import SyntheticGlottis
+from typed_commands import FIRST_VOICE, ROOT, all_commands, help_commands, pages, python_blocks
+
+FIRST_SESSION = (
+    "plica examples scenes",
+    "plica run scenes/first.toml -o runs/first",
+    "plica uncertainty runs/first",
+    "plica film runs/first -o clip.avi",
+)
+SCENE_SESSION = (
+    "plica mesh scene.toml",
+    "plica mesh scene.toml -o mesh.vtu",
+    "plica run scene.toml -o runs/one",
+    "plica run scene.toml -o runs/one --resume",
+    "plica measures runs/one",
+    "plica measures runs/one --from 0.1s --to 0.3s",
+    "plica measures runs/one --from 100ms",
+    "plica report runs/one",
+    "plica uncertainty runs/one --mesh none",
+)
+VIDEO_SESSION = (
+    "plica glottis larynx.avi --fps 4000 -o analysis",
+    "plica video larynx.avi --fps 4000 -o analysis",
+    "plica report analysis --pdf",
+    "plica masks analysis -o drawn",
+    "plica video larynx.avi --fps 4000 -o analysis --masks drawn",
+    'plica video larynx.avi --fps 4000 -o before --label "patient 12, before" --recorded 2026-03-01 --pdf',
+    "plica compare before after",
+    "plica compare before after -o change",
+)
+PICTURES = (
+    "plica flow frame10.png frame11.png -o ab.flo",
+    "plica flow frame10.png frame11.png -o ab.flo --preset fast",
+    "plica flow frame10.png frame11.png -o ab.flo --mask tissue.png",
+)
+QUESTIONS = (
+    "plica examples",
+    "plica keys",
+    "plica keys airflow",
+    "plica keys subglottal_pressure",
+    "plica keys open_quotient",
+    "plica keys measures",
+    "plica keys stiffness",
+    "plica verify --list",
+    "plica bench list",
+)
+NOT_RUN = {
+    r"make (demo|test)": "builds the package; CI runs both",
+    r"sudo apt-get .*|mkdir .*|cd .*|cp .*|cat > CMakeLists.txt.*|cmake .*|build/mine": "the program in "
+    "C++: the consumer's section of CI builds and runs it",
+    r"export PKG_CONFIG_PATH=.*|g\+\+ .*": "the same by pkg-config; a test of the consumer builds it",
+    r"xdg-open .*|paraview .*|gimp .*": "a program with a window; the file that it opens is looked for",
+    r"make bench-peers|\.venv-peers/.*": "installs other packages",
+    r"plica bench (run|compare|page|impact|free|extremes).*": "minutes to hours; bench/test_bench.py and "
+    "bench/test_extremes.py run each at small size",
+    r"plica verify($| --subject| --json| -o).*": "half a minute each; verify/test_verify.py runs the cases",
+    r"plica identify .*|plica video larynx.avi --preset robust .*": "minutes of identification; "
+    "identify/test_command.py runs it",
+    r"plica larynx .*": "needs a frame of folds at rest; commands/test_larynx.py has one",
+    r"plica uncertainty runs/(one|one --budget 8|own .*)|plica run .* --uncertainty": "the same again with "
+    "other levels; uncertainty/test_meshes.py computes them",
+    r"plica run (full|voice).toml .*": "scenes of docs/reduction.md, such as "
+    "runs/test_reduction_full_run.py runs",
+    r"plica film .* (--from|--size) .*": "films the same run otherwise; films/test_files.py has each option",
+    r"plica video clip.avi .*": "a film of five cycles takes a minute; films/test_chain.py analyses one",
+    r"plica video (frames/|larynx.cine|larynx.mp4|larynx.avi --fps 4000 --mm-per-px) .*": "the same on other "
+    "files and settings; video/test_input.py reads each format, video/glottis/test_network.py has a "
+    "segmenter",
+    r"plica (masks analysis --frames|glottis larynx.avi -o analysis --masks|modes) .*": "need frame 120 and "
+    "many cycles; video/glottis/test_frame_segmentation.py and video/motion/test_modes.py have them",
+    r"plica flow .* --truth .*": "needs a known flow; video/motion/test_flow.py has one",
+    r"plica compare before after -o change --pdf": "as without --pdf; commands/test_compare.py has it",
+}
+"""What is not typed by these tests: a pattern of whole commands, and the reason."""
+
+PYTHON = {
+    "README.md": ("project/test_readme.py", "project/test_readme.py", "here"),
+    "docs/film.md": ("films/test_files.py",),
+    "docs/identification.md": ("identify/test_docs.py", "identify/test_docs.py"),
+    "docs/identification_filter.md": ("identify/test_docs.py",),
+    "docs/image_mesh.md": ("here",),
+    "docs/recording_files.md": (
+        "not run: needs a trained network; video/glottis/test_network.py has such files",
+    ),
+    "docs/uncertainty.md": ("here",),
+}
+"""Which tests run the Python blocks of each page."""
+
+RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *QUESTIONS)
+
+
+def _typed(command: str) -> None:
+    program, *arguments = shlex.split(command)
+    assert program == "plica"
+    assert main(arguments) == 0, command
+
+
+def test_every_command_shown_is_typed_here_or_left_out_with_a_reason() -> None:
+    shown = all_commands()
+    assert len(shown) > 80
+    assert set(RUN) <= set(shown), sorted(set(RUN) - set(shown))
+    for command in shown:
+        reasons = [pattern for pattern in NOT_RUN if re.fullmatch(pattern, command)]
+        assert (command in RUN) + bool(reasons) == 1, (command, reasons)
+    for pattern in NOT_RUN:
+        assert any(re.fullmatch(pattern, command) for command in shown), pattern
+
+
+@pytest.mark.parametrize("command", [one for one in all_commands() if one.startswith("plica ")])
+def test_every_command_shown_has_arguments_that_are_known(command: str) -> None:
+    arguments = shlex.split(command.split(" > ")[0])[1:]
+    assert callable(_parser().parse_args(arguments).command)
+
+
+def test_the_first_session_begins_with_the_commands_that_are_typed_here() -> None:
+    shown = [one for one in help_commands("plica") if one.startswith("plica ")]
+    assert tuple(shown[: len(FIRST_SESSION)]) == FIRST_SESSION
+
+
+def test_every_python_block_is_run_somewhere() -> None:
+    shown = {str(page.relative_to(ROOT)): python_blocks(str(page.relative_to(ROOT))) for page in pages()}
+    assert {page: len(blocks) for page, blocks in shown.items() if blocks} == {
+        page: len(tests) for page, tests in PYTHON.items()
+    }
+    for page, tests in PYTHON.items():
+        for test in {one for one in tests if one.endswith(".py")}:
+            assert Path(page).name in (ROOT / "tests" / "python" / test).read_text(encoding="utf-8")
+
+
+def test_python_that_fits_a_larynx_to_a_frame_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _typed("plica examples scenes")
+    exec(compile(*python_blocks("docs/image_mesh.md"), "image_mesh.md", "exec"), {})
+
+
+@pytest.mark.slow
+def test_python_that_analyses_a_recording_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _record(Path("larynx.avi"))
+    names: dict[str, Any] = {}
+    exec(compile(python_blocks("README.md")[2], "README.md", "exec"), names)
+    assert names["motion"].shape == (MOVIE.height, MOVIE.width, 2)
+
+
+@pytest.mark.parametrize("command", QUESTIONS)
+def test_a_question_has_an_answer(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    _typed(command)
+    assert len(capsys.readouterr().out) > 50
+
+
+@pytest.mark.slow
+def test_the_first_session_goes_as_it_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for command in FIRST_SESSION:
+        _typed(command)
+        if command == "plica examples scenes":
+            small = FIRST_VOICE.format(duration="0.15 s", fields_from="0.148 s")
+            (tmp_path / "scenes" / "first.toml").write_text(small)
+    for name in ("runs/first/report.html", "runs/first/fields.xdmf", "clip.avi", "clip.truth.h5"):
+        assert (tmp_path / name).is_file(), name
+
+
+@pytest.mark.slow
+def test_commands_on_a_scene_go_as_they_are_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text(FIRST_VOICE.format(duration="0.3 s", fields_from="0.3 s"))
+    for command in SCENE_SESSION:
+        _typed(command)
+    exec(compile(*python_blocks("docs/uncertainty.md"), "uncertainty.md", "exec"), {"plica": plica})
+
+
+@pytest.mark.slow
+def test_commands_on_a_recording_go_as_they_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    _record(Path("larynx.avi"))
+    for command in VIDEO_SESSION:
+        if command == "plica compare before after":
+            (tmp_path / "analysis").rename("after")
+        _typed(command)
+
+
+@pytest.mark.slow
+def test_commands_on_two_pictures_go_as_they_are_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    first, second, *_ = SyntheticGlottis(MOVIE).stack()
+    for name, picture in (("frame10", first), ("frame11", second), ("tissue", np.full_like(first, 255))):
+        Image.fromarray(_grey(picture)).save(f"{name}.png")
+    for command in PICTURES:
+        _typed(command)
+        Path("ab.flo").unlink()
+
+
+def _record(path: Path) -> None:
+    with av.open(str(path), "w") as container:
+        stream: Any = container.add_stream("rawvideo", rate=25)
+        stream.width, stream.height, stream.pix_fmt = MOVIE.width, MOVIE.height, "gray"
+        for picture in SyntheticGlottis(MOVIE).stack():
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(_grey(picture), format="gray")))
+        container.mux(stream.encode(None))
+
+
+def _grey(picture: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(np.clip(picture, 0, 255).astype(np.uint8))

@@ -1,0 +1,207 @@
+"""A scene in few coordinates: its basis, its run beside the full one, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import splu
+
+import plica
+from plica import _engine as engine
+from plica.errors import SceneError
+from plica.runs.basis import PRESSURE_VECTORS, contact_nodes
+from plica.runs.basis_file import BASIS, kept_basis
+from plica.runs.build import basis_of, build_simulation, fixed_components
+from plica.scene.mesh.build import build_mesh
+
+REACH = "10 mm"
+
+
+def reduced(scene: plica.Scene, modes: int, vectors: int) -> plica.Scene:
+    return scene.replace(
+        {"reduction": {"modes": modes, "contact_vectors": vectors, "contact_reach": REACH, "watch_every": 4}}
+    )
+
+
+def test_modes_are_those_of_a_dense_eigenproblem(bar: plica.Scene) -> None:
+    mesh = build_mesh(bar.mesh)
+    free = ~fixed_components(bar, mesh).ravel()
+    simulation = build_simulation(bar, mesh)
+    from scipy.linalg import eigh
+    from scipy.sparse import csr_array
+
+    K, M = (
+        csr_array(matrix, shape=(free.size, free.size)).toarray()[np.ix_(free, free)]
+        for matrix in (simulation.stiffness, simulation.mass)
+    )
+    expected = eigh(K, M)[0][:6]
+    shapes = basis_of(reduced(bar, 6, 0), mesh)[free]
+    squares = np.einsum("ij,ij->j", shapes, K @ shapes) / np.einsum("ij,ij->j", shapes, M @ shapes)
+    np.testing.assert_allclose(squares, expected, rtol=1e-6)
+
+
+def test_the_response_to_any_contact_force_is_in_a_basis_of_all_contact_vectors(
+    phonating: plica.Scene,
+) -> None:
+    mesh = build_mesh(phonating.mesh)
+    simulation = build_simulation(phonating, mesh)
+    sides = [np.unique(np.asarray(mesh.surfaces[name])) for name in ("airway_left", "airway_right")]
+    free = ~fixed_components(phonating, mesh).any(axis=1)
+    count = sum(int(free[side].sum()) for side in sides)
+    basis = basis_of(reduced(phonating, 0, count), mesh)
+    from scipy.sparse import csr_array
+
+    K = csr_array(simulation.stiffness, shape=(basis.shape[0],) * 2)
+    forces = (K @ basis).reshape(len(mesh.points), 3, -1)
+    forces[~free] = 0
+    inside = np.setdiff1d(np.arange(len(mesh.points)), np.concatenate(sides))
+    assert np.abs(forces[np.concatenate(sides)]).max() > 0
+    assert np.abs(forces[inside]).max() < 1e-6 * np.abs(forces).max()
+
+
+def test_more_vectors_come_nearer_to_the_full_motion(phonating: plica.Scene) -> None:
+    mesh = build_mesh(phonating.mesh)
+    full = build_simulation(phonating, mesh)
+    wave = full.advance(40)
+    assert wave["contact_rows"].max() > 0
+    errors = []
+    for modes, vectors in ((10, 0), (40, 20), (150, 60)):
+        waves = build_simulation(reduced(phonating, modes, vectors), mesh).advance(40)
+        errors.append(np.abs(waves["minimum_area"] - wave["minimum_area"]).max() / wave["minimum_area"].max())
+        energy = (waves["kinetic_energy"] + waves["elastic_energy"]).max()
+        assert np.abs(waves["energy_balance_error"]).max() < 1e-10 * energy
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 0.02
+
+
+def test_a_stopped_run_continues_in_its_own_basis(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = reduced(phonating, 20, 10)
+    whole = plica.run(scene, tmp_path / "whole", progress=False)
+    short = scene.replace({"time.duration": "1 ms"})
+    plica.run(short, tmp_path / "parts", progress=False)
+    kept = (tmp_path / "parts" / BASIS).stat().st_mtime_ns
+    parts = plica.run(scene, tmp_path / "parts", resume=True, progress=False)
+    assert (tmp_path / "parts" / BASIS).stat().st_mtime_ns == kept
+    assert set(parts.waveforms) == set(whole.waveforms)
+    for name, values in whole.waveforms.items():
+        np.testing.assert_array_equal(parts.waveforms[name], values, err_msg=name)
+    assert parts.displacement.shape == whole.displacement.shape == (11, len(whole.mesh.points), 3)
+    np.testing.assert_array_equal(parts.displacement[-1], whole.displacement[-1])
+    assert np.abs(whole.displacement[-1]).max() > 0
+
+
+def test_a_run_does_not_go_on_in_another_basis(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = reduced(phonating, 20, 10)
+    plica.run(scene.replace({"time.duration": "1 ms"}), tmp_path / "run", progress=False)
+    (tmp_path / "run" / BASIS).unlink()
+    with pytest.raises(plica.InvalidInput, match=r"basis\.h5: is missing"):
+        plica.run(scene, tmp_path / "run", resume=True, progress=False)
+
+
+def test_a_basis_of_another_mesh_is_recomputed(phonating: plica.Scene, tmp_path: Path) -> None:
+    scene = reduced(phonating, 4, 2)
+    mesh = build_mesh(scene.mesh)
+    kept = kept_basis(tmp_path, scene, mesh)
+    assert np.array_equal(kept_basis(tmp_path, scene, mesh, resumed=True), kept)
+    x = np.asarray(mesh.points)
+    other = build_mesh(scene.replace({"mesh.options.radius": 1.05 * np.hypot(x[:, 0], x[:, 1]).max()}).mesh)
+    assert not np.allclose(kept_basis(tmp_path, scene, other), kept)
+
+
+def test_a_scene_without_reduction_has_no_basis(bar: plica.Scene, tmp_path: Path) -> None:
+    plica.run(bar, tmp_path / "run", progress=False)
+    assert not (tmp_path / "run" / BASIS).exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"modes": 100_000}, "modes \\+ contact_vectors = 100010; must be <= "),
+        ({"contact_vectors": 5_000, "modes": 0}, "contact_vectors = 5000; must be <= "),
+    ],
+)
+def test_a_reduction_that_asks_for_too_much_is_refused(
+    phonating: plica.Scene, changes: dict[str, object], text: str
+) -> None:
+    given = {"modes": 10, "contact_vectors": 10, "contact_reach": REACH} | changes
+    with pytest.raises(SceneError, match=text):
+        build_simulation(phonating.replace({"reduction": given}))
+
+
+def test_a_basis_is_announced_when_it_is_made_and_not_before_it_is_refused(
+    phonating: plica.Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for modes in (100_000, 3):
+        scene = phonating.replace({"reduction": {"modes": modes, "contact_vectors": 0}})
+        mesh = build_mesh(scene.mesh)
+        if modes > 3:
+            with pytest.raises(SceneError, match="modes"):
+                kept_basis(tmp_path, scene, mesh, shown=True)
+            assert capsys.readouterr().err == ""
+        else:
+            kept_basis(tmp_path, scene, mesh, shown=True)
+            kept_basis(tmp_path, scene, mesh, shown=True)
+            assert capsys.readouterr().err == "plica: computing and storing the basis of [reduction]\n"
+
+
+def test_bodies_without_supports_are_refused(colliding: plica.Scene) -> None:
+    with pytest.raises(SceneError, match=r"reduction: .*supports"):
+        build_simulation(reduced(colliding, 10, 0))
+
+
+def test_a_reduction_left_to_its_defaults_takes_what_a_small_mesh_has(phonating: plica.Scene) -> None:
+    reach = 3e-3
+    scene = phonating.replace({"reduction": {"contact_reach": reach}})
+    mesh = build_mesh(scene.mesh)
+    fixed = fixed_components(scene, mesh)
+    first, second = (np.asarray(mesh.surfaces[name]) for name in ("airway_left", "airway_right"))
+    near = contact_nodes(np.asarray(mesh.points), (first, second), reach)[0]
+    contact = int((~fixed[near].all(axis=1)).sum())
+    assert 0 < contact < 100
+    modes = min(200, int((~fixed).sum()) - contact)
+    assert basis_of(scene, mesh).shape[1] == modes + PRESSURE_VECTORS + contact
+
+
+def held_energy(basis: np.ndarray, K: csr_array, responses: np.ndarray) -> float:
+    """Elastic energy of static responses that the span of the basis holds, twice and summed."""
+    shared = basis.T @ (K @ responses)
+    return float(np.sum(shared * np.linalg.solve(basis.T @ (K @ basis), shared)))
+
+
+def test_static_responses_are_taken_in_the_combinations_that_hold_most_elastic_energy(
+    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As much as the largest eigenvalues of F' K^-1 F, of unit forces and of the patterns of pressure."""
+    count, reach = 7, 10e-3
+    mesh = build_mesh(phonating.mesh)
+    fixed = fixed_components(phonating, mesh)
+    free, full = ~fixed.ravel(), build_simulation(phonating, mesh)
+    K = csr_array(full.stiffness, shape=2 * (len(free),))[free][:, free].tocsc()
+    sides = (np.asarray(mesh.surfaces["airway_left"]), np.asarray(mesh.surfaces["airway_right"]))
+    nodes, normals = contact_nodes(np.asarray(mesh.points), sides, reach)
+    along = np.zeros((*fixed.shape, len(nodes)))
+    along[nodes, :, np.arange(len(nodes))] = normals
+    patterns = engine.pressure_patterns(mesh, mesh.surfaces[phonating.airflow.surface], full.section_height)
+    monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", count)
+    basis = basis_of(reduced(phonating, 0, count), mesh)[free]
+    assert basis.shape[1] == 2 * count
+    for taken, all_forces in (
+        (basis[:, :count], np.asarray(patterns)),
+        (basis[:, count:], along.reshape(len(free), -1)),
+    ):
+        forces = np.ascontiguousarray(all_forces[free])
+        responses = splu(K).solve(forces)
+        energies = np.linalg.eigvalsh(forces.T @ responses)
+        assert energies[-count:].sum() > 3 * energies[:count].sum()
+        assert held_energy(taken, K, responses) == pytest.approx(energies[-count:].sum(), rel=1e-7)
+
+
+def test_as_many_responses_to_pressures_are_taken_as_it_says(
+    phonating: plica.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = build_mesh(phonating.mesh)
+    monkeypatch.setattr("plica.runs.basis.PRESSURE_VECTORS", 5)
+    assert basis_of(reduced(phonating, 3, 0), mesh).shape[1] == 3 + 5

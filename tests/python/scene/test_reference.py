@@ -1,0 +1,54 @@
+"""docs/scene.md is what the parts of a scene, the waveforms and the measures say of themselves."""
+
+from __future__ import annotations
+
+import re
+import runpy
+
+import pytest
+
+import plica
+from plica.measures.waveforms import STORED
+from plica.scene.part import OneOf, Part
+from repository import ROOT
+
+PAGE = (ROOT / "docs" / "scene.md").read_text(encoding="utf-8")
+ROWS = [
+    [cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+    for line in PAGE.splitlines()
+    if line.startswith("| `")
+]
+
+
+def test_the_scene_reference_is_current() -> None:
+    made = runpy.run_path(str(ROOT / ".ci" / "scene_reference"))["text"]()
+    assert made == PAGE, "run .venv/bin/python .ci/scene_reference docs/scene.md"
+
+
+def test_every_key_waveform_and_measure_has_a_meaning() -> None:
+    assert len(ROWS) > 150
+    for row in ROWS:
+        assert len(row[-1]) > 4, row
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        part
+        for part in (*Part.__subclasses__(), *OneOf.__subclasses__())
+        if part.__module__.startswith("plica.scene.")  # not the settings of other commands
+    ],
+    ids=lambda part: part.__name__,
+)
+def test_every_key_of_a_scene_is_in_its_reference(part: type[Part]) -> None:
+    assert set(part.model_fields) <= {row[0].strip("`") for row in ROWS}
+
+
+def test_every_waveform_of_a_run_has_a_unit_and_a_meaning(phonating: plica.Scene) -> None:
+    rough = plica.Contact(multipliers=plica.Multipliers(), friction=0.3)
+    found = plica.build_simulation(phonating.replace({"contact": rough, "airflow.rise": "1 ms"})).advance(0)
+    assert set(found) == set(STORED)
+    assert set(found) - set(plica.build_simulation(phonating).advance(0)) == {
+        "friction_loss",
+        "subglottal_pressure",
+    }
