@@ -17,6 +17,7 @@ from plica.measures.cycles import Cycles
 from plica.measures.measure import Measures
 from plica.measures.scene_text import airway_name
 from plica.measures.uncertainty import Bound, Uncertainty, read_uncertainty
+from plica.measures.waveforms import STORED
 from plica.runs import store
 from plica.runs.example_bounds import example_bounds
 from plica.runs.part import RunPart, part_of
@@ -393,10 +394,5 @@ class Run(Mapping[str, NDArray[Any]]):
 
 def _axes(name: str, values: NDArray[Any]) -> tuple[str, ...]:
     """The axes of a waveform."""
-    if values.ndim == 1:
-        return ("time",)
-    if name == "probes":
-        return ("time", "probe", "component")
-    if name.startswith("contact_force"):
-        return ("time", "component")
-    return ("time", "section", "component")[: values.ndim]
+    per = STORED[name].per
+    return ("time", *([] if per == "step" else [per]), "component")[: values.ndim]
