@@ -11,6 +11,8 @@ namespace plica {
 Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance, int most_pivots) {
   constexpr int block_exchanges = 3;
   const auto rows = static_cast<std::ptrdiff_t>(active.size());
+  require_at_least("pivot", "the active set", rows, 1);
+  require_at_least("pivot", "the most active sets to try", most_pivots, 1);
 
   Complementarity result;
   Vector p(rows), w(rows);
@@ -19,6 +21,8 @@ Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double
   std::vector<std::ptrdiff_t> infeasible;
   while (result.pivots < most_pivots) {
     solve(active, p, w);
+    require_size("pivot", "p", p.size(), rows);
+    require_size("pivot", "w", w.size(), rows);
     ++result.pivots;
     const double force_tolerance = 1e-10 * p.cwiseAbs().maxCoeff();
     infeasible.clear();

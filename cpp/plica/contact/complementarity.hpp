@@ -22,7 +22,7 @@ using ActiveSolve = std::function<void(const std::vector<char>& active, Vector& 
 /// their number does not fall for three exchanges, the last infeasible row alone does (Murty's rule, finite
 /// for positive definite problems) until it falls. `active` is the first guess. w counts as >= 0 above
 /// -gap_tolerance.
-/// Ends unconverged after most_pivots active sets.
+/// Ends unconverged after most_pivots >= 1 active sets.
 Complementarity pivot(std::vector<char> active, const ActiveSolve& solve, double gap_tolerance, int most_pivots);
 
 /// 0 <= p, 0 <= w = W p + q, p . w = 0 for a dense W (r, r) m/N and q (r) m; a solution exists where W is

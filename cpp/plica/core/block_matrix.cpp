@@ -97,14 +97,21 @@ Vector BlockMatrix::operator*(const Vector& x) const {
   return y;
 }
 
-void BlockMatrix::multiply_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x, double* y) const {
-  row_products().blocks(pattern_->row_start.data(), pattern_->column.data(), values_.data(), x, y, begin, end);
+void BlockMatrix::multiply_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& x, Vector& y) const {
+  require_range("BlockMatrix", begin, end, pattern_->rows());
+  check_product("BlockMatrix", rows(), x, y);
+  require_size("BlockMatrix", "y", y.size(), rows());
+  row_products().blocks(pattern_->row_start.data(), pattern_->column.data(), values_.data(), x.data(), y.data(),
+                        begin, end);
 }
 
-void BlockMatrix::multiply_rows_packed(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x,
-                                       double* y) const {
-  row_products().blocks_packed(pattern_->row_start.data(), pattern_->column.data(), values_.data(), x, y, begin,
-                               end);
+void BlockMatrix::multiply_rows_packed(std::ptrdiff_t begin, std::ptrdiff_t end, const std::vector<double>& x,
+                                       std::vector<double>& y) const {
+  require_range("BlockMatrix", begin, end, pattern_->rows());
+  require_size("BlockMatrix", "x", static_cast<std::ptrdiff_t>(x.size()), pack * rows());
+  require_size("BlockMatrix", "y", static_cast<std::ptrdiff_t>(y.size()), pack * rows());
+  row_products().blocks_packed(pattern_->row_start.data(), pattern_->column.data(), values_.data(), x.data(),
+                               y.data(), begin, end);
 }
 
 SparseMatrix BlockMatrix::to_sparse() const {

@@ -35,10 +35,11 @@ class BlockMatrix {
   /// y = A x; x, y (3 n), not the same vector. Threaded over rows. Floor: 76 bytes an entry.
   void multiply(const Vector& x, Vector& y) const;
   Vector operator*(const Vector& x) const;
-  /// The node rows [begin, end) of y = A x alone, unchecked, for loops that do more to those rows.
-  void multiply_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x, double* y) const;
+  /// The node rows [begin, end) of y = A x alone, for loops that do more to those rows; x, y (3 n).
+  void multiply_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& x, Vector& y) const;
   /// The same for `pack` vectors at once, x[pack * unknown + vector]; every vector takes the same arithmetic.
-  void multiply_rows_packed(std::ptrdiff_t begin, std::ptrdiff_t end, const double* x, double* y) const;
+  void multiply_rows_packed(std::ptrdiff_t begin, std::ptrdiff_t end, const std::vector<double>& x,
+                            std::vector<double>& y) const;
   static constexpr int pack = 8;
   /// Node rows that one chunk of a threaded loop takes.
   static constexpr std::ptrdiff_t chunk_rows = 256;

@@ -148,9 +148,10 @@ PLICA_LARGEST double inner_largest(const double* a, const double* b, std::ptrdif
 
 }  // namespace
 
-double inner_product(const double* a, const double* b, std::ptrdiff_t n) {
+double inner_product(const Eigen::Ref<const Vector>& a, const Vector& b) {
+  require_size("inner_product", "b", b.size(), a.size());
   static const Inner inner = takes_largest() ? inner_largest : takes_fused() ? inner_fused : inner_any;
-  return inner(a, b, n);
+  return inner(a.data(), b.data(), a.size());
 }
 
 template <typename Scalar>

@@ -64,7 +64,7 @@ class SparsePanels {
   Vector values_;                      // 16 a column
 };
 
-/// a . b of vectors of length n, in a version likewise.
-double inner_product(const double* a, const double* b, std::ptrdiff_t n);
+/// a . b of vectors of one length, in a version likewise.
+double inner_product(const Eigen::Ref<const Vector>& a, const Vector& b);
 
 }  // namespace plica

@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <string>
 
-#include "plica/core/types.hpp"
-
 namespace plica {
 
 /// Throws InvalidInput "Where: size of name = size; must be relation."
@@ -28,6 +26,11 @@ inline void require_size(const char* where, const char* name, std::ptrdiff_t siz
     refuse_size(where, name, size, std::to_string(one) + " or " + std::to_string(other));
 }
 
+/// Throws InvalidInput unless `size` is a whole number of rows of `width`.
+inline void require_rows(const char* where, const char* name, std::ptrdiff_t size, std::ptrdiff_t width) {
+  if (size % width != 0) refuse_size(where, name, size, "a multiple of " + std::to_string(width));
+}
+
 /// Throws InvalidInput where `size` is less than what is read.
 inline void require_at_least(const char* where, const char* name, std::ptrdiff_t size, std::ptrdiff_t least) {
   if (size < least) refuse_size(where, name, size, ">= " + std::to_string(least));
@@ -36,6 +39,13 @@ inline void require_at_least(const char* where, const char* name, std::ptrdiff_t
 /// Throws InvalidInput unless 0 <= index < count.
 inline void require_index(const char* where, const char* name, std::ptrdiff_t index, std::ptrdiff_t count) {
   if (index < 0 || index >= count) refuse_index(where, name, index, count);
+}
+
+/// Throws InvalidInput unless 0 <= begin <= end <= count.
+inline void require_range(const char* where, std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t count) {
+  require_index(where, "the first row", begin, count + 1);
+  if (end < begin || end > count)
+    refuse_size(where, "the rows", end - begin, "in [0, " + std::to_string(count - begin) + "]");
 }
 
 /// Throws InvalidInput naming the first of these indices that is not in [0, count). O(their number).

@@ -8,6 +8,7 @@
 
 #include "plica/core/abi.hpp"
 #include "plica/core/error.hpp"
+#include "plica/core/require.hpp"
 
 namespace plica {
 
@@ -34,8 +35,14 @@ struct NodeVector {
 std::string place_text(const Vector3& x);
 
 /// The (n, 3) view of an interleaved nodal vector (3 n), and back.
-inline Eigen::Map<const Points> as_points(const Vector& v) { return {v.data(), v.size() / 3, 3}; }
-inline Eigen::Map<Points> as_points(Vector& v) { return {v.data(), v.size() / 3, 3}; }
+inline Eigen::Map<const Points> as_points(const Vector& v) {
+  require_rows("as_points", "v", v.size(), 3);
+  return {v.data(), v.size() / 3, 3};
+}
+inline Eigen::Map<Points> as_points(Vector& v) {
+  require_rows("as_points", "v", v.size(), 3);
+  return {v.data(), v.size() / 3, 3};
+}
 inline Eigen::Map<const Vector> as_vector(const Points& p) { return {p.data(), p.size()}; }
 
 }  // namespace plica

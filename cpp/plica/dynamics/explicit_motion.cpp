@@ -144,10 +144,10 @@ void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State
   for_chunks(
       K.pattern()->rows(), BlockMatrix::chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
         const auto part = [at = 3 * begin, count = 3 * (end - begin)](auto& v) { return v.segment(at, count); };
-        K.multiply_rows(begin, end, now.displacement.data(), now.elastic_force.data());
+        K.multiply_rows(begin, end, now.displacement, now.elastic_force);
         part(now.acceleration) = part(now.load) - part(now.elastic_force);
         if (C) {
-          C->multiply_rows(begin, end, velocity.data(), now.viscous_force.data());
+          C->multiply_rows(begin, end, velocity, now.viscous_force);
           part(now.acceleration) -= part(now.viscous_force);
         }
         if (touching) part(now.acceleration) += part(now.contact_force);

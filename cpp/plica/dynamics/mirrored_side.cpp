@@ -47,7 +47,7 @@ MirroredSide::MirroredSide(const ContactPart& part, const Motion& full, const Mo
 Vector3 MirroredSide::position(std::int32_t node, const Vector& q) const {
   const std::ptrdiff_t at = 3 * static_cast<std::ptrdiff_t>(place_[static_cast<std::size_t>(node)]);
   Vector3 x = reference_.row(node);
-  for (int c = 0; c < 3; ++c) x[c] += inner_product(shapes_.col(at + c).data(), q.data(), q.size());
+  for (int c = 0; c < 3; ++c) x[c] += inner_product(shapes_.col(at + c), q);
   return x;
 }
 

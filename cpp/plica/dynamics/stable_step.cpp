@@ -46,10 +46,10 @@ Vector StableStep::product(const Vector& x, double h) const {
   for_chunks(K_.pattern()->rows(), BlockMatrix::chunk_rows,
              [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
                const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-               K_.multiply_rows(begin, end, scaled.data(), image.data());
+               K_.multiply_rows(begin, end, scaled, image);
                image.segment(at, count) *= 0.25 * h * h;
                if (C_) {
-                 C_->multiply_rows(begin, end, scaled.data(), viscous.data());
+                 C_->multiply_rows(begin, end, scaled, viscous);
                  image.segment(at, count) += h * viscous.segment(at, count);
                }
                image.segment(at, count).array() *= scale_.segment(at, count).array();

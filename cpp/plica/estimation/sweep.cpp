@@ -111,8 +111,8 @@ class Columnwise {
                  for (std::size_t j = 0; j < directions.size(); ++j)
                    for (std::size_t p = 0; p < base_.size(); ++p) {
                      const auto& [dK, dC] = directions[j];
-                     if (dK) dK->multiply_rows_packed(begin, end, base_[p].U.data(), elastic_.data());
-                     if (dC) dC->multiply_rows_packed(begin, end, base_[p].V.data(), viscous_.data());
+                     if (dK) dK->multiply_rows_packed(begin, end, base_[p].U, elastic_);
+                     if (dC) dC->multiply_rows_packed(begin, end, base_[p].V, viscous_);
                      const auto first = static_cast<std::ptrdiff_t>(p) * pack;
                      for (std::ptrdiff_t i = first; i < std::min(q_, first + pack); ++i)
                        write_source((1 + static_cast<std::ptrdiff_t>(j)) * q_ + i, 3 * begin, 3 * (end - begin),

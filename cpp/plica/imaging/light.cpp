@@ -39,19 +39,19 @@ std::vector<Block> means(const Plane& first, const Plane& second, const Spline& 
   std::vector<Block> all(static_cast<std::size_t>(down * across));
   std::vector<char> counts(all.size());
   for_chunks(down, chunk_rows(columns * side), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    std::vector<float> warped(static_cast<std::size_t>(columns)), inside(warped);
+    PlaneRow warped(columns), inside(columns);
     std::vector<double> sums(static_cast<std::size_t>(across)), sums_then(sums), number(sums);
     for (std::ptrdiff_t j = begin; j < end; ++j) {
       for (auto* sum : {&sums, &sums_then, &number}) std::fill(sum->begin(), sum->end(), 0.0);
       for (std::ptrdiff_t y = j * side; y < (j + 1) * side; ++y) {
-        spline.warp_row(y, u.data() + y * columns, v.data() + y * columns, warped.data(), inside.data());
+        spline.warp_row(y, u, v, warped, inside);
         for (std::ptrdiff_t x = 0; x < across * side; ++x) {
-          const auto at = static_cast<std::size_t>(x), block = static_cast<std::size_t>(x / side);
-          const bool counted = inside[at] > 0 && first(y, x) < top && warped[at] < top_then &&
+          const auto block = static_cast<std::size_t>(x / side);
+          const bool counted = inside[x] > 0 && first(y, x) < top && warped[x] < top_then &&
                                (used.size() == 0 || used(y, x) > counted_from);
           if (!counted) continue;
           sums[block] += static_cast<double>(first(y, x));
-          sums_then[block] += static_cast<double>(warped[at]);
+          sums_then[block] += static_cast<double>(warped[x]);
           number[block] += 1;
         }
       }

@@ -93,10 +93,9 @@ void linearise(const Plane& first, const Spline& second, const Plane& used, cons
   Plane mean_image(rows, columns + 4);  // two more on each side
   for (Plane* plane : {&result.it, &result.trust}) plane->resize(rows, columns);
   for_chunks(rows, chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    std::vector<float> warped(static_cast<std::size_t>(columns));
+    PlaneRow warped(columns);
     for (std::ptrdiff_t y = begin; y < end; ++y) {
-      second.warp_row(y, u.data() + y * columns, v.data() + y * columns, warped.data(),
-                      result.trust.data() + y * columns);
+      second.warp_row(y, u, v, warped, result.trust.row(y));
       float* const line = mean_image.data() + y * (columns + 4) + 2;
       mean(first.data() + y * columns, warped.data(), columns, line, result.it.data() + y * columns);
       continue_row(line, columns);
@@ -137,9 +136,9 @@ Plane residual(const Plane& first, const Plane& second, const Plane& u, const Pl
   const std::ptrdiff_t columns = first.cols();
   Plane result(first.rows(), columns);
   for_chunks(first.rows(), chunk_rows(columns), [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    Plane warped(1, columns), inside(1, columns);
+    PlaneRow warped(columns), inside(columns);
     for (std::ptrdiff_t y = begin; y < end; ++y) {
-      spline.warp_row(y, u.data() + y * columns, v.data() + y * columns, warped.data(), inside.data());
+      spline.warp_row(y, u, v, warped, inside);
       result.row(y) = (inside > 0).select(warped - first.row(y), nan);
     }
   });

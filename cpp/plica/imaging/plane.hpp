@@ -10,6 +10,9 @@ namespace plica::imaging {
 /// A picture, or one component of a flow: (rows, columns), row 0 on top. Values belong to pixel centres.
 using Plane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// One of its rows.
+using PlaneRow = Eigen::Array<float, 1, Eigen::Dynamic>;
+
 /// Continues n samples as c b a | a b c ... x y z | z y x: the symmetric border of every filter here.
 inline std::ptrdiff_t mirrored(std::ptrdiff_t i, std::ptrdiff_t n) {
   while (i < 0 || i >= n) i = i < 0 ? -1 - i : 2 * n - 1 - i;

@@ -97,8 +97,16 @@ Spline::Spline(const Plane& image)
   coefficients_.row(rows_ + 1) = coefficients_.row(rows_);
 }
 
-void Spline::warp_row(std::ptrdiff_t y, const float* u, const float* v, float* warped, float* inside) const {
-  warp(coefficients_.data(), rows_, columns_, y, u, v, warped, inside);
+void Spline::warp_row(std::ptrdiff_t y, const Plane& u, const Plane& v, Eigen::Ref<PlaneRow> warped,
+                      Eigen::Ref<PlaneRow> inside) const {
+  require_index("Spline", "row", y, rows_);
+  for (const Plane* plane : {&u, &v}) {
+    require_size("Spline", "rows of the flow", plane->rows(), rows_);
+    require_size("Spline", "columns of the flow", plane->cols(), columns_);
+  }
+  for (const auto* row : {&warped, &inside}) require_size("Spline", "a row", row->size(), columns_);
+  warp(coefficients_.data(), rows_, columns_, y, u.data() + y * columns_, v.data() + y * columns_, warped.data(),
+       inside.data());
 }
 
 }  // namespace plica::imaging

@@ -12,8 +12,9 @@ class Spline {
   std::ptrdiff_t columns() const { return columns_; }
 
   /// Row y of the warped picture, S(x + u, y + v), and 1 where that place lies in the picture, 0 where not
-  /// (there: the value at the nearest place that does).
-  void warp_row(std::ptrdiff_t y, const float* u, const float* v, float* warped, float* inside) const;
+  /// (there: the value at the nearest place that does); u, v as large as the picture, rows (columns).
+  void warp_row(std::ptrdiff_t y, const Plane& u, const Plane& v, Eigen::Ref<PlaneRow> warped,
+                Eigen::Ref<PlaneRow> inside) const;
 
  private:
   std::ptrdiff_t rows_, columns_;

@@ -144,7 +144,7 @@ std::vector<Convergence> CholeskySolver::solve_many(const Eigen::MatrixXd& B, Ei
         for (int v = 0; v < pack; ++v)
           if (running[v]) x[static_cast<std::size_t>(pack * i + v)] += d[static_cast<std::size_t>(pack * i + v)];
       for_chunks(nodes, BlockMatrix::chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-        A_.multiply_rows_packed(begin, end, x.data(), r.data());
+        A_.multiply_rows_packed(begin, end, x, r);
         for (std::ptrdiff_t i = 3 * begin; i < 3 * end; ++i)
           for (int v = 0; v < pack; ++v) {
             double& entry = r[static_cast<std::size_t>(pack * i + v)];

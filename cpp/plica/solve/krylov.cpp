@@ -70,6 +70,13 @@ void check_size(const char* name, std::ptrdiff_t size, std::ptrdiff_t rows) {
   }
 }
 
+void require_rows_of(const BlockMatrix& A, std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& from,
+                     const Vector& to) {
+  require_range("ConjugateGradient", begin, end, A.pattern()->rows());
+  require_size("ConjugateGradient", "what is read", from.size(), A.rows());
+  require_size("ConjugateGradient", "what is written", to.size(), A.rows());
+}
+
 void check_finite(const Convergence& state, double value, const char* name) {
   if (std::isfinite(value)) return;
   throw SolveFailed(std::string("ConjugateGradient: ") + name + " = " + number_text(value) + " in iteration " +
@@ -113,24 +120,27 @@ void ConjugateGradient::precondition(const Vector& r, Vector& z) const {
   check_size("r.size()", r.size(), A_->rows());
   z.resize(r.size());
   for_chunks(r.size() / 3, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    precondition_rows(begin, end, r.data(), z.data());
+    precondition_rows(begin, end, r, z);
   });
 }
 
-void ConjugateGradient::precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* r,
-                                          double* z) const {
-  apply_inverse(inverse_.data(), r, z, begin, end);
+void ConjugateGradient::precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& r,
+                                          Vector& z) const {
+  require_rows_of(*A_, begin, end, r, z);
+  apply_inverse(inverse_.data(), r.data(), z.data(), begin, end);
 }
 
 void ConjugateGradient::make_single() const {
   std::call_once(single_made_, [this] { single_.assign(A_->values().begin(), A_->values().end()); });
 }
 
-void ConjugateGradient::multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* p,
-                                              double* q) const {
+void ConjugateGradient::multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& p,
+                                              Vector& q) const {
+  require_rows_of(*A_, begin, end, p, q);
   make_single();
   const NodePattern& pattern = *A_->pattern();
-  row_products().blocks_single(pattern.row_start.data(), pattern.column.data(), single_.data(), p, q, begin, end);
+  row_products().blocks_single(pattern.row_start.data(), pattern.column.data(), single_.data(), p.data(), q.data(),
+                               begin, end);
 }
 
 Convergence ConjugateGradient::solve(const Vector& b, Vector& x, double tolerance) const {
@@ -150,7 +160,7 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x, double toleranc
       if (zero_start) {
         for (std::ptrdiff_t i = at; i < at + count; ++i) r[i] = b[i];
       } else {
-        A_->multiply_rows(begin, end, x.data(), r.data());
+        A_->multiply_rows(begin, end, x, r);
         for (std::ptrdiff_t i = at; i < at + count; ++i) r[i] = b[i] - r[i];
       }
       return {dot(r.data() + at, r.data() + at, count), dot(b.data() + at, b.data() + at, count)};
@@ -166,10 +176,10 @@ Convergence ConjugateGradient::solve(const Vector& b, Vector& x, double toleranc
   state.residual = std::sqrt(start.first) / b_norm;
   check_finite(state, b_norm, "|b|");
   check_finite(state, state.residual, "|b - A x| / |b|");
-  const auto rounded = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
+  const auto rounded = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& p, Vector& q) {
     multiply_rounded_rows(begin, end, p, q);
   };
-  const auto exact = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) {
+  const auto exact = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& p, Vector& q) {
     A_->multiply_rows(begin, end, p, q);
   };
   bool single = true;
@@ -207,7 +217,7 @@ double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, 
   std::vector<Sums> partial(static_cast<std::size_t>((nodes + chunk_rows - 1) / chunk_rows));
   const Sums start = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
     const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
-    precondition_rows(begin, end, r.data(), z.data());
+    precondition_rows(begin, end, r, z);
     for (std::ptrdiff_t i = at; i < at + count; ++i) p[i] = z[i], d[i] = 0.0;
     return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
   });
@@ -216,7 +226,7 @@ double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, 
   for (double rr = start.second; rr > enough && state.iterations < options_.max_iterations;) {
     ++state.iterations;
     pq = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
-           product(begin, end, p.data(), q.data());
+           product(begin, end, p, q);
            return {dot(p.data() + 3 * begin, q.data() + 3 * begin, 3 * (end - begin)), 0.0};
          }).first;
     if (!(pq > 0.0 && std::isfinite(pq))) break;
@@ -224,7 +234,7 @@ double ConjugateGradient::correct(const Product& product, Vector& r, Vector& d, 
     const Sums sums = sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end) -> Sums {
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
       add_scaled(-alpha, q.data() + at, r.data() + at, count);
-      precondition_rows(begin, end, r.data(), z.data());
+      precondition_rows(begin, end, r, z);
       return {dot(r.data() + at, z.data() + at, count), dot(r.data() + at, r.data() + at, count)};
     });
     const double beta = sums.first / rz;

@@ -45,10 +45,10 @@ class ConjugateGradient {
   const KrylovOptions& options() const { return options_; }
   /// z = (3x3 diagonal blocks)^-1 r
   void precondition(const Vector& r, Vector& z) const;
-  /// The node rows [begin, end) of that alone, and of q = A p with A rounded to single precision; unchecked, for
-  /// loops that do more to those rows.
-  void precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* r, double* z) const;
-  void multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const double* p, double* q) const;
+  /// The node rows [begin, end) of that alone, and of q = A p with A rounded to single precision, for loops that
+  /// do more to those rows; r, z, p, q (3 n).
+  void precondition_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& r, Vector& z) const;
+  void multiply_rounded_rows(std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& p, Vector& q) const;
 
  private:
   const BlockMatrix* A_;

@@ -125,7 +125,7 @@ std::vector<Convergence> ConjugateGradient::solve_many(const Eigen::MatrixXd& B,
       if (std::none_of(running.begin(), running.end(), [](bool b) { return b; })) break;
       const Sums product =
           sum_over_rows(nodes, partial, [&](std::ptrdiff_t begin, std::ptrdiff_t end, Sums& sums) {
-            A_->multiply_rows_packed(begin, end, p.data(), q.data());
+            A_->multiply_rows_packed(begin, end, p, q);
             add_dots(p.data() + 3 * pack * begin, q.data() + 3 * pack * begin, 3 * (end - begin), sums.first);
           });
       Lanes alpha{}, minus_alpha{}, beta{};

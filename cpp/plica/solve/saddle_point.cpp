@@ -67,8 +67,7 @@ struct SaddlePoint::System {
     for (std::ptrdiff_t j = 0; j < size(); ++j) {
       const std::vector<NodeVector>& push = (*this)[j].push;
       add_scaled(push, 1.0, column);
-      for (const auto& [node, vector] : push)
-        blocks.precondition_rows(node, node + 1, column.data(), image.data());
+      for (const auto& [node, vector] : push) blocks.precondition_rows(node, node + 1, column, image);
       for (std::ptrdiff_t i = 0; i < size(); ++i) compliance(i, j) = product_with((*this)[i].push, image);
       for (const auto& [node, vector] : push) {
         if (column.segment<3>(3 * node).isZero(0)) continue;  // or had before in this row
@@ -107,7 +106,7 @@ SaddlePoint::SaddlePoint(const BlockMatrix& A, KrylovOptions options)
 int SaddlePoint::correct(const System& system, const Both& right, Both& x, double target, bool rounded) const {
   const std::ptrdiff_t unknowns = A_.rows(), nodes = unknowns / 3;
   Vector r(unknowns), z(unknowns), p(unknowns), q(unknowns), p_lambda, z_lambda;
-  const auto product = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const double* in, double* out) {
+  const auto product = [&](std::ptrdiff_t begin, std::ptrdiff_t end, const Vector& in, Vector& out) {
     if (rounded)
       blocks_.multiply_rounded_rows(begin, end, in, out);
     else
@@ -130,9 +129,8 @@ int SaddlePoint::correct(const System& system, const Both& right, Both& x, doubl
   project(-right.lambda);
   x.d = z;
   x.lambda = z_lambda;
-  for_chunks(nodes, chunk_rows, [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
-    product(begin, end, x.d.data(), q.data());
-  });
+  for_chunks(nodes, chunk_rows,
+             [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) { product(begin, end, x.d, q); });
   system.add_NT(x.lambda, q);
   r = right.d - q;
   const Vector nothing = Vector::Zero(system.size());
@@ -146,7 +144,7 @@ int SaddlePoint::correct(const System& system, const Both& right, Both& x, doubl
       const std::ptrdiff_t at = 3 * begin, count = 3 * (end - begin);
       x.d.segment(at, count) += alpha * p.segment(at, count);
       r.segment(at, count) -= alpha * q.segment(at, count);
-      blocks_.precondition_rows(begin, end, r.data(), z.data());
+      blocks_.precondition_rows(begin, end, r, z);
       return dot_rows(r, z, begin, end);
     });
     x.lambda += alpha * p_lambda;
@@ -162,7 +160,7 @@ int SaddlePoint::correct(const System& system, const Both& right, Both& x, doubl
     });
     p_lambda = z_lambda + beta * p_lambda;
     const double pAp = sum_over_rows(nodes, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-      product(begin, end, p.data(), q.data());
+      product(begin, end, p, q);
       return dot_rows(p, q, begin, end);
     });
     const double curvature = pAp + system.N(p).dot(p_lambda);

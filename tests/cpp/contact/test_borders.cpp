@@ -1,11 +1,13 @@
 #include "../borders.hpp"
 #include "plica/contact/airway.hpp"
+#include "plica/contact/complementarity.hpp"
 #include "plica/contact/friction.hpp"
 #include "plica/contact/surface.hpp"
 
 using namespace plica;
 using borders::indices;
 using borders::Longer;
+using borders::numbers;
 using borders::sizes;
 
 TEST_CASE("an airway refuses nodes that are not there") {
@@ -35,6 +37,18 @@ TEST_CASE("surfaces and dense complementarity problems refuse what is of another
   sizes("solve_complementarity W", W, normal);
   sizes("solve_complementarity q", q, normal);
   sizes("solve_complementarity guess", guess, normal);
+  int most = 20;
+  numbers("solve_complementarity most_pivots", most, {0, -1},
+          [&] { solve_complementarity(W, q, guess, 1e-9, most); });
+  Vector force = Vector::Ones(3), gap = Vector::Zero(3);
+  const auto search = [&] {
+    pivot(
+        guess, [&](const std::vector<char>&, Vector& p, Vector& w) { p = force, w = gap; }, 1e-9, most);
+  };
+  sizes("pivot active", guess, search);
+  sizes("pivot solve", force, search);
+  sizes("pivot solve", gap, search);
+  numbers("pivot most_pivots", most, {0, -1}, search);
   const auto rough = [&] { solve_coulomb(W, q, 0.5, start, 1e-9, 20); };
   sizes("solve_coulomb W", W, rough);
   sizes("solve_coulomb q", q, rough);

@@ -76,9 +76,10 @@ TEST_CASE_TEMPLATE("a product has the same bits for any number of threads", Matr
 TEST_CASE("every vector of a packed product equals its own product") {
   const auto A = random_matrix<BlockMatrix>(random_pattern(60));
   constexpr int pack = BlockMatrix::pack;
-  const Vector x = random_vector(pack * A.rows());
-  Vector y = Vector::Zero(x.size());
-  A.multiply_rows_packed(0, 60, x.data(), y.data());
+  const Vector random = random_vector(pack * A.rows());
+  const std::vector<double> x(random.begin(), random.end());
+  std::vector<double> y(x.size(), 0.0);
+  A.multiply_rows_packed(0, 60, x, y);
   for (int v = 0; v < pack; ++v) {
     using Lane = Eigen::Map<const Vector, 0, Eigen::InnerStride<pack>>;
     const Vector single = Lane(x.data() + v, A.rows());

@@ -1,5 +1,8 @@
+#include <utility>
+
 #include "../borders.hpp"
 #include "plica/core/block_matrix.hpp"
+#include "plica/core/panel_matrix.hpp"
 #include "plica/core/threads.hpp"
 
 using namespace plica;
@@ -45,6 +48,37 @@ TEST_CASE("matrices refuse patterns that are none and vectors of another size") 
   sizes("NodalMatrix::operator* x", x, [&] { M* x; });
   refused("BlockMatrix::multiply y", [&] { A.multiply(x, x); });
   refused("NodalMatrix::multiply y", [&] { M.multiply(x, x); });
+}
+
+TEST_CASE("products of some rows refuse rows that are not there and vectors of another size") {
+  const BlockMatrix A(std::make_shared<NodePattern>(full_pattern()));
+  std::ptrdiff_t begin = 1, end = 2;
+  Vector x = Vector::Ones(9), y = x;
+  const auto rows = [&] { A.multiply_rows(begin, end, x, y); };
+  std::vector<double> many(9 * BlockMatrix::pack, 1.0), products = many;
+  const auto packed = [&] { A.multiply_rows_packed(begin, end, many, products); };
+  numbers<std::ptrdiff_t>("BlockMatrix::multiply_rows begin", begin, {-1, 3, 4, 1 << 30}, rows);
+  numbers<std::ptrdiff_t>("BlockMatrix::multiply_rows end", end, {-1, 0, 4, 1 << 30}, rows);
+  sizes("BlockMatrix::multiply_rows x", x, rows);
+  sizes("BlockMatrix::multiply_rows y", y, rows);
+  refused("BlockMatrix::multiply_rows y", [&] { A.multiply_rows(begin, end, x, x); });
+  numbers<std::ptrdiff_t>("BlockMatrix::multiply_rows_packed begin", begin, {-1, 3, 4, 1 << 30}, packed);
+  numbers<std::ptrdiff_t>("BlockMatrix::multiply_rows_packed end", end, {-1, 0, 4, 1 << 30}, packed);
+  sizes("BlockMatrix::multiply_rows_packed x", many, packed);
+  sizes("BlockMatrix::multiply_rows_packed y", products, packed);
+}
+
+TEST_CASE("views and inner products refuse vectors that do not fit") {
+  Vector v = Vector::Ones(6);
+  for (const std::ptrdiff_t size : {1, 2, 4, 5, 7}) {
+    v = Vector::Ones(size);
+    refused("as_points v", [&] { as_points(v); });
+    refused("as_points v", [&] { as_points(std::as_const(v)); });
+  }
+  CHECK(as_points(Vector()).rows() == 0);
+  Vector a = Vector::Ones(6), b = a;
+  sizes("inner_product a", a, [&] { inner_product(a, b); });
+  sizes("inner_product b", b, [&] { inner_product(a, b); });
 }
 
 TEST_CASE("threads and chunks are one or more") {

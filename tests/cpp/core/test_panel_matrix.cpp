@@ -25,7 +25,7 @@ TEST_CASE("a panel matrix has the products of its matrix, whatever its size") {
       CHECK((panels * both - products).norm() <= 1e-14 * (A.cwiseAbs() * both.cwiseAbs()).norm());
       for (std::ptrdiff_t i = 0; i < rows; ++i) {
         const Vector row = A.row(i);
-        CHECK(inner_product(row.data(), x.data(), columns) == doctest::Approx(expected[i]).epsilon(1e-13));
+        CHECK(inner_product(row, x) == doctest::Approx(expected[i]).epsilon(1e-13));
       }
     }
 }

@@ -89,6 +89,17 @@ TEST_CASE("a flow refuses pictures of unlike sizes and a measured motion along n
 TEST_CASE("the equations of a warp refuse planes of another size") {
   Plane first = picture(), u = still(), v = still(), used = Plane::Ones(16, 16), sides = used;
   const Spline second(picture());
+  PlaneRow warped(16), inside(16);
+  std::ptrdiff_t y = 3;
+  const auto row = [&] { second.warp_row(y, u, v, warped, inside); };
+  numbers<std::ptrdiff_t>("Spline::warp_row y", y, {-1, 16, 1 << 30}, row);
+  sizes("Spline::warp_row u", u, row);
+  sizes("Spline::warp_row v", v, row);
+  for (const std::ptrdiff_t size : {0, 15, 17}) {
+    PlaneRow other(size);
+    CHECK_THROWS_AS(second.warp_row(y, u, v, other, inside), InvalidInput);
+    CHECK_THROWS_AS(second.warp_row(y, u, v, warped, other), InvalidInput);
+  }
   Linearisation channel;
   const auto line = [&] { linearise(first, second, used, u, v, channel); };
   sizes("linearise first", first, line);

@@ -15,10 +15,10 @@ struct Warped {
   Warped(const Plane& image, float u, float v)
       : values(image.rows(), image.cols()), inside(image.rows(), image.cols()) {
     const Spline spline(image);
-    const Plane all_u = Plane::Constant(1, image.cols(), u), all_v = Plane::Constant(1, image.cols(), v);
-    for (std::ptrdiff_t y = 0; y < image.rows(); ++y) {
-      spline.warp_row(y, all_u.data(), all_v.data(), &values(y, 0), &inside(y, 0));
-    }
+    const Plane all_u = Plane::Constant(image.rows(), image.cols(), u),
+                all_v = Plane::Constant(image.rows(), image.cols(), v);
+    for (std::ptrdiff_t y = 0; y < image.rows(); ++y)
+      spline.warp_row(y, all_u, all_v, values.row(y), inside.row(y));
   }
 };
 

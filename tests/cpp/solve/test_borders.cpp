@@ -28,6 +28,20 @@ TEST_CASE("solvers refuse right-hand sides, starts and products of another size"
   sizes("ConjugateGradient::solve_many B", B, [&] { gradient.solve_many(B, X); });
   sizes("ConjugateGradient::precondition r", b, [&] { gradient.precondition(b, x); });
 
+  std::ptrdiff_t begin = 0, end = n / 3;
+  Vector r = b, z = b;
+  const auto diagonal = [&] { gradient.precondition_rows(begin, end, r, z); };
+  const auto rounded = [&] { gradient.multiply_rounded_rows(begin, end, r, z); };
+  numbers<std::ptrdiff_t>("ConjugateGradient::precondition_rows begin", begin, {-1, end + 1, 1 << 30}, diagonal);
+  numbers<std::ptrdiff_t>("ConjugateGradient::precondition_rows end", end, {-1, n / 3 + 1, 1 << 30}, diagonal);
+  sizes("ConjugateGradient::precondition_rows r", r, diagonal);
+  sizes("ConjugateGradient::precondition_rows z", z, diagonal);
+  numbers<std::ptrdiff_t>("ConjugateGradient::multiply_rounded_rows begin", begin, {-1, end + 1, 1 << 30},
+                          rounded);
+  numbers<std::ptrdiff_t>("ConjugateGradient::multiply_rounded_rows end", end, {-1, n / 3 + 1, 1 << 30}, rounded);
+  sizes("ConjugateGradient::multiply_rounded_rows p", r, rounded);
+  sizes("ConjugateGradient::multiply_rounded_rows q", z, rounded);
+
   SparseMatrix sparse = A.to_sparse();
   const Factorization factor(sparse);
   sizes("Factorization::solve b", b, [&] { factor.solve(b); });

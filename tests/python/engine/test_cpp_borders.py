@@ -2,7 +2,8 @@
 
 The public headers are those that CMakeLists.txt names; what they declare is read here. What is tested are the
 labels "function parameter" or "Class::function parameter" of the calls of tests/cpp/borders.hpp in the
-module's test_borders.cpp, which runs under sanitizers.
+module's test_borders.cpp, which runs under sanitizers. A label is believed where what it names is called
+within the refusal that it labels.
 """
 
 from __future__ import annotations
@@ -25,16 +26,12 @@ WITHOUT_SIZE = {
 ANY = "any is answered"
 CHECKED = "has been checked when it was made"
 RESIZED = "is made as large as it must be"
-UNCHECKED = "declared to be unchecked, for inner loops: pointers"
+UNCHECKED = "declared to be a pointer into the blocks, for inner loops"
 EXCEPTIONS = {
     "AffineStiffness::AffineStiffness assembler": CHECKED,
     "BlockMatrix::block entry": UNCHECKED,
-    "BlockMatrix::multiply_rows": UNCHECKED,
-    "BlockMatrix::multiply_rows_packed": UNCHECKED,
     "ConjugateGradient::ConjugateGradient A": CHECKED,
-    "ConjugateGradient::multiply_rounded_rows": UNCHECKED,
     "ConjugateGradient::precondition z": RESIZED,
-    "ConjugateGradient::precondition_rows": UNCHECKED,
     "ConjugateGradient::solve_many X": RESIZED,
     "LinearSolver::make A": CHECKED,
     "LinearSolver::solve_many X": RESIZED,
@@ -43,7 +40,6 @@ EXCEPTIONS = {
     "State::validate shape": "is what Simulation::restore and renewed ask of a state",
     "StepTaken::StepTaken": "probes are read by Simulation::displacement_of",
     "Waveform::exists_in scene": "asks what parts there are",
-    "as_points v": "a view of whole rows; what is left over is not in it",
     "as_vector p": ANY,
     "for_chunks n": ANY,
     "for_chunks work": ANY,
@@ -134,10 +130,64 @@ def parameters(header: Path) -> Iterator[str]:
             yield f"{scope}{found[1].replace('operator_times', 'operator*')} {words[-1]}"
 
 
-def labels(module: str) -> set[str]:
-    """What the module's borders are tested of, without the members of structs."""
-    text = (ROOT / "tests/cpp" / module / "test_borders.cpp").read_text()
-    return set(re.findall(r'"((?:\w+::)?[\w*]+ \w+)(?:\.\w+)*"', text))
+REFUSALS = re.compile(r"\b(?:sizes|indices|numbers(?:<[\w:]+>)?|refused)\(")  # each has its CHECK_THROWS_AS
+LABEL = re.compile(r'"((?:\w+::)?[\w*]+ \w+)(?:\.\w+)*"')
+
+
+def cases(module: str) -> Iterator[str]:
+    """The body of each test case of the module's borders."""
+    text = re.sub(r"//[^\n]*", "", (ROOT / "tests/cpp" / module / "test_borders.cpp").read_text())
+    for found in re.finditer(r'TEST_CASE\("[^"]*"\) \{', text):
+        yield text[found.end() : closing(text, found.end() - 1, "{}")]
+
+
+def calls(function: str, text: str, lambdas: dict[str, str]) -> bool:
+    """Whether a text calls "function" or "Class::function", itself or through a lambda of the case."""
+    name = function.split("::")[-1]
+    call = r"[\w)]\s?\* ?\w" if name == "operator*" else rf"\b{name}(?:<[\w:]+>)?(?:\s\w+)?[({{]"
+    known = [body for other, body in lambdas.items() if re.search(rf"\b{other}\b", text)]
+    return any(re.search(call, part) for part in (text, *known))
+
+
+def around(text: str, at: int) -> Iterator[str]:
+    """What is in the brackets around a place, the inner ones first, within the case's statement."""
+    depth = 0
+    while at > 0 and not (depth == 0 and text[at] == ";"):
+        at -= 1
+        depth += (text[at] in ")}") - (text[at] in "({")
+        if depth < 0:
+            yield text[at + 1 : closing(text, at, "()" if text[at] == "(" else "{}")]
+            depth = 0
+
+
+def labels(text: str) -> dict[str, bool]:
+    """What a case names, without the members of structs, and whether it calls that within a refusal."""
+    lambdas = {
+        made[1]: text[made.end() - 1 : closing(text, made.end() - 1, "{}")]
+        for made in re.finditer(
+            r"(?:const auto|std::function<[^;=]*>) (\w+) = \[[^\]]*\](?: ?\([^)]*\))? \{", text
+        )
+    }
+    refusals = [
+        text[made.end() - 1 : closing(text, made.end() - 1, "()") + 1] for made in REFUSALS.finditer(text)
+    ]
+    believed: dict[str, bool] = {}
+    for label in LABEL.finditer(text):
+        function = label[1].split()[0]
+        if any(label[0] in refusal for refusal in refusals):
+            held = [refusal for refusal in refusals if label[0] in refusal]
+        else:  # of a table, whose names go to a refusal one by one
+            named = any(re.match(r"\(\s*\w+,", refusal) for refusal in refusals)
+            held = list(around(text, label.start()))[:2] if named else []
+        believed[label[1]] = believed.get(label[1], False) or any(
+            calls(function, one, lambdas) for one in held
+        )
+    return believed
+
+
+def borders_of(module: str) -> set[str]:
+    """What the module's borders are tested of: what is named, and called there with what must be refused."""
+    return {label for case in cases(module) for label, believed in labels(case).items() if believed}
 
 
 REQUIRED: dict[str, set[str]] = {}
@@ -161,7 +211,7 @@ def test_headers_are_read_as_they_are_written() -> None:
 
 @pytest.mark.parametrize("module", REQUIRED)
 def test_every_parameter_with_a_size_or_an_index_has_its_border_tested(module: str) -> None:
-    missing = {name for name in REQUIRED[module] - labels(module) if not excepted(name)}
+    missing = {name for name in REQUIRED[module] - borders_of(module) if not excepted(name)}
     assert not missing, f"tests/cpp/{module}/test_borders.cpp"
 
 
@@ -169,5 +219,27 @@ def test_no_exception_is_stale() -> None:
     declared = set().union(*REQUIRED.values())
     functions = {name.split()[0] for name in declared}
     assert set(EXCEPTIONS) <= declared | functions
-    tested = set().union(*map(labels, REQUIRED))
-    assert not {name for name in tested & declared if excepted(name)}
+    found = set().union(*map(borders_of, REQUIRED))
+    assert not {name for name in found & declared if excepted(name)}
+
+
+def test_a_label_is_believed_only_of_a_call_that_is_refused() -> None:
+    wrong = "const auto call = [&] { solve(b); };\n"
+    assert labels(wrong + 'sizes("solve b", b, call);') == {"solve b": True}
+    assert labels('sizes("solve b", b, [&] { solve(b); });') == {"solve b": True}
+    assert labels('refused("Plane::Plane n", [] { Plane{-1}; });') == {"Plane::Plane n": True}
+    assert labels('sizes("Matrix::operator* x", x, [&] { A* x; });') == {"Matrix::operator* x": True}
+    assert labels(wrong + 'sizes("product b", b, call);') == {"product b": False}
+    assert labels('sizes("solve b", b, [&] { product(b); });\nsolve(b);') == {"solve b": False}
+    assert labels('const char* name = "solve b";\nsolve(b);') == {"solve b": False}
+    table = 'for (const auto& [name, call] : {{"solve b", [&] { solve(b); }}}) %s(name, b, call);'
+    assert labels(table % "sizes") == {"solve b": True}
+    assert labels(table % "printed") == {"solve b": False}
+
+
+@pytest.mark.parametrize("module", REQUIRED)
+def test_every_label_is_of_a_call_that_is_refused(module: str) -> None:
+    named = [(label, believed) for case in cases(module) for label, believed in labels(case).items()]
+    assert {label for label, _ in named} & REQUIRED[module]
+    missing = {label for label, _ in named if label in REQUIRED[module]} - borders_of(module)
+    assert not missing, f"tests/cpp/{module}/test_borders.cpp"
