@@ -173,6 +173,7 @@ void bind_waveforms(py::module_& engine) {
       .def_readonly("since_start", &Waveform::since_start)
       .def_property_readonly("per", [](const Waveform& waveform) {
         if (waveform.per == Waveform::Per::step) return "step";
+        if (waveform.per == Waveform::Per::layer) return "layer";
         return waveform.per == Waveform::Per::section ? "section" : "probe";
       });
   engine.def("waveforms", &waveforms);

@@ -1,5 +1,7 @@
 #include "dynamics_state.hpp"
 
+#include <algorithm>
+
 namespace plica::python {
 
 namespace {
@@ -64,12 +66,18 @@ FoldedTissue sign_of(const Numbers& n, const FoldedTissue&) {
 
 Numbers numbers_of(const Watched& watched) {
   const Strains& s = watched.strains;
-  return {s.strain,   s.neglected, s.largest,  static_cast<double>(s.cell),
-          s.place[0], s.place[1],  s.place[2], static_cast<double>(watched.inverted_tissue)};
+  Numbers numbers{s.strain,   s.neglected, s.largest, static_cast<double>(s.cell),
+                  s.place[0], s.place[1],  s.place[2]};
+  numbers.insert(numbers.end(), watched.inverted_by_layer.begin(), watched.inverted_by_layer.end());
+  return numbers;
 }
 Watched watched_of(const Numbers& n) {
-  return {{n.at(0), n.at(1), n.at(2), static_cast<std::int32_t>(n.at(3)), Vector3(n.at(4), n.at(5), n.at(6))},
-          static_cast<int>(n.at(7))};
+  Watched watched{
+      {n.at(0), n.at(1), n.at(2), static_cast<std::int32_t>(n.at(3)), Vector3(n.at(4), n.at(5), n.at(6))},
+      Indices(static_cast<std::ptrdiff_t>(n.size()) - 7)};
+  std::transform(n.begin() + 7, n.end(), watched.inverted_by_layer.begin(),
+                 [](double count) { return static_cast<std::int32_t>(count); });
+  return watched;
 }
 
 /// Vectors of one length as the rows of an array, and back.

@@ -206,7 +206,8 @@ initial.velocity.ligament = [0, 0, 1]
 initial.velocity.cover = [0, 0, 1]""",
         also=("free_body",),
     ),
-    "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8"),
+    "large_strain": Given(LARYNX, "without airflow\ninitial.opening_velocity = -8", also=("inverted_cells",)),
+    "inverted_cells": Given(LARYNX, "without airflow\ninitial.opening_velocity = -2"),
     "unconverged_coupling": Given(
         LARYNX, "airflow.coupling.iterated = { max_sweeps = 2, freeze_after = 1, tolerance = 1e-9 }"
     ),

@@ -43,10 +43,11 @@ struct ContactRecord {
 
 /// One step as it was.
 struct StepRecord {
-  double time = 0.0;        // s, of the new state
-  int iterations = 0;       // of the linear solver, over all solves of the step
-  int inverted_tissue = 0;  // tissue cells inside out or folded over, judged at their nodes
-  Strains strains;          // of the new state
+  double time = 0.0;          // s, of the new state
+  int iterations = 0;         // of the linear solver, over all solves of the step
+  int inverted_tissue = 0;    // tissue cells inside out or folded over, judged at their nodes
+  Indices inverted_by_layer;  // (layers) of these
+  Strains strains;            // of the new state
   std::optional<FlowRecord> flow;
   std::optional<ContactRecord> contact;
 };

@@ -135,6 +135,7 @@ State::Shape Simulation::shape_of_states() const {
     knows = [&](std::int32_t key) { return reduced_ ? reduced_->contact()->knows(key) : collision()->knows(key); };
   return {reduced_ ? reduced_->motion().size() : stiffness().rows(),
           scene_.mesh.cell_count(),
+          static_cast<std::ptrdiff_t>(scene_.mesh.layer_names.size()),
           viscosity().has_value(),
           flow_.has_value(),
           knows,
@@ -229,14 +230,15 @@ void Simulation::advance_reduced() {
   if (look) {
     const Vector displacement = motion.at_unknowns(now.displacement);
     x = scene_.mesh.points + as_points(motion_.everywhere(displacement));
-    now.watched = Watched{tissue_.strains(displacement), 0};
-    now.watched->inverted_tissue = tissue_.folded_since(x);
+    now.watched = Watched{tissue_.strains(displacement), {}};
+    now.watched->inverted_by_layer = tissue_.folded_since(x);
     if (reduced_->contact()) reduced_->contact()->require_open_beyond(x);
   } else {
     now.watched = state_.watched;
   }
   record.strains = now.watched->strains;
-  record.inverted_tissue = now.watched->inverted_tissue;
+  record.inverted_by_layer = now.watched->inverted_by_layer;
+  record.inverted_tissue = record.inverted_by_layer.sum();
   if (!look && record.inverted_tissue > 0 && !now.first_signs.folded_tissue) x = positions();
   now.first_signs.note(now.step, record, x, scene_.mesh.cells);
   std::swap(state_, next_state_);
@@ -260,7 +262,8 @@ void Simulation::keep(State now, Completed step) {
   record.iterations = step.iterations;
   record.flow = step.flow;
   record.strains = tissue_.strains(now.displacement);
-  record.inverted_tissue = tissue_.folded_since(x);
+  record.inverted_by_layer = tissue_.folded_since(x);
+  record.inverted_tissue = record.inverted_by_layer.sum();
   if (contact_) {
     const double before = contact_->collision().detection_time();
     contact_->update_pressure(now, x);

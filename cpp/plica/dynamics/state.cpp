@@ -76,6 +76,10 @@ void State::validate(const Shape& shape) const {
                               ledger.contact_work, ledger.viscous_loss, ledger.numerical_loss, ledger.initial,
                               ledger.air_supplied_energy, ledger.air_viscous_energy})
     if (!std::isfinite(energy)) throw InvalidInput("Simulation: the state's ledger must be finite.");
+  if (watched &&
+      (watched->inverted_by_layer.size() != shape.layers || (watched->inverted_by_layer.array() < 0).any()))
+    throw InvalidInput("Simulation: the state's inverted cells must be numbers >= 0 of this scene's " +
+                       std::to_string(shape.layers) + " layers.");
   first_signs.validate(step, shape.cells);
 }
 

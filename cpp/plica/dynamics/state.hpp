@@ -12,7 +12,7 @@ namespace plica {
 /// A look at the whole tissue of a reduced motion.
 struct Watched {
   Strains strains;
-  int inverted_tissue = 0;  // cells
+  Indices inverted_by_layer;  // (layers) cells
 };
 
 /// Everything the next step, or what is said of it, depends on. Nodal vectors are (3 n), in a reduced motion (r)
@@ -41,7 +41,7 @@ struct State {
   Contact contact_at_interface() const { return {interface_force, closed, closed_force}; }
   /// What the states of a scene have in common.
   struct Shape {
-    std::ptrdiff_t unknowns, cells;
+    std::ptrdiff_t unknowns, cells, layers;
     bool viscous, airflow;
     /// Whether its contact can have a constraint of this key; empty without.
     std::function<bool(std::int32_t)> knows;

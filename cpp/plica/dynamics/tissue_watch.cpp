@@ -11,12 +11,18 @@ Strains TissueWatch::strains(const Vector& displacement) {
   return strains;
 }
 
-int TissueWatch::folded_since(const Points& x) const {
-  const std::vector<std::int32_t>& suspects = gauge_.suspects();
-  if (!part_) return static_cast<int>(folded_cells(x, mesh_.cells, suspects));
-  std::vector<std::int32_t> in_whole;
-  for (const std::int32_t cell : suspects) in_whole.push_back(part_->images.cells()[cell]);
-  return part_->images.copies() * static_cast<int>(folded_cells(x, mesh_.cells, in_whole));
+Indices TissueWatch::folded_since(const Points& x) const {
+  std::vector<std::vector<std::int32_t>> suspects(
+      mesh_.layer_names.size());  // of each layer, by cells of the whole
+  for (std::int32_t cell : gauge_.suspects()) {
+    if (part_) cell = part_->images.cells()[cell];
+    suspects[static_cast<std::size_t>(mesh_.cell_layer[cell])].push_back(cell);
+  }
+  Indices folded(static_cast<std::ptrdiff_t>(suspects.size()));
+  for (std::ptrdiff_t layer = 0; layer < folded.size(); ++layer)
+    folded[layer] =
+        static_cast<std::int32_t>(folded_cells(x, mesh_.cells, suspects[static_cast<std::size_t>(layer)]));
+  return part_ ? Indices(part_->images.copies() * folded) : folded;
 }
 
 }  // namespace plica

@@ -14,8 +14,8 @@ class TissueWatch {
   Strains strains(const Vector& displacement);
   /// Cells inside out or folded over at positions x (n, 3) m of all nodes.
   std::ptrdiff_t folded(const Points& x) const { return folded_cells(x, mesh_.cells); }
-  /// The same of the displacement whose strains were last asked for, at less cost.
-  int folded_since(const Points& x) const;
+  /// (layers) The same in each layer, of the displacement whose strains were last asked for, at less cost.
+  Indices folded_since(const Points& x) const;
 
  private:
   const TetMesh& mesh_;

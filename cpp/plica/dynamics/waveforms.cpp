@@ -77,6 +77,12 @@ Waveform per_probe(Waveform waveform, const char* shown) {
   return waveform;
 }
 
+Waveform count_per_layer(Waveform waveform) {
+  waveform.per = Per::layer;
+  waveform.whole = true;
+  return waveform;
+}
+
 Points probe_displacements(const StepTaken& step) { return step.simulation().displacement_of(step.probes()); }
 
 std::vector<Waveform> make_waveforms() {
@@ -97,6 +103,9 @@ std::vector<Waveform> make_waveforms() {
       wave("inverted_tissue", "1",
            "Tissue cells inside out or folded over; with any, stresses there mean nothing.",
            &StepRecord::inverted_tissue),
+      count_per_layer(wave("inverted_by_layer", "1",
+                           "The same in each layer of the tissue, in the order of its names, (steps, layers).",
+                           &StepRecord::inverted_by_layer)),
       wave("strain_999", "1",
            "Largest principal strain's magnitude, of the small strain; 0.1 % of the tissue's volume has more.",
            [](const StepRecord& r) { return r.strains.strain; }),
@@ -252,6 +261,8 @@ Recorder::Recorder(const Simulation& simulation, const std::vector<std::string>&
     std::vector<std::ptrdiff_t> shape;
     if (waveform.per == Per::section) shape.push_back(simulation.airflow()->sections().count());
     if (waveform.per == Per::probe) shape.push_back(probes_.size());
+    if (waveform.per == Per::layer)
+      shape.push_back(static_cast<std::ptrdiff_t>(simulation.scene().mesh.layer_names.size()));
     if (waveform.components > 1) shape.push_back(waveform.components);
     columns_.push_back({waveform, std::move(shape), 0, {}});
   }

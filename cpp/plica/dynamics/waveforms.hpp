@@ -21,8 +21,8 @@ class StepTaken {
 struct Waveform {
   /// What a scene must have for it to exist.
   enum class Of { scene, airflow, rise, contact, friction };
-  /// What there is one of, or three: each step, each section of the airflow, each probe.
-  enum class Per { step, section, probe };
+  /// What there is one of, or three: each step, each section of the airflow, each probe, each layer of the tissue.
+  enum class Per { step, section, probe, layer };
 
   std::string name, unit, meaning;  // SI, "1" for a pure number; a sentence
   Of of = Of::scene;
@@ -53,7 +53,7 @@ class Recorder {
  public:
   struct Column {
     Waveform waveform;
-    std::vector<std::ptrdiff_t> shape;  // of one step: {}, {3}, {sections}, {sections, 3}, {probes, 3}
+    std::vector<std::ptrdiff_t> shape;  // of one step: {}, {3}, {sections}, {sections, 3}, {probes, 3}, {layers}
     std::ptrdiff_t steps = 0;
     std::vector<double> values;   // step after step
     std::ptrdiff_t size() const;  // numbers a step

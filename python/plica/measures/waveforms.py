@@ -27,8 +27,9 @@ class Waveform:
     source : {"run", "video"}
     shown : str
         Unit in reports, if it is not the usual one for `unit`.
-    per : {"step", "section", "probe"}
-        For runs, whether there is one value or vector per step, per section of the airway or per probe.
+    per : {"step", "section", "probe", "layer"}
+        For runs, whether there is one value or vector per step, per section of the airway, per probe or per
+        layer of the tissue.
     """
 
     name: str

@@ -374,7 +374,8 @@ class Run(Mapping[str, NDArray[Any]]):
         """The waveforms as a data set over ``time`` (and ``section`` height, ``probe``, ``component``).
 
         Empty waveforms, such as ``probes`` of a scene without probes, are left out: with them
-        ``to_dataframe`` would return a table without rows.
+        ``to_dataframe`` would return a table without rows. So are those per layer of the tissue, which would
+        multiply its rows.
         """
         import xarray
 
@@ -383,7 +384,7 @@ class Run(Mapping[str, NDArray[Any]]):
             coordinates["section"] = ("section", self.section_height, {"units": "m"})
         variables = {}
         for name, values in self.waveforms.items():
-            if name != "time" and 0 not in values.shape[1:]:
+            if name != "time" and 0 not in values.shape[1:] and STORED[name].per != "layer":
                 variables[name] = (_axes(name, values), values, {"units": self.units[name]})
                 if values.ndim > 1 and values.shape[-1] == 3 and "component" in _axes(name, values):
                     coordinates["component"] = ["x", "y", "z"]

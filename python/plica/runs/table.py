@@ -18,12 +18,12 @@ def write_waveforms(run: Run) -> None:
     """Write waveforms.csv, one row per step: time, then the others in the order of docs/scene.md, in SI.
 
     A vector has three columns, ``contact_force_first_x``, ``_y``, ``_z``; so has each probe, ``probe_1_x``.
-    Waveforms with a value per section of the airway are left out; they are in results.h5.
+    Waveforms with a value per section of the airway or per layer are left out; they are in results.h5.
     """
     rank = {name: k for k, name in enumerate(STORED)}
     columns: dict[str, NDArray[Any]] = {}
     for name in sorted(run.waveforms, key=lambda name: rank.get(name, len(rank))):
-        if name not in STORED or STORED[name].per != "section":
+        if name not in STORED or STORED[name].per not in ("section", "layer"):
             columns |= {heading(part, run.units[name]): values for part, values in _columns(name, run[name])}
     write_table(run.directory / "waveforms.csv", columns)
 

@@ -89,7 +89,7 @@ def test_a_table_of_the_waveforms_has_a_row_a_step_without_probes(
     run = plica.run(phonating, tmp_path / "run", progress=False)
     assert run["probes"].shape == (40, 0, 3)
     data = run.to_xarray()
-    assert set(data) == set(run) - {"time", "probes"}
+    assert set(data) == set(run) - {"time", "probes", "inverted_by_layer"}
     assert len(data[["flow", "kinetic_energy"]].to_dataframe()) == 40
     assert len(data.to_dataframe()) == 40 * len(run.section_height) * 3
 

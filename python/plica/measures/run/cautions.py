@@ -18,6 +18,7 @@ from plica.measures.contour import medial_surface
 from plica.measures.record import Array, Floats
 from plica.measures.run.folds import inferior_lag, rest_width, vertical_phase
 from plica.measures.run.glottal import open_area, several_summits
+from plica.measures.run.inversion import inverted_cells
 from plica.measures.run.measure import fold_length, risen
 from plica.measures.run.run_data import RunData, reached
 from plica.measures.scene_text import scene_table, scene_tables
@@ -150,17 +151,15 @@ def motion_beyond_voice(run: RunData) -> Caution | None:
 
 def large_strain(run: RunData) -> Caution | None:
     """The strain is too large for the linear tissue model: its error is more than a tenth in the cycles
-    that are measured (in the whole run if there are none), or cells are inverted at any time, as a folded
-    cell may spoil contact for ever.
+    that are measured (in the whole run if there are none).
     """
     time, waveforms = reached(run)
     neglected = np.asarray(waveforms.get("strain_neglected", np.zeros(time.size)), dtype=float)
-    folded = np.asarray(waveforms.get("inverted_tissue", np.zeros(time.size)))
     cycles = run.cycles
     part = cycles.extent(time) if cycles.count else slice(0, time.size)
     worst, k = int(neglected.argmax()), part.start + int(neglected[part].argmax())
     error, before = (float(np.sqrt(neglected[i] / 2)) for i in (k, worst))  # |E - eps| over |grad u|
-    if error <= largest_strain_error and not folded.any():
+    if error <= largest_strain_error:
         return None
     largest = 100 * float(np.max(np.asarray(waveforms.get("strain_999", np.zeros(time.size)))[part]))
     cell = int(waveforms["strain_cell"][k])
@@ -172,13 +171,6 @@ def large_strain(run: RunData) -> Caution | None:
     )
     if before > largest_strain_error and not part.start <= worst < part.stop:
         seen += f"; outside them it was {two_digits(100 * before)} %, at {1e3 * time[worst]:.3g} ms"
-    if folded.any():
-        i, count = int(folded.argmax()), int(folded.max())
-        of = f"{count} of {len(run.mesh.cells)} cells {'was' if count == 1 else 'were'} inverted"
-        seen += f"; {of} at {1e3 * time[i]:.3g} ms"
-        if cycles.count:
-            inside = int(folded[part].max())
-            seen += f", {inside if inside else 'none'} in the cycles measured"
     advice = _against_strain(waveforms, _layer(run, cell))
     return Caution("large_strain", f"{seen}.", advice)
 
@@ -425,6 +417,7 @@ CHECKS: tuple[Callable[[RunData], Caution | None], ...] = (
     flow_beyond_voice,
     motion_beyond_voice,
     large_strain,
+    inverted_cells,
     unconverged_coupling,
     unconverged_contact,
     sliding_surfaces,
