@@ -1,11 +1,12 @@
 # make demo   a vocal-fold collision from one command, with its report
-# make test   all tests
+# make test   the fast half of the tests: exact properties, rates, second algorithms, every command once
+# make check  all tests; begins with make test
 # Each sets up what is missing (Debian packages, a virtual environment, the build) and is quick when
 # repeated. Variables: PYTHON (3.11 or later), DEMO_SCENE, DEMO_DIR, PYTEST_ARGS.
 PYTHON ?= python3
 DEMO_SCENE ?= examples/normal_phonation.toml
 DEMO_DIR ?= runs/demo
-PYTEST_ARGS ?= --numprocesses auto
+PYTEST_ARGS ?= --numprocesses auto --dist loadfile
 
 BUILD := build/release
 VENV := .venv
@@ -16,7 +17,7 @@ LAUNCHER = $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAU
 ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
-.PHONY: help build demo test test-cpp test-python stub bench-peers format clean FORCE
+.PHONY: help build demo test test-cpp test-python check test-slow stub bench-peers format clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -62,8 +63,16 @@ test-cpp: build
 	@cmake --build $(BUILD) --target plica_tests
 	@ctest --test-dir $(BUILD) --output-on-failure --parallel $$(nproc)
 
+# A file's tests run in one process, so that what they share is computed once.
 test-python: build
-	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m "not slow"
+
+# In this order also with make --jobs.
+check: test
+	@$(MAKE) --no-print-directory test-slow
+
+test-slow: build
+	@$(BIN)/python -m pytest $(PYTEST_ARGS) -m slow
 
 # ---- What developers type --------------------------------------------------------------------
 stub: build

@@ -84,7 +84,6 @@ def test_the_interval_of_a_known_change_holds_it(two: tuple[Path, Path]) -> None
     assert found["cycles_found"].withheld == "of the recording, not of the voice"
 
 
-@pytest.mark.slow
 def test_the_command_leaves_a_page_and_tables(
     two: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

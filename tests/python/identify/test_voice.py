@@ -80,6 +80,7 @@ def test_a_voice_is_a_scene_with_airflow_or_a_larynx_of_unknown_pressures() -> N
     assert fed_back(Settings(voiced=True), block)
 
 
+@pytest.mark.slow
 def test_who_says_that_a_block_is_voiced_gets_no_interval(tmp_path: Path) -> None:
     file = flow_file(tmp_path / "flow.h5")
     found = {

@@ -65,6 +65,7 @@ def test_a_voice_continues_where_it_was_stopped_at_the_same_state(voice: Path) -
     assert again.measures == first.measures
 
 
+@pytest.mark.slow
 def test_a_voice_that_continues_has_a_state_and_levels_of_its_own(voice: Path, tmp_path: Path) -> None:
     longer = tmp_path / "run"
     shutil.copytree(voice, longer)

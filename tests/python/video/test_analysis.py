@@ -25,7 +25,6 @@ from plica.video.report import page as report
 from plica.video.settings import Settings
 
 
-@pytest.mark.slow
 def test_the_command_leaves_measures_tables_and_a_report(done: Path) -> None:
     found = load(done)
     assert found.measures["fundamental_frequency"].value == pytest.approx(0.0813 * 4000, abs=2)
@@ -180,7 +179,6 @@ def test_a_frame_that_shows_nothing_is_flagged_and_spoils_nothing(
     assert found.modes.share[0] > 0.8
 
 
-@pytest.mark.slow
 def test_where_the_search_fails_a_mask_can_be_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

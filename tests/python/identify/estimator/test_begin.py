@@ -161,6 +161,7 @@ def test_what_is_left_of_the_information_does_not_depend_on_units() -> None:
         np.testing.assert_allclose(scaled / unit, found, rtol=0, atol=1e-12 * np.abs(found).max())
 
 
+@pytest.mark.slow
 def test_tissue_of_a_recording_begun_in_mid_vibration_is_found() -> None:
     """As if at rest at its first frame it would be far off."""
     late, frames, before = 60, 110, 20

@@ -127,6 +127,7 @@ def test_a_third_start_is_made_where_two_were_begun() -> None:
     assert {at.start for at in seen if at.share < 1} == {3}
 
 
+@pytest.mark.slow
 def test_what_stands_on_a_learned_error_is_no_start_and_continues_where_it_was() -> None:
     likelihood, seen = MarginalLikelihood(one_number(0.5)), list[Iteration]()
     found = estimate_from_flow(likelihood, None, Scoring(), seen.append)[0]

@@ -176,6 +176,7 @@ def flow_with_gains(rng: np.random.Generator, frames: int, sd: float) -> tuple[A
     return model, flow + np.einsum("pcd,tpd->tpc", sd * rng.normal(size=(12, 2, 2)), flow), truth
 
 
+@pytest.mark.slow
 def test_gains_of_points_belie_the_plain_estimate_and_not_the_learned_one() -> None:
     plain, careful = [], []
     for seed in range(4):
@@ -193,6 +194,7 @@ def test_gains_of_points_belie_the_plain_estimate_and_not_the_learned_one() -> N
     assert np.mean(np.square(careful)) < 3  # of 12 numbers, 1 expected; 3 once in 10^4
 
 
+@pytest.mark.slow
 def test_independent_errors_are_left_as_they_are() -> None:
     model, flow, _ = flow_with_gains(np.random.default_rng(8), 40, 0.0)
     likelihood = MarginalLikelihood(model.seeing(flow))
