@@ -12,7 +12,7 @@ from benchmarks.thesis.judging import Value, rises
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
 from benchmarks.thesis.wording import number, verdict_text
-from plica.report.plot import blue, grey, red
+from plica.report.drawing import blue, grey, red
 
 
 @dataclass(frozen=True)

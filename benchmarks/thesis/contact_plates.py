@@ -10,7 +10,7 @@ from benchmarks.thesis.judging import Value, rises
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
 from benchmarks.thesis.wording import number, verdict_text
-from plica.report.plot import blue, green, grey, purple, red
+from plica.report.drawing import blue, green, grey, purple, red
 
 PUBLISHED_STRESS = (0.54, 1.17, 1.21)  # kPa, Table IV
 AROUND = 0.5e-3  # s shown before and after a collision

@@ -24,8 +24,7 @@ from benchmarks.record import record
 from benchmarks.thesis import cylinders
 from plica import _engine as engine
 from plica.bench.body import SCHEMES
-from plica.report.drawing import style
-from plica.report.plot import blue, green, grey, red
+from plica.report.drawing import blue, green, grey, red, style
 
 ACROSS = (4, 8, 16)  # elements
 STEPS = (40e-6, 20e-6, 10e-6)  # s

@@ -9,7 +9,7 @@ from benchmarks.thesis import cylinders
 from benchmarks.thesis.cylinders import MIDDLES, Impact
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Shelf
-from plica.report.plot import blue, green, grey, red
+from plica.report.drawing import blue, green, grey, red
 
 AVERAGED = 0.3e-3  # s; the flat faces bounce at first
 

@@ -12,7 +12,7 @@ from benchmarks.thesis.judging import Value, rises
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
 from benchmarks.thesis.wording import number
-from plica.report.plot import blue, green, grey, red
+from plica.report.drawing import blue, green, grey, red
 
 MARKS = {
     "weighted": ("o", "LM"),

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from benchmarks.thesis.plate import Plate
 from benchmarks.thesis.reading import Record, Shelf
 from benchmarks.thesis.wording import number
-from plica.report.plot import blue, green, grey, red, rim, tissue
+from plica.report.drawing import blue, green, grey, red, rim, tissue
 
 TRANSIENT, SHOWN = 0.02, 0.04  # s: what the thesis omits, and as far as it shows
 LOWEST, EXIT, HIGHEST = -0.451, -0.039, 0.031  # cm: S8, S26 and S36

@@ -13,8 +13,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from plica.bench.pareto import front
 from plica.bench.record import Record, Row
-from plica.report.drawing import draw
-from plica.report.plot import Drawing, blue, green, grey, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, purple, red
 
 __all__ = ["paint", "picture"]
 

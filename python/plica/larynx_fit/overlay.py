@@ -7,8 +7,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from plica.larynx_fit.fit import LarynxFit
-from plica.report.drawing import draw, label_ends
-from plica.report.plot import Drawing, blue, green, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, label_ends, purple, red
 
 __all__ = ["overlay"]
 

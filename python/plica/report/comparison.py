@@ -11,8 +11,8 @@ import numpy as np
 
 from plica._engine import build_info
 from plica.measures.comparison import METHOD, Change
+from plica.report.drawing import Drawing
 from plica.report.page import pdf_of, render
-from plica.report.plot import Drawing
 from plica.report.wording import Row, number, numbered, row, typeset
 from plica.storage.files import write_text
 from plica.storage.json_file import write_json

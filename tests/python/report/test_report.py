@@ -17,7 +17,6 @@ from plica.measures.run.cautions import cautions
 from plica.measures.run.measure import measure
 from plica.measures.scale import Scale
 from plica.report.drawing import draw
-from plica.report.plot import Panel
 from plica.report.progress import figures_shown
 from plica.report.run import write_report
 from plica.report.run.cycle import (
@@ -150,9 +149,9 @@ def test_the_page_holds_every_measure_the_scene_and_the_versions(page: str) -> N
 
 def shaded(run: AnalyticRun) -> list[tuple[float, float]]:
     """Beginning and end (ms) of what the figure of the glottal area shades."""
-    panel = Panel(0, 0, 1, 1)
-    shade(panel, closed_times(read(run), 5))
-    return [(begin, end) for begin, end, _, _ in panel.bands]
+    axes = Figure().subplots()
+    shade(axes, closed_times(read(run), 5))
+    return [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
 
 
 def test_what_is_shaded_is_closed_and_the_rest_is_the_open_quotient() -> None:

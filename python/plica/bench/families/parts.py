@@ -123,7 +123,6 @@ _ROOMS = ("plica.video", "plica.identify", "plica.larynx_fit", "plica.report", "
 UNNEEDED: Mapping[str, tuple[str, ...]] = {
     "plica": (*_HEAVY, *_ROOMS),
     "plica.commands.main": (*_HEAVY, *(room for room in _ROOMS if room != "plica.report")),
-    "plica.report.run": ("scipy", "matplotlib", "meshio", "pint", "xarray", "PIL", "plica.video"),
     "plica.video": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.identify", "plica.bench"),
     "plica.identify": ("matplotlib", "meshio", "pandas", "xarray", "cv2", "plica.bench", "plica.verify"),
 }

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from plica.identify.estimator.posterior import Posterior
 from plica.identify.estimator.wording import CLOSE_TO_PRIOR, weakest
 from plica.identify.results import Identification, Picture
-from plica.report.drawing import draw, ink, label_ends, over_time
-from plica.report.plot import Drawing, blue, green, grey, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, ink, label_ends, over_time, purple, red
 
 __all__ = ["sections"]
 

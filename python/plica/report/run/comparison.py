@@ -14,7 +14,7 @@ from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measure, Measures
 from plica.measures.run.run_data import MeasuredRun
 from plica.report.comparison import Sheet
-from plica.report.plot import Drawing
+from plica.report.drawing import Drawing
 from plica.report.run.page import sections
 from plica.report.run.reading import read
 from plica.report.wording import row

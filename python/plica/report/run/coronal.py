@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 
-from plica.report.plot import Drawing, Plot, air, blue, grey, over_time, red, rim, tissue, viridis
+from plica.report.drawing import Drawing, air, blue, draw, grey, over_time, red, rim, tissue
 from plica.report.run.reading import Reading
 
 
@@ -19,22 +21,22 @@ def kymogram(reading: Reading) -> Drawing:
     right, left = np.maximum(right, middle), np.minimum(left, middle)
     reach = 1.35 * float(max(np.abs(right).max(), np.abs(left).max(), 1e-3))
 
-    plot = Plot("Kymogram of the mid-plane", (9.2, 2.9))
-    (panel,) = plot.column(1)
-    ends, there_and_back = time[[0, -1]], np.concatenate((time, time[::-1]))
-    panel.area(np.repeat(ends, 2), reach * np.array([-1, 1, 1, -1]), tissue)
-    panel.area(there_and_back, np.concatenate((left, right[::-1])), air)
-    panel.line(time, right, rim, 0.6)
-    panel.line(time, left, rim, 0.6)
-    panel.y_range = -reach, reach
-    over_time((panel, "x (mm), left < 0 < right"))
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.fill_between(time, left, right, color=air, lw=0)
+        axes.fill_between(time, right, reach, color=tissue, lw=0)
+        axes.fill_between(time, -reach, left, color=tissue, lw=0)
+        axes.plot(time, right, color=rim, lw=0.6)
+        axes.plot(time, left, color=rim, lw=0.6)
+        axes.set_ylim(-reach, reach)
+        over_time((axes, "x (mm), left < 0 < right"))
 
     caption = (
         "As in videokymography: the mid-coronal line from above, each edge its most medial point. "
         "Dark: airway."
     )
     alt = "Kymogram: left and right fold edge over time, tissue in colour, the open glottis dark."
-    return plot.drawing(caption, alt)
+    return draw("Kymogram of the mid-plane", caption, alt, (9.2, 2.9), paint)
 
 
 def trajectories(reading: Reading) -> Drawing:
@@ -47,23 +49,25 @@ def trajectories(reading: Reading) -> Drawing:
     right, left = reading.coronal
     sides = ((1e3 * left, blue), (1e3 * right, red))
 
-    plot = Plot("Trajectories in the coronal plane", (5.2, 4.6))
-    (panel,) = plot.column(1)
-    panel.with_equal_scales((-reach, reach), (1e3 * low - 0.1, 1e3 * high + 0.1))
-    for points, colour in sides:
-        for i in np.flatnonzero(shown):
-            panel.line(points[part, i, 0], points[part, i, 1], colour, 1.1)
-        start = points[0, shown]
-        panel.line(start[:, 0], start[:, 1], grey, 0.7, dash="3 1.5")
-        panel.squares(start[:, 0], start[:, 1], grey, 2.5)
-    panel.x_label, panel.y_label = "from the midline (mm), left < 0 < right", "z (mm)"
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        for points, colour in sides:
+            paths = [points[part, i] for i in np.flatnonzero(shown)]
+            axes.add_collection(LineCollection(paths, colors=colour, linewidths=1.1))
+            start = points[0, shown]
+            axes.plot(start[:, 0], start[:, 1], "o--", color=grey, ms=3, lw=0.7)
+        axes.set_aspect("equal")
+        axes.set_ylim(1e3 * low - 0.1, 1e3 * high + 0.1)
+        axes.set_xlim(-reach, reach)
+        axes.set_xlabel("from the midline (mm), left < 0 < right")
+        axes.set_ylabel("z (mm)")
 
     caption = (
         "Paths of the interface in the mid-coronal plane, last two cycles. Blue: left fold, red: right fold. "
         "Grey: first step."
     )
     alt = "Closed paths of points of both folds in the coronal plane."
-    return plot.drawing(caption, alt)
+    return draw("Trajectories in the coronal plane", caption, alt, (5.2, 4.6), paint)
 
 
 def pressure_map(reading: Reading) -> Drawing:
@@ -75,23 +79,24 @@ def pressure_map(reading: Reading) -> Drawing:
     pressure = 1e-3 * reading.wave("section_pressure")[part]
     stride = max(time.size // 600, 1)
 
-    plot = Plot("Pressure in the glottis", (9.2, 2.9))
-    (panel,) = plot.column(1, right=66.0)
-    levels = np.linspace(low, high, 180)
-    picture = np.array([np.interp(levels, height, values) for values in pressure[::stride]]).T
-    largest = max(float(picture.max()), 1e-3)
-    panel.picture(viridis(picture / largest), (float(time[0]), float(time[-1])), (1e3 * low, 1e3 * high))
-    if reading.has("separation"):
-        index = np.asarray(reading.waveforms["separation"])[part]
-        valid = (index >= 0) & (index < height.size)
-        edge = np.where(valid, 1e3 * height[np.clip(index, 0, height.size - 1)], np.nan)
-        panel.steps(time, edge, "white")
-    panel.x_range, panel.y_range = (float(time[0]), float(time[-1])), (1e3 * low, 1e3 * high)
-    over_time((panel, "z (mm)"))
-    plot.colour_bar(panel, largest, "pressure (kPa)")
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        levels = np.linspace(low, high, 180)
+        picture = np.array([np.interp(levels, height, values) for values in pressure[::stride]]).T
+        extent = (float(time[0]), float(time[-1]), 1e3 * low, 1e3 * high)
+        image = axes.imshow(picture, origin="lower", extent=extent, aspect="auto", cmap="viridis")
+        if reading.has("separation"):
+            index = np.asarray(reading.waveforms["separation"])[part]
+            valid = (index >= 0) & (index < height.size)
+            edge = np.where(valid, 1e3 * height[np.clip(index, 0, height.size - 1)], np.nan)
+            axes.plot(time, edge, color="white", lw=1, drawstyle="steps-mid")
+        axes.set_ylim(1e3 * low, 1e3 * high)
+        axes.set_xlim(time[0], time[-1])
+        over_time((axes, "z (mm)"))
+        figure.colorbar(image, ax=axes, label="pressure (kPa)", pad=0.01)
 
     caption = (
         "Pressure of the air on the folds. White: where the jet separates; above it the pressure is zero."
     )
     alt = "Map of air pressure over height and time with the separation height as a white line."
-    return plot.drawing(caption, alt)
+    return draw("Pressure in the glottis", caption, alt, (9.2, 2.9), paint)

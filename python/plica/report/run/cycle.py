@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 
 from plica.measures.record import Array, Floats
-from plica.report.plot import Drawing, Panel, Plot, air, rim, tissue, viridis
+from plica.report.drawing import Drawing, air, draw, grey, rim, tissue
 from plica.report.run.reading import Reading
 
 phases = 8
@@ -72,21 +77,24 @@ def coronal_cycle(reading: Reading) -> Drawing:
     instants = phase_instants(reading)
     steps = np.clip(np.searchsorted(reading.time, instants), 0, reading.time.size - 1)
     largest = 1e-3 * max(float(np.nanmax(reading.wave("section_pressure"))), 1.0)
-    plot = Plot("Coronal section", (11.0, 2.3))
-    row = plot.row(phases, right=66.0)
-    row[0].y_label = "z (mm)"
-    for i, panel in enumerate(row):
-        _coronal(panel, reading, int(steps[i]), largest)
-        _name_sides(panel)
-        panel.title = f"{_phase(reading, i)}{1e3 * reading.time[steps[i]]:.2f} ms"
-    plot.colour_bar(row[-1], largest, "air pressure (kPa)")
+    scale = Normalize(0.0, largest)
+
+    def paint(figure: Figure) -> None:
+        row = figure.subplots(1, phases)
+        for i, axes in enumerate(row):
+            _coronal(axes, reading, int(steps[i]), scale)
+            _name_sides(axes)
+            _frame(axes, first=i == 0, name="z (mm)")
+            axes.set_title(f"{_phase(reading, i)}{1e3 * reading.time[steps[i]]:.2f} ms")
+        bar = figure.colorbar(ScalarMappable(scale, "viridis"), ax=row, pad=0.01, aspect=12, shrink=0.8)
+        bar.set_label("air pressure (kPa)")
 
     caption = (
         "Mid-coronal section at eight instants, the patient's left fold (L) at the left, the right (R) at "
         "the right; the airway is coloured by the pressure of the air."
     )
     alt = "Eight coronal sections of both folds through one cycle, with the air pressure between them."
-    return plot.drawing(caption, alt)
+    return draw("Coronal section", caption, alt, (11.0, 2.3), paint)
 
 
 def superior_cycle(reading: Reading) -> Drawing | None:
@@ -100,14 +108,13 @@ def superior_cycle(reading: Reading) -> Drawing | None:
     outlines = [Outline.of(reading, frame) for frame in frames]
     reach = max(1.5 * max(outline.widest for outline in outlines), 0.1 * outlines[0].length)
 
-    plot = Plot("From above", (11.0, min(1.0 + 1.25 * 0.5 * outlines[0].length / reach, 4.5)))
-    row = plot.row(phases)
-    row[0].y_label = "y (mm)" if reading.midline()[1] > 0 else "-y (mm)"
-    for i, panel in enumerate(row):
-        _superior(panel, outlines[i], reach)
-        _name_sides(panel)
-        _name_ends(panel)
-        panel.title = f"{_phase(reading, i)}{1e3 * times[i]:.2f} ms"
+    def paint(figure: Figure) -> None:
+        for i, axes in enumerate(figure.subplots(1, phases)):
+            _superior(axes, outlines[i], reach)
+            _name_sides(axes)
+            _name_ends(axes)
+            _frame(axes, first=i == 0, name="y (mm)" if reading.midline()[1] > 0 else "-y (mm)")
+            axes.set_title(f"{_phase(reading, i)}{1e3 * times[i]:.2f} ms")
 
     caption = (
         "The glottis seen from above: front (anterior) at the top, back (posterior) at the bottom, the "
@@ -118,7 +125,8 @@ def superior_cycle(reading: Reading) -> Drawing | None:
         "Eight outlines of the glottis from above through one cycle, front above, the left fold to the left; "
         "contact marked in red."
     )
-    return plot.drawing(caption, alt)
+    height = min(1.0 + 1.25 * 0.5 * outlines[0].length / reach, 4.5)
+    return draw("From above", caption, alt, (11.0, height), paint)
 
 
 @dataclass(frozen=True)
@@ -165,40 +173,53 @@ def _phase(reading: Reading, i: int) -> str:
     return f"{i}/{phases} T\n" if reading.cycles.count else ""
 
 
-def _coronal(panel: Panel, reading: Reading, step: int, largest: float) -> None:
+def _coronal(axes: Axes, reading: Reading, step: int, scale: Normalize) -> None:
     right, left = (1e3 * points[step] for points in reading.coronal)
     pressure = 1e-3 * reading.wave("section_pressure")[step]
     low, high = (1e3 * z for z in reading.height_range())
     reach = 0.42 * (high - low)
-    panel.with_equal_scales((-reach, reach), (low, high))
     quads = np.stack((left[:-1], right[:-1], right[1:], left[1:]), axis=1)
-    for corners, colour in zip(quads, viridis(0.5 * (pressure[:-1] + pressure[1:]) / largest), strict=True):
-        panel.area(corners[:, 0], corners[:, 1], f"#{bytes(colour).hex()}", seam=0.4)
+    bands = PolyCollection(
+        list(quads), array=0.5 * (pressure[:-1] + pressure[1:]), cmap="viridis", norm=scale, lw=0.4, ec="face"
+    )
+    axes.add_collection(bands)
     far = 2 * float(max(np.abs(right).max(), np.abs(left).max(), reach))
     for points, edge in ((right, far), (left, -far)):
         outline = np.concatenate((points, [[edge, points[-1, 1]], [edge, points[0, 1]]]))
-        panel.area(outline[:, 0], outline[:, 1], tissue)
-        panel.line(points[:, 0], points[:, 1], rim, 0.7)
+        axes.fill(outline[:, 0], outline[:, 1], color=tissue, lw=0)
+        axes.plot(points[:, 0], points[:, 1], color=rim, lw=0.7)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(low, high)
 
 
-def _superior(panel: Panel, outline: Outline, reach: float) -> None:
-    low, high = float(outline.y[0]), float(outline.y[-1])
-    panel.with_equal_scales((-reach, reach), (low, high))
-    panel.area(reach * np.array([-1, 1, 1, -1]), np.array([low, low, high, high]), tissue)
-    edges = np.concatenate((outline.left, outline.right[::-1]))
-    panel.area(edges, np.concatenate((outline.y, outline.y[::-1])), air)
-    panel.line(outline.right, outline.y, rim, 0.6)
-    panel.line(outline.left, outline.y, rim, 0.6)
-    panel.squares(outline.touching[:, 0], outline.touching[:, 1], contact, 2.4)
+def _superior(axes: Axes, outline: Outline, reach: float) -> None:
+    axes.set_facecolor(tissue)
+    axes.fill_betweenx(outline.y, outline.left, outline.right, color=air, lw=0)
+    axes.plot(outline.right, outline.y, color=rim, lw=0.6)
+    axes.plot(outline.left, outline.y, color=rim, lw=0.6)
+    axes.plot(outline.touching[:, 0], outline.touching[:, 1], "s", color=contact, ms=2.4, mew=0)
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(outline.y[0], outline.y[-1])
 
 
-def _name_sides(panel: Panel) -> None:
+def _name_sides(axes: Axes) -> None:
     """Names the left and the right fold, on the tissue beside the glottis."""
-    panel.name(0.03, 0.5, "L", "start", 8, rim)
-    panel.name(0.97, 0.5, "R", "end", 8, rim)
+    for x, name, side in ((0.03, "L", "left"), (0.97, "R", "right")):
+        axes.text(x, 0.5, name, transform=axes.transAxes, ha=side, va="center", color=rim, fontsize=8)
 
 
-def _name_ends(panel: Panel) -> None:
+def _name_ends(axes: Axes) -> None:
     """Names what is in front and at the back of the larynx, seen from above."""
-    panel.name(0.03, 0.95, "front", "start", 7, rim)
-    panel.name(0.03, 0.05, "back", "start", 7, rim)
+    for y, name, side in ((0.985, "front", "top"), (0.015, "back", "bottom")):
+        axes.text(0.03, y, name, transform=axes.transAxes, ha="left", va=side, color=rim, fontsize=7)
+
+
+def _frame(axes: Axes, *, first: bool, name: str) -> None:
+    axes.set_aspect("equal")
+    for spine in axes.spines.values():
+        spine.set_visible(True)
+        spine.set_color(grey)
+    if first:
+        axes.set_ylabel(name)
+    else:
+        axes.set_yticklabels([])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from plica.measures.record import time_step
 from plica.measures.run.free import most_mobile
 from plica.measures.waveforms import STORED
-from plica.report.plot import Drawing, Plot, blue, green, grey, over_time, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, purple, red
 from plica.report.run.reading import Reading
 from plica.report.wording import axis
 
@@ -28,27 +29,25 @@ def energy_balance(reading: Reading) -> Drawing:
     largest = float(np.max(kinetic + elastic))
     error = factor * np.abs(reading.wave("energy_balance_error")) / (largest or 1.0)
 
-    plot = Plot("Energy balance", (9.2, 5.6))
-    top, middle, bottom = plot.column(3)
-    energies = (("kinetic", kinetic, blue), ("elastic", elastic, red), ("total", kinetic + elastic, grey))
-    for name, values, colour in energies:
-        top.line(time, values, colour, 0.9)
-        top.legend.append((name, colour))
-    for name, key, colour in terms:
-        middle.line(time, factor * reading.wave(key), colour)
-        middle.legend.append((name, colour))
-    shown = error > 0
-    if shown.any():
-        bottom.line(time[shown], error[shown], grey, 0.9)
-        bottom.log = True
-        bottom.y_range = (max(float(error[shown].min()), 1e-6 * float(error.max())), 2 * float(error.max()))
-    for panel in (top, middle, bottom):
-        panel.x_range = float(time[0]), float(time[-1])
-    over_time((top, energy), (middle, since), (bottom, "balance error (–)"))
+    def paint(figure: Figure) -> None:
+        top, middle, bottom = figure.subplots(3, 1, sharex=True)
+        energies = (("kinetic", kinetic, blue), ("elastic", elastic, red), ("total", kinetic + elastic, grey))
+        for _, values, colour in energies:
+            line(top, time, values, color=colour, lw=0.9)
+        label_ends(top, [(name, colour) for name, _, colour in energies])
+        for _, key, colour in terms:
+            line(middle, time, factor * reading.wave(key), color=colour)
+        label_ends(middle, [(name, colour) for name, _, colour in terms])
+        shown = error > 0
+        if shown.any():
+            line(bottom, time[shown], error[shown], color=grey, lw=0.9)
+            bottom.set_yscale("log")
+            bottom.set_ylim(bottom=max(float(error[shown].min()), 1e-6 * float(error.max())))
+        over_time((top, energy), (middle, since), (bottom, "balance error (–)"))
 
     caption = "Each term from its own formula. Balance error: what does not balance, over the largest energy."
     alt = "Three panels over time: energies, cumulative works and losses, error of their balance."
-    return plot.drawing(caption, alt)
+    return draw("Energy balance", caption, alt, (9.2, 5.6), paint)
 
 
 def probe_motion(reading: Reading) -> Drawing:
@@ -58,15 +57,15 @@ def probe_motion(reading: Reading) -> Drawing:
     others = [p for p in range(min(probes.shape[1], 6)) if p != probe]
     factor, displacement = axis(f"displacement in {'xyz'[component]}", STORED["probes"])
 
-    plot = Plot("Probes", (9.2, 2.8))
-    (panel,) = plot.column(1)
-    for other in others:
-        panel.line(1e3 * reading.time, factor * probes[:, other, component], grey, 0.8)
-    panel.line(1e3 * reading.time, factor * probes[:, probe, component], blue)
-    over_time((panel, displacement))
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        for other in others:
+            line(axes, 1e3 * reading.time, factor * probes[:, other, component], color=grey, lw=0.8)
+        line(axes, 1e3 * reading.time, factor * probes[:, probe, component], color=blue)
+        over_time((axes, displacement))
 
     caption = f"Blue: probe {probe}, which moves most." + (" Grey: other probes." if others else "")
-    return plot.drawing(caption, "Displacement of the probes over time.")
+    return draw("Probes", caption, "Displacement of the probes over time.", (9.2, 2.8), paint)
 
 
 def probe_spectrum(reading: Reading) -> Drawing:
@@ -84,16 +83,17 @@ def probe_spectrum(reading: Reading) -> Drawing:
     if strong.size:
         top = min(top, max(1.3 * float(frequency[strong[-1]]), 10 * float(frequency[1])))
 
-    plot = Plot("Spectrum", (9.2, 2.6))
-    (panel,) = plot.column(1)
-    shown = (frequency <= top) & (amplitude > 0)
-    if shown.any():
-        panel.line(frequency[shown], amplitude[shown], blue)
-        panel.log = True
-    panel.x_range = 0.0, top
-    panel.x_label, panel.y_label = "frequency (Hz)", label
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        shown = (frequency <= top) & (amplitude > 0)
+        if shown.any():
+            line(axes, frequency[shown], amplitude[shown], color=blue)
+            axes.set_yscale("log")
+        axes.set_xlim(0, top)
+        axes.set_xlabel("frequency (Hz)")
+        axes.set_ylabel(label)
 
     caption = (
         f"Amplitude spectrum of probe {probe}, component {'xyz'[component]}, Hann window over the whole run."
     )
-    return plot.drawing(caption, "Amplitude spectrum of the displacement of a probe.")
+    return draw("Spectrum", caption, "Amplitude spectrum of the displacement of a probe.", (9.2, 2.6), paint)

@@ -8,8 +8,8 @@ from pathlib import Path
 from plica.measures.caution import Caution
 from plica.measures.run.run_data import MeasuredRun
 from plica.measures.uncertainty import Uncertainty
+from plica.report.drawing import Drawing
 from plica.report.page import render
-from plica.report.plot import Drawing
 from plica.report.run.coronal import kymogram, pressure_map, trajectories
 from plica.report.run.cycle import coronal_cycle, superior_cycle
 from plica.report.run.energy import energy_balance, probe_motion, probe_spectrum

@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
 from plica.measures.catalogue import closed_share, pressure_window
 from plica.measures.quotients import closed_intervals
 from plica.measures.record import time_step
 from plica.measures.run.contact import moving_average
 from plica.measures.run.glottal import open_area
 from plica.measures.waveforms import STORED
-from plica.report.plot import Drawing, Panel, Plot, blue, green, grey, over_time, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, over_time, red
 from plica.report.run.reading import Reading
 from plica.report.wording import axis, row
 
@@ -30,9 +34,10 @@ def closed_times(reading: Reading, count: int) -> list[tuple[float, float]]:
     ]
 
 
-def shade(panel: Panel, times: Sequence[tuple[float, float]]) -> None:
-    """Shade these times (s) over the height of the panel."""
-    panel.bands += [(1e3 * begin, 1e3 * end, grey, 0.18) for begin, end in times]
+def shade(axes: Axes, times: Sequence[tuple[float, float]]) -> None:
+    """Shade these times (s) over the height of the axes."""
+    for begin, end in times:
+        axes.axvspan(1e3 * begin, 1e3 * end, color=grey, alpha=0.18, lw=0)
 
 
 def glottal_waveforms(reading: Reading) -> Drawing:
@@ -43,15 +48,16 @@ def glottal_waveforms(reading: Reading) -> Drawing:
     of_flow, flow = axis("flow", STORED["flow"])
     closed = closed_times(reading, _CYCLES)
 
-    plot = Plot("Glottal area and flow, last cycles", (9.2, 4.0))
-    top, bottom = plot.column(2)
-    top.line(time, of_area * open_area(reading.waveforms)[part], blue)
-    bottom.line(time, of_flow * reading.wave("flow")[part], red)
-    over_time((top, area), (bottom, flow))
-    for panel in (top, bottom):
-        shade(panel, closed)
-    if closed:
-        top.legend.append((f"closed: {closed_is}", grey))
+    def paint(figure: Figure) -> None:
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        top.plot(time, of_area * open_area(reading.waveforms)[part], color=blue)
+        bottom.plot(time, of_flow * reading.wave("flow")[part], color=red)
+        over_time((top, area), (bottom, flow))
+        for axes in (top, bottom):
+            shade(axes, closed)
+        if closed:
+            named = [Patch(color=grey, alpha=0.18, lw=0, label=f"closed: {closed_is}")]
+            top.legend(handles=named, loc="lower left", bbox_to_anchor=(0, 1.0), borderaxespad=0.2)
 
     caption = "The smallest section area and the flow through it."
     quotient = reading.measures.get("open_quotient")
@@ -63,24 +69,24 @@ def glottal_waveforms(reading: Reading) -> Drawing:
     elif reading.cycles.count:
         caption += f" In these cycles the glottis does not close (to an {closed_is})."
     alt = "Two curves over time: glottal area and flow."
-    return plot.drawing(caption, alt)
+    return draw("Glottal area and flow, last cycles", caption, alt, (9.2, 4.0), paint)
 
 
 def whole_run(reading: Reading) -> Drawing:
     """Glottal area from the first to the last step, with the steady part marked."""
     factor, area = axis("glottal area", STORED["minimum_area"])
 
-    plot = Plot("Whole run", (9.2, 2.3))
-    (panel,) = plot.column(1)
-    panel.line(1e3 * reading.time, factor * open_area(reading.waveforms), blue, 0.9)
-    over_time((panel, area))
-    if reading.cycles.count:
-        begin, end = (1e3 * float(t) for t in reading.cycles.starts[[0, -1]])
-        panel.bands.append((begin, end, green, 0.13))
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        line(axes, 1e3 * reading.time, factor * open_area(reading.waveforms), color=blue, lw=0.9)
+        over_time((axes, area))
+        if reading.cycles.count:
+            ends = 1e3 * reading.cycles.starts[[0, -1]]
+            axes.axvspan(*ends, color=green, alpha=0.13, lw=0)
 
     used = f" Green: the {reading.cycles.count} cycles that the measures use." if reading.cycles.count else ""
     caption = "Glottal area over the whole run." + used
-    return plot.drawing(caption, "Glottal area over the whole run.")
+    return draw("Whole run", caption, "Glottal area over the whole run.", (9.2, 2.3), paint)
 
 
 def contact_forces(reading: Reading) -> Drawing:
@@ -102,19 +108,20 @@ def contact_forces(reading: Reading) -> Drawing:
         else "The pressure of a single step grows"
     )
 
-    plot = Plot("Contact", (9.2, 4.2))
-    top, bottom = plot.column(2)
-    top.line(time, left, blue)
-    top.line(time, right, red)
-    top.legend += [("left fold", blue), ("right fold", red)]
-    bottom.line(time, pressure[part], grey, 0.9)
-    bottom.line(time, moving_average(pressure, count)[part], green)
-    bottom.legend += [("single step", grey), (f"mean over {1e3 * count * step:.2g} ms", green)]
-    over_time((top, force), (bottom, highest))
+    def paint(figure: Figure) -> None:
+        top, bottom = figure.subplots(2, 1, sharex=True)
+        top.plot(time, left, color=blue)
+        top.plot(time, right, color=red)
+        label_ends(top, (("left fold", blue), ("right fold", red)))
+        bottom.plot(time, pressure[part], color=grey, lw=0.9)
+        bottom.plot(time, moving_average(pressure, count)[part], color=green)
+        averaged = f"mean over {1e3 * count * step:.2g} ms"
+        label_ends(bottom, (("single step", grey), (averaged, green)))
+        over_time((top, force), (bottom, highest))
 
     caption = (
         "Total contact force on each fold, positive to the patient's right, and the largest nodal contact "
         f"pressure. {without_limit} as the step falls and has no limit; impulse and duration do not grow."
     )
     alt = "Contact force on the left and right fold over time, and the peak contact pressure below it."
-    return plot.drawing(caption, alt)
+    return draw("Contact", caption, alt, (9.2, 4.2), paint)

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from plica.measures.scale import SI, shown_unit
-from plica.report.drawing import draw
-from plica.report.plot import Drawing, blue, grey, red
+from plica.report.drawing import Drawing, blue, draw, grey, red
 from plica.video.analysis import Analysis
 from plica.video.report.comparison import Comparison
 from plica.video.report.pictures import cycle_poses, kymograms, mean_cycle, paint_pose, row_height

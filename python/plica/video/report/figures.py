@@ -13,8 +13,7 @@ from matplotlib.figure import Figure
 from plica.measures.catalogue import closed_share
 from plica.measures.scale import shown_unit
 from plica.measures.waveforms import RECORDED
-from plica.report.drawing import draw, label_ends, line
-from plica.report.plot import Drawing, blue, green, grey, purple, red
+from plica.report.drawing import Drawing, blue, draw, green, grey, label_ends, line, purple, red
 from plica.report.wording import axis
 from plica.video.analysis import Analysis
 from plica.video.measures.waveforms import wide_share

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plica.measures.scale import shown_unit
-from plica.report.drawing import draw
-from plica.report.plot import Drawing
+from plica.report.drawing import Drawing, draw
 from plica.video.analysis import Analysis
 from plica.video.glottis.midline import pixels
 from plica.video.motion.mucosal_wave import Fundamental, gauge
