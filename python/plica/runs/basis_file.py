@@ -5,25 +5,25 @@ The newest basis from a full run is stored beside that run too, for the next voi
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
-import shutil
 import sys
 import time
-from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine
-from plica.errors import Damaged, InvalidInput
+from plica.errors import Damaged, InvalidInput, StorageFailed
 from plica.runs.build import basis_of
 from plica.runs.full_run import motion_digest
 from plica.scene.scene import Scene
-from plica.storage.files import replaced, storage_errors
+from plica.storage.files import storage_errors
 from plica.storage.hdf5 import put, put_text, write_image
 from plica.storage.stored import Stored
 
@@ -67,14 +67,14 @@ def kept_basis(
     full_run = None if scene.reduction is None else scene.reduction.full_run
     shared = None if full_run is None else full_run / BASIS
     found = None if shared is None else _whole(shared, digest, motion)
-    if shared is None or found is None:
+    seconds = 0.0
+    if found is None:
         begin = time.perf_counter()
         found = basis_of(scene, mesh, _print_notice if shown else None)
-        _write(directory / BASIS, found, digest, motion, time.perf_counter() - begin)
-        if shared is not None and os.access(shared.parent, os.W_OK):  # else that run only serves to be read
-            _copy(directory / BASIS, shared)
-    else:
-        _copy(shared, directory / BASIS)
+        seconds = time.perf_counter() - begin
+        if shared is not None:
+            _share(shared, found, digest, motion)
+    _write(directory / BASIS, found, digest, motion, seconds)
     return found
 
 
@@ -86,8 +86,14 @@ def _whole(path: Path, digest: str, motion: str) -> NDArray[np.float64] | None:
         return None
 
 
-def _copy(path: Path, other: Path) -> None:
-    replaced(other, partial(shutil.copyfile, path))
+def _share(path: Path, basis: NDArray[np.float64], digest: str, motion: str) -> None:
+    """Store the basis for other voices where the full run lies, if that can be written.
+
+    Several voices may do so at once: each has a draft of its own, and the last one stays.
+    """
+    with contextlib.suppress(StorageFailed, OSError), TemporaryDirectory(dir=path.parent) as drafts:
+        _write(Path(drafts) / path.name, basis, digest, motion, 0.0)
+        os.replace(Path(drafts) / path.name, path)
 
 
 def _print_notice() -> None:
@@ -119,6 +125,7 @@ def _write(path: Path, basis: NDArray[np.float64], digest: str, motion: str, sec
     def fill(file: Any) -> None:
         put_text(file, "scene", digest)
         put_text(file, "motion", motion)
+        put_text(file, "plica_version", _version())
         put(file, "seconds", seconds, "s")
         put(file, "basis", basis, "m")
 
@@ -132,11 +139,18 @@ def _digest(scene: Scene, mesh: _engine.TetMesh) -> str:
         table, _, name = key.rpartition(".")
         (said.get(table, {}) if table else said).pop(name, None)
     found = hashlib.sha256(json.dumps(said, sort_keys=True).encode())
-    named = {**mesh.surfaces, **mesh.node_sets}
-    numbers = (mesh.points, mesh.cells, mesh.cell_layer, mesh.cell_side)
-    for part in (*numbers, *(named[name] for name in sorted(named))):
-        found.update(np.ascontiguousarray(part).tobytes())
+    numbers = {"points": mesh.points, "cells": mesh.cells, "layers": mesh.cell_layer, "sides": mesh.cell_side}
+    for kind, named in (("mesh", numbers), ("surface", mesh.surfaces), ("node set", mesh.node_sets)):
+        for name, part in sorted(named.items()):
+            array = np.ascontiguousarray(part)
+            found.update(json.dumps([kind, name, array.dtype.str, array.shape]).encode() + array.tobytes())
+    found.update(json.dumps(list(mesh.layer_names)).encode())
     return found.hexdigest()
+
+
+def _version() -> str:
+    """Of plica: another one may compute another basis of the same scene."""
+    return str(_engine.build_info()["version"])
 
 
 def _motion(scene: Scene) -> str:
@@ -150,7 +164,9 @@ def _read(path: Path, digest: str, motion: str | None) -> NDArray[np.float64] | 
     if not path.exists():
         return None
     with Stored(path, hint="Start the scene in another directory") as file:
-        if file.text("scene") != digest or motion not in (None, file.text("motion")):
+        if file.text("scene") != digest:
+            return None
+        if motion is not None and (motion, _version()) != (file.text("motion"), file.text("plica_version")):
             return None
         basis: NDArray[np.float64] = file.read("basis")
         return basis

@@ -21,6 +21,10 @@ __all__ = ["SLOTS", "Checkpoint", "newest", "other", "whole", "write"]
 SLOTS = ("checkpoint-a.h5", "checkpoint-b.h5")
 
 
+class _EarlierVersion(InvalidInput):
+    """A checkpoint that had an array a data set."""
+
+
 @dataclass(frozen=True)
 class Checkpoint:
     """Everything that the next step depends on.
@@ -50,7 +54,6 @@ def other(slot: str | None) -> str:
 
 def write(directory: Path, checkpoint: Checkpoint, slot: str) -> None:
     """Write into a slot, in the place of what it holds."""
-
     arrays = {name: np.asarray(array) for name, array in checkpoint.state.items()}
     described = {
         "scene": checkpoint.scene,
@@ -68,13 +71,18 @@ def write(directory: Path, checkpoint: Checkpoint, slot: str) -> None:
 
 
 def whole(directory: Path) -> tuple[dict[str, Checkpoint], list[str]]:
-    """The checkpoints that are whole, by slot, the newest first; and the slots of those that are damaged."""
+    """The checkpoints that are whole, by slot, the newest first; and the slots of those that are damaged.
+
+    Raises InvalidInput for one of an earlier version.
+    """
     found, damaged = dict[str, Checkpoint](), list[str]()
     for slot in SLOTS:
         if not (directory / slot).exists():
             continue
         try:
             found[slot] = _read(directory / slot)
+        except _EarlierVersion:
+            raise
         except InvalidInput:
             damaged.append(slot)
     return dict(sorted(found.items(), key=lambda item: -item[1].steps)), damaged
@@ -94,6 +102,11 @@ def newest(directory: Path) -> Checkpoint | None:
 
 def _read(path: Path) -> Checkpoint:
     with Stored(path) as file:
+        if "scene" in file:
+            raise _EarlierVersion(
+                f"{path}: is the checkpoint of an earlier version of plica; must be of this one. Run the "
+                "scene again in another directory."
+            )
         steps, described, numbers = int(file.read("steps")), file.text("description"), file.read("state")
     try:
         found = json.loads(described)

@@ -236,7 +236,7 @@ class _Runner:
         self.chunk = 1
         self.seconds = 0.0
         self.shown = False
-        self.new = False
+        self.new = self.alone = False  # whether there were no results before, and no scene
 
     def run(self, *, shown: bool, tell: Callable[[Caution], None] | None = None) -> None:
         self.shown = shown
@@ -256,7 +256,7 @@ class _Runner:
                     progress.update(self.done)
             except SolveFailed as error:
                 if self.new and self.done == 0:
-                    self._remove(("results.h5", "scene.toml"))
+                    self._remove(("results.h5", *["scene.toml"] * self.alone))
                     raise
                 self._stopped(results, store.FAILED, str(error))
                 raise SolveFailed(
@@ -279,6 +279,7 @@ class _Runner:
             return self._reopen(path)
         start, self.new = time.monotonic(), True
         self._remove(checkpoint.SLOTS)  # of a deleted run
+        self.alone = not (self.directory / "scene.toml").exists()
         replaced(self.directory / "scene.toml", self.scene.save)
         results = ResultFile.create(path, self.scene, self.simulation, self.mesh)
         self.seconds = time.monotonic() - start

@@ -24,7 +24,9 @@ from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
+from plica.errors import InvalidInput
 from plica.storage.files import replaced
 
 __all__ = [
@@ -55,7 +57,8 @@ def write_image(path: Path, fill: Callable[[h5py.File], None]) -> None:
     Python, not in HDF5."""
 
     def write(draft: Path) -> None:
-        with h5py.File("image", "w", libver=_BOUNDS, driver="core", backing_store=False) as file:
+        name = f"image of {path}"  # of its own, so that threads may write several at once
+        with h5py.File(name, "w", libver=_BOUNDS, driver="core", backing_store=False) as file:
             fill(file)
             file.flush()
             image = bytes(file.id.get_file_image())
@@ -172,10 +175,19 @@ class RowWriter:
 
     def __init__(self, data: h5py.Dataset) -> None:
         self.dtype: np.dtype[Any] = data.dtype
-        self._data, self._row, self._place = data.id, data.shape[1:], data.id.get_space()
+        self._name, self._data = data.name, data.id
+        self._row, self._place = data.shape[1:], data.id.get_space()
 
-    def write(self, start: int, rows: Any) -> None:
-        """Write contiguous rows of the data set's type; the caller keeps their checksum."""
+    def write(self, start: int, rows: NDArray[Any]) -> None:
+        """Write contiguous rows of the data set's type; the caller keeps their checksum.
+
+        Raises InvalidInput for rows of another shape or type, past whose end it would read.
+        """
+        if rows.shape[1:] != self._row or rows.dtype != self.dtype:
+            raise InvalidInput(
+                f"{self._name}: rows = {rows.shape[1:]} of {rows.dtype}; must be {self._row} of "
+                f"{self.dtype}. Is the file of another version of plica?"
+            )
         count = (len(rows), *self._row)
         self._place.select_hyperslab((start, *(0 for _ in self._row)), count)
         self._data.write(_space(count), self._place, rows)

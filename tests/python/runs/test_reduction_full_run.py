@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 import plica
 from plica.errors import SceneError
 from plica.runs import store
 from plica.runs.basis import PRESSURE_VECTORS
-from plica.runs.basis_file import kept_basis
+from plica.runs.basis_file import BASIS, kept_basis
 from plica.runs.build import basis_of, build_simulation
 from plica.runs.full_run import motion_digest
 from plica.scene.mesh.build import build_mesh
+from plica.scene.mesh.changed import changed_mesh
 from stored_files import rewrite_row, rewrite_text, set_status
 
 REACH = "10 mm"
@@ -119,6 +122,41 @@ def test_the_basis_of_one_voice_is_read_for_another_of_the_same_tissue(
     for changes in ({"tissue.cover.E": 500.0}, {"reduction.components": 9}):
         with pytest.raises(pytest.fail.Exception, match="computed"):
             kept_basis(tmp_path / "third", scene.replace(changes), mesh)
+
+
+def test_voices_that_begin_at_once_share_a_basis(full_run: plica.Run, tmp_path: Path) -> None:
+    scene = taken_from(full_run, 10)
+    mesh = build_mesh(scene.mesh)
+    expected = basis_of(scene, mesh)
+
+    def kept(name: str) -> NDArray[np.float64]:
+        (tmp_path / name).mkdir()
+        (full_run.directory / BASIS).unlink(missing_ok=True)  # as if no other had begun yet
+        return kept_basis(tmp_path / name, scene, mesh)
+
+    with ThreadPoolExecutor(8) as pool:
+        for found in pool.map(kept, map(str, range(24))):
+            assert np.array_equal(found, expected)
+    assert [path.name for path in full_run.directory.glob("*basis*")] == [BASIS]
+    assert not list(full_run.directory.glob("tmp*"))
+
+
+def test_a_basis_of_other_names_or_another_version_is_not_taken(
+    full_run: plica.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = taken_from(full_run, 10)
+    mesh = build_mesh(scene.mesh)
+    kept_basis(tmp_path, scene, mesh)
+    monkeypatch.setattr("plica.runs.basis_file.basis_of", lambda *_: pytest.fail("computed"))
+    kept_basis(tmp_path, scene, mesh)
+    names = list(mesh.layer_names)
+    other = changed_mesh(mesh, layer_names=[names[1], names[0], *names[2:]])
+    with pytest.raises(pytest.fail.Exception, match="computed"):
+        kept_basis(tmp_path, scene, other)
+    monkeypatch.setattr("plica.runs.basis_file._version", lambda: "0.0.1")
+    kept_basis(tmp_path, scene, mesh, resumed=True)  # of the run itself, whatever wrote it
+    with pytest.raises(pytest.fail.Exception, match="computed"):
+        kept_basis(tmp_path, scene, mesh)
 
 
 def test_another_full_run_of_the_same_times_is_another_motion(full_run: plica.Run, tmp_path: Path) -> None:

@@ -18,10 +18,13 @@ import numpy as np
 import pytest
 
 import plica
+import stored_files
 from interrupted_runs import StopsAfter, assert_identical, kill_after, longer, start, steps_stored
 from plica import _engine
 from plica.commands.main import main
 from plica.runs import checkpoint
+from plica.storage.hdf5 import put_text
+from plica.storage.stored import Stored
 
 
 def test_an_occupied_directory_is_left_alone(bar: plica.Scene, tmp_path: Path) -> None:
@@ -92,6 +95,14 @@ def forget_digest(directory: Path) -> None:
     checkpoint.write(directory, other, checkpoint.SLOTS[0])
 
 
+def forget_description(directory: Path) -> None:
+    """As if an older version had written the checkpoints, an array a data set."""
+    for slot in directory.glob("checkpoint-*.h5"):
+        stored_files.forget(slot, "description", "state")
+        with Stored(slot, "r+") as file:
+            put_text(file.file, "scene", "0" * 64)
+
+
 @pytest.mark.parametrize(
     ("forget", "name"),
     [
@@ -99,8 +110,9 @@ def forget_digest(directory: Path) -> None:
         (forget_first_frame, "frame at t = 0"),
         (forget_state, "depth"),
         (forget_digest, "checkpoint of this scene"),
+        (forget_description, "checkpoint of an earlier"),
     ],
-    ids=["waveform", "frame", "state", "digest"],
+    ids=["waveform", "frame", "state", "digest", "description"],
 )
 def test_a_run_of_an_older_version_is_not_continued_and_left_alone(
     bar: plica.Scene,

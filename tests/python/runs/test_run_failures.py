@@ -170,3 +170,14 @@ def test_a_failure_leads_to_what_is_implausible_in_the_scene_before_the_step(
     assert (tmp_path / "run").exists() == there
     caution = r"airflow\.subglottal_pressure = \S+ Pa\. .* 200 Pa to 4 kPa\."
     assert re.search(rf"Step \d+ .* First check the scene: {caution}$", last)
+
+
+def test_a_scene_that_was_in_the_directory_outlives_a_first_step_that_fails(
+    phonating: plica.Scene, tmp_path: Path
+) -> None:
+    scene = phonating.replace({"airflow.subglottal_pressure": "1e9 Pa"})
+    scene.save(tmp_path / "scene.toml")
+    with pytest.raises(plica.SolveFailed, match=r"Step 1 "):
+        plica.run(scene, tmp_path, progress=False, resume=True)
+    assert plica.Scene.load(tmp_path / "scene.toml") == scene
+    assert not (tmp_path / "results.h5").exists()
