@@ -52,6 +52,6 @@ def write_rows(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
 
 
 def _cells(values: NDArray[Any]) -> list[object]:
-    if values.dtype.kind != "f" or not np.isnan(values).any():
+    if values.dtype.kind == "f" and not np.isnan(values).any():
         return list(values.tolist())
     return ["" if value != value else value for value in values.tolist()]
