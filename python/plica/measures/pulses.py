@@ -67,7 +67,8 @@ def rises(time: Floats, signal: Floats, below: float, level: float, above: float
 
 def summits(signal: Floats, height: float) -> int:
     """Number of maxima from which the signal falls by `height` or more on both sides before it is higher
-    again, or ends; those of prominence `height` (in the unit of the signal; none if it is 0).
+    again, or ends; those of prominence `height` (in the unit of the signal; none if it is 0), of several
+    equally high ones with less between them one.
     """
     count, rising, low, high = 0, False, np.inf, -np.inf
     for value in signal.tolist():

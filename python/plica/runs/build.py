@@ -17,10 +17,10 @@ from plica.scene.held import fixed_components
 from plica.scene.initial import initial_fields
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.parts import MeshFile
+from plica.scene.mesh.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.part import OneOf, Part
 from plica.scene.parts import Airflow, Contact
 from plica.scene.scene import Scene
-from plica.scene.surface_fault import airway_fault, contact_fault, selecting
 from plica.scene.symmetry import symmetry_planes
 from plica.scene.tissue import Tissue
 

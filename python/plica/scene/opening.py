@@ -13,7 +13,7 @@ from plica.measures.catalogue import medial_angle
 from plica.measures.contour import medial_surface, rest_contour
 from plica.scene.held import MeshArrays
 from plica.scene.mesh.parts import Larynx
-from plica.scene.surface_fault import airway_fault
+from plica.scene.mesh.surface_fault import airway_fault
 
 __all__ = ["Glottis", "opening_pattern"]
 

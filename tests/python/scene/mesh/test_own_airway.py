@@ -11,7 +11,7 @@ import pytest
 
 import plica
 from plica import _engine
-from plica.scene.surface_fault import airway_fault, contact_fault
+from plica.scene.mesh.surface_fault import airway_fault, contact_fault
 
 LEFT, RIGHT, WALL = 11, 12, 13
 

@@ -1,6 +1,6 @@
 """Why surfaces of a mesh cannot be the walls of the airway or the two sides of a contact.
 
-Only asked once something refused them: what is found explains that, and refuses nothing itself.
+What is found explains why; whoever asks refuses.
 """
 
 from __future__ import annotations
@@ -95,10 +95,8 @@ def contact_fault(mesh: MeshData, names: Sequence[str], direction: Sequence[floa
         if normal @ (means[other] - means[k]) <= _ROUND_OFF * np.linalg.norm(means[other] - means[k]):
             return (
                 f"{where}: its mean normal {_text(normal)} does not point from its centre {_text(means[k])} "
-                f"m to "
-                f'that of "{names[other]}", {_text(means[other])} m; must, as the surfaces must face each '
-                f"other. "
-                f"{select}"
+                f'm to that of "{names[other]}", {_text(means[other])} m; must, as the surfaces must face '
+                f"each other. {select}"
             )
     if direction is not None:
         facing = areas[0].sum(axis=0) / sizes[0].sum() - areas[1].sum(axis=0) / sizes[1].sum()
