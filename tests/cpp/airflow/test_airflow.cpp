@@ -8,6 +8,7 @@
 #include <string>
 
 #include "plica/airflow/airflow.hpp"
+#include "plica/airflow/load_patterns.hpp"
 #include "plica/core/error.hpp"
 #include "plica/mesh/face.hpp"
 #include "plica/mesh/larynx.hpp"
@@ -116,6 +117,49 @@ TEST_CASE("a straight slit has its whole area where it is cut, and pi / 4 of it 
   for (const double area : cut.areas(mesh.points)) CHECK(area == doctest::Approx(width * length).epsilon(1e-7));
   for (const double area : elliptic.areas(mesh.points))
     CHECK(area == doctest::Approx(std::acos(-1.0) / 4 * width * length).epsilon(1e-12));
+}
+
+TEST_CASE(
+    "the viscous flow of a slit is that of its anteroposterior length, 14 mm, however its area is measured") {
+  const double length = 14e-3;
+  const TetMesh mesh = slit(1e-3, length, 5e-3);
+  Airflow::Options options;
+  options.model = ViscousSlit{};
+  for (const bool cut : {true, false}) {
+    CAPTURE(cut);
+    if (cut)
+      options.area = CutSections{5};
+    else
+      options.area = EllipticSections{};
+    const Airflow airflow(mesh, mesh.surface("airway"), options);
+    const Vector& height = airflow.sections().height;
+    const Vector areas = Vector::Constant(height.size(), 5e-5 * length),
+                 lengths = Vector::Constant(height.size(), length);
+    const double expected = viscous_slit_flow(ViscousSlit{}, airflow.air(0), {height, lengths}, areas).flow;
+    CHECK(airflow.evaluate(areas).flow == doctest::Approx(expected).epsilon(1e-9));
+    const Vector half = 0.5 * lengths;  // which is seen: friction goes with the cube of the mean gap
+    CHECK(viscous_slit_flow(ViscousSlit{}, airflow.air(0), {height, half}, areas).flow > 1.1 * expected);
+  }
+}
+
+TEST_CASE("a face above the last section bears no load, one below the first the subglottal pressure alone") {
+  Points x(3, 3);
+  x << 0, 0, 0, 0, 1, 0, 0, 0, 1;  // m; half a square metre, outward along x
+  Faces face(1, 3);
+  face << 0, 1, 2;
+  const auto loads = [&](double low, double high) {
+    const Vector height = Vector::LinSpaced(2, low, high);
+    const LoadPatterns patterns = load_patterns(x, face, height, 1e-9);
+    return std::pair{Vector3(total(patterns.sections * Vector::Ones(2))), Vector3(total(patterns.subglottal))};
+  };
+  const Vector3 whole(-0.5, 0, 0);
+  const auto above = loads(-2, -1), below = loads(2, 3), within = loads(-1, 2);
+  CHECK(above.first.isZero(0));
+  CHECK(above.second.isZero(0));
+  CHECK(below.first.isZero(0));
+  CHECK((below.second - whole).norm() < 1e-14);
+  CHECK((within.first - whole).norm() < 1e-14);
+  CHECK(within.second.isZero(0));
 }
 
 TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever the levels") {

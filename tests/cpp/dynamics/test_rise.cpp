@@ -67,6 +67,7 @@ TEST_CASE("the pressure rises from 0 as half a cosine, with a slope that is cont
   };
   CHECK(air(0, 0).subglottal_pressure == 800);  // suddenly, as without
   CHECK(air(rise, 0).subglottal_pressure == 0);
+  CHECK(air(rise, -0.3 * rise).subglottal_pressure == 0);  // not the mirror image of the rise
   CHECK(air(rise, rise).subglottal_pressure == 800);
   CHECK(air(rise, 10 * rise).subglottal_pressure == 800);
   CHECK(air(rise, 0.3 * rise).density == scene.airflow->flow.air_density);
