@@ -81,6 +81,35 @@ TEST_CASE("views and inner products refuse vectors that do not fit") {
   sizes("inner_product b", b, [&] { inner_product(a, b); });
 }
 
+TEST_CASE("an index is below its count, a range of rows within it, and rows are whole") {
+  const auto index = [](std::ptrdiff_t i) { require_index("here", "i", i, 3); };
+  const auto all = [](std::int32_t i) { require_indices("here", "i", std::vector<std::int32_t>{2, i, 0}, 3); };
+  for (const std::int32_t i : {0, 1, 2}) {
+    CHECK_NOTHROW(index(i));
+    CHECK_NOTHROW(all(i));
+  }
+  for (const std::int32_t i : {-1, 3, 4}) {
+    CHECK_THROWS_AS(index(i), InvalidInput);
+    CHECK_THROWS_WITH_AS(all(i), ("here: i = " + std::to_string(i) + "; must be in [0, 3).").c_str(),
+                         InvalidInput);
+  }
+  for (int begin = -1; begin < 5; ++begin)
+    for (int end = -1; end < 5; ++end) {
+      CAPTURE(begin);
+      CAPTURE(end);
+      const auto range = [&] { require_range("here", begin, end, 3); };
+      if (0 <= begin && begin <= end && end <= 3)
+        CHECK_NOTHROW(range());
+      else
+        CHECK_THROWS_AS(range(), InvalidInput);
+    }
+  for (const std::ptrdiff_t size : {0, 3, 6}) CHECK_NOTHROW(require_rows("here", "v", size, 3));
+  for (const std::ptrdiff_t size : {1, 2, 4, 5}) CHECK_THROWS_AS(require_rows("here", "v", size, 3), InvalidInput);
+  CHECK_NOTHROW(require_at_least("here", "v", 3, 3));
+  CHECK_THROWS_AS(require_at_least("here", "v", 2, 3), InvalidInput);
+  CHECK_THROWS_AS(require_size("here", "v", 4, 3, 5), InvalidInput);
+}
+
 TEST_CASE("threads and chunks are one or more") {
   int count = 1;
   numbers("set_threads count", count, {0, -1, 1025}, [&] { set_threads(count); });
