@@ -1,7 +1,8 @@
-"""Table of measures for the terminal."""
+"""What commands print: errors, cautions, the table of measures."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 
 from plica.measures.catalogue import closed_share
@@ -9,7 +10,7 @@ from plica.measures.measure import Measure
 from plica.report.wording import digits_of, shown_spread
 from plica.units import two_digits
 
-__all__ = ["MAIN_MEASURES", "measures_table"]
+__all__ = ["MAIN_MEASURES", "measures_table", "print_cautions", "print_error"]
 
 MAIN_MEASURES = (
     "fundamental_frequency",
@@ -126,3 +127,15 @@ def _line(item: Measure) -> str:
     counted = item.spread is None and value == round(value) and abs(value) < _largest_count
     text = f"{round(value)}" if counted else f"{float(f'{value:.{digits}g}'):.6g}"
     return f"{item.name:<40} {text:<12} {unit:<8} {cycles:<28} {numerical}".rstrip()
+
+
+def print_error(text: str, code: int) -> int:
+    """Print each line of a text on standard error; returns the exit code."""
+    for line in text.splitlines():
+        print(f"plica: {line}", file=sys.stderr)
+    return code
+
+
+def print_cautions(cautions: Sequence[object]) -> int:
+    """Print cautions on standard error; returns 0."""
+    return print_error("\n".join(f"Caution: {caution}" for caution in cautions), 0)
