@@ -174,7 +174,7 @@ TEST_CASE("the cut areas of the larynx at rest are those of its planes, whatever
   for (int i = 0; i < 23; ++i)
     CHECK(areas[i] == doctest::Approx(cut_area(mesh.points, wall, airflow.sections().height[i])).epsilon(6e-3));
   // Dense where the glottis is narrow: the smallest spacing is at the least area.
-  std::ptrdiff_t least, nearest;
+  std::ptrdiff_t least = -1, nearest = -1;
   areas.minCoeff(&least);
   const Vector& z = airflow.sections().height;
   const Vector spacing = z.tail(22) - z.head(22);

@@ -11,7 +11,7 @@ using namespace plica;
 
 namespace {
 
-const std::vector<double> levels{-2, -1, -0.25, 0.5, 1};
+const std::vector<double> heights{-2, -1, -0.25, 0.5, 1};
 double cone(double z) { return 0.5 + 0.125 * z; }
 
 /// x of the right and of the left point of each section, at positions x.
@@ -34,11 +34,11 @@ std::string message_of(const TetMesh& mesh) {
 }  // namespace
 
 TEST_CASE("nodes on the mid-coronal plane are the sections, one on each side") {
-  const TetMesh mesh = tube(12, levels, cone, 0.7);
+  const TetMesh mesh = tube(12, heights, cone, 0.7);
   const Sections sections = level_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
   for (int i = 0; i < 5; ++i) {
-    CHECK(sections.height[i] == levels[i]);
+    CHECK(sections.height[i] == heights[i]);
     CHECK(sections.right[i].nodes == std::vector<std::int32_t>{12 * i});
     CHECK(sections.left[i].nodes == std::vector<std::int32_t>{12 * i + 6});
     CHECK(sections.right[i].weights[0] == 1);
@@ -48,7 +48,7 @@ TEST_CASE("nodes on the mid-coronal plane are the sections, one on each side") {
 
 TEST_CASE("where no node lies at y = 0 the sections are the exact cut of the tube") {
   const int around = 10;
-  const TetMesh mesh = tube(around, levels, cone, 0.7, 0.5);
+  const TetMesh mesh = tube(around, heights, cone, 0.7, 0.5);
   const Sections sections = level_sections(mesh, mesh.surface("airway"));
   CHECK(sections.count() == 9);  // five rings, and the diagonals between them
   const auto at_rest = edges(sections, mesh.points);
@@ -66,7 +66,7 @@ TEST_CASE("where no node lies at y = 0 the sections are the exact cut of the tub
 }
 
 TEST_CASE("folds with different levels share the union of their heights") {
-  TetMesh mesh = tube(12, levels, cone, 0.7);
+  TetMesh mesh = tube(12, heights, cone, 0.7);
   Faces& wall = mesh.surfaces["airway"];
   const TetMesh other = tube(12, {-1.5, 0, 0.5 + 1e-7, 2}, cone, 0.7);
   const std::int32_t shift = static_cast<std::int32_t>(mesh.points.rows());
@@ -110,7 +110,7 @@ TEST_CASE("graded sections have the heights of the surface's edges among them, s
 }
 
 TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
-  const TetMesh mesh = tube(10, levels, cone, 0.7, 0.3);
+  const TetMesh mesh = tube(10, heights, cone, 0.7, 0.3);
   const Sections sections = level_sections(mesh, mesh.surface("airway"));
   Points x = mesh.points;
   x.col(0) = 2 * mesh.points.col(0) + 0.1 * mesh.points.col(1) + Vector::Constant(x.rows(), 0.03);
@@ -120,7 +120,7 @@ TEST_CASE("sections follow the tissue as fixed combinations of nodes") {
 }
 
 TEST_CASE("a tube that lies elsewhere has the same sections there") {
-  const TetMesh mesh = tube(10, levels, cone, 0.7, 0.3);
+  const TetMesh mesh = tube(10, heights, cone, 0.7, 0.3);
   const Sections sections = level_sections(mesh, mesh.surface("airway"));
   for (int axis = 0; axis < 3; ++axis)
     for (const double shift : {0.03, -100.0}) {
@@ -140,7 +140,7 @@ TEST_CASE("a tube that lies elsewhere has the same sections there") {
 
 TEST_CASE("folds that touch at rest are told apart by their normals") {
   const TetMesh mesh = tube(
-      12, levels, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
+      12, heights, [](double z) { return z == 0.5 ? 0.0 : 0.25; }, 0.7);
   const Sections sections = level_sections(mesh, mesh.surface("airway"));
   REQUIRE(sections.count() == 5);
   CHECK(edges(sections, mesh.points).row(3).norm() < 1e-16);
@@ -149,13 +149,13 @@ TEST_CASE("folds that touch at rest are told apart by their normals") {
 }
 
 TEST_CASE("an interface that is not one line over the height on each side is refused") {
-  TetMesh overhang = tube(12, levels, cone, 0.7);
+  TetMesh overhang = tube(12, heights, cone, 0.7);
   overhang.points.block(24, 2, 12, 1).setConstant(0.75);  // the third ring above the fourth
   CHECK(message_of(overhang) != "");
-  TetMesh level = tube(12, levels, cone, 0.7);
+  TetMesh level = tube(12, heights, cone, 0.7);
   level.points.block(24, 2, 12, 1).setConstant(0.5);
   CHECK(message_of(level).find("runs level") != std::string::npos);
-  TetMesh half = tube(12, levels, cone, 0.7);
+  TetMesh half = tube(12, heights, cone, 0.7);
   Faces& wall = half.surfaces["airway"];
   std::ptrdiff_t kept = 0;
   for (std::ptrdiff_t f = 0; f < wall.rows(); ++f)
@@ -163,26 +163,26 @@ TEST_CASE("an interface that is not one line over the height on each side is ref
       wall.row(kept++) = Faces(wall.row(f));
   wall.conservativeResize(kept, 3);
   CHECK(message_of(half).find("toward smaller x; must cross its mid-coronal plane") != std::string::npos);
-  TetMesh inward = tube(12, levels, cone, 0.7);
+  TetMesh inward = tube(12, heights, cone, 0.7);
   inward.surfaces["airway"].col(0).swap(inward.surfaces["airway"].col(1));
   CHECK(message_of(inward).find("outward") != std::string::npos);
 }
 
 TEST_CASE("the cut area is that of the polygon, also in a plane through nodes") {
-  const TetMesh mesh = tube(12, levels, cone, 0.7);
+  const TetMesh mesh = tube(12, heights, cone, 0.7);
   const Triangles wall = mesh.surface("airway");
   for (const double z : {-2.0, -1.7, -1.0, -0.25, 0.1, 0.5, 0.9, 1.0})  // both rims and inner rings among them
     // Between rings a panel's two triangles leave its ruled surface: a quarter of the difference of minor
     // half-axes times the difference of cosines along a step, here below 0.4 % of the area.
     CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(0.004));
-  for (const double z : levels)
+  for (const double z : heights)
     CHECK(cut_area(mesh.points, wall, z) == doctest::Approx(inscribed(12, cone(z), 0.7)).epsilon(1e-14));
   CHECK(cut_area(mesh.points, wall, 1.5) == 0);
   CHECK(cut_area(mesh.points, wall, -2.5) == 0);
 }
 
 TEST_CASE("planes cut together give the areas of planes cut one by one") {
-  const TetMesh mesh = tube(12, levels, cone, 0.7, 0.2);
+  const TetMesh mesh = tube(12, heights, cone, 0.7, 0.2);
   const Triangles wall = mesh.surface("airway");
   Vector heights(7);
   heights << -3, -2, -1.1, -0.25, -0.25, 0.7, 1;
@@ -192,7 +192,7 @@ TEST_CASE("planes cut together give the areas of planes cut one by one") {
 }
 
 TEST_CASE("a plane near a ring of nodes cuts almost the area of the ring") {
-  const TetMesh mesh = tube(12, levels, cone, 0.7);
+  const TetMesh mesh = tube(12, heights, cone, 0.7);
   const Triangles wall = mesh.surface("airway");
   const double at = cut_area(mesh.points, wall, -0.25);
   for (const double off : {-1e-9, -1e-14, 1e-14, 1e-9})
@@ -201,7 +201,7 @@ TEST_CASE("a plane near a ring of nodes cuts almost the area of the ring") {
 }
 
 TEST_CASE("moving one half apart changes the cut area by the depth times the way, to negative at overlap") {
-  const TetMesh mesh = tube(12, levels, cone, 0.7);
+  const TetMesh mesh = tube(12, heights, cone, 0.7);
   const Triangles wall = mesh.surface("airway");
   // The halves of a tube cut open at its tips: right half as it is, left half with tips of its own.
   const std::int32_t count = static_cast<std::int32_t>(mesh.points.rows());

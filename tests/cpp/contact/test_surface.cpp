@@ -21,9 +21,9 @@ double sampled_distance(const Vector3& p, const Vector3& a, const Vector3& b, co
     for (int i = -4; i <= 4; ++i)
       for (int j = -4; j <= 4; ++j) {
         const double u = std::max(0.0, u0 + width * i / 4), v = std::max(0.0, v0 + width * j / 4);
-        const double scale = std::max(1.0, u + v);
-        const double d = (p - a - u / scale * (b - a) - v / scale * (c - a)).norm();
-        if (d < best) best = d, u_best = u / scale, v_best = v / scale;
+        const double sum = std::max(1.0, u + v);
+        const double d = (p - a - u / sum * (b - a) - v / sum * (c - a)).norm();
+        if (d < best) best = d, u_best = u / sum, v_best = v / sum;
       }
     u0 = u_best, v0 = v_best;
     width *= 0.6;

@@ -141,4 +141,18 @@ inline Simulation::Options options(const TimeScheme& scheme, double step, double
   return {scheme, step, {tolerance}, Simulation::Mass::consistent};
 }
 
+/// The free unknowns' part of a matrix.
+inline Eigen::MatrixXd free_part(const SparseMatrix& A, const std::vector<int>& unknowns) {
+  const Eigen::MatrixXd dense(A);
+  return dense(unknowns, unknowns);
+}
+
+/// The unknowns that no support fixes.
+inline std::vector<int> free_unknowns(const Supports& supports) {
+  std::vector<int> unknowns;
+  for (int i = 0; i < supports.size(); ++i)
+    if (!supports.fixed(i)) unknowns.push_back(i);
+  return unknowns;
+}
+
 }  // namespace scenes

@@ -77,14 +77,15 @@ Agreement compare(const Scene& scene, const Simulation::Options& o, int steps, c
 
 /// The coarse larynx in the thesis's tissue with 0.35 of its viscosity, its folds thrown apart or (< 0) together,
 /// the right one `stiffer` times as stiff; below z = `above` (m) they are not thrown.
-Scene larynx(double opening_velocity, double pressure, double stiffer = 1.0, double above = -1.0) {
+Scene larynx(double opening_velocity, double driving_pressure, double stiffer = 1.0, double above = -1.0) {
   const Larynx::Shape shape;
   TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
   Supports supports(mesh.node_count());
   for (const auto node : mesh.node_set("wall")) supports.fix(node);
   Tissue tissue{{}, {}, mesh.cell_layer};
-  const auto material = [](double E, double nu, double E_fibre, double mu_fibre, double viscosity) {
-    return Material{TransverselyIsotropic{E, nu, E_fibre, nu, mu_fibre, {}, Vector3::UnitY()}, 1020.0, viscosity};
+  const auto material = [](double young, double poisson, double E_fibre, double mu_fibre, double viscosity) {
+    return Material{TransverselyIsotropic{young, poisson, E_fibre, poisson, mu_fibre, {}, Vector3::UnitY()},
+                    1020.0, viscosity};
   };
   for (const double k : {1.0, stiffer})
     for (const std::string& layer : mesh.layer_names) {
@@ -104,7 +105,7 @@ Scene larynx(double opening_velocity, double pressure, double stiffer = 1.0, dou
                      std::exp(-up * up);
   }
   AirflowPart airflow;
-  airflow.flow.subglottal_pressure = pressure;
+  airflow.flow.subglottal_pressure = driving_pressure;
   airflow.flow.model = Bernoulli{};  // whose stop throws the folds together hardest
   airflow.flow.area = EllipticSections{};
   const ContactPart contact = scenes::contact_of(mesh, "airway_left", "airway_right", Penalty{1.0});

@@ -11,12 +11,12 @@ using scenes::options;
 
 namespace {
 
-constexpr double side = 0.01;
+constexpr double edge = 0.01;
 
 /// Two free cubes of 10 mm, 4 x 3 x 3 cells, that fly at each other at 1 m/s and slide.
 Scene free_cubes(const Enforcement& enforcement, double gap = 0.5e-3, double speed = 1.0) {
-  const TetMesh a = block_mesh({{-side, 0, 0}, {side, side, side}, {4, 3, 3}}),
-                b = block_mesh({{gap, 0, 0}, {side, side, side}, {4, 3, 3}});
+  const TetMesh a = block_mesh({{-edge, 0, 0}, {edge, edge, edge}, {4, 3, 3}}),
+                b = block_mesh({{gap, 0, 0}, {edge, edge, edge}, {4, 3, 3}});
   Scene scene = scenes::tissue_scene(combine_meshes(a, b, "a.", "b."), 0.3, 0.0);
   scene.velocity = Points::Zero(scene.mesh.node_count(), 3);
   scene.velocity->topRows(a.node_count()).rowwise() = Vector3(0.5 * speed, 0.15, 0).transpose();

@@ -23,18 +23,6 @@ Matrix3 amplification(const SchemeCoefficients& s, double omega) {
 
 double spectral_radius(const Matrix3& A) { return A.eigenvalues().cwiseAbs().maxCoeff(); }
 
-/// The free unknowns' part of a matrix.
-Eigen::MatrixXd free_part(const SparseMatrix& A, const std::vector<int>& unknowns) {
-  const Eigen::MatrixXd dense(A);
-  return dense(unknowns, unknowns);
-}
-std::vector<int> free_unknowns(const Supports& supports) {
-  std::vector<int> unknowns;
-  for (int i = 0; i < supports.size(); ++i)
-    if (!supports.fixed(i)) unknowns.push_back(i);
-  return unknowns;
-}
-
 const TimeScheme trapezoidal = Newmark{};
 
 }  // namespace
@@ -57,10 +45,10 @@ TEST_CASE("an eigenmode of a block steps as the closed form says") {
         TimeScheme(HilberHughesTaylor{-1.0 / 3}), TimeScheme(Newmark{1.0, 1.5}), trapezoidal})
     for (const double omega : {0.3, 1.0, 5.0}) {
       Scene scene = scenes::held_block();
-      const std::vector<int> unknowns = free_unknowns(scene.supports);
+      const std::vector<int> unknowns = scenes::free_unknowns(scene.supports);
       const Simulation probe(scene, options(scheme, 1e-4));
-      const Eigen::MatrixXd M = free_part(probe.mass().to_sparse(), unknowns),
-                            K = free_part(probe.stiffness().to_sparse(), unknowns);
+      const Eigen::MatrixXd M = scenes::free_part(probe.mass().to_sparse(), unknowns),
+                            K = scenes::free_part(probe.stiffness().to_sparse(), unknowns);
       const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(K, M);
       const int mode = 2;
       const double h = omega / std::sqrt(modes.eigenvalues()[mode]);
@@ -103,14 +91,14 @@ TEST_CASE("displacement and velocity converge at each scheme's order to the exac
                         Case{HilberHughesTaylor{-1.0 / 3}, 2}, Case{trapezoidal, 2}, Case{Newmark{1.0, 1.5}, 1}}) {
     Scene scene = scenes::held_block(0.3, 1.5);
     scene.loads = {{"x_max", {30, 20, -10}, frequency, 0.0}};
-    const std::vector<int> unknowns = free_unknowns(scene.supports);
+    const std::vector<int> unknowns = scenes::free_unknowns(scene.supports);
     const Simulation probe(scene, options(c.scheme, 1e-4));
     const Vector F = Vector(probe.state().load(unknowns));  // at t = 0, where the cosine is 1
     // Steady state u = Re z e^(i w t), (K + i w C - w^2 M) z = F: exact, viscosity and every mode included.
     using Complex = std::complex<double>;
-    const Eigen::MatrixXcd D = free_part(probe.stiffness().to_sparse(), unknowns).cast<Complex>() +
-                               Complex(0, w) * free_part(probe.viscosity()->to_sparse(), unknowns) -
-                               w * w * free_part(probe.mass().to_sparse(), unknowns).cast<Complex>();
+    const Eigen::MatrixXcd D = scenes::free_part(probe.stiffness().to_sparse(), unknowns).cast<Complex>() +
+                               Complex(0, w) * scenes::free_part(probe.viscosity()->to_sparse(), unknowns) -
+                               w * w * scenes::free_part(probe.mass().to_sparse(), unknowns).cast<Complex>();
     const Eigen::VectorXcd z = D.partialPivLu().solve(F.cast<Complex>());
     const auto at = [&](double t) { return Vector((z * std::exp(Complex(0, w * t))).real()); };
     const auto rate_at = [&](double t) {

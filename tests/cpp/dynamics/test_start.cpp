@@ -13,18 +13,6 @@ using scenes::options;
 
 namespace {
 
-std::vector<int> free_unknowns(const Supports& supports) {
-  std::vector<int> unknowns;
-  for (int i = 0; i < supports.size(); ++i)
-    if (!supports.fixed(i)) unknowns.push_back(i);
-  return unknowns;
-}
-
-Eigen::MatrixXd free_part(const SparseMatrix& A, const std::vector<int>& unknowns) {
-  const Eigen::MatrixXd dense(A);
-  return dense(unknowns, unknowns);
-}
-
 Points random_field(std::ptrdiff_t nodes, double size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> value(-size, size);
@@ -47,11 +35,11 @@ TEST_CASE("a mode of viscosity alone travels its momentum over its damping, what
     for (const double z : {0.5, 5.0, 50.0, 5000.0}) {
       Scene scene = scenes::held_block(0.3, 100.0);
       scene.tissue.materials[0].elasticity = Isotropic{1e-9, 0.3};  // none to speak of
-      const std::vector<int> unknowns = free_unknowns(scene.supports);
+      const std::vector<int> unknowns = scenes::free_unknowns(scene.supports);
       const Simulation probe(scene, options(scheme, 1e-4));
-      const Eigen::MatrixXd M = free_part(probe.mass().to_sparse(), unknowns);
+      const Eigen::MatrixXd M = scenes::free_part(probe.mass().to_sparse(), unknowns);
       const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(
-          free_part(probe.viscosity()->to_sparse(), unknowns), M);
+          scenes::free_part(probe.viscosity()->to_sparse(), unknowns), M);
       const int mode = 2;
       const double rate = modes.eigenvalues()[mode], h = z / rate;
       const Vector phi = modes.eigenvectors().col(mode), M_phi = M * phi;
@@ -108,12 +96,12 @@ TEST_CASE("stiff viscous motion follows the exact one of the semi-discrete equat
   Scene scene = scenes::held_block(0.3, 3000.0);  // the fastest mode decays some 30 times in a step
   scene.velocity = random_field(scene.mesh.node_count(), 1.0, 7);
   const double h = 5e-5, end = 1e-3;
-  const std::vector<int> unknowns = free_unknowns(scene.supports);
+  const std::vector<int> unknowns = scenes::free_unknowns(scene.supports);
   const auto n = static_cast<std::ptrdiff_t>(unknowns.size());
   Simulation simulation(scene, options(HilberHughesTaylor{-0.3}, h));
-  const Eigen::MatrixXd M = free_part(simulation.mass().to_sparse(), unknowns),
-                        C = free_part(simulation.viscosity()->to_sparse(), unknowns),
-                        K = free_part(simulation.stiffness().to_sparse(), unknowns);
+  const Eigen::MatrixXd M = scenes::free_part(simulation.mass().to_sparse(), unknowns),
+                        C = scenes::free_part(simulation.viscosity()->to_sparse(), unknowns),
+                        K = scenes::free_part(simulation.stiffness().to_sparse(), unknowns);
   Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(2 * n, 2 * n);  // of (u, v)
   motion.topRightCorner(n, n).setIdentity();
   motion.bottomLeftCorner(n, n) = -M.llt().solve(K);

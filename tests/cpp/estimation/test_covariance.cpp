@@ -30,7 +30,7 @@ double difference(const DenseMatrix& a, const DenseMatrix& b) {
 
 // Sizes around the tiles (4, 6, 12 rows; 4, 8, 16 columns), the row blocks (48), the depth (256) and the bases of
 // the recursions (32, 48).
-const std::ptrdiff_t sizes[] = {0, 1, 3, 12, 16, 17, 31, 33, 48, 49, 97, 150, 300};
+const std::ptrdiff_t orders[] = {0, 1, 3, 12, 16, 17, 31, 33, 48, 49, 97, 150, 300};
 
 /// Round-off of sums of `terms` products of the size of 1.
 double round_off(std::ptrdiff_t terms) { return 1e-15 * static_cast<double>(terms + 1); }
@@ -66,7 +66,7 @@ TEST_CASE("a product writes its block alone") {
 }
 
 TEST_CASE("covariance products are symmetric to the bit and Eigen's") {
-  for (std::ptrdiff_t n : sizes) {
+  for (std::ptrdiff_t n : orders) {
     const std::ptrdiff_t m = (2 * n + 2) / 3;
     const DenseMatrix g = random_matrix(m, n, 4), p = random_covariance(n, 5), q = random_covariance(m, 6);
     DenseMatrix c = q;
@@ -88,7 +88,7 @@ TEST_CASE("covariance products are symmetric to the bit and Eigen's") {
 }
 
 TEST_CASE("factor and solves undo the product") {
-  for (std::ptrdiff_t n : sizes) {
+  for (std::ptrdiff_t n : orders) {
     const DenseMatrix p = random_covariance(n, 7);
     DenseMatrix r = p;
     REQUIRE(cholesky(span(r)) == n);

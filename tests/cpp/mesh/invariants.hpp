@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <set>
+#include <vector>
 
+#include "plica/mesh/larynx.hpp"
 #include "plica/mesh/tet_mesh.hpp"
 
 namespace plica::test {
@@ -54,6 +57,42 @@ inline double worst_mean_ratio(const Points& x, const Cells& cells) {
     worst = std::min(worst, 12 * std::cbrt(9 * volume[e] * volume[e]) / squares);
   }
   return worst;
+}
+
+inline const double pi = std::acos(-1.0);
+
+/// Volume of the cylinder less the elliptic airway, exact: the minor axis is linear between sections.
+inline double exact_volume(const Larynx::Shape& shape) {
+  double volume = 0;
+  for (std::size_t k = 0; k + 1 < shape.sections.size(); ++k) {
+    const auto &a = shape.sections[k], &b = shape.sections[k + 1];
+    volume += (b.z - a.z) * pi * (shape.radius * shape.radius - shape.major * (a.minor + b.minor) / 2);
+  }
+  return volume;
+}
+
+/// The node at the mirror image of each one, found by its exact coordinates; -1 where there is none.
+inline std::vector<std::int32_t> mirror_nodes(const Points& x, double sign_x, double sign_y) {
+  std::map<std::array<double, 3>, std::int32_t> place;
+  for (std::int32_t n = 0; n < x.rows(); ++n) place[{x(n, 0), x(n, 1), x(n, 2)}] = n;
+  std::vector<std::int32_t> image(x.rows(), -1);
+  for (std::int32_t n = 0; n < x.rows(); ++n) {
+    const auto found = place.find({sign_x * x(n, 0), sign_y * x(n, 1), x(n, 2)});
+    if (found != place.end()) image[n] = found->second;
+  }
+  return image;
+}
+
+template <class Rows>
+std::set<std::vector<std::int32_t>> as_set(const Rows& rows, const std::vector<std::int32_t>& image = {}) {
+  std::set<std::vector<std::int32_t>> all;
+  for (Eigen::Index e = 0; e < rows.rows(); ++e) {
+    std::vector<std::int32_t> nodes;
+    for (const std::int32_t node : rows.row(e)) nodes.push_back(image.empty() ? node : image[node]);
+    std::sort(nodes.begin(), nodes.end());
+    all.insert(nodes);
+  }
+  return all;
 }
 
 }  // namespace plica::test

@@ -10,42 +10,6 @@ using namespace plica;
 
 namespace {
 
-const double pi = std::acos(-1.0);
-
-/// Volume of the cylinder less the elliptic airway, exact: the minor axis is linear between sections.
-double exact_volume(const Larynx::Shape& shape) {
-  double volume = 0;
-  for (std::size_t k = 0; k + 1 < shape.sections.size(); ++k) {
-    const auto &a = shape.sections[k], &b = shape.sections[k + 1];
-    volume += (b.z - a.z) * pi * (shape.radius * shape.radius - shape.major * (a.minor + b.minor) / 2);
-  }
-  return volume;
-}
-
-/// The node at the mirror image of each one, found by its exact coordinates; -1 where there is none.
-std::vector<std::int32_t> mirror_nodes(const Points& x, double sign_x, double sign_y) {
-  std::map<std::array<double, 3>, std::int32_t> place;
-  for (std::int32_t n = 0; n < x.rows(); ++n) place[{x(n, 0), x(n, 1), x(n, 2)}] = n;
-  std::vector<std::int32_t> image(x.rows(), -1);
-  for (std::int32_t n = 0; n < x.rows(); ++n) {
-    const auto found = place.find({sign_x * x(n, 0), sign_y * x(n, 1), x(n, 2)});
-    if (found != place.end()) image[n] = found->second;
-  }
-  return image;
-}
-
-template <class Rows>
-std::set<std::vector<std::int32_t>> as_set(const Rows& rows, const std::vector<std::int32_t>& image = {}) {
-  std::set<std::vector<std::int32_t>> all;
-  for (Eigen::Index e = 0; e < rows.rows(); ++e) {
-    std::vector<std::int32_t> nodes;
-    for (const std::int32_t node : rows.row(e)) nodes.push_back(image.empty() ? node : image[node]);
-    std::sort(nodes.begin(), nodes.end());
-    all.insert(nodes);
-  }
-  return all;
-}
-
 Larynx::Levels& in_levels(Larynx& larynx) { return std::get<Larynx::Levels>(larynx.meshed); }
 
 }  // namespace
@@ -93,9 +57,9 @@ TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is th
     in_levels(larynx).around = 12 * factor;
     const TetMesh mesh = larynx_mesh(larynx);
     const double height = larynx.shape.sections.back().z - larynx.shape.sections.front().z;
-    const double polygon = 6 * factor * std::pow(larynx.shape.radius, 2) * std::sin(2 * pi / (12 * factor));
+    const double polygon = 6 * factor * std::pow(larynx.shape.radius, 2) * std::sin(2 * test::pi / (12 * factor));
     const double airway = height * polygon - signed_volumes(mesh.points, mesh.cells).sum();
-    const double exact = height * pi * std::pow(larynx.shape.radius, 2) - exact_volume(larynx.shape);
+    const double exact = height * test::pi * std::pow(larynx.shape.radius, 2) - test::exact_volume(larynx.shape);
     error[factor / 2] = 1 - airway / exact;
   }
   CHECK(error[0] > 0);  // chords lie inside the ellipse
@@ -109,24 +73,24 @@ TEST_CASE("the airway volume tends to that of the ellipses, and the wall's is th
 
 TEST_CASE("the mesh is its own mirror image to the last bit, in x and in y") {
   const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
-  const auto cells = as_set(mesh.cells);
+  const auto cells = test::as_set(mesh.cells);
   CHECK(static_cast<Eigen::Index>(cells.size()) == mesh.cell_count());
   for (const double sign_x : {-1.0, 1.0}) {
-    const auto image = mirror_nodes(mesh.points, sign_x, -sign_x);
+    const auto image = test::mirror_nodes(mesh.points, sign_x, -sign_x);
     REQUIRE(*std::min_element(image.begin(), image.end()) >= 0);
-    CHECK((as_set(mesh.cells, image) == cells));
+    CHECK((test::as_set(mesh.cells, image) == cells));
   }
 }
 
 TEST_CASE("each triangle of the left airway faces its mirror image on the right") {
   const TetMesh mesh = larynx_mesh(Larynx::thesis_coarse());
-  const auto image = mirror_nodes(mesh.points, -1, 1);
+  const auto image = test::mirror_nodes(mesh.points, -1, 1);
   const Faces &left = mesh.surface("airway_left"), &right = mesh.surface("airway_right");
   CHECK(left.rows() == 12 * 14);
-  CHECK((as_set(left, image) == as_set(right)));
-  auto both = as_set(left);
-  both.merge(as_set(right));
-  CHECK((both == as_set(mesh.surface("airway"))));
+  CHECK((test::as_set(left, image) == test::as_set(right)));
+  auto both = test::as_set(left);
+  both.merge(test::as_set(right));
+  CHECK((both == test::as_set(mesh.surface("airway"))));
 }
 
 TEST_CASE("the airway surfaces point into the air") {

@@ -13,8 +13,6 @@ using namespace plica;
 
 namespace {
 
-const double pi = std::acos(-1.0);
-
 std::vector<Larynx> presets() { return {Larynx::coarse(), Larynx::demo(), Larynx::fine(), Larynx::finest()}; }
 
 /// Volume of the cells by the rule of the engine's elements, exact for quadratic ones; of those for which
@@ -38,15 +36,6 @@ double minor_at(const Larynx::Shape& shape, double z) {
   return a.minor + (b.minor - a.minor) * (z - a.z) / (b.z - a.z);
 }
 
-double exact_volume(const Larynx::Shape& shape) {
-  double sum = 0;
-  for (std::size_t k = 0; k + 1 < shape.sections.size(); ++k) {
-    const auto &a = shape.sections[k], &b = shape.sections[k + 1];
-    sum += (b.z - a.z) * pi * (shape.radius * shape.radius - shape.major * (a.minor + b.minor) / 2);
-  }
-  return sum;
-}
-
 /// Volume between the airway and what lies deeper by that thickness along the lines, at most `most` of them,
 /// between the layers' ends: area between two polygons of 4000 corners at each of 400 heights.
 double layer_volume(const Larynx::Shape& shape, double thickness, double most) {
@@ -56,7 +45,7 @@ double layer_volume(const Larynx::Shape& shape, double thickness, double most) {
   for (int k = 0; k < heights; ++k) {
     const double minor = minor_at(shape, low + (k + 0.5) / heights * (high - low));
     const auto at = [&](int i, double deep) {
-      const double angle = 2 * pi * i / corners, c = std::cos(angle), s = std::sin(angle);
+      const double angle = 2 * test::pi * i / corners, c = std::cos(angle), s = std::sin(angle);
       const Eigen::Vector2d inner(minor * c, shape.major * s), out(shape.radius * c, shape.radius * s);
       const double length = (out - inner).norm();
       return Eigen::Vector2d(inner + std::min(deep, most * length) / length * (out - inner));
@@ -68,28 +57,6 @@ double layer_volume(const Larynx::Shape& shape, double thickness, double most) {
       }
   }
   return sum;
-}
-
-std::vector<std::int32_t> mirror_nodes(const Points& x, double sign_x, double sign_y) {
-  std::map<std::array<double, 3>, std::int32_t> place;
-  for (std::int32_t n = 0; n < x.rows(); ++n) place[{x(n, 0), x(n, 1), x(n, 2)}] = n;
-  std::vector<std::int32_t> image(x.rows(), -1);
-  for (std::int32_t n = 0; n < x.rows(); ++n) {
-    const auto found = place.find({sign_x * x(n, 0), sign_y * x(n, 1), x(n, 2)});
-    if (found != place.end()) image[n] = found->second;
-  }
-  return image;
-}
-
-std::set<std::vector<std::int32_t>> as_set(const Cells& rows, const std::vector<std::int32_t>& image = {}) {
-  std::set<std::vector<std::int32_t>> all;
-  for (Eigen::Index e = 0; e < rows.rows(); ++e) {
-    std::vector<std::int32_t> nodes;
-    for (const std::int32_t node : rows.row(e)) nodes.push_back(image.empty() ? node : image[node]);
-    std::sort(nodes.begin(), nodes.end());
-    all.insert(nodes);
-  }
-  return all;
 }
 
 }  // namespace
@@ -124,18 +91,18 @@ TEST_CASE("no cell's Jacobian is below a tenth of the straight cell's, at no poi
 
 TEST_CASE("the triangulated larynx is its own mirror image to the last bit, mid-side nodes and labels included") {
   const TetMesh mesh = quadratic_larynx_mesh(Larynx::coarse());
-  const auto cells = as_set(mesh.cells);
+  const auto cells = test::as_set(mesh.cells);
   CHECK(static_cast<Eigen::Index>(cells.size()) == mesh.cell_count());
   for (const double sign_x : {-1.0, 1.0}) {
-    const auto image = mirror_nodes(mesh.points, sign_x, -sign_x);
+    const auto image = test::mirror_nodes(mesh.points, sign_x, -sign_x);
     REQUIRE(*std::min_element(image.begin(), image.end()) >= 0);
-    CHECK((as_set(mesh.cells, image) == cells));
+    CHECK((test::as_set(mesh.cells, image) == cells));
   }
-  const auto image = mirror_nodes(mesh.points, -1, 1);
-  CHECK((as_set(mesh.surface("airway_left"), image) == as_set(mesh.surface("airway_right"))));
-  auto both = as_set(mesh.surface("airway_left"));
-  both.merge(as_set(mesh.surface("airway_right")));
-  CHECK((both == as_set(mesh.surface("airway"))));
+  const auto image = test::mirror_nodes(mesh.points, -1, 1);
+  CHECK((test::as_set(mesh.surface("airway_left"), image) == test::as_set(mesh.surface("airway_right"))));
+  auto both = test::as_set(mesh.surface("airway_left"));
+  both.merge(test::as_set(mesh.surface("airway_right")));
+  CHECK((both == test::as_set(mesh.surface("airway"))));
   for (const int layer : {0, 1, 2}) {
     std::array<Eigen::Index, 3> count{};
     for (Eigen::Index e = 0; e < mesh.cell_count(); ++e) count[mesh.cell_side[e]] += mesh.cell_layer[e] == layer;
@@ -183,7 +150,7 @@ TEST_CASE(
   CHECK(off_ellipse < 1e-12);  // roundoff, magnified by the flat ellipse
   // Some sides of the wall at the tips, where the tissue is thin, are straighter than the arc: off by less than
   // the sagitta of a chord.
-  CHECK(off_wall < 1 - std::cos(pi / 20));
+  CHECK(off_wall < 1 - std::cos(test::pi / 20));
   CHECK(straightened < 0.25 * static_cast<double>(mesh.node_set("wall").size()));
   for (const auto& [z, count] : of_height) CHECK((count == 40 || count == 20));  // of levels and between them
   for (const auto& section : larynx.shape.sections) CHECK(of_height.count(section.z) == 1);
@@ -212,7 +179,7 @@ TEST_CASE("curved sides fill the volume between ellipses and cylinder, and strai
   Larynx wide;
   wide.meshed = Larynx::Triangulated{1e-3, 0.6, 12};
   for (const Larynx& larynx : {wide, wide.refined(2)}) {
-    const double exact = exact_volume(larynx.shape);
+    const double exact = test::exact_volume(larynx.shape);
     const auto all = [](Eigen::Index) { return true; };
     curved[k] = std::abs(volume(quadratic_larynx_mesh(larynx), all) / exact - 1);
     straight[k++] = std::abs(volume(larynx_mesh(larynx), all) / exact - 1);

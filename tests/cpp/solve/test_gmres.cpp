@@ -20,10 +20,10 @@ std::function<void(const Vector&, Vector&)> product(const Eigen::MatrixXd& M) {
 
 /// [A G^T; G 0] with A definite: indefinite, as the contact system of Eq. (25) is. G has one row per
 /// constraint, each tying the difference of two unknowns.
-struct SaddlePoint {
+struct SaddleSystem {
   Eigen::MatrixXd M;
   Vector diagonal;  // Eq. (29): diag A, and diag(G diag(A)^-1 G^T)
-  explicit SaddlePoint(int constraints) {
+  explicit SaddleSystem(int constraints) {
     const Eigen::MatrixXd A = plica_test::spring_lattice(3, 1.0).to_sparse();
     const Eigen::Index n = A.rows(), total = n + constraints;
     M = Eigen::MatrixXd::Zero(total, total);
@@ -42,7 +42,7 @@ struct SaddlePoint {
 }  // namespace
 
 TEST_CASE("gmres solves an indefinite saddle point like a dense elimination, restarted or not") {
-  const SaddlePoint s(6);
+  const SaddleSystem s(6);
   const Vector b = random_vector(s.M.rows());
   const Vector reference = s.M.partialPivLu().solve(b);
   CHECK(s.M.topLeftCorner(81, 81).ldlt().isPositive());
@@ -57,7 +57,7 @@ TEST_CASE("gmres solves an indefinite saddle point like a dense elimination, res
 }
 
 TEST_CASE("the residual of gmres is that of the scaled system") {
-  const SaddlePoint s(6);
+  const SaddleSystem s(6);
   const Vector b = random_vector(s.M.rows());
   const Vector scale = s.diagonal.cwiseSqrt().cwiseInverse();
   Vector x;
@@ -81,7 +81,7 @@ TEST_CASE("gmres ends with the exact solution when the Krylov space is complete"
 }
 
 TEST_CASE("gmres starts warm, and a zero load gives zero") {
-  const SaddlePoint s(3);
+  const SaddleSystem s(3);
   const Vector b = random_vector(s.M.rows());
   Vector x = s.M.partialPivLu().solve(b);
   CHECK(gmres(product(s.M), s.diagonal, b, x, {1e-8, 100}).iterations == 0);

@@ -47,6 +47,7 @@ inline std::vector<char> on_hull(const TetMesh& mesh, const Block& block) {
 }
 
 enum class Kind { linear, straight, curved };
+inline const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
 
 /// A block of 3 x 3 x 3 hexahedra, or so many each way, whose inner corners, and for curved elements inner middles
 /// as well, are moved at random by up to 15 % (4 % for middles) of a hexahedron.

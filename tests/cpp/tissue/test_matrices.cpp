@@ -12,8 +12,6 @@ using scenes::Kind;
 
 namespace {
 
-const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
-
 double volume_of(const Block& block) { return block.size[0] * block.size[1] * block.size[2]; }
 
 double sum(const std::vector<double>& values) {
@@ -77,7 +75,7 @@ TEST_CASE("the pattern couples the nodes of each cell, ascending, and no others"
 }
 
 TEST_CASE("consistent and lumped mass sum to density times volume and are positive") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);
@@ -100,7 +98,7 @@ TEST_CASE("consistent and lumped mass sum to density times volume and are positi
 }
 
 TEST_CASE("the consistent mass gives the exact kinetic energy of an affine velocity") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const NodalMatrix M = Assembler(scene.mesh).mass(scenes::uniform(scene.mesh, scenes::oblique()));
@@ -116,7 +114,7 @@ TEST_CASE("the consistent mass gives the exact kinetic energy of an affine veloc
 }
 
 TEST_CASE("mass, viscosity and stiffness are symmetric to the last bit") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);
@@ -153,7 +151,7 @@ TEST_CASE("viscosity is eta / 2 (g_a . g_b I + g_b g_a^T) on a linear tetrahedro
 }
 
 TEST_CASE("the affine form equals direct assembly") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);
@@ -177,7 +175,7 @@ TEST_CASE("the affine form equals direct assembly") {
 
 TEST_CASE("the load of gravity is the mass times its acceleration") {
   const Vector3 gravity(0.3, -9.81, 1);
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);
@@ -191,7 +189,7 @@ TEST_CASE("the load of gravity is the mass times its acceleration") {
 
 TEST_CASE("a uniform traction has its area as resultant and acts at the centre of the face") {
   const Vector3 traction(30, -800, 5);
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);

@@ -12,8 +12,6 @@ using scenes::Kind;
 
 namespace {
 
-const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
-
 Indices inner_unknowns(const Distorted& scene) {
   Indices inner(3 * std::count(scene.hull.begin(), scene.hull.end(), 0));
   std::int32_t next = 0;
@@ -28,7 +26,7 @@ Indices inner_unknowns(const Distorted& scene) {
 // Holds on curved inner elements too: isoparametric functions contain every affine field, and
 // grad N det J is a polynomial of degree 3 there, within the degree 5 of the rule.
 TEST_CASE("every constant strain of a distorted mesh gives no inner nodal force and the exact energy") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     const Distorted scene(kind);
     const Material material = scenes::oblique();
     const Assembler assembler(scene.mesh);
@@ -69,7 +67,7 @@ TEST_CASE("a distorted mesh with a held hull takes up the constant strain of the
 }
 
 TEST_CASE("an infinitesimal rigid motion costs no force, elastic or viscous") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     const Distorted scene(kind);
     const Assembler assembler(scene.mesh);
     const Tissue tissue = scenes::uniform(scene.mesh, scenes::oblique());

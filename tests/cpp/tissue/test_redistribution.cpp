@@ -13,7 +13,6 @@ using scenes::Kind;
 
 namespace {
 
-const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
 const CellMass mass_kinds[] = {CellMass::consistent, CellMass::lumped};
 
 /// (n, n) kg.
@@ -70,7 +69,7 @@ Tissue layered(const TetMesh& mesh) {
 }  // namespace
 
 TEST_CASE("redistributed mass keeps the ten moments, and no more is left on the surface") {
-  for (const Kind kind : kinds)
+  for (const Kind kind : scenes::kinds)
     for (const CellMass mass : mass_kinds)
       for (const std::vector<std::string>& sets :
            {std::vector<std::string>{"x_max"}, {"x_max", "y_min"}, {"x_max", "y_min", "z_max"}}) {
@@ -136,7 +135,7 @@ TEST_CASE("a single row of cells keeps its moments although some of them repeat 
 }
 
 TEST_CASE("a held body keeps its moving mass, all of it near where it was") {
-  for (const Kind kind : kinds)
+  for (const Kind kind : scenes::kinds)
     for (const CellMass mass : mass_kinds)
       for (const std::vector<std::string>& sets :
            {std::vector<std::string>{"x_min"}, {"y_min", "y_max"}, {"x_min", "z_min"}}) {

@@ -17,8 +17,6 @@ using scenes::Kind;
 
 namespace {
 
-const Kind kinds[] = {Kind::linear, Kind::straight, Kind::curved};
-
 // Eigen's direct solver loses half of the digits where eigenvalues are double.
 constexpr double tolerance = 1e-7;
 
@@ -46,7 +44,7 @@ Matrix3 gradient_at(const TetMesh& mesh, const Vector& u, std::ptrdiff_t c, cons
 TEST_CASE("an affine displacement has its one strain, and leaves out half the square of its gradient") {
   Matrix3 H;
   H << 0.1, 0.2, -0.3, 0.05, -0.2, 0.1, 0.4, 0.3, 0.2;
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     for (const Matrix3& G :
@@ -65,7 +63,7 @@ TEST_CASE("an affine displacement has its one strain, and leaves out half the sq
 }
 
 TEST_CASE("of a rotation all small strain is wrong: 1 - cos(angle), and as much is left out") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind);
     for (const double angle : {1e-3, 0.1, 0.5, 2.0}) {
@@ -163,7 +161,7 @@ TEST_CASE("strains are the same for any number of threads and whatever was measu
 }
 
 TEST_CASE("percentiles of any field are those of all points, each decomposed") {
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind, 5);
     const Vector u = displaced(scene.mesh, [](const Vector3& x) {
@@ -205,7 +203,7 @@ TEST_CASE("percentiles of any field are those of all points, each decomposed") {
 TEST_CASE("no cell is folded but a suspect, and of small strains there is none") {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  for (const Kind kind : kinds) {
+  for (const Kind kind : scenes::kinds) {
     CAPTURE(static_cast<int>(kind));
     const Distorted scene(kind, 4);
     StrainGauge gauge(scene.mesh);
