@@ -14,6 +14,7 @@ import pytest
 import plica
 from flow_files import SETTINGS, block_scene, flow_file
 from plica.identify import Settings, identify
+from repository import ROOT
 
 _KILLED = """
 import os, signal, sys
@@ -43,7 +44,10 @@ else:
 def _kill(tmp_path: Path, command: str, directory: Path, instant: str) -> None:
     given = [command, str(tmp_path / "scene.toml"), str(directory), str(tmp_path / "flow.h5"), instant]
     done = subprocess.run(
-        [sys.executable, "-c", _KILLED, *given], cwd=Path(__file__).parent, capture_output=True, check=False
+        [sys.executable, "-c", _KILLED, *given],
+        cwd=ROOT / "tests" / "python",
+        capture_output=True,
+        check=False,
     )
     assert done.returncode == -signal.SIGKILL, done.stderr.decode()
     assert directory.is_dir()  # it was killed after it had begun

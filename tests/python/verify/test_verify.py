@@ -254,7 +254,7 @@ def test_importing_the_package_imports_no_verification() -> None:
 
 def test_verification_needs_neither_tests_nor_data_of_the_sources() -> None:
     package = Path(text.__file__).parent
-    names = {path.stem for path in Path(__file__).parent.glob("*.py")}
+    names = {path.stem for path in (ROOT / "tests" / "python").rglob("*.py")}
     for file in package.rglob("*.py"):
         message = file.read_text(encoding="utf-8")
         imported = re.findall(r"^\s*(?:from|import) (\w+)", message, re.MULTILINE)
