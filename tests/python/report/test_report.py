@@ -25,6 +25,7 @@ from plica.report.run.cycle import (
     nearest_frames,
     phase_instants,
     phases,
+    pressure_scale,
     superior_cycle,
 )
 from plica.report.run.page import banner, remark, sections
@@ -145,6 +146,14 @@ def test_the_page_holds_every_measure_the_scene_and_the_versions(page: str) -> N
     assert "a &lt;b&gt; &amp; c" in page
     assert f"numpy {np.__version__}" in page
     assert all(f"<h3>{title}</h3>" in page for title in airflow_figures)
+
+
+def test_suction_has_another_colour_than_no_pressure() -> None:
+    scale = pressure_scale(np.array([[np.nan, 800.0], [0.0, -300.0]]))
+    assert scale(-0.3) == 0.0
+    assert scale(0.0) == pytest.approx(3 / 11)
+    assert scale(0.8) == 1.0
+    assert pressure_scale(np.array([0.0, 800.0]))(0.0) == 0.0
 
 
 def shaded(run: AnalyticRun) -> list[tuple[float, float]]:

@@ -72,12 +72,17 @@ def medial_edge(points: Floats, faces: Array, y: Floats, side: float) -> Floats:
     return side * np.where(np.isfinite(least), least, np.nan)
 
 
+def pressure_scale(pressure: Floats) -> Normalize:
+    """Colours of pressures (Pa) in kPa: from the deepest suction, 0 without any, to the largest pressure."""
+    low, high = min(float(np.nanmin(pressure)), 0.0), max(float(np.nanmax(pressure)), 1.0)
+    return Normalize(1e-3 * low, 1e-3 * high)
+
+
 def coronal_cycle(reading: Reading) -> Drawing:
     """Eight coronal sections through one cycle, the airway coloured by its pressure."""
     instants = phase_instants(reading)
     steps = np.clip(np.searchsorted(reading.time, instants), 0, reading.time.size - 1)
-    largest = 1e-3 * max(float(np.nanmax(reading.wave("section_pressure"))), 1.0)
-    scale = Normalize(0.0, largest)
+    scale = pressure_scale(reading.wave("section_pressure"))
 
     def paint(figure: Figure) -> None:
         row = figure.subplots(1, phases)
