@@ -1,4 +1,4 @@
-"""When a recording was made: as it was told, or as its file says."""
+"""When a recording was made: as given, or as its file says."""
 
 from __future__ import annotations
 

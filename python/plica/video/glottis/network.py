@@ -1,4 +1,4 @@
-"""A network of one's own finds the glottis: an ONNX model (docs/recording_files.md)."""
+"""Segmentation by a network of the user's own: an ONNX model (docs/recording_files.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What speaks against the glottal area of a whole recording, in sentences."""
+"""Cautions on the glottal area of a whole recording."""
 
 from __future__ import annotations
 

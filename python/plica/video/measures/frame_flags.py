@@ -1,4 +1,4 @@
-"""What speaks against each frame of an analysis."""
+"""Flags of the frames of an analysis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What frames and pixels leave open of a measure, and its cycles do not show.
+"""Errors of a measure by frames and pixels, which its cycles do not show.
 
 Cycles that fall on frames and pixels alike are measured alike: their scatter is none, though each may be off
 by what lies between two frames or pixels. With q the grain of a measure, the step by which it changes from

@@ -1,4 +1,4 @@
-"""What speaks against the measures of the tissue's fundamental, and why there are none."""
+"""Cautions on the measures of the tissue's fundamental, and why there are none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A second witness of the flow: the way of the folds' edges, as the masks of the glottis tell it."""
+"""Consistency check of the flow: how far the folds' edges move by the masks of the glottis."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a frame shows: tissue, glottis, highlights; and which pixels of a pair tell of motion.
+"""What a frame shows: tissue, glottis, highlights; and which pixels of a pair are used for motion.
 
 A highlight is a mirror image of the lamp: it moves with the light and not with the tissue. It is a spot, in
 which no disc of three pixels' radius has room; what is larger and as bright is tissue that is overexposed,

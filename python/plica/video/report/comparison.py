@@ -1,7 +1,7 @@
 """Two analyses beside each other, as of one larynx before and after a treatment.
 
-What would compare unlike things is not compared: lengths in pixels, times in frames, left and right where it
-is not known which is the patient's. What speaks against either side is said.
+Unlike things are not compared: lengths in pixels, times in frames, left and right where it is not known which
+is the patient's. Cautions of either side are repeated.
 """
 
 from __future__ import annotations
