@@ -41,7 +41,7 @@ def light_of(found: Analysis) -> Light:
         said += " ".join(f"{text[0].upper()}{text[1:]}." for text in found.doubts) + " "
     if is_shaded(found.measures.values()):
         light = "bad" if light == "bad" else "fair"
-        said += "Light from one side: see what is said of the phase and of the amplitudes' asymmetry. "
+        said += "Light from one side: see the cautions of phase and amplitude asymmetry. "
     if not found.cycles.count:
         light = "bad"
         said += f"No cycles were found, so that nothing of the voice is measured: {found.cycles.note}. "
@@ -51,22 +51,22 @@ def light_of(found: Analysis) -> Light:
             f"{found.cycles.no_period[0].upper()}{found.cycles.no_period[1:]}; no share of it is measured. "
         )
     if not found.complete:
-        return Light(light, said + "The motion of the tissue was not looked at (plica video does it).")
+        return Light(light, said + "The motion of the tissue was not measured (plica video does it).")
     changes = sum(map(lit, found.flags))
     if changes:
         light = "fair" if light == "good" else light
         most = 100 * float(np.nanmax(np.abs(found.brightness)))
         said += (
             f"The light changes by up to {most:.0f} % from frame to frame ({changes} times by over 3 %); the "
-            "flow takes it out. "
+            "flow corrects for it. "
         )
     edges = found.edges
     if not np.isfinite(edges.correlation):
-        return Light(light, said + "Too few ways of the folds' edges are seen to hold the flow against them.")
+        return Light(light, said + "Too few displacements of the folds' edges are known to check the flow.")
     if edges.correlation < _FOLLOWS:
         light = "bad"
     return Light(
         light,
-        said + f"Beside the edges of the folds the flow is {edges.slope:.2f} of the edges' own way "
-        f"(correlation {edges.correlation:.2f}, {edges.count} ways).",
+        said + f"Beside the edges of the folds the flow is {edges.slope:.2f} times the edges' displacement "
+        f"(correlation {edges.correlation:.2f}, {edges.count} displacements).",
     )
