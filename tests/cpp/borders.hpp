@@ -2,8 +2,8 @@
 // A public function called with arrays that are too short, too long or empty, and indices out of range: what it
 // must refuse, for the tables of test_borders.cpp. Under sanitizers a call that is not refused is seen at the
 // first entry that it reads or writes beyond an array. An argument is named "function parameter" or
-// "Class::function parameter", of a struct "... parameter.member": tests/python/engine/test_cpp_borders.py misses those
-// that are not there.
+// "Class::function parameter", of a struct "... parameter.member": tests/python/engine/test_cpp_borders.py misses
+// those that are not there.
 #include <doctest/doctest.h>
 
 #include <functional>
