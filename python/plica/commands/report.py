@@ -23,8 +23,8 @@ DIR/waveforms.csv. With --from and --to, a part of a run is measured and printed
 
 examples:
   plica measures runs/one
-  plica measures runs/one --from 0.1s --to 0.3s     only that part of the run
-  plica measures runs/one --from 100ms              from there to the end
+  plica measures runs/one --from 40ms --to 60ms     only that part of the run
+  plica measures runs/one --from 40ms               from there to the end
 """
 
 _REPORT_HELP = """\

@@ -39,6 +39,8 @@ def instants(motion: Motion, film: Film) -> tuple[float, Floats]:
             )
     start = ends[0] if ends[0] is not None else float(room[0]) if room.size else float(stored[-1])
     end = ends[1] if ends[1] is not None else float(stored[-1]) - half
+    if end <= start:
+        raise InvalidInput(f"Film: end = {end:g} s; must be > start = {start:g} s.")
     count = int(np.floor((end - start) * fps + _SLACK)) + 1
     if count < 2:
         raise InvalidInput(

@@ -115,7 +115,8 @@ def _signed(value: float, places: int) -> str:
 
 def comparison_table(changes: Sequence[Change]) -> str:
     """The changes for a terminal, with a * if the interval excludes zero; notes below."""
-    lines = [f"{'':<40} {'before':>12} {'after':>12} {'':<6} {'after - before':<14} 95 % interval"]
+    last = "95 % interval" if any(change.interval is not None for change in changes) else "notes"
+    lines = [f"{'':<40} {'before':>12} {'after':>12} {'':<6} {'after - before':<14} {last}"]
     notes: list[str] = []
     for change in changes:
         shown = change_row(change, notes)

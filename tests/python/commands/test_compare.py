@@ -236,6 +236,7 @@ def test_runs_are_compared_without_intervals_and_whole_ones_only(tmp_path: Path)
     changes = {change.name: change for change in found.changes}
     assert changes["fundamental_frequency"].difference == pytest.approx(230 - 213.7, abs=0.2)
     assert all(change.interval is None for change in found.changes)
+    assert comparison_table(found.changes).splitlines()[0].endswith("after - before notes")
     text = write_comparison(sheet_of_runs(found), tmp_path).read_text(encoding="utf-8")
     assert "Before. " in text
     assert "No difference has an interval" in text

@@ -30,8 +30,8 @@ SCENE_SESSION = (
     "plica run scene.toml -o runs/one",
     "plica run scene.toml -o runs/one --resume",
     "plica measures runs/one",
-    "plica measures runs/one --from 0.1s --to 0.3s",
-    "plica measures runs/one --from 100ms",
+    "plica measures runs/one --from 40ms --to 60ms",
+    "plica measures runs/one --from 40ms",
     "plica report runs/one",
     "plica uncertainty runs/one --mesh none",
 )

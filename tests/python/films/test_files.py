@@ -148,6 +148,7 @@ def _uneven() -> FilmedFolds:
         ),
         (lambda: small(fps=1000, exposure="2 ms"), "exposure = 0.002 s; must be at most 1 / fps = 0.001 s"),
         (lambda: small(exposure="0.6 ms"), "exposure = 0.0006 s; must be at most 1 / fps = 0.0005 s"),
+        (lambda: small(start="1.9 ms", end="1 ms"), r"Film: end = 0.001 s; must be > start = 0.0019 s."),
         (lambda: small(start="1.9 ms"), "frames = 1, at 2000 /s from 0.0019 s to 0.002 s; must be >= 2"),
         (lambda: small(start="1 s"), r"start = 1 s; must be in \[0, 0.002\] s"),
         (lambda: small(end="5 ms"), r"end = 0.005 s; must be in \[0, 0.002\] s"),

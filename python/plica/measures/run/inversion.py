@@ -44,9 +44,9 @@ def inverted_cells(run: RunData) -> Caution | None:
     )
     if within.any():
         share = two_digits(100 * float(np.mean(within > 0)))
-        seen += f", at most; some were in {share} % of the time of {measured}"
+        seen += f", the most within {measured}; in {share} % of that time some were"
         return Caution("inverted_cells", f"{seen}.", _advice_within(waveforms, part))
-    seen += f", at most; none in {measured}"
+    seen += f", the most of the run; none in {measured}"
     advice = f"{_NO_MEANING}, but no measure of the cycles is of one."
     if "deepest_gap" in waveforms:
         advice += " Contact may have failed at them: see that deepest_gap is near zero in the cycles."
@@ -67,9 +67,11 @@ def _advice_within(waveforms: Mapping[str, Array], part: slice) -> str:
     error = float(np.sqrt(neglected.max() / 2))
     off = f"linear tissue, which is off by {two_digits(100 * error)} % where it is strained most"
     if error >= _ANY_CELL:
-        rest = f"Of {off}, more than 0.1 % may be inverted: nothing of this run is a result."
+        rest = f"Of {off}, more than 0.1 % of the volume may be inverted: nothing of this run is a result."
     else:
-        rest = f"Less than 0.1 % of the tissue is strained so much: motion and flow are those of {off}."
+        rest = (
+            f"Less than 0.1 % of the tissue's volume is strained so much: motion and flow are those of {off}."
+        )
     cause = "subglottal pressure" if "minimum_area" in waveforms else "initial velocity or load"
     until = f"Use a lower {cause}, or stiffer tissue, until none is inverted."
     return f"{_NO_MEANING}: use none of these. {rest} {until}"

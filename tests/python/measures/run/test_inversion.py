@@ -58,15 +58,15 @@ def test_few_and_many_inverted_cells_are_said_of_their_layers_and_time() -> None
     assert few is not None
     assert many is not None
     assert few.seen.startswith(
-        "52 of 200 cells were inverted at 40.1 ms (52 in the cover), at most; some were in "
+        "52 of 200 cells were inverted at 40.1 ms (52 in the cover), the most within the 11 cycles measured; "
     )
     assert many.seen.startswith(
-        "148 of 200 cells were inverted at 35.1 ms (120 in the cover, 28 in the body), at most"
+        "148 of 200 cells were inverted at 35.1 ms (120 in the cover, 28 in the body), the most"
     )
     for caution, steps in ((few, 1), (many, 50)):
-        share = float(caution.seen.split("some were in ")[1].split(" %")[0])
+        share = float(caution.seen.split("measured; in ")[1].split(" %")[0])
         assert share == pytest.approx(100 * steps / 1100, rel=0.06)  # 11 cycles of 5 ms at 50 us; two digits
-        assert caution.seen.endswith("% of the time of the 11 cycles measured.")
+        assert caution.seen.endswith("% of that time some were.")
         assert caution.advice.startswith(f"{NO_MEANING}: use none of these.")
         assert "until none is inverted" in caution.advice
     one = with_inverted({800: (1, 0)})
@@ -89,7 +89,8 @@ def test_inverted_cells_of_the_start_leave_the_cycles_their_measures() -> None:
     caution = with_inverted({40: (3, 0)}, start=True)
     assert caution is not None
     assert caution.seen == (
-        "3 of 200 cells were inverted at 2.05 ms (3 in the body), at most; none in the 6 cycles measured."
+        "3 of 200 cells were inverted at 2.05 ms (3 in the body), the most of the run; none in the "
+        "6 cycles measured."
     )
     assert f"{NO_MEANING}, but no measure of the cycles is of one" in caution.advice
     assert "airflow.rise" in caution.advice
@@ -99,7 +100,10 @@ def test_inverted_cells_of_the_start_leave_the_cycles_their_measures() -> None:
 def test_without_cycles_the_share_is_that_of_the_run() -> None:
     caution = with_inverted(dict.fromkeys(range(300), (0, 2)), silent=True)
     assert caution is not None
-    assert "some were in 25 % of the time of the run, in which no cycles were measured." in caution.seen
+    assert (
+        "the most within the run, in which no cycles were measured; in 25 % of that time some were."
+        in caution.seen
+    )
     assert "subglottal pressure" in caution.advice
 
 
@@ -109,7 +113,7 @@ def test_a_run_that_has_not_recorded_layers_says_the_rest() -> None:
     waveforms["inverted_tissue"] = np.where(np.arange(run.time.size) == 800, 1, 0)
     caution = inverted_cells(replace(run, waveforms=waveforms))
     assert caution is not None
-    assert caution.seen.startswith("1 of 1 cells was inverted at 40.1 ms, at most")
+    assert caution.seen.startswith("1 of 1 cells was inverted at 40.1 ms, the most within")
 
 
 def test_the_engine_counts_the_inverted_cells_of_each_layer() -> None:
