@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import tomllib
 from email.parser import Parser
 from importlib import metadata
 from pathlib import Path
@@ -53,3 +54,11 @@ def test_content_that_is_not_what_the_label_says_is_refused(gpl: str, label: str
     message = " ".join(done.stderr.split())
     assert f"plica: PLICA_GPL = {gpl} in a package labelled {label}; must be labelled " in message
     assert "Set PLICA_GPL to ON or OFF as an environment variable" in message
+
+
+def test_what_a_distribution_leaves_out_lies_in_the_root() -> None:
+    """An unanchored name would take folders of the package with it, such as plica/runs."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    left_out = settings["tool"]["scikit-build"]["sdist"]["exclude"]
+    assert left_out
+    assert all(pattern.startswith("/") for pattern in left_out)
