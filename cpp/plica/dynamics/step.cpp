@@ -163,7 +163,7 @@ void Step::complete() {
 
 State Step::end() {
   constexpr int renewed = 64;  // steps after which round-off in the products is taken away
-  const auto [alpha, beta, gamma] = motion_.scheme();
+  const double alpha = motion_.scheme().alpha, gamma = motion_.scheme().gamma;
   const double h = motion_.step(), weight = 1 + alpha;
   const bool viscous = motion_.viscosity().has_value();
   const Vector& a = free_.x;

@@ -110,7 +110,7 @@ class Columnwise {
                [&](std::ptrdiff_t begin, std::ptrdiff_t end, std::ptrdiff_t) {
                  for (std::size_t j = 0; j < directions.size(); ++j)
                    for (std::size_t p = 0; p < base_.size(); ++p) {
-                     const auto& [dK, dC] = directions[j];
+                     const std::optional<BlockMatrix>&dK = directions[j].stiffness, &dC = directions[j].viscosity;
                      if (dK) dK->multiply_rows_packed(begin, end, base_[p].U, elastic_);
                      if (dC) dC->multiply_rows_packed(begin, end, base_[p].V, viscous_);
                      const auto first = static_cast<std::ptrdiff_t>(p) * pack;

@@ -182,7 +182,7 @@ void restore_moments(const Body& body, std::vector<Cell>& cells) {
 
 NodalMatrix Assembler::redistributed_mass(const Tissue& tissue, CellMass kind,
                                           const MassTransfer& transfer) const {
-  const auto& [massless, held, free] = transfer;
+  const std::vector<char>&massless = transfer.massless, &held = transfer.held, &free = transfer.free;
   tissue.validate(mesh_);
   const auto marks = [](const std::vector<char>& of) { return static_cast<std::ptrdiff_t>(of.size()); };
   require_size("MassTransfer", "massless", marks(massless), mesh_.node_count());

@@ -105,9 +105,8 @@ def contact_fault(mesh: MeshData, names: Sequence[str], direction: Sequence[floa
         if cosine < np.sqrt(0.5):
             return (
                 f"direction = {_text(direction)}: it is {np.degrees(np.arccos(cosine)):.3g} degrees off the "
-                f"mean "
-                f"normals of the surfaces, {_text(facing)}; must be the direction in which they face each "
-                "other. Set contact.direction, or with an airflow turn the mesh: x is lateral."
+                f"mean normals of the surfaces, {_text(facing)}; must be the direction in which they face "
+                "each other. Set contact.direction, or with an airflow turn the mesh: x is lateral."
             )
     return ""
 
