@@ -17,7 +17,7 @@ LAUNCHER = $(if $(shell command -v ccache),-Ccmake.define.CMAKE_CXX_COMPILER_LAU
 ENGINE_SOURCES := CMakeLists.txt pyproject.toml $(wildcard cmake/* examples/*) \
   $(shell find cpp python/bindings -name '*.[ch]pp' -o -name CMakeLists.txt)
 
-.PHONY: help build demo test test-cpp test-python check test-slow stub bench-peers format clean FORCE
+.PHONY: help build demo test test-cpp test-python check test-slow stub tables bench-peers format clean FORCE
 .DELETE_ON_ERROR:
 
 help:
@@ -78,7 +78,11 @@ test-slow: build
 stub: build
 	@.ci/stub python/plica/_engine.pyi
 
-# What plica bench measures beside plica, in an environment of its own.
+# The tables of all records of docs, as Markdown and as CSV.
+tables: build
+	@$(BIN)/python -m benchmarks tables
+
+# What the benchmarks measure beside plica, in an environment of its own.
 bench-peers: build
 	@.ci/bench_peers
 

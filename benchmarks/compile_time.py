@@ -21,7 +21,8 @@ from pathlib import Path
 
 import pybind11
 
-from benchmarks.record import ROOT, record
+from benchmarks.harness.record import ROOT
+from benchmarks.harness.study import record
 
 COLUMNS = ("module", "sources", "heaviest (s)", "each by itself (s)", "together (s)", "ratio")
 LAUNCHER = """#!/bin/sh

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import _engine as engine
 from plica.scene.mesh.changed import changed_mesh
 from plica.verify.contact.airway import air_between

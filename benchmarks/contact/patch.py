@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import _engine as engine
 from plica.tetrahedron import EDGES
 from plica.verify.contact.airway import air_between

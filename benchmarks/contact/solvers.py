@@ -28,7 +28,8 @@ import numpy as np
 
 import plica
 from benchmarks.dynamics.step_cost import CLOSING, SEARCHED
-from benchmarks.record import ROOT, record
+from benchmarks.harness.record import ROOT
+from benchmarks.harness.study import record
 from benchmarks.voice.measures import mean_interface_edge
 
 SOLVERS = ("condensed", "saddle", "gmres")

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
-from benchmarks.body import SCHEMES, Body, held
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import _engine as engine
+from plica.verify.bodies.body import SCHEMES, Body, held
 
 FREQUENCY, END = 60.0, 0.024
 STEPS = (30, 60, 120, 240, 480)

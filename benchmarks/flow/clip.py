@@ -44,7 +44,7 @@ import numpy as np
 from scipy import ndimage, stats
 
 from benchmarks.flow.method import PEERS
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
 from plica.video.files.recording import spread

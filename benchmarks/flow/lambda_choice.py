@@ -15,7 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import plica
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.motion.flow import PRESETS, flow
 from plica.video.motion.frame_content import Seen, informing

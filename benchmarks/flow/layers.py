@@ -30,7 +30,7 @@ from scipy import ndimage
 
 import plica
 from benchmarks.flow.method import PEERS
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.video.motion.flow import flow
 
 SETS = {"choice": range(1, 7), "judge": range(101, 111)}

@@ -33,7 +33,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
 from plica.video.glottis.brightness import dark_level

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.flow.method import PEERS, PLICA
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.video.files.image_file import read_image
 from plica.video.motion.flow import endpoint_error
 from plica.video.motion.flow_file import read_flow

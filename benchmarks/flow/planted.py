@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.video.analysis import analyse
 from plica.video.glottis.midline import Midline, pixels
 from plica.video.motion.flow import PRESETS, flow

@@ -16,7 +16,7 @@ from typing import Any
 import plica
 from benchmarks.flow.layers import BOTH, CHARBONNIER, FIRST
 from benchmarks.flow.middlebury import CHOSE, read_frames, row
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.video.motion.flow import endpoint_error, flow
 from plica.video.motion.flow_file import read_flow
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.motion.flow import PRESETS, flow, warp_error
 from plica.video.motion.frame_content import Seen, informing

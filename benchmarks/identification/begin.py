@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import plica
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import _engine
 from plica.identify import (
     Forcing,

@@ -17,6 +17,7 @@ import numpy as np
 from scipy import stats
 
 import plica
+from benchmarks.harness.study import record
 from benchmarks.identification.block import (
     GAIN_SD,
     PRIOR_SD,
@@ -29,7 +30,6 @@ from benchmarks.identification.block import (
     parameters,
     true_log,
 )
-from benchmarks.record import record
 from plica.identify import MarginalLikelihood, MotionModel, Posterior, estimate
 
 SMALL: Divisions = (2, 3, (1, 1, 1))

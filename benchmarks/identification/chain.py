@@ -29,7 +29,7 @@ import numpy as np
 from scipy import ndimage
 
 import plica
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import video
 from plica.films.clip import Clip
 from plica.identify import (

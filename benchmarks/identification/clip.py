@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import plica
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import larynx_fit, video
 from plica.identify import Identification, Settings, identify
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from benchmarks.harness.study import record
 from benchmarks.identification.block import (
     FLOW_SD,
     FRAME_RATE,
@@ -27,7 +28,6 @@ from benchmarks.identification.block import (
     true_log,
 )
 from benchmarks.identification.calibration import NAMES, NUMBERS, SMALL
-from benchmarks.record import record
 from plica import _engine
 from plica.identify import Forcing, MarginalLikelihood, MotionModel, Observation, Responses, estimate
 

@@ -25,6 +25,7 @@ from dataclasses import replace
 import numpy as np
 
 import plica
+from benchmarks.harness.study import record
 from benchmarks.identification.block import (
     CAMERA,
     COARSE,
@@ -45,7 +46,6 @@ from benchmarks.identification.calibration import calibration
 from benchmarks.identification.collisions import collisions
 from benchmarks.identification.information import information
 from benchmarks.identification.larynx import larynx
-from benchmarks.record import record
 from plica.identify import MarginalLikelihood, Responses, estimate, residual_test
 
 NUMBERS = ("viscosity", *SEVEN, "gain")

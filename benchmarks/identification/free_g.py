@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.identify import LinearGaussian, em, hht_evolution, kalman_filter, log_likelihood, structured_em
 from plica.identify.state_space.moments import expected_moments
 from plica.identify.state_space.structured_em import expected_objective

@@ -12,6 +12,7 @@ import argparse
 
 import numpy as np
 
+from benchmarks.harness.study import record
 from benchmarks.identification.block import (
     COARSE,
     FLOW_SD,
@@ -23,7 +24,6 @@ from benchmarks.identification.block import (
     Bench,
     Study,
 )
-from benchmarks.record import record
 from plica.identify import MarginalLikelihood, Noise
 
 NAMES = ("cover.E", *SEVEN)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 import plica
+from benchmarks.harness.study import record
 from benchmarks.identification.block import (
     FLOW_SD,
     FRAME_RATE,
@@ -21,7 +22,6 @@ from benchmarks.identification.block import (
     drive,
     parameters,
 )
-from benchmarks.record import record
 from plica import _engine
 from plica.identify import (
     Forcing,

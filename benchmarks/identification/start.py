@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy import signal
 
 import plica
+from benchmarks.harness.study import record
 from benchmarks.identification.voice import voice
-from benchmarks.record import record
 from plica import _engine
 from plica.identify import (
     Forcing,

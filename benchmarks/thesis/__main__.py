@@ -17,7 +17,7 @@ import argparse
 from pathlib import Path
 
 import plica
-from benchmarks.record import of_this_engine
+from benchmarks.harness.study import of_this_engine
 from benchmarks.thesis import cases
 from benchmarks.thesis.reading import Shelf
 

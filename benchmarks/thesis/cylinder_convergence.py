@@ -2,7 +2,7 @@
 
     python -m benchmarks.thesis.cylinder_convergence
 
-Makes two records and draws docs/images/cylinders.png. With the combination that `plica bench impact`
+Makes two records and draws docs/images/cylinders.png. With the combination that `python -m benchmarks impact`
 recommends, and as the thesis does it: HHT(-0.3) and contact nodes that have mass.
 """
 
@@ -20,11 +20,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from benchmarks.thesis import cylinders
 from plica import _engine as engine
-from plica.bench.body import SCHEMES
 from plica.report.drawing import blue, green, grey, red, style
+from plica.verify.bodies.body import SCHEMES
 
 ACROSS = (4, 8, 16)  # elements
 STEPS = (40e-6, 20e-6, 10e-6)  # s

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 from scipy.sparse.linalg import eigsh
 
-from benchmarks.body import Body, held
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import _engine as engine
+from plica.verify.bodies.body import Body, held
 
 NAMES = {1: "linear", 2: "quadratic"}
 

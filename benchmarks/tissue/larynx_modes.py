@@ -22,7 +22,7 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 import plica
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.runs.build import build_simulation
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.summary import dihedral_angles, quality

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.record import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record
 from benchmarks.uncertainty.column import LENGTH, RHO, WIDTH, Column
 from plica.measures.instants import highest
 from plica.measures.run.free import free_measures

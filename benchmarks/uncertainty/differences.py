@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
 from plica.video.glottis.glottal_area import GlottalArea

@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 
 import plica
-from benchmarks.record import ROOT, record
+from benchmarks.harness.record import ROOT
+from benchmarks.harness.study import record
 from benchmarks.voice.measures import QUANTITIES, Quantity, Voice
 from benchmarks.voice.phonation import START
 from plica.runs.example_bounds import FILE, write_example

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.measures.cycles import Cycles, find_cycles
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from benchmarks.video.limits import COLUMNS, FPS, WIDTHS, against, exactly, widths
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse

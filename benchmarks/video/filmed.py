@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import plica
-from benchmarks.record import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record
 from plica import video
 from plica.films import Clip
 from plica.video.analysis import Analysis

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.video.files.image_file import read_image
 from plica.video.glottis.frame_segmentation import segment
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica import InvalidInput, larynx_fit, video
 from plica.video.files.image_file import read_image
 

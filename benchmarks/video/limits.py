@@ -40,7 +40,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.measures.measure import Measures
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse

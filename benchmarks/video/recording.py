@@ -35,7 +35,7 @@ import h5py
 import numpy as np
 import tifffile
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import load
 

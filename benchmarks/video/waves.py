@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.record import record
+from benchmarks.harness.study import record
 from plica.measures.cycles import Cycles
 from plica.synthetic.wave import SyntheticWave
 from plica.video.measures.wave_measures import wave_measures

@@ -22,7 +22,7 @@ import numpy as np
 
 import plica
 from benchmarks.contact.collision import widest_opening
-from benchmarks.record import record
+from benchmarks.harness.study import record
 
 LENGTH = 8e-3  # s, two cycles
 PARTS = ("residual", "load", "solve", "detection", "contact", "energies", "record")

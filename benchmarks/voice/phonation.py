@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.record import ROOT, of_this_engine, record
+from benchmarks.harness.record import ROOT
+from benchmarks.harness.study import of_this_engine, record
 from benchmarks.tissue.larynx_modes import symmetric_modes
 from benchmarks.voice.measures import (
     F0,

@@ -21,7 +21,7 @@ from pathlib import Path
 from statistics import median
 
 import plica
-from benchmarks.record import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record
 from benchmarks.voice.reduced_voices import scene_of
 from plica.runs.basis_file import kept_basis
 from plica.scene.mesh.build import build_mesh

@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import Any
 
 import plica
-from benchmarks.record import ROOT, of_this_engine, record
+from benchmarks.harness.record import ROOT
+from benchmarks.harness.study import of_this_engine, record
 from benchmarks.voice.reduction import SAID, cost, errors, values
 from plica.runs.basis_file import kept_basis
 from plica.scene.mesh.build import build_mesh

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.record import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record
 from benchmarks.voice.measures import Cut
 from plica.measures.run.measure import measure
 from plica.runs import checkpoint

@@ -25,7 +25,7 @@ from scipy.interpolate import CubicSpline
 
 import plica
 from benchmarks.contact.collision import widest_opening
-from benchmarks.record import record
+from benchmarks.harness.study import record
 
 STEPS = (100e-6, 50e-6, 25e-6, 12.5e-6)  # s
 LENGTH = 8e-3  # s, two cycles

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, TypeVar
 
@@ -22,6 +22,7 @@ __all__ = [
     "UnknownName",
     "nearest",
     "one_of",
+    "selected",
 ]
 
 
@@ -86,6 +87,18 @@ def one_of(known: Iterable[object]) -> str:
     """The known names as text for a message."""
     names = ", ".join(str(name) for name in known)
     return f"one of {names}" if names else "left out: there are none"
+
+
+def selected(requested: Iterable[str] | None, known: Sequence[str], where: str) -> list[str]:
+    """The known names that are requested, all for none, in their order.
+
+    Raises InvalidInput, ``where = "x"; must be one of ...``, for a name that is not known.
+    """
+    asked = list(requested or known)
+    for name in asked:
+        if name not in known:
+            raise InvalidInput(f'{where} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
+    return [name for name in dict.fromkeys(known) if name in asked]
 
 
 class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the others)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks.__main__ import parser as benchmarks_parser
 from plica.commands.main import _parser
 from repository import ROOT
 
@@ -36,10 +37,12 @@ def _parsers(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParse
 def help_commands(program: str | None = None) -> list[str]:
     """Commands of the help texts, in order; `program` limits them to one, such as "plica film"."""
     found = []
-    for parser in _parsers(_parser()):
+    for parser in (*_parsers(_parser()), *_parsers(benchmarks_parser())):
         if program is None or parser.prog == program:
             text = parser.format_help().replace("\\\n", "")
-            lines = re.findall(r"^  +((?:plica|xdg-open|paraview) .*)$", text, re.MULTILINE)
+            lines = re.findall(
+                r"^  +((?:plica|python -m benchmarks|xdg-open|paraview) .*)$", text, re.MULTILINE
+            )
             found += [re.split(r"\s{2,}", line)[0] for line in lines]
     return found
 

@@ -12,8 +12,8 @@ import pytest
 from scipy import ndimage
 
 from plica import _engine
-from plica.bench.body import SCHEMES
 from plica.identify import MarginalLikelihood, Noise
+from plica.verify.bodies.body import SCHEMES
 
 __all__ = ["FAULTS"]
 

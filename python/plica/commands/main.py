@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 
 from plica import __version__
 from plica.commands import (
-    bench,
     compare,
     examples,
     film,
@@ -45,7 +44,6 @@ _COMMANDS = (
     compare,
     report,
     verify,
-    bench,
 )
 """In the order of the help."""
 
@@ -90,7 +88,11 @@ Exit codes: 0 success, 1 the computation or the storage failed, 2 bad input, 130
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
     typed = sys.argv[1:] if arguments is None else list(arguments)
-    options = _parser().parse_args(joined(typed))
+    return execute(_parser().parse_args(joined(typed)), typed)
+
+
+def execute(options: argparse.Namespace, typed: Sequence[str]) -> int:
+    """Run the command that was parsed from what was typed; an error is one sentence and an exit code."""
     command: Callable[[argparse.Namespace], int] = options.command
     try:
         return command(options)

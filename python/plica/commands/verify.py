@@ -59,11 +59,12 @@ def _verify(options: argparse.Namespace) -> int:
     from tqdm import tqdm
 
     import plica
+    from plica.errors import selected
     from plica.report.installation import this_installation
-    from plica.verify.subjects import cases, selected, verify
+    from plica.verify.subjects import SUBJECTS, cases, verify
     from plica.verify.text import case_lines, conclusion
 
-    subjects = selected(options.subject)
+    subjects = selected(options.subject, list(SUBJECTS), "verify: --subject")
     if options.list:
         return _list(subjects, as_json=options.json)
     plica.set_threads(options.threads)

@@ -1,9 +1,10 @@
-"""Tables as CSV files."""
+"""Tables as CSV files and as Markdown."""
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from plica.storage.files import replaced
 
-__all__ = ["heading", "write_rows", "write_table"]
+__all__ = ["heading", "markdown_head", "markdown_row", "write_rows", "write_table"]
 
 
 def heading(name: str, unit: str) -> str:
@@ -55,3 +56,15 @@ def _cells(values: NDArray[Any]) -> list[object]:
     if values.dtype.kind == "f" and not np.isnan(values).any():
         return list(values.tolist())
     return ["" if value != value else value for value in values.tolist()]
+
+
+def markdown_head(columns: Iterable[str]) -> str:
+    """The first two lines of a table in Markdown."""
+    texts = list(columns)
+    return f"{markdown_row(texts)}\n|{' --- |' * len(texts)}"
+
+
+def markdown_row(cells: Iterable[str]) -> str:
+    """A line of a table in Markdown."""
+    texts = (re.sub(r"(?<!\\)\|", r"\|", text) for text in cells)
+    return f"| {' | '.join(texts)} |"

@@ -5,10 +5,9 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Sequence
 
-from plica.errors import InvalidInput, nearest, one_of
 from plica.verify.case import Case, Row, run_case
 
-__all__ = ["SUBJECTS", "cases", "selected", "verify"]
+__all__ = ["SUBJECTS", "cases", "verify"]
 
 SUBJECTS: dict[str, str] = {
     "tissue": "constant strains, rigid motion, moduli, creep, natural frequencies",
@@ -19,16 +18,6 @@ SUBJECTS: dict[str, str] = {
     "identification": "filter, smoother, likelihood, gradient, a tissue found again",
 }
 """Packages of cases, with their content."""
-
-
-def selected(requested: Sequence[str] | None) -> list[str]:
-    """The requested subjects in their order, all for None; raises InvalidInput for an unknown one."""
-    for name in requested or ():
-        if name not in SUBJECTS:
-            raise InvalidInput(
-                f'verify: --subject = "{name}"; must be {one_of(SUBJECTS)}.{nearest(name, SUBJECTS)}'
-            )
-    return [name for name in SUBJECTS if name in (requested or SUBJECTS)]
 
 
 def cases(subject: str) -> tuple[Case, ...]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plica.report.installation import Installation
+from plica.storage.table import markdown_head, markdown_row
 from plica.verify.case import Case, Row
 
-__all__ = ["as_markdown", "case_lines", "conclusion", "shown", "within"]
+__all__ = ["COLUMNS", "as_markdown", "case_lines", "cells", "conclusion", "shown", "within"]
 
 Results = Sequence[tuple[Case, Sequence[Row]]]
 
@@ -47,6 +48,17 @@ def conclusion(rows: Sequence[Row], seconds: float) -> str:
     return text if not failed else f"{text} Failed: {', '.join(failed)}."
 
 
+COLUMNS = ("row", "quantity", "value", "reference", "error", "tolerance", "pass")
+
+
+def cells(row: Row) -> tuple[str, ...]:
+    """Of a row, in the order of COLUMNS."""
+    unit = f" {row.unit}" if row.unit != "1" else ""
+    mark = "yes" if row.passed else f"**no** {row.failure}".strip()
+    numbers = (shown(row.value) + unit, shown(row.reference) + unit)
+    return (row.name, row.quantity, *numbers, *within(row), mark)
+
+
 def as_markdown(results: Results, installation: Installation) -> str:
     """A table for each subject, below the engine's version."""
     lines = [f"Made by {installation}."]
@@ -55,20 +67,6 @@ def as_markdown(results: Results, installation: Installation) -> str:
         for row in rows:
             if row.subject != subject:
                 subject = row.subject
-                lines += ["", f"### {subject.capitalize()}", ""]
-                lines += [
-                    "| row | quantity | value | reference | error | tolerance | pass |",
-                    "|" + " --- |" * 7,
-                ]
-            unit = f" {row.unit}" if row.unit != "1" else ""
-            mark = "yes" if row.passed else f"**no** {row.failure}".strip()
-            cells = (
-                row.name,
-                row.quantity,
-                shown(row.value) + unit,
-                shown(row.reference) + unit,
-                *within(row),
-                mark,
-            )
-            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+                lines += ["", f"### {subject.capitalize()}", "", markdown_head(COLUMNS)]
+            lines.append(markdown_row(cells(row)))
     return "\n".join(lines) + "\n"

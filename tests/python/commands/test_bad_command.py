@@ -73,7 +73,6 @@ def test_a_broken_result_file_is_refused(
         (["rnu"], 'Did you mean "run"? See plica --help.'),
         (["run", "s.toml", "-o", "x", "--resum3"], "unrecognized arguments: --resum3. See plica run --help"),
         (["video", "x.avi", "-o", "x", "--nonsense"], "usage: plica video "),
-        (["bench", "run", "--nonsense"], "--nonsense. See plica bench run --help."),
         (["--nonsense", "info"], "unrecognized arguments: --nonsense. See plica --help."),
         ([], "required: COMMAND"),
     ],

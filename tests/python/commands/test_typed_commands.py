@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import benchmarks.__main__ as benchmarks
 import plica
 from conftest import MOVIE
 from plica.commands.main import _parser, main
@@ -59,7 +61,8 @@ QUESTIONS = (
     "plica keys measures",
     "plica keys stiffness",
     "plica verify --list",
-    "plica bench list",
+    "python -m benchmarks list",
+    "python -m benchmarks tables",
 )
 NOT_RUN = {
     r"make (demo|test|check)": "builds the package; CI runs them",
@@ -68,8 +71,8 @@ NOT_RUN = {
     r"export PKG_CONFIG_PATH=.*|g\+\+ .*": "the same by pkg-config; a test of the consumer builds it",
     r"xdg-open .*|paraview .*|gimp .*": "a program with a window; the file that it opens is looked for",
     r"make bench-peers|\.venv-peers/.*": "installs other packages",
-    r"plica bench (run|compare|page|impact|free|extremes).*": "minutes to hours; bench/test_bench.py and "
-    "bench/test_extremes.py run each at small size",
+    r"python -m benchmarks (run|compare|page|impact|free|extremes|verification).*": "minutes to hours; "
+    "benchmarks/test_bodies.py and benchmarks/test_extremes.py run each at small size",
     r"plica verify($| --subject| --json| -o).*": "half a minute each; verify/test_verify.py runs the cases",
     r"plica identify .*|plica video larynx.avi --preset robust .*": "minutes of identification; "
     "identify/test_command.py runs it",
@@ -103,13 +106,22 @@ PYTHON = {
 }
 """Which tests run the Python blocks of each page."""
 
+PROGRAMS = ("plica ", "python -m benchmarks ")
 RUN = (*FIRST_SESSION, *SCENE_SESSION, *VIDEO_SESSION, *PICTURES, *QUESTIONS)
 
 
 def _typed(command: str) -> None:
-    program, *arguments = shlex.split(command)
-    assert program == "plica"
-    assert main(arguments) == 0, command
+    run, arguments = _program(command)
+    assert run(arguments) == 0, command
+
+
+def _program(command: str) -> tuple[Callable[[list[str]], int], list[str]]:
+    """What runs a command, and its arguments."""
+    words = shlex.split(command.split(" > ")[0])
+    if words[:3] == ["python", "-m", "benchmarks"]:
+        return benchmarks.main, words[3:]
+    assert words[0] == "plica"
+    return main, words[1:]
 
 
 def test_every_command_shown_is_typed_here_or_left_out_with_a_reason() -> None:
@@ -123,10 +135,11 @@ def test_every_command_shown_is_typed_here_or_left_out_with_a_reason() -> None:
         assert any(re.fullmatch(pattern, command) for command in shown), pattern
 
 
-@pytest.mark.parametrize("command", [one for one in all_commands() if one.startswith("plica ")])
+@pytest.mark.parametrize("command", [one for one in all_commands() if one.startswith(PROGRAMS)])
 def test_every_command_shown_has_arguments_that_are_known(command: str) -> None:
-    arguments = shlex.split(command.split(" > ")[0])[1:]
-    assert callable(_parser().parse_args(arguments).command)
+    run, arguments = _program(command)
+    parser = _parser() if run is main else benchmarks.parser()
+    assert callable(parser.parse_args(arguments).command)
 
 
 def test_the_first_session_begins_with_the_commands_that_are_typed_here() -> None:

@@ -10,9 +10,9 @@ from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
 from plica import _engine as engine
-from plica.bench.bars import PROBLEMS
-from plica.bench.body import Body, block
 from plica.errors import InvalidInput, SolveFailed
+from plica.verify.bodies.bars import PROBLEMS
+from plica.verify.bodies.body import Body, block
 
 CENTRAL = engine.CentralDifferences()
 SIZE = (0.02, 0.01, 0.01)

@@ -1,48 +1,47 @@
-"""Tables of docs: each is what its record gives, of an engine in the history of the sources."""
+"""Records of docs: each is named on a page, is of an engine in the history, and is shown whole."""
 
 from __future__ import annotations
 
+import csv
 import importlib.util
 import json
 import re
-import runpy
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from benchmarks import record
+from benchmarks.harness import study
+from benchmarks.harness.all_tables import CASES, shown, write_tables
+from benchmarks.harness.case_record import CaseRecord
+from benchmarks.harness.families import FAMILIES
+from benchmarks.harness.study import RECORDS, Study, of_this_engine
 from repository import ROOT
 
-PAGES = {path: path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").rglob("*.md"))}
-FILLED = [page for page in PAGES.values() if "<!-- record: " in page]
-RECORDS = {path.stem: json.loads(path.read_bytes()) for path in (ROOT / "docs" / "records").glob("*.json")}
-
-
-@pytest.fixture(scope="module")
-def tables() -> dict[str, object]:
-    return runpy.run_path(str(ROOT / ".ci" / "tables"))
+PAGES = sorted((ROOT / "docs").rglob("*.md"))
+FILES = {f"{path.parent.name}/{path.stem}": path for path in (*RECORDS.glob("*.json"), *CASES.glob("*.json"))}
+COMMANDS = {path.stem: json.loads(path.read_bytes())["command"] for path in RECORDS.glob("*.json")}
 
 
 def git(*words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["git", "-C", str(ROOT), *words], capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
-def test_every_page_is_what_its_records_give(path: Path, tables: dict[str, object]) -> None:
-    assert tables["text"](PAGES[path]) == PAGES[path], "run .venv/bin/python .ci/tables"
-    marks = re.findall("<!-- (?:record|bench): ", PAGES[path])
-    assert len(marks) == len(tables["BLOCK"].findall(PAGES[path])) == PAGES[path].count("<!-- end -->")
+def test_every_record_is_named_on_a_page_and_none_that_is_not() -> None:
+    links = r"\]\((?:\.\./)?((?:records|benchmarks)/[\w-]+)\.json\)"
+    named = {name for page in PAGES for name in re.findall(links, page.read_text(encoding="utf-8"))}
+    assert named == set(FILES) != set()
 
 
-def test_every_record_is_there_and_on_a_page() -> None:
-    assert set(re.findall(r"<!-- record: ([\w-]+) -->", "".join(FILLED))) == set(RECORDS) != set()
+def test_pages_have_no_table_that_is_made_from_a_record() -> None:
+    marks = ("<!-- record:", "<!-- bench:", "<!-- end -->")
+    assert [page.name for page in PAGES for mark in marks if mark in page.read_text(encoding="utf-8")] == []
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.parametrize("name", FILES)
 def test_the_engine_of_a_record_is_in_the_history(name: str) -> None:
-    commit = RECORDS[name]["environment"]["commit"]
+    commit = json.loads(FILES[name].read_bytes())["environment"]["commit"]
     assert re.fullmatch("[0-9a-f]{7,}", commit), "make records on sources without changes"
     if not (ROOT / ".git").exists() or git("rev-parse", "--is-shallow-repository").stdout.strip() != "false":
         pytest.skip("no history here")
@@ -50,31 +49,52 @@ def test_the_engine_of_a_record_is_in_the_history(name: str) -> None:
     assert known, f"{commit} is not in the history (rebased since?): make the record again"
 
 
-@pytest.mark.parametrize(
-    ("pattern", "other"), [(r"engine [0-9a-f]{7}", "engine 0000000"), (r"(\n\|.*)\d(.* \|\n)", r"\1x\2")]
-)
-def test_another_engine_or_another_figure_is_refused(
-    pattern: str, other: str, tables: dict[str, object]
-) -> None:
-    blocks = [
-        found[0] for page in FILLED for found in re.finditer("<!-- record: .*?<!-- end -->", page, re.S)
-    ]
-    assert blocks
-    for block in blocks:
-        wrong, count = re.subn(pattern, other, block, count=1)
-        assert count == 1
-        assert tables["text"](wrong) == block != wrong
+def test_every_case_has_a_record_that_is_finished() -> None:
+    records = {path.stem: CaseRecord.read(path) for path in CASES.glob("*.json")}
+    assert set(records) == {case.name for family in FAMILIES.values() for case in family.cases}
+    for name, record in records.items():
+        assert record.case == name
+        assert record.finished
+        assert record.size == "full"
+
+
+def test_every_record_is_shown_with_all_its_rows_and_its_engine(tmp_path: Path) -> None:
+    index = write_tables(tmp_path / "tables").read_text(encoding="utf-8")
+    for name, path in FILES.items():
+        content = json.loads(path.read_bytes())
+        text = (tmp_path / "tables" / f"{name}.md").read_text(encoding="utf-8")
+        table = next(part for part in text.split("\n\n") if part.startswith("| "))
+        lines = table.splitlines()
+        assert len(lines) == len(content["rows"]) + 2, name
+        assert len({len(re.split(r"(?<!\\)\|", line)) for line in lines}) == 1, name
+        assert f"engine {content['environment']['commit']}" in text
+        assert f"[{name}]({name}.md)" in index
+        with (tmp_path / "tables" / f"{name}.csv").open(encoding="utf-8", newline="") as file:
+            assert len(list(csv.DictReader(file))) == len(content["rows"]), name
+    assert sorted(one.name for one in shown()) == sorted(FILES)
+
+
+def test_numbers_are_kept_as_numbers_and_shown_short(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(study, "RECORDS", tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(ROOT / "benchmarks" / "__main__.py"), "impact"])
+    rows = [["a|b", 1.0 / 3.0, 12], ["c", float("nan"), 1.23456e-7]]
+    made = study.record("three", ["name", "error", "steps"], rows)
+    assert made.rows == [["a|b", 1.0 / 3.0, 12], ["c", None, 1.23456e-7]]
+    assert Study.read(tmp_path / "three.json") == made
+    lines = made.markdown().splitlines()
+    assert lines[2:4] == [r"| a\|b | 0.333 | 12 |", "| c | - | 1.2e-07 |"]
+    assert made.command == "python -m benchmarks impact"
 
 
 def test_a_record_says_by_what_it_was_made(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     script = ROOT / "benchmarks" / "tissue" / "beam.py"
-    monkeypatch.setattr(record, "RECORDS", tmp_path)
+    monkeypatch.setattr(study, "RECORDS", tmp_path)
     monkeypatch.setattr(sys, "argv", [str(script), "--data", "/far/away/pairs", "-n", "2"])
-    made = record.record("two", ["mesh", "error"], ([n, f"{1 / n:.1f}"] for n in (1, 2)), "Errors are so.")
+    made = study.record("two", ["mesh", "error"], ([n, f"{1 / n:.1f}"] for n in (1, 2)), "Errors are so.")
     assert made.command == "python -m benchmarks.tissue.beam --data pairs -n 2"
-    assert record.read(tmp_path / "two.json") == made
+    assert Study.read(tmp_path / "two.json") == made
     lines = made.markdown().splitlines()
     assert lines[:4] == ["| mesh | error |", "| --- | --- |", "| 1 | 1.0 |", "| 2 | 0.5 |"]
     assert (
@@ -83,11 +103,11 @@ def test_a_record_says_by_what_it_was_made(
     )
     assert "\n".join(lines[:4]) in capsys.readouterr().out
     with pytest.raises(ValueError, match="has 1 cells; must be 2"):
-        record.record("short", ["mesh", "error"], [["1"]])
+        study.record("short", ["mesh", "error"], [["1"]])
     assert not (tmp_path / "short.json").exists()
 
 
-@pytest.mark.parametrize("module", ["tissue.beam", "thesis", "thesis.cylinder_convergence", "record"])
+@pytest.mark.parametrize("module", ["tissue.beam", "thesis", "thesis.cylinder_convergence"])
 def test_a_script_is_named_as_it_is_typed(
     module: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -95,22 +115,22 @@ def test_a_script_is_named_as_it_is_typed(
     found = importlib.util.find_spec(f"benchmarks.{module}")
     assert found is not None
     script = found.origin or str(ROOT / "benchmarks" / module / "__main__.py")
-    monkeypatch.setattr(record, "RECORDS", tmp_path)
+    monkeypatch.setattr(study, "RECORDS", tmp_path)
     monkeypatch.setattr(sys, "argv", [script])
-    made = record.record("one", ["mesh"], [["1"]])
+    made = study.record("one", ["mesh"], [["1"]])
     assert made.command == f"python -m benchmarks.{module}"
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_the_command_of_a_record_names_what_is_there(name: str) -> None:
-    found = re.match(r"python -m (\S+)", RECORDS[name]["command"])
-    assert found is not None or RECORDS[name]["command"].startswith("plica ")
+    found = re.match(r"python -m (\S+)", COMMANDS[name])
+    assert found is not None or COMMANDS[name].startswith("plica ")
     assert found is None or importlib.util.find_spec(found[1]) is not None
 
 
 def test_runs_of_two_engines_are_not_mixed(tmp_path: Path) -> None:
     folder = tmp_path / "runs"
-    assert record.of_this_engine(folder) == record.of_this_engine(folder) == folder
+    assert of_this_engine(folder) == of_this_engine(folder) == folder
     (folder / "engine").write_text("0000000", encoding="utf-8")
     with pytest.raises(SystemExit, match="has runs of engine 0000000"):
-        record.of_this_engine(folder)
+        of_this_engine(folder)

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from plica.bench.families.parts import UNNEEDED, imported
+from benchmarks.dynamics.parts import UNNEEDED, imported
 
 
 @pytest.mark.parametrize("module", UNNEEDED)

@@ -136,6 +136,11 @@ def test_no_module_imports_one_that_imports_it() -> None:
     assert sorted(below) == []
 
 
+def test_the_package_imports_no_benchmark() -> None:
+    files = list(_PACKAGE.rglob("*.py"))
+    assert [file for file in files for name in _imports(file) if _inside(name, "benchmarks")] == []
+
+
 def _is_there(name: str) -> bool:
     module, _, last = name.rpartition(".")
     if hasattr(importlib.import_module(module), last):

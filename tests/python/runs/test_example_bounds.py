@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import plica
-from benchmarks.record import RECORDS, read
+from benchmarks.harness.study import RECORDS, Study
 from plica.commands.output import measures_table
 from plica.measures.catalogue import CATALOGUE
 from plica.measures.cycles import Cycles
@@ -113,7 +113,7 @@ def test_a_measure_of_another_definition_or_without_cycles_has_none(
 
 def test_the_bounds_are_those_whose_truth_is_recorded() -> None:
     """docs/records/uncertainty_voice.json has them with two digits, of an engine of the same numbers."""
-    table = read(RECORDS / "uncertainty_voice.json")
+    table = Study.read(RECORDS / "uncertainty_voice.json")
     stated = {line[0]: float(line[2]) for line in table.rows if line[2] != "-"}
     assert stated["open quotient"] == pytest.approx(STATED["open_quotient"]["numerical"], rel=0.02)
     assert stated["peak flow (cm3/s)"] == pytest.approx(1e6 * STATED["peak_flow"]["numerical"], rel=0.02)

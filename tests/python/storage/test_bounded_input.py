@@ -17,9 +17,9 @@ import tifffile
 from PIL import Image
 
 import plica
+from benchmarks.extremes.good_files import picture_file
 from camera_files import cine, mraw
 from flow_files import SETTINGS, block_scene, fields, flow_file
-from plica.bench.extremes.good_files import picture_file
 from plica.identify import Settings, identify
 from plica.identify.observation.sources import open_motion
 from plica.scene.mesh.file import read_mesh

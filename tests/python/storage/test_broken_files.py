@@ -12,10 +12,10 @@ import pytest
 import tifffile
 
 import plica
+from benchmarks.extremes.broken import broken
+from benchmarks.extremes.good_files import mesh_file, picture_file, scene_file
 from camera_files import cine, mraw
 from flow_files import fields, flow_file
-from plica.bench.extremes.broken import broken
-from plica.bench.extremes.good_files import mesh_file, picture_file, scene_file
 from plica.identify import Settings
 from plica.identify.model.pressures import _table
 from plica.identify.observation.sources import open_motion

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import plica
-from benchmarks.record import RECORDS, read
+from benchmarks.harness.study import RECORDS, Study
 from plica.commands.main import main
 from plica.measures.uncertainty import (
     VERDICTS,
@@ -46,13 +46,13 @@ def test_the_help_explains_each_verdict(capsys: pytest.CaptureFixture[str]) -> N
 
 
 def test_records_have_no_other_words() -> None:
-    pairs = [row[-1] for row in read(RECORDS / "uncertainty_missed.json").rows]
+    pairs = [row[-1] for row in Study.read(RECORDS / "uncertainty_missed.json").rows]
     pairs += [
         row[0].removeprefix("step / mesh: ")
-        for row in read(RECORDS / "uncertainty.json").rows
+        for row in Study.read(RECORDS / "uncertainty.json").rows
         if row[0].startswith("step / mesh: ")
     ]
-    cells = [cell for row in read(RECORDS / "uncertainty_voice.json").rows for cell in row]
+    cells = [cell for row in Study.read(RECORDS / "uncertainty_voice.json").rows for cell in row]
     said = [found[1] for cell in cells if (found := re.fullmatch(r"[\d.e+-]+ \((.+)\)", cell))]
     said += [word for pair in pairs for word in pair.split(" / ")]
     assert len(said) > 50

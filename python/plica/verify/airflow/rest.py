@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from plica import _engine as engine
-from plica.bench.body import Body
+from plica.verify.bodies.body import Body
 
 __all__ = ["DENSITY", "PRESSURE", "ROUNDING", "at_rest"]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.bench.body import Body
 from plica.scene.mesh.changed import changed_mesh
 from plica.verify.airflow.rest import DENSITY, PRESSURE, ROUNDING, at_rest
+from plica.verify.bodies.body import Body
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]

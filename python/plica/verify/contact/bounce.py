@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from plica import _engine as engine
-from plica.bench.bars import PROBLEMS
+from plica.verify.bodies.bars import PROBLEMS
 from plica.verify.case import Case, Check
 from plica.verify.contact.impact import ELEMENTS, FIRST, FRONT, RECOMMENDED, SOLVES, front
 

@@ -8,9 +8,9 @@ from math import sqrt
 
 import numpy as np
 
-from plica.bench.bars import PROBLEMS
-from plica.bench.combinations import Combination
-from plica.bench.impact import measure
+from plica.verify.bodies.bars import PROBLEMS
+from plica.verify.bodies.combinations import Combination
+from plica.verify.bodies.impact import measure
 from plica.verify.case import Case, Check
 
 __all__ = ["CASES", "ELEMENTS", "FIRST", "FRONT", "RECOMMENDED", "SOLVES", "front"]

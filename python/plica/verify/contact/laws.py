@@ -10,9 +10,9 @@ from scipy.spatial import cKDTree
 
 import plica
 from plica import _engine as engine
-from plica.bench.body import Body
-from plica.bench.combinations import Combination
-from plica.bench.free import blocks
+from plica.verify.bodies.blocks import blocks
+from plica.verify.bodies.body import Body
+from plica.verify.bodies.combinations import Combination
 from plica.verify.case import Case, Check
 from plica.verify.contact.airway import air_between
 from plica.verify.larynx import larynx_scene, larynx_simulation

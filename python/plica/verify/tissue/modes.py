@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 from plica import _engine as engine
-from plica.bench.body import Body, free_block
+from plica.verify.bodies.body import Body, free_block
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.bench.body import Body, free_block
+from plica.verify.bodies.body import Body, free_block
 from plica.verify.case import Case, Check
 
 __all__ = ["CASES"]

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
 from plica import _engine as engine
-from plica.bench.body import Body
 from plica.scene.mesh.changed import changed_mesh
+from plica.verify.bodies.body import Body
 from plica.verify.case import Case, Check, worst
 
 __all__ = ["CASES"]

@@ -1,0 +1,1 @@
+"""How benchmarks are run, recorded and shown, whatever their subject."""

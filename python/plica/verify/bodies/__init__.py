@@ -1,0 +1,1 @@
+"""Bodies whose motion is known: what cases of verification and benchmarks compute."""
