@@ -32,14 +32,15 @@ def put(
     columns: Sequence[str],
     rows: Iterable[Row],
     total: int,
-    said: Callable[[Sequence[Row]], str] = lambda rows: "",
-) -> list[Row]:
+    said: Callable[[Sequence[dict[str, object]]], str] = lambda rows: "",
+) -> list[dict[str, object]]:
     """Print the rows as they are made, and a sentence about them, and keep them as the options ask."""
-    environment, made = this_environment({}), []
+    environment = this_environment({})
+    made: list[dict[str, object]] = []
 
     def shown() -> Iterable[list[object]]:
         for row in kept(rows, options.csv):
-            made.append(row)
+            made.append(dict(row))
             yield cells(row, columns)
 
     table = show(columns, shown(), None if options.quiet else total)
