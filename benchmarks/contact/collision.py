@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 import plica
+from benchmarks.harness.table import show
 from plica.measures.catalogue import contact_share, pressure_window
 from plica.measures.run.contact import collisions, moving_average
 from plica.runs.build import build_simulation
@@ -96,16 +97,16 @@ def table(title: str, names: list[str], found: list[Mapping[str, Any]]) -> None:
         ("averaged", "peak pressure, 0.2 ms (kPa)", 1e-3, 3),
         ("peak", "peak pressure, one step (kPa)", 1e-3, 2),
     )
-    print(f"\n| {title} | " + " | ".join(head for _, head, *_ in columns) + " |")
-    print("|" + " --- |" * (len(columns) + 1))
-    before = None
+    rows, before = [], None
     for name, row in zip(names, found, strict=True):
         cells = []
         for key, _, factor, digits in columns:
             text = f"{factor * row[key]:.{digits}f}"
             cells.append(text if before is None else f"{text} ({100 * (row[key] / before[key] - 1):+.1f} %)")
-        print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+        rows.append([name, *cells])
         before = row
+    print()
+    show([title, *(head for _, head, *_ in columns)], rows)
 
 
 def main() -> None:

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import plica
+from benchmarks.harness.table import show
 
 NAMES = ("contact_impulse", "contact_duration", "peak_contact_pressure", "peak_contact_pressure_step")
 SCALES = (1e6, 1e3, 1e-3, 1e-3)
@@ -52,8 +54,14 @@ def main() -> None:
     argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     ).parse_args()
-    print("| elements | mass | step (us) | impulse (uN s) | duration (ms) | 0.2 ms (kPa) | one step (kPa) |")
-    print("|" + " --- |" * 7)
+    columns = ("impulse (uN s)", "duration (ms)", "0.2 ms (kPa)", "one step (kPa)")
+    show(("elements", "mass", "step (us)", *columns), rows_by_step())
+    print()
+    columns = ("impulse", "duration", "0.2 ms", "one step", "passes", "most", "contact work / energy")
+    show(("faces", *columns), rows_by_faces())
+
+
+def rows_by_step() -> Iterator[list[str]]:
     for order, steps in ((1, (50, 25, 10, 5)), (2, (50, 25, 10))):
         for mass in ("kept", "redistributed"):
             before: list[float] | None = None
@@ -71,13 +79,14 @@ def main() -> None:
                     ]
                 before = values
                 elements = "linear" if order == 1 else "quadratic"
-                print(f"| {elements} | {mass} | {step} | " + " | ".join(cells) + " |", flush=True)
-    print("\n| faces | impulse | duration | 0.2 ms | one step | passes | most | contact work / energy |")
-    print("|" + " --- |" * 8)
+                yield [elements, mass, str(step), *cells]
+
+
+def rows_by_faces() -> Iterator[list[str]]:
     for faces in ("nodes", "mortar"):
         with tempfile.TemporaryDirectory() as directory:
-            row = by_faces(faces, Path(directory) / "run")
-        print(f"| {faces} | " + " | ".join(f"{value:.3f}" for value in row) + " |", flush=True)
+            found = by_faces(faces, Path(directory) / "run")
+        yield [faces, *(f"{value:.3f}" for value in found)]
 
 
 if __name__ == "__main__":

@@ -11,12 +11,14 @@ from __future__ import annotations
 import argparse
 import statistics
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 import plica
 from benchmarks.dynamics.step_cost import CLOSING
+from benchmarks.harness.table import show
 
 AIRWAYS = ("matched", "triangulated")
 
@@ -39,8 +41,11 @@ def main() -> None:
     parser.add_argument("--blocks", type=int, default=24)
     parser.add_argument("--steps", type=int, default=5, help="of a block")
     options = parser.parse_args()
-    print("| scene | unknowns | free step | colliding step | detection | impulse differs | motion differs |")
-    print("|" + " --- |" * 7)
+    steps = ("free step", "colliding step", "detection", "impulse differs", "motion differs")
+    show(("scene", "unknowns", *steps), rows(options))
+
+
+def rows(options: argparse.Namespace) -> Iterator[list[str]]:
     for path in options.scenes:
         simulations = {airway: simulation_of(path, airway) for airway in AIRWAYS}
         ratios: dict[bool, list[float]] = {False: [], True: []}
@@ -58,7 +63,7 @@ def main() -> None:
                     share.append((simulation.times()["detection"] - before) / seconds[airway])
             ratios[touching].append(seconds["triangulated"] / seconds["matched"])
         moved = [np.asarray(simulation.displacement) for simulation in simulations.values()]
-        cells = [
+        yield [
             f"`{path}`",
             str(moved[0].size),
             *(f"{statistics.median(ratios[touching]):.2f}" for touching in (False, True)),
@@ -66,7 +71,6 @@ def main() -> None:
             f"{abs(impulse['triangulated'] / impulse['matched'] - 1):.0e}",
             f"{np.linalg.norm(moved[1] - moved[0]) / np.linalg.norm(moved[0]):.0e}",
         ]
-        print("| " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -15,10 +15,12 @@ from __future__ import annotations
 import argparse
 import json
 import subprocess
-import sys
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+
+from benchmarks.harness.table import show
 
 # What a side runs; it must be understood by every engine that is compared.
 SIDE = """
@@ -100,8 +102,11 @@ def main() -> None:
     options = parser.parse_args()
     if len(options.side) != 2:
         parser.error(f"{len(options.side)} sides; must be two.")
-    print("| threads | steps | side | nodes | total (ms) | ratio | " + " | ".join(PARTS) + " | error |")
-    print("| --- " * (7 + len(PARTS)) + "|")
+    show(["threads", "steps", "side", "nodes", "total (ms)", "ratio", *PARTS, "error"], rows(options))
+
+
+def rows(options: argparse.Namespace) -> Iterator[list[object]]:
+    """Both sides' free and colliding steps, by the number of threads."""
     for threads in options.threads or [1]:
         sides = [Side(*given, (options.skip, options.steps), threads) for given in options.side]
         for side in sides:
@@ -118,15 +123,8 @@ def main() -> None:
             for side, total, error in zip(sides, totals, errors, strict=True):
                 parts = [np.median([median(block, part, hit) for block in side.blocks]) for part in PARTS]
                 shown = "1" if side is sides[1] else f"{ratio:.1f}"
-                cells = [threads, "colliding" if hit else "free", side.name, side.nodes]
-                cells += [
-                    f"{np.median(total):.1f}",
-                    shown,
-                    *(f"{part:.1f}" for part in parts),
-                    f"{error:.0e}",
-                ]
-                print("| " + " | ".join(map(str, cells)) + " |")
-        sys.stdout.flush()
+                times = [f"{np.median(total):.1f}", shown, *(f"{part:.1f}" for part in parts)]
+                yield [threads, "colliding" if hit else "free", side.name, side.nodes, *times, f"{error:.0e}"]
         for side in sides:
             side.process.communicate()
 

@@ -25,6 +25,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.harness.table import show
+
 # The process that starts the others must stay small: on Linux a child's peak begins with its parent's.
 if TYPE_CHECKING:
     import plica
@@ -242,7 +244,7 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
     taken: dict[str, list[float]] = {"steps": [], "frame": [], "checkpoint": []}
     with tempfile.TemporaryDirectory() as folder:
         sample = simulation.advance(options.steps)
-        with ResultFile.create(Path(folder) / "results.h5", scene, simulation, mesh, sample) as results:
+        with ResultFile.create(Path(folder) / "results.h5", scene, simulation, mesh) as results:
             for k in range(options.blocks):
                 start = time.perf_counter()
                 results.write_steps(k * options.steps, sample)
@@ -258,7 +260,7 @@ def _output(path: str, case: str, options: argparse.Namespace) -> dict[str, floa
     return {name: float(np.median(values)) for name, values in taken.items()}
 
 
-def show(result: dict[str, Any], peaks: dict[str, dict[str, float]]) -> None:
+def show_scene(result: dict[str, Any], peaks: dict[str, dict[str, float]]) -> None:
     """The Markdown tables of a scene."""
     info, output = result["info"], result["output"]
     print(f"\n## {result['scene']}\n")
@@ -274,22 +276,27 @@ def show(result: dict[str, Any], peaks: dict[str, dict[str, float]]) -> None:
         f"a frame {stored['frame']:.2f}, a checkpoint {stored['checkpoint']:.1f}."
     )
     for phase in ("free", "colliding"):
-        print(
-            f"\n| {phase} steps | ms/step | spread | ratio | first | {' | '.join(PARTS)} "
-            "| sweeps | iterations | rows | deepest gap/edge | error | peak MB |"
-        )
-        print("|" + " --- |" * (11 + len(PARTS)))
-        for row in result["table"]:
-            if row["steps"] != phase:
-                continue
-            parts = " | ".join(f"{row[part]:.1f}" for part in PARTS)
-            head = f"{row['ms']:.1f} | {100 * row['spread']:.0f} % | {row['ratio']:.2f} | {row['first']:.0f}"
-            solves = f"{row['sweeps']:.1f} | {row['iterations']:.1f}"
-            quality = f"{row['rows']:.0f} | {row['gap']:.0e} | {row['error']:.0e}"
-            peak = f"{1e-6 * peaks[row['case']]['peak']:.0f}"
-            print(f"| {row['case']} | {head} | {parts} | {solves} | {quality} | {peak} |", flush=True)
+        print()
+        columns = [f"{phase} steps", "ms/step", "spread", "ratio", "first", *PARTS, "sweeps", "iterations"]
+        rows = [_cells(row, peaks) for row in result["table"] if row["steps"] == phase]
+        show([*columns, "rows", "deepest gap/edge", "error", "peak MB"], rows)
     for case, reason in result["failures"].items():
         print(f"\n{case}: failed. {reason}", flush=True)
+
+
+def _cells(row: dict[str, Any], peaks: dict[str, dict[str, Any]]) -> list[str]:
+    return [
+        row["case"],
+        f"{row['ms']:.1f}",
+        f"{100 * row['spread']:.0f} %",
+        f"{row['ratio']:.2f}",
+        f"{row['first']:.0f}",
+        *(f"{row[part]:.1f}" for part in (*PARTS, "sweeps", "iterations")),
+        f"{row['rows']:.0f}",
+        f"{row['gap']:.0e}",
+        f"{row['error']:.0e}",
+        f"{1e-6 * peaks[row['case']]['peak']:.0f}",
+    ]
 
 
 def main() -> None:
@@ -326,7 +333,7 @@ def main() -> None:
             result = child(scene, "--compare", *blocks)
             last = str(result["reached"] + options.steps)
             peaks = {case: child(scene, "--case", case, "--steps", last) for case in (*CASES, *ABSENT)}
-            show(result, peaks)
+            show_scene(result, peaks)
             for row in result["table"]:
                 entry = {"scene": result["scene"], **row, **peaks[row["case"]]}
                 if writer is None:

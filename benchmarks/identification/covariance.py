@@ -85,7 +85,7 @@ def timed(call: Callable[[], Any], repeats: int) -> float:
     return (time.perf_counter() - start) / repeats
 
 
-def measure(n: int, rounds: int) -> list[str]:
+def measure(n: int, rounds: int) -> list[list[str]]:
     import numpy as np
 
     cases = kernels(n)
@@ -94,7 +94,7 @@ def measure(n: int, rounds: int) -> list[str]:
     for _ in range(rounds):
         for name, (_, ours, peer) in cases.items():
             times[name].append((timed(ours, repeats), timed(peer, repeats)))
-    lines = []
+    rows = []
     for name, (operations, ours, peer) in cases.items():
         own, other = (statistics.median(pair[side] for pair in times[name]) for side in (0, 1))
         cells = [name, str(n), f"{1e3 * own:.3f}", f"{1e3 * other:.3f}"]
@@ -106,16 +106,12 @@ def measure(n: int, rounds: int) -> list[str]:
             expected = np.asarray(peer())
             difference = np.abs(np.asarray(ours()) - expected).max() / np.abs(expected).max()
             ratio = statistics.median(b / a for a, b in times[name])
-            cells += [
-                f"{ratio:.2f}",
-                f"{operations / own / 1e9:.1f}",
-                f"{100 * share:.0f} %",
-                f"{difference:.0e}",
-            ]
+            cells += [f"{ratio:.2f}", f"{operations / own / 1e9:.1f}"]
+            cells += [f"{100 * share:.0f} %", f"{difference:.0e}"]
         else:
             cells += ["", f"{operations / own / 1e9:.1f}" if operations else "", "", ""]
-        lines.append("| " + " | ".join(cells) + " |")
-    return lines
+        rows.append(cells)
+    return rows
 
 
 def main() -> None:
@@ -130,11 +126,19 @@ def main() -> None:
     import plica
 
     plica.set_threads(given.threads)
-    print("| kernel | n | ours (ms) | BLAS (ms) | BLAS / ours | ours (GF/s) | of the peak | difference |")
-    print("|" + " --- |" * 8)
-    for n in given.sizes:
-        for line in measure(n, given.rounds):
-            print(line, flush=True)
+    from benchmarks.harness.table import show
+
+    columns = (
+        "kernel",
+        "n",
+        "ours (ms)",
+        "BLAS (ms)",
+        "BLAS / ours",
+        "ours (GF/s)",
+        "of the peak",
+        "difference",
+    )
+    show(columns, (row for n in given.sizes for row in measure(n, given.rounds)))
 
 
 if __name__ == "__main__":

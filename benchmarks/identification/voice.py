@@ -13,15 +13,29 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 import plica
+from benchmarks.harness.table import show
 from plica.identify import Settings, identify
 from plica.storage.stored import Stored
 
 SCENE = Path(__file__).resolve().parents[2] / "examples" / "normal_phonation.toml"
+COLUMNS = (
+    "Pa",
+    "cover",
+    "motion",
+    "closed",
+    "viscosity",
+    "mu' cover",
+    "mu' body",
+    "follows",
+    "residuals",
+    "Gaussian",
+)
 CAMERA = plica.Camera(mm_per_px=0.1, width=96, height=144)
 FRAME = 250e-6  # s
 NOISE = 0.05  # px, that is 5 um
@@ -46,7 +60,7 @@ def voice(pressure: float, cover: float, order: int, frames: int, first: float) 
     return scene.replace(tissue | parts | time | {"output": output})
 
 
-def judged(scene: plica.Scene, where: Path, guess: float) -> str:
+def judged(scene: plica.Scene, where: Path, guess: float) -> list[str]:
     """A row: errors of log theta in %, with the sd that is stated, and the residual test."""
     run = plica.run(scene, where / "run", progress=False)
     plica.write_film(plica.film(run, CAMERA), where / "clip.npy")
@@ -72,10 +86,9 @@ def judged(scene: plica.Scene, where: Path, guess: float) -> str:
     scores = " ".join(f"{score:+.1f}" for score in (test.in_time, test.in_space, test.tails, test.level))
     passed = "passed" if test.passed else "failed"
     motion = float(np.sqrt(np.nanmean(picture.observed**2)))
-    return (
-        f"| {motion:.2f} px | {int(picture.closed.sum())} | {' | '.join(parts)} | "
-        f"{100 * picture.explained:.0f} % | {passed} ({scores}) | {'yes' if posterior.gaussian else 'no'} |"
-    )
+    follows = f"{100 * picture.explained:.0f} %"
+    tests = [follows, f"{passed} ({scores})", "yes" if posterior.gaussian else "no"]
+    return [f"{motion:.2f} px", str(int(picture.closed.sum())), *parts, *tests]
 
 
 def main() -> None:
@@ -87,15 +100,17 @@ def main() -> None:
     options.add_argument("--first", type=float, default=40.0, help="ms before the film")
     options.add_argument("--guess", type=float, default=1.35, help="prior medians of moduli over the truth")
     chosen = options.parse_args()
-    print(
-        "| Pa | cover | motion | closed | viscosity | mu' cover | mu' body | follows | residuals | Gaussian |"
-    )
+    show(COLUMNS, rows(chosen))
+
+
+def rows(chosen: argparse.Namespace) -> Iterator[list[str]]:
+    """A voice by pressure and cover."""
     for pressure in chosen.pressures:
         for cover in chosen.cover:
             scene = voice(pressure, cover, chosen.order, chosen.frames, chosen.first)
             with tempfile.TemporaryDirectory() as where:
-                row = judged(scene, Path(where), chosen.guess)
-            print(f"| {pressure:g} | {cover:g} {row}", flush=True)
+                found = judged(scene, Path(where), chosen.guess)
+            yield [f"{pressure:g}", f"{cover:g}", *found]
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import os
 import textwrap
-from collections.abc import Sequence
 from pathlib import Path
 
+from benchmarks.harness.table import markdown
 from benchmarks.thesis import cases, plate
 from benchmarks.thesis.asymmetry_plate import asymmetry
 from benchmarks.thesis.contact_plates import (
@@ -23,6 +23,7 @@ from benchmarks.thesis.motion_plates import flow, glottal_shape, motion, surface
 from benchmarks.thesis.reading import Shelf
 from benchmarks.thesis.trends import Trend, trends
 
+COLUMNS = ("claim", "published", "found", "verdict")
 PLATES = (
     motion,
     glottal_shape,
@@ -145,10 +146,6 @@ def missing(shelf: Shelf) -> list[str]:
     return found
 
 
-def row(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
 def section(made: plate.Plate, images: str) -> str:
     shows, text = (textwrap.fill(words, 118) for words in (f"*Thesis:* {made.shows}", f"*Here:* {made.text}"))
     lines = [f"## {made.title}", "", shows, "", text, ""]
@@ -156,7 +153,7 @@ def section(made: plate.Plate, images: str) -> str:
         lines += [f"![{made.title}]({images}/thesis_{made.name}.png)", ""]
     if made.table:
         head, *rest = made.table
-        lines += [row(head), row(["---"] * len(head)), *(row(cells) for cells in rest), ""]
+        lines += [markdown(head, rest), ""]
     return "\n".join(lines)
 
 
@@ -175,9 +172,9 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
         "oscillation dies out (as on the coarse mesh) or its folds never touch.",
         "Prototype: an independent program.",
         "",
-        row(["claim", "published", "found", "verdict"]),
-        row(["---"] * 4),
-        *(row([trend.claim, trend.published, trend.found, f"**{trend.verdict}**"]) for trend in found),
+        markdown(
+            COLUMNS, [(trend.claim, trend.published, trend.found, f"**{trend.verdict}**") for trend in found]
+        ),
         "",
     ]
     failed = [trend.claim for trend in found if trend.verdict == "fail"]
@@ -194,5 +191,5 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
 def write_trends(found: list[Trend], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["claim", "published", "found", "verdict"])
+        writer.writerow(COLUMNS)
         writer.writerows([trend.claim, trend.published, trend.found, trend.verdict] for trend in found)

@@ -12,12 +12,14 @@ to 2 % (docs/theory/tissue.md, "Large strains").
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import plica
+from benchmarks.harness.table import show
 from plica.units import read_quantity
 
 COLUMNS = (
@@ -42,12 +44,11 @@ COLUMNS = (
 )
 
 
-def make(options: argparse.Namespace) -> list[plica.Run]:
-    """One run for each pressure."""
+def rows(options: argparse.Namespace) -> Iterator[list[str]]:
+    """Of one run for each pressure."""
     scene = plica.Scene.load(options.scene)
     assert scene.airflow is not None
     base = scene.airflow.subglottal_pressure
-    runs = []
     for text in options.pressure:
         pressure = read_quantity(text, "Pa")
         changes: dict[str, Any] = {
@@ -66,9 +67,8 @@ def make(options: argparse.Namespace) -> list[plica.Run]:
         name = f"{pressure:g}_Pa" + (
             f"_{options.opening.replace(' ', '').replace('/', '_')}" if options.opening else ""
         )
-        runs.append(plica.run(changed, options.output / name, resume="if_there", progress=False))
-        print("| " + " | ".join(row(runs[-1], options.last)) + " |", flush=True)
-    return runs
+        run = plica.run(changed, options.output / name, resume="if_there", progress=False)
+        yield row(run, options.last)
 
 
 def row(run: plica.Run, last: float) -> list[str]:
@@ -93,7 +93,7 @@ def row(run: plica.Run, last: float) -> list[str]:
         "-" if opening is None else f"{opening:g}",
         run.status,
         "-" if f0 is None or f0.value is None else f"{f0.value:.1f}",
-        str(f0.get("cycles", 0)),
+        str(0 if f0 is None else f0.cycles),
         f"{1e6 * swing:.2f}",
         f"{swing / np.ptp(area[before]):.2f}",
         "yes" if np.any(np.asarray(waves["contact_rows"])[late]) else "no",
@@ -124,9 +124,7 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     options = parser.parse_args()
     plica.set_threads(options.threads)
-    print("| " + " | ".join(COLUMNS) + " |")
-    print("| " + " | ".join("---" for _ in COLUMNS) + " |")
-    make(options)
+    show(COLUMNS, rows(options))
 
 
 if __name__ == "__main__":

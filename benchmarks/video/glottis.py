@@ -27,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.harness.study import record
+from benchmarks.harness.table import show
 from plica.video.files.image_file import read_image
 from plica.video.glottis.frame_segmentation import segment
 
@@ -171,13 +172,16 @@ def report(half: str, frames: list[Frame], find: Find, pictures: Path | None) ->
         if pictures and rows[-1][0] < 0.5:
             write_picture(pictures / f"{frame.name}.png", frame.image, frame.truth, found)
     rows.sort(key=lambda row: row[0])
-    print("\n| frame | openings | alone | region | eight clicks | true (px) | found (px) |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for alone, region, clicks, frame, area in rows:
-        if alone < 0.5:
-            true = int(frame.truth.sum())
-            shown = f"{alone:.2f} | {region:.2f} | {clicks:.2f}"
-            print(f"| {frame.name} | {frame.openings} | {shown} | {true} | {area} |")
+    columns = ("frame", "openings", "alone", "region", "eight clicks", "true (px)", "found (px)")
+    print()
+    show(
+        columns,
+        [
+            (frame.name, frame.openings, *(f"{share:.2f}" for share in shares), int(frame.truth.sum()), area)
+            for *shares, frame, area in rows
+            if shares[0] < 0.5
+        ],
+    )
     kinds = {
         "all": rows,
         "one opening": [row for row in rows if row[3].openings == 1],

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import contourpy
 import cv2
@@ -22,6 +22,7 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.flow.light import LIT, endoscope, filmed
+from benchmarks.harness.table import show
 from plica.synthetic.glottis import SyntheticGlottis
 from plica.video.motion.drift import drift, still_region, without_drift
 
@@ -54,14 +55,13 @@ def twice(find: Motion, frames: np.ndarray) -> np.ndarray:
     return find(frames, still_region(steady.std(axis=0), 0.3))
 
 
-def motion_table() -> None:
+def motion_rows() -> Iterator[list[str]]:
     methods: dict[str, Motion] = {
         "plica": lambda frames, still: drift(frames, still).motion,
         "ECC, both blurs": lambda frames, still: by_ecc(frames, still, BLURS, 1e-5),
         "ECC, the finer": lambda frames, still: by_ecc(frames, still, BLURS[1:], 1e-4),
     }
     true = endoscope() - endoscope()[0]
-    print("| film | light | method | off (px) | off (rad) | processor (s) |\n" + "|---" * 6 + "|")
     for options in LIT:
         for change in (0.0, 0.04):
             frames = filmed(SyntheticGlottis(options), change).astype(np.float32)
@@ -71,11 +71,11 @@ def motion_table() -> None:
                 seconds = time.process_time() - start
                 shift = np.sqrt(np.square(off[:, :2]).sum(axis=1).mean())
                 turn = np.sqrt(np.mean(off[:, 2] ** 2))
-                row = (options.seed, f"{100 * change:g} %", name)
-                print("|", " | ".join(map(str, row)), f"| {shift:.3f} | {turn:.4f} | {seconds:.2f} |")
+                off_by = [f"{shift:.3f}", f"{turn:.4f}"]
+                yield [str(options.seed), f"{100 * change:g} %", name, *off_by, f"{seconds:.2f}"]
 
 
-def filter_table() -> None:
+def filter_rows() -> Iterator[list[str]]:
     glottis = SyntheticGlottis(LIT[0])
     frames = [glottis.frame(k) for k in range(10)]
     masks = [glottis.mask(k) for k in range(10)]
@@ -121,7 +121,6 @@ def filter_table() -> None:
             ),
         ),
     }
-    print("\n| filter | now (ms) | OpenCV (ms) | largest difference |\n" + "|---" * 4 + "|")
     for name, sides in pairs.items():
         found, spent = [], []
         for side in sides:
@@ -129,7 +128,7 @@ def filter_table() -> None:
             found.append([np.asarray(side(k), float) for k in range(len(frames))])
             spent.append(1000 * (time.process_time() - start) / len(frames))
         apart = max(np.abs(a - b).max() for a, b in zip(*found, strict=True))
-        print(f"| {name} | {spent[0]:.2f} | {spent[1]:.2f} | {apart:.2g} |")
+        yield [name, f"{spent[0]:.2f}", f"{spent[1]:.2f}", f"{apart:.2g}"]
 
 
 def outlined(lines: list[np.ndarray], mask: np.ndarray) -> float:
@@ -142,5 +141,6 @@ if __name__ == "__main__":
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     ).parse_args()
     cv2.setNumThreads(1)
-    motion_table()
-    filter_table()
+    show(("film", "light", "method", "off (px)", "off (rad)", "processor (s)"), motion_rows())
+    print()
+    show(("filter", "now (ms)", "OpenCV (ms)", "largest difference"), filter_rows())
