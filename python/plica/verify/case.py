@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["Case", "Check", "Row", "run_case", "worst"]
+__all__ = ["Case", "Check", "Row", "run_case", "worst", "zero"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class Check:
     name: str
     """Within the case."""
     quantity: str
-    unit: str
+    unit: str = "1"
     """SI; "1" for a pure number."""
     value: float
     reference: float
@@ -35,6 +35,11 @@ class Check:
         """|value - reference|, over |reference| or in the unit."""
         off = abs(self.value - self.reference)
         return off / abs(self.reference) if self.of == "reference" else off
+
+
+def zero(**given: Any) -> Check:
+    """A value that is to vanish: error and tolerance are in its unit."""
+    return Check(reference=0.0, of="unit", **given)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 import plica
 from plica import _engine as engine
 from plica.scene.mesh.changed import changed_mesh
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 from plica.verify.larynx import larynx_scene, larynx_simulation
 
 __all__ = ["CASES"]
@@ -47,15 +47,12 @@ def closed_surface() -> Iterator[Check]:
         ),
         ("moment", "moment of it, likewise, over the length of the body", np.cross(x, force) / SIZE[0]),
     ):
-        yield Check(
+        yield zero(
             name=name,
             quantity=quantity,
-            unit="1",
             value=float(np.abs(total.sum(axis=0)).max()) / size,
-            reference=0.0,
             tolerance=1e-13,
             because="round-off of a sum over the faces",
-            of="unit",
         )
 
 

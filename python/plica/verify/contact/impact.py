@@ -11,7 +11,7 @@ import numpy as np
 from plica.verify.bodies.bars import PROBLEMS
 from plica.verify.bodies.combinations import Combination
 from plica.verify.bodies.impact import measure
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 
 __all__ = ["CASES", "ELEMENTS", "FIRST", "FRONT", "RECOMMENDED", "SOLVES", "front"]
 
@@ -63,7 +63,6 @@ def bars(name: str, pressure: float, duration: float) -> Iterator[Check]:
     yield Check(
         name="rebound",
         quantity="velocity after the impact over that before",
-        unit="1",
         value=found["rebound"],
         reference=1.0,
         tolerance=front(steps),
@@ -75,35 +74,27 @@ def bars(name: str, pressure: float, duration: float) -> Iterator[Check]:
 
 def sound(found: dict[str, float]) -> Iterator[Check]:
     """What must hold in any impact."""
-    yield Check(
+    yield zero(
         name="balance",
         quantity="largest sum of the forces on both sides, over the largest force",
-        unit="1",
         value=found["force sum"],
-        reference=0.0,
         tolerance=1e-14,
         because="round-off",
-        of="unit",
     )
-    yield Check(
+    yield zero(
         name="sign",
         quantity="largest pull of a multiplier (zero or below: none pulls)",
         unit="N",
         value=max(found["largest multiplier"], 0.0),
-        reference=0.0,
         tolerance=0.0,
         because="complementarity: lambda <= 0",
-        of="unit",
     )
-    yield Check(
+    yield zero(
         name="penetration",
         quantity="deepest overlap, in edges",
-        unit="1",
         value=found["penetration"],
-        reference=0.0,
         tolerance=2e-5,
         because="the gap's tolerance, 1e-5 edges, of the two sides",
-        of="unit",
     )
 
 
@@ -139,15 +130,12 @@ def periodic() -> Iterator[Check]:
         because="the strained end springs free in the first step: its element's share, 1 / 100, and "
         "dispersion",
     )
-    yield Check(
+    yield zero(
         name="motion",
         quantity="error of the displacement (root mean square), over its size",
-        unit="1",
         value=found["displacement"],
-        reference=0.0,
         tolerance=2 / ELEMENTS,
         because="first order in the edge, 1 / 100, of the field and of its size at the contact",
-        of="unit",
     )
     yield from sound(found)
 

@@ -13,7 +13,7 @@ from plica import _engine as engine
 from plica.verify.bodies.blocks import blocks
 from plica.verify.bodies.body import Body
 from plica.verify.bodies.combinations import Combination
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 from plica.verify.contact.airway import air_between
 from plica.verify.larynx import larynx_scene, larynx_simulation
 
@@ -39,40 +39,31 @@ def askew() -> Iterator[Check]:
             "1",
         ),
     ):
-        yield Check(
+        yield zero(
             name=name,
             quantity=quantity,
             unit=unit,
             value=found[key],
-            reference=0.0,
             tolerance=margin,
             because=because,
-            of="unit",
         )
-    yield Check(
+    yield zero(
         name="forces",
         quantity="largest sum of the contact forces on both, over the largest force",
-        unit="1",
         value=found["force sum"],
-        reference=0.0,
         tolerance=1e-14,
         because="round-off",
-        of="unit",
     )
-    yield Check(
+    yield zero(
         name="energy",
         quantity="energy gained since first touch, over the largest energy",
-        unit="1",
         value=max(float(found["gain"]), 0.0),
-        reference=0.0,
         tolerance=margin,
         because=because,
-        of="unit",
     )
     yield Check(
         name="collisions",
         quantity="collisions that took place",
-        unit="1",
         value=float(found["collisions"]),
         reference=1.0,
         tolerance=0.0,
@@ -94,21 +85,17 @@ def mirror() -> Iterator[Check]:
         closed = max(closed, int(simulation.advance(1)["contact_rows"][0]))
         u = np.asarray(simulation.displacement)
         off = max(off, float(np.abs(u[partner] * [-1, 1, 1] - u).max() / np.abs(u).max()))
-    yield Check(
+    yield zero(
         name="motion",
         quantity="largest difference between a fold and the mirror image of the other, over the "
         "largest motion",
-        unit="1",
         value=off,
-        reference=0.0,
         tolerance=100 * CLOSE,
         because="a hundred times the gap's tolerance, 1e-8 edges: forces act along normals of the last pass",
-        of="unit",
     )
     yield Check(
         name="collision",
         quantity="whether the folds collided (1: they did)",
-        unit="1",
         value=float(closed > 0),
         reference=1.0,
         tolerance=0.0,
@@ -164,15 +151,12 @@ def friction() -> Iterator[Check]:
         because=because,
     )
     way, _ = incline(flat)
-    yield Check(
+    yield zero(
         name="holds",
         quantity="way down an incline of half the friction coefficient, over that without friction",
-        unit="1",
         value=way / (0.5 * GRAVITY * sin(flat) * t**2),
-        reference=0.0,
         tolerance=settling,
         because=because,
-        of="unit",
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from plica import _engine as engine
 from plica.verify.bodies.body import SCHEMES, Body, free_block
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 
 __all__ = ["CASES"]
 
@@ -82,15 +82,12 @@ def ledger(name: str) -> Iterator[Check]:
         numerical += STEP**2 * (beta - gamma / 2) * float(da @ (M @ a)) + float(du @ (K @ (U - u)))
     energies = [0.5 * float(v @ (M @ v) + u @ (K @ u)) for u, v, _ in path]
     largest = max(energies)
-    yield Check(
+    yield zero(
         name="balance",
         quantity="change of energy less works and losses, over the largest energy",
-        unit="1",
         value=(energies[-1] - energies[BEGIN] - (work - viscous - numerical)) / largest,
-        reference=0.0,
         tolerance=1e3 * SOLVES,
         because="80 solves to 1e-13 each, with a margin of ten for their sum",
-        of="unit",
     )
     for what, wave, expected in (
         ("work of the load", "load_work", work),
@@ -100,7 +97,6 @@ def ledger(name: str) -> Iterator[Check]:
         yield Check(
             name=wave.replace("_", "-"),
             quantity=f"{what} after the first {BEGIN} steps, over the largest energy",
-            unit="1",
             value=float(waves[wave][-1] - waves[wave][BEGIN - 1]) / largest,
             reference=expected / largest,
             tolerance=1e3 * SOLVES,
@@ -158,15 +154,12 @@ def free_motion() -> Iterator[Check]:
         tolerance=1e4 * SOLVES,
         because="80 solves to 1e-13 each, summed twice",
     )
-    yield Check(
+    yield zero(
         name="strain",
         quantity="largest deviation of any node from free fall, over the way",
-        unit="1",
         value=float(off / (0.5 * 9.81 * t**2)),
-        reference=0.0,
         tolerance=1e4 * SOLVES,
         because="80 solves to 1e-13 each, summed twice",
-        of="unit",
     )
 
 

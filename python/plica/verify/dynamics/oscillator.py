@@ -80,7 +80,6 @@ def spectral_radii() -> Iterator[Check]:
         yield Check(
             name=f"hht{alpha:g}-1",
             quantity=f"spectral radius of HHT({alpha:g}) at Omega = 1",
-            unit="1",
             value=measured_radius(alpha, 1.0),
             reference=amplification(alpha, 1.0),
             tolerance=1e-7,
@@ -91,7 +90,6 @@ def spectral_radii() -> Iterator[Check]:
         yield Check(
             name=f"{name}-inf",
             quantity=f"spectral radius of HHT({alpha:.3g}) at Omega = 1e4",
-            unit="1",
             value=measured_radius(alpha, STIFF),
             reference=(1 + alpha) / (1 - alpha),
             tolerance=STIFF ** (-2 / 3) if triple else 1 / STIFF,
@@ -115,7 +113,6 @@ def free_vibration() -> Iterator[Check]:
     yield Check(
         name="displacement",
         quantity="displacement after 1000 steps, over that at the start",
-        unit="1",
         value=float(simulation.displacement[0, 0]) / SWING,
         reference=cos(turned),
         tolerance=1e-9,
@@ -163,7 +160,6 @@ def order(name: str) -> Iterator[Check]:
         yield Check(
             name=part,
             quantity=f"observed order of the {part}",
-            unit="1",
             value=float(np.log2(coarse[k] / fine[k])),
             reference=reference,
             tolerance=float(np.log2(1 + (2 * pi) ** 2 * PERIODS / (2 * PER_PERIOD))),

@@ -11,7 +11,7 @@ from scipy import sparse
 from plica import _engine
 from plica.identify import MarginalLikelihood, Noise, estimate
 from plica.runs.build import fixed_components, materials_of
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 from plica.verify.identification.recorded import (
     FRAMES,
     NAMES,
@@ -42,15 +42,12 @@ def affine() -> Iterator[Check]:
     }
     for name, (made, given) in parts.items():
         one, other = (sparse.csr_array(part) for part in (made, given))
-        yield Check(
+        yield zero(
             name=name,
             quantity=f"largest difference of an entry of the {name} matrix, over the largest",
-            unit="1",
             value=float(abs(one - other).max() / abs(other).max()),
-            reference=0.0,
             tolerance=1e-13,
             because="round-off of a sum over the cells of a node",
-            of="unit",
         )
 
 
@@ -95,7 +92,6 @@ def joint() -> Iterator[Check]:
     yield Check(
         name="value",
         quantity=f"log-likelihood of {FRAMES} frames of twelve points, some of them lost",
-        unit="1",
         value=at.value,
         reference=float(exact),
         tolerance=1e-10,
@@ -115,7 +111,6 @@ def gradient() -> Iterator[Check]:
         yield Check(
             name=name,
             quantity=f"derivative of the log-likelihood by log {name}",
-            unit="1",
             value=float(found[j]),
             reference=(a - 8 * b + 8 * c - d) / (12 * h),
             tolerance=1e-6 * float(np.abs(found).max()),

@@ -49,7 +49,6 @@ def direct() -> Iterator[Check]:
         name="state",
         quantity="of displacements, velocities and accelerations after a step the one that is furthest off, "
         "in units of 1 um, 1 cm/s, 100 m/s^2",
-        unit="1",
         value=float(stepped[k]),
         reference=float(exact[k]),
         tolerance=1e-12 * float(np.abs(exact).max()),
@@ -89,7 +88,6 @@ def engine() -> Iterator[Check]:
         yield Check(
             name=name,
             quantity=f"{name} after ten steps, over the largest, where it is furthest off",
-            unit="1",
             value=float(found[k]) / largest,
             reference=float(expected[k]) / largest,
             tolerance=1e-9,

@@ -102,7 +102,6 @@ def likelihood() -> Iterator[Check]:
     yield Check(
         name="value",
         quantity="log-likelihood of 40 frames, a fifth of their entries missing",
-        unit="1",
         value=kalman_filter(made, y, f).log_likelihood,
         reference=joint_log_likelihood(made, f, y),
         tolerance=1e-11,
@@ -131,7 +130,6 @@ def smoothing() -> Iterator[Check]:
         yield Check(
             name=name,
             quantity=f"of all {what} of the smoothed states the entry that is furthest off",
-            unit="1",
             value=float(one[k]),
             reference=float(other[k]),
             tolerance=1e-10 * float(np.abs(other).max()),

@@ -141,7 +141,6 @@ def shear_order(order: int) -> Iterator[Check]:
     yield Check(
         name="order",
         quantity="observed order of the frequency's error",
-        unit="1",
         value=float(np.log2(coarse / fine)),
         reference=2.0 * order,
         tolerance=float(np.log2(1 + per_cell(cells[0], 1, 0) ** 2)),
@@ -156,7 +155,6 @@ def shear_damping() -> Iterator[Check]:
     yield Check(
         name="ratio",
         quantity="damping ratio of the shear mode",
-        unit="1",
         value=ratio,
         reference=ETA * exact_shear(1, 0) / (4 * MU_FIBRE),
         tolerance=2 * per_cell(2, 1, 0) ** 4 / 1440,

@@ -113,7 +113,6 @@ def creep(nu: float) -> Iterator[Check]:
     yield Check(
         name="strain",
         quantity="strain at t = eta / E over that at rest",
-        unit="1",
         value=strain * modulus / TRACTION,
         reference=expected,
         tolerance=1e-4,

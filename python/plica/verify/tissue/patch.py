@@ -13,7 +13,7 @@ from scipy.sparse.linalg import spsolve
 from plica import _engine as engine
 from plica.scene.mesh.changed import changed_mesh
 from plica.verify.bodies.body import Body
-from plica.verify.case import Case, Check, worst
+from plica.verify.case import Case, Check, worst, zero
 
 __all__ = ["CASES"]
 
@@ -119,15 +119,12 @@ def patch(order: int, fibres: bool) -> Iterator[Check]:
         tolerance=1e-11,
         because=rounding,
     )
-    yield Check(
+    yield zero(
         name="displacement",
         quantity="largest error inside, over the largest displacement",
-        unit="1",
         value=off,
-        reference=0.0,
         tolerance=1e-11,
         because=rounding,
-        of="unit",
     )
 
 
@@ -145,22 +142,18 @@ def rigid() -> Iterator[Check]:
         for A in (K, C)
     )
     for name, force in (("elastic", forces), ("viscous", viscous)):
-        yield Check(
+        yield zero(
             name=name,
             quantity=f"largest {name} force of a rigid motion, over that of a stretch as large",
-            unit="1",
             value=force,
-            reference=0.0,
             tolerance=1e-12,
             because="round-off of a row of some hundred terms",
-            of="unit",
         )
     small = Body(distorted(1), body.material, np.zeros((64, 3), bool))
     values = np.linalg.eigvalsh(small.whole(small.assembly.stiffness()).toarray())
     yield Check(
         name="null-space",
         quantity="eigenvalues of the free body's K below 1e-9 of the largest",
-        unit="1",
         value=float((np.abs(values) < 1e-9 * values[-1]).sum()),
         reference=6.0,
         tolerance=0.0,

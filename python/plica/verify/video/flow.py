@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from plica.verify.case import Case, Check
+from plica.verify.case import Case, Check, zero
 from plica.video.motion import flow as engine_flow
 
 __all__ = ["CASES"]
@@ -56,26 +56,22 @@ def shift() -> Iterator[Check]:
             because=SPLINE,
             of="unit",
         )
-    yield Check(
+    yield zero(
         name="error",
         quantity="mean endpoint error",
         unit="px",
         value=float(np.hypot(*np.moveaxis(motion - SHIFT, -1, 0)).mean()),
-        reference=0.0,
         tolerance=1e-2,
         because=SPLINE,
-        of="unit",
     )
     still = engine_flow.flow(texture(x, y), texture(x, y)).flow
-    yield Check(
+    yield zero(
         name="still",
         quantity="largest motion between a picture and itself",
         unit="px",
         value=float(np.abs(still).max()),
-        reference=0.0,
         tolerance=1e-5,
         because="single precision of grey levels up to 255",
-        of="unit",
     )
 
 
@@ -96,22 +92,19 @@ def affine() -> Iterator[Check]:
         yield Check(
             name=name,
             quantity=f"{quantity} of a texture that is stretched, sheared and turned",
-            unit="1",
             value=float(value),
             reference=float(reference),
             tolerance=5e-3 / (0.5 * ROWS - BORDER),
             because=f"{SPLINE}, over half the height",
             of="unit",
         )
-    yield Check(
+    yield zero(
         name="error",
         quantity="mean endpoint error",
         unit="px",
         value=float(np.hypot(*np.moveaxis(motion - exact, -1, 0)).mean()),
-        reference=0.0,
         tolerance=1e-2,
         because=SPLINE,
-        of="unit",
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import pi, sqrt
 from pathlib import Path
 
@@ -40,6 +40,23 @@ SAMPLED_EXTREMES = "1 - cos(omega h / 2): extremes are sampled"
 def number(measure: Measure) -> float:
     """Its value; not a number where it has none."""
     return float("nan") if measure.value is None else float(measure.value)
+
+
+def checks(
+    found: Iterable[Measure], rows: Iterable[tuple[str, str, str, float, float, str]]
+) -> Iterator[Check]:
+    """Of measures: the check's name, the measure's, unit, reference, tolerance and its reason."""
+    by_name = {measure.name: measure for measure in found}
+    for name, key, unit, reference, tolerance, because in rows:
+        yield Check(
+            name=name,
+            quantity=key.replace("_", " "),
+            unit=unit,
+            value=number(by_name[key]),
+            reference=reference,
+            tolerance=tolerance,
+            because=because,
+        )
 
 
 def ellipse() -> Iterator[Check]:
@@ -167,27 +184,17 @@ def pulses() -> Iterator[Check]:
     phase = (PITCH * time + 0.1) % 1
     area = np.clip(np.minimum(phase / UP, (UP + DOWN - phase) / DOWN), 0.0, None)
     cycles = find_cycles(time, area, name="glottal area")
-    found = {
-        m.name: m for m in (*frequency_measures(time, area, cycles), *quotient_measures(time, area, cycles))
-    }
+    found = (*frequency_measures(time, area, cycles), *quotient_measures(time, area, cycles))
     level = closed_share * PITCH / RATE / (2 * DOWN)
     linear = "linear flanks are interpolated exactly"
     sampled = "the level is 5 % of the largest sample, which lies up to half a sample beside the top"
-    for name, key, unit, reference, tolerance, because in (
+    rows = (
         ("pitch", "fundamental_frequency", "Hz", PITCH, 1e-9, linear),
         ("open-quotient", "open_quotient", "1", (1 - closed_share) * (UP + DOWN), level, sampled),
         ("speed-quotient", "speed_quotient", "1", UP / DOWN, 1e-9, linear),
         ("closing-quotient", "closing_quotient", "1", (1 - closed_share) * DOWN, level, sampled),
-    ):
-        yield Check(
-            name=name,
-            quantity=key.replace("_", " "),
-            unit=unit,
-            value=number(found[key]),
-            reference=reference,
-            tolerance=tolerance,
-            because=because,
-        )
+    )
+    yield from checks(found, rows)
 
 
 def sides() -> Iterator[Check]:
@@ -196,9 +203,9 @@ def sides() -> Iterator[Check]:
     left = 1e-3 * (2.0 + 1.5 * np.cos(2 * pi * PITCH * time))
     right = 1e-3 * (2.0 + 0.9 * np.cos(2 * pi * PITCH * time - LAG))
     cycles = find_cycles(time, left + right, name="glottal area")
-    found = {m.name: m for m in side_measures(time, left, right, cycles)}
+    found = side_measures(time, left, right, cycles)
     step = 2 * pi * PITCH / RATE
-    for name, key, unit, reference, tolerance, because in (
+    rows = (
         (
             "phase",
             "left_right_phase",
@@ -209,16 +216,8 @@ def sides() -> Iterator[Check]:
         ),
         ("amplitude-left", "amplitude_left", "m", 1.5e-3, step**2 / 8, SAMPLED_EXTREMES),
         ("amplitude-right", "amplitude_right", "m", 0.9e-3, step**2 / 8, SAMPLED_EXTREMES),
-    ):
-        yield Check(
-            name=name,
-            quantity=key.replace("_", " "),
-            unit=unit,
-            value=number(found[key]),
-            reference=reference,
-            tolerance=tolerance,
-            because=because,
-        )
+    )
+    yield from checks(found, rows)
 
 
 CASES = (
