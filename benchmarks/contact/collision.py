@@ -15,7 +15,6 @@ it does not see faint tails.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import Any
 import numpy as np
 
 import plica
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 from plica.measures.catalogue import contact_share, pressure_window
 from plica.measures.run.contact import collisions, moving_average
@@ -110,9 +110,7 @@ def table(title: str, names: list[str], found: list[Mapping[str, Any]]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("run", type=Path, help="directory of a run of a quadratic larynx")
     parser.add_argument("--steps", default="100,50,25,12.5,6.25", help="us")
     parser.add_argument("--mesh-steps", default="50,25", help="us, at which the other meshes are run")

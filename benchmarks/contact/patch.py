@@ -9,14 +9,13 @@ forces at the interface (of the largest exact one).
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import _engine as engine
 from plica.tetrahedron import EDGES
 from plica.verify.contact.airway import air_between
@@ -131,7 +130,5 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     record("contact_patch", COLUMNS, rows())

@@ -9,12 +9,12 @@ at the start.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 import plica
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 
 NAMES = ("contact_impulse", "contact_duration", "peak_contact_pressure", "peak_contact_pressure_step")
@@ -51,9 +51,7 @@ def by_faces(faces: str, directory: Path) -> list[float]:
 
 
 def main() -> None:
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     columns = ("impulse (uN s)", "duration (ms)", "0.2 ms (kPa)", "one step (kPa)")
     show(("elements", "mass", "step (us)", *columns), rows_by_step())
     print()

@@ -18,6 +18,7 @@ import numpy as np
 
 import plica
 from benchmarks.dynamics.step_cost import CLOSING
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 
 AIRWAYS = ("matched", "triangulated")
@@ -32,9 +33,7 @@ def simulation_of(path: str, airway: str) -> Any:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument(
         "scenes", nargs="*", default=["examples/thesis_b.toml", "examples/normal_phonation.toml"]
     )

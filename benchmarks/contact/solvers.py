@@ -29,7 +29,7 @@ import numpy as np
 import plica
 from benchmarks.dynamics.step_cost import CLOSING, SEARCHED
 from benchmarks.harness.record import ROOT
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.voice.measures import mean_interface_edge
 
 SOLVERS = ("condensed", "saddle", "gmres")
@@ -158,9 +158,7 @@ def compare(larynx: str, options: argparse.Namespace) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("meshes", nargs="+", metavar="MESH", help="presets, e.g. coarse demo")
     parser.add_argument("--blocks", type=int, default=5, help="rounds in which all solvers take turns (5)")
     parser.add_argument("--steps", type=int, default=4, help="colliding steps of a round (4)")

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 
 # What a side runs; it must be understood by every engine that is compared.
@@ -89,9 +90,7 @@ def median(block: list[dict[str, Any]], part: str, hit: bool) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument(
         "--side", nargs=3, action="append", required=True, metavar=("NAME", "PYTHON", "SCENE")
     )

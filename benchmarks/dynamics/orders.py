@@ -8,14 +8,13 @@ differences have a lumped mass, whose own steady motion they are held against, a
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import _engine as engine
 from plica.verify.bodies.body import SCHEMES, Body, held
 
@@ -69,7 +68,5 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     record("orders", COLUMNS, rows())

@@ -25,6 +25,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 
 # The process that starts the others must stay small: on Linux a child's peak begins with its parent's.
@@ -300,9 +301,7 @@ def _cells(row: dict[str, Any], peaks: dict[str, dict[str, Any]]) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument(
         "scenes", nargs="*", default=["examples/thesis.toml", "examples/normal_phonation.toml"]
     )

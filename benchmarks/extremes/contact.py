@@ -23,7 +23,6 @@ What there is to say of each goes to standard error.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -32,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import _engine as engine
 from plica.measures.run.cautions import largest_slide
 from plica.runs.build import build_simulation
@@ -459,9 +458,7 @@ def outcome(case: str, contact: str) -> tuple[str, str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--cases", default="", help="parts of their names, by commas; all where left out")
     parser.add_argument("--contacts", default=",".join(CONTACTS))
     options = parser.parse_args()

@@ -32,7 +32,6 @@ peers/bin/pip install opencv-contrib-python-headless scikit-image
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -44,7 +43,7 @@ import numpy as np
 from scipy import ndimage, stats
 
 from benchmarks.flow.method import PEERS
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
 from plica.video.files.recording import spread
@@ -78,9 +77,7 @@ class Found:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("clip", type=Path, nargs="?", help="a recording; left out: the synthetic glottis")
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")
     parser.add_argument("--every", type=int, default=2, help="of how many pairs one is taken")

@@ -9,13 +9,12 @@ criteria of `plica video --lambda-report` choose from the frames alone, each wit
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 
 import numpy as np
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.motion.flow import PRESETS, flow
 from plica.video.motion.frame_content import Seen, informing
@@ -34,9 +33,7 @@ TIMES = (2, 9, 16)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--preset", choices=tuple(PRESETS), default="video")
     preset = parser.parse_args().preset
     plica.set_threads(1)

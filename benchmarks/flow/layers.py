@@ -15,7 +15,6 @@ peers/bin/pip install opencv-contrib-python-headless scikit-image
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import tempfile
@@ -30,7 +29,7 @@ from scipy import ndimage
 
 import plica
 from benchmarks.flow.method import PEERS
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.video.motion.flow import flow
 
 SETS = {"choice": range(1, 7), "judge": range(101, 111)}
@@ -175,9 +174,7 @@ def own_flows(options: dict, pairs: list[Pair]) -> tuple[list[np.ndarray], float
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--set", choices=tuple(SETS), default="judge")
     parser.add_argument("--sweep", action="store_true", help="the constants that were tried")
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")

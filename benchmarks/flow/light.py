@@ -22,7 +22,6 @@ peers/bin/pip install opencv-contrib-python-headless scikit-image
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import tempfile
@@ -33,7 +32,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
 from plica.video.glottis.brightness import dark_level
@@ -221,9 +220,7 @@ def slit_rows(methods: list[str], peers: Path | None, given: list[Pair]) -> Iter
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")
     parser.add_argument("--part", choices=("both", "light", "slit"), default="both")
     options = parser.parse_args()

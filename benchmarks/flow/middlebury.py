@@ -16,7 +16,6 @@ peers/bin/pip install opencv-contrib-python-headless scikit-image
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -27,7 +26,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.flow.method import PEERS, PLICA
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.video.files.image_file import read_image
 from plica.video.motion.flow import endpoint_error
 from plica.video.motion.flow_file import read_flow
@@ -39,9 +38,7 @@ WORKER = Path(__file__).with_name("method.py")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder of the Middlebury sequences")
     parser.add_argument("--peers", type=Path, help="Python of the peers' environment")
     parser.add_argument("--rounds", type=int, default=0, help="also times: medians over so many, in turn")

@@ -10,7 +10,6 @@ that moves by more than a tenth of a pixel and is 5 px or more from the midline 
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.video.analysis import analyse
 from plica.video.glottis.midline import Midline, pixels
 from plica.video.motion.flow import PRESETS, flow
@@ -40,9 +39,7 @@ def motion(points: np.ndarray, midline: Midline) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("recording", type=Path)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:

@@ -8,7 +8,6 @@ Mean end-point error (px). The gradient's first constants (zeta 1, two fine leve
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from typing import Any
 import plica
 from benchmarks.flow.layers import BOTH, CHARBONNIER, FIRST
 from benchmarks.flow.middlebury import CHOSE, read_frames, row
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.video.motion.flow import endpoint_error, flow
 from plica.video.motion.flow_file import read_flow
 
@@ -67,9 +66,7 @@ def rows(data: Path) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("data", type=Path, help="folder of the Middlebury sequences")
     data = parser.parse_args().data
     plica.set_threads(1)

@@ -10,13 +10,12 @@ default.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.motion.flow import PRESETS, flow, warp_error
 from plica.video.motion.frame_content import Seen, informing
@@ -53,9 +52,7 @@ def phase_of(glottis: SyntheticGlottis, t: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--pairs", type=int, default=20, help="of frames, from the first on: a cycle is 20")
     parser.add_argument("--noise", type=float, default=2.0)
     options = parser.parse_args()

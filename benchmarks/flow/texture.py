@@ -9,13 +9,12 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 
 import numpy as np
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.motion.flow import flow
 from plica.video.motion.frame_content import Seen, informing
@@ -58,9 +57,7 @@ def rows() -> Iterator[list[str]]:
 
 
 def main() -> None:
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     plica.set_threads(1)
     record("flow_texture", ["noise, contrast (grey), blur, grain (px)", *WAYS], rows())
 

@@ -7,6 +7,7 @@ engine they name is in the history.
 
 from __future__ import annotations
 
+import argparse
 import math
 import shlex
 import sys
@@ -16,7 +17,7 @@ from pathlib import Path
 from benchmarks.harness.record import ROOT, Environment, Record, this_environment
 from benchmarks.harness.table import markdown, show
 
-__all__ = ["RECORDS", "Study", "keep", "of_this_engine", "record"]
+__all__ = ["RECORDS", "Study", "keep", "of_this_engine", "record", "script_parser"]
 
 RECORDS = ROOT / "docs" / "records"
 
@@ -64,6 +65,11 @@ def keep(
     RECORDS.mkdir(exist_ok=True)
     made.write(RECORDS / f"{name}.json")
     return made
+
+
+def script_parser(text: str | None) -> argparse.ArgumentParser:
+    """The options of a script whose docstring is its help."""
+    return argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
 def of_this_engine(folder: Path) -> Path:

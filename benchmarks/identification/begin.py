@@ -11,14 +11,13 @@ number of frames before the film in which its start is made; "none": as if at re
 
 from __future__ import annotations
 
-import argparse
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import _engine
 from plica.identify import (
     Forcing,
@@ -106,7 +105,7 @@ class Folds:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options = script_parser(__doc__)
     options.add_argument("--frequency", type=float, default=170.0, help="Hz")
     options.add_argument("--viscosity", type=float, default=1.0, help="factor")
     options.add_argument("--leads", type=int, nargs="+", default=[0, 8, 16, 20, 24, 40], help="frames")

@@ -29,7 +29,7 @@ import numpy as np
 from scipy import ndimage
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import video
 from plica.films.clip import Clip
 from plica.identify import (
@@ -351,9 +351,7 @@ def mesh(text: str) -> tuple[str, int]:
 
 def main() -> None:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--mesh", type=mesh, default=("coarse", 2), help="preset:order")
     parser.add_argument("--frames", type=int, default=120)
     parser.add_argument("--drive", type=float, default=200.0, help="Pa, of the known pressure")

@@ -11,14 +11,13 @@ factor at best.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import larynx_fit, video
 from plica.identify import Identification, Settings, identify
 
@@ -28,9 +27,7 @@ COLUMNS = ("prior's 95 % (kPa)", "median of mu' cover", "of mu' body", "the mode
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("clip", type=Path)
     parser.add_argument("--fps", type=float, default=1000.0)
     parser.add_argument("--mm-per-px", type=float, default=0.09)

@@ -25,7 +25,7 @@ from dataclasses import replace
 import numpy as np
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.identification.block import (
     CAMERA,
     COARSE,
@@ -206,9 +206,7 @@ STUDIES = {
 
 def main() -> None:
     """Run one of the benchmarks."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("what", choices=STUDIES)
     parser.add_argument("--draws", type=int, default=3)
     parser.add_argument("--whole", type=int, default=0, help="of them, how many are iterated to the end")

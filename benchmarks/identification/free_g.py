@@ -16,7 +16,6 @@ Errors are of k1, k2, k3 in per cent.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.identify import LinearGaussian, em, hht_evolution, kalman_filter, log_likelihood, structured_em
 from plica.identify.state_space.moments import expected_moments
 from plica.identify.state_space.structured_em import expected_objective
@@ -172,9 +171,7 @@ def structured(share: float, frames: int, iterations: int) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--frames", type=int, default=200)
     parser.add_argument("--iterations", type=int, default=100)
     parser.add_argument("--shares", type=float, nargs="+", default=[0.003, 0.03, 0.3])

@@ -11,7 +11,6 @@ before it. In the film itself such pressures of 3 Pa are allowed.
 
 from __future__ import annotations
 
-import argparse
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import signal
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.identification.voice import voice
 from plica import _engine
 from plica.identify import (
@@ -148,7 +147,7 @@ class Study:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options = script_parser(__doc__)
     options.add_argument("--pressure", type=float, default=300.0, help="Pa")
     options.add_argument("--cover", type=float, default=1.5, help="factor on its moduli")
     options.add_argument("--seed", type=int, default=1)

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import plica
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 from plica.identify import Settings, identify
 from plica.storage.stored import Stored
@@ -92,7 +93,7 @@ def judged(scene: plica.Scene, where: Path, guess: float) -> list[str]:
 
 
 def main() -> None:
-    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    options = script_parser(__doc__)
     options.add_argument("--pressures", type=float, nargs="+", default=[400, 600, 800, 1000], help="Pa")
     options.add_argument("--cover", type=float, nargs="+", default=[1.0], help="factors on its moduli")
     options.add_argument("--order", type=int, default=1, help="of the elements")

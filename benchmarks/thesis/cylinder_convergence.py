@@ -8,7 +8,6 @@ recommends, and as the thesis does it: HHT(-0.3) and contact nodes that have mas
 
 from __future__ import annotations
 
-import argparse
 import io
 import itertools
 from collections.abc import Iterator
@@ -20,7 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.thesis import cylinders
 from plica import _engine as engine
 from plica.report.drawing import blue, green, grey, red, style
@@ -120,9 +119,7 @@ def draw(found: dict[tuple[str, int, float], History], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--runs", type=Path, default=Path("runs/thesis"), help="where computations are kept")
     parser.add_argument("--picture", type=Path, default=PICTURE)
     options = parser.parse_args()

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 import plica
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 from plica.units import read_quantity
 
@@ -111,9 +112,7 @@ def row(run: plica.Run, last: float) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("scene", type=Path)
     parser.add_argument("-o", "--output", type=Path, required=True, help="directory of the runs")
     parser.add_argument("--pressure", nargs="+", default=["0.8 kPa", "0.6 kPa", "0.5 kPa", "0.4 kPa"])

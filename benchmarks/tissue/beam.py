@@ -8,14 +8,13 @@ f = sqrt(mu'/rho) / (2 pi) sqrt(((2l-1) pi / 2D)^2 + (m pi / T)^2), damping rati
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import eigsh
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import _engine as engine
 from plica.verify.bodies.body import Body, held
 
@@ -121,9 +120,7 @@ def shear_mode() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     cantilever()
     heads = [head for shape in ("1,0", "2,0", "1,1") for head in (f"f({shape}) error", "order")]
     record("shear_mode", ["elements", "cells", *heads, "damping ratio, of exact"], shear_mode())

@@ -10,7 +10,6 @@ three, against REFERENCE.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
@@ -22,7 +21,7 @@ from scipy.sparse.linalg import eigsh
 from scipy.spatial import cKDTree
 
 import plica
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.runs.build import build_simulation
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.summary import dihedral_angles, quality
@@ -101,7 +100,5 @@ def rows() -> Iterator[list[str]]:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     record("larynx_modes", COLUMNS, rows())

@@ -21,7 +21,6 @@ error is below 1e-9 of the truth are counted as held and have no ratio. Records:
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import sys
 from collections.abc import Callable, Iterator
@@ -32,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.uncertainty.column import LENGTH, RHO, WIDTH, Column
 from plica.measures.instants import highest
 from plica.measures.run.free import free_measures
@@ -235,9 +234,7 @@ def missed(rows: list[Row]) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, help="where to make the runs")
     parser.add_argument("--only", nargs="+", help="only these scenes")
     parser.add_argument("--budget", type=float, default=30.0, help="so that no level is left out (30)")

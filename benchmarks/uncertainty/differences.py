@@ -11,12 +11,11 @@ means over other recordings.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
 from plica.video.glottis.glottal_area import GlottalArea
@@ -81,9 +80,7 @@ def rows(count: int) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--pairs", type=int, default=300, help="without a change; with one half as many")
     count = parser.parse_args().pairs
     columns = ["measure", f"no change, {count} pairs (%)", f"jitter from 1 to 3 %, {count // 2} pairs (%)"]

@@ -12,7 +12,6 @@ own, of its scatter twice the standard error. Record: `uncertainty_voice`.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,7 +19,7 @@ import numpy as np
 
 import plica
 from benchmarks.harness.record import ROOT
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.voice.measures import QUANTITIES, Quantity, Voice
 from benchmarks.voice.phonation import START
 from plica.runs.example_bounds import FILE, write_example
@@ -76,9 +75,7 @@ def rows(run: plica.Run, voices: dict[str, Voice]) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("run", type=Path, help="an estimated run of the example")
     parser.add_argument("--finer", type=Path, help="folder of the runs of voice/phonation.py")
     options = parser.parse_args()

@@ -11,7 +11,6 @@ the planted periods and of the exact largest areas.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.measures.cycles import Cycles, find_cycles
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
@@ -100,9 +99,7 @@ def planted(glottis: SyntheticGlottis, cycles: Cycles) -> tuple[np.ndarray, np.n
 
 
 def main() -> None:
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     with tempfile.TemporaryDirectory() as name:
         columns = ["shadow", "mean area (%)", "open quotient", "true", "doubts"]
         record("video_shadows", columns, shadows(Path(name)))

@@ -12,7 +12,6 @@ half of their widths as in limits.py. Said: in how many films it is doubted that
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.video.limits import COLUMNS, FPS, WIDTHS, against, exactly, widths
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
@@ -156,9 +155,7 @@ def rows() -> Iterator[list[str]]:
 
 
 def main() -> None:
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     columns = ["film", "blur (px)", "blur found (px)", "mean area (%)", "open quotient", "intervals held"]
     record("video_blur", [*columns, *WIDTHS, "said"], rows())
 

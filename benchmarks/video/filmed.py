@@ -12,7 +12,6 @@ the true flow, at the pixels that count in the modes and whose true flow is know
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import plica
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from plica import video
 from plica.films import Clip
 from plica.video.analysis import Analysis
@@ -107,9 +106,7 @@ def filmed(run: plica.Run, light: dict[str, float]) -> list[tuple[str, str, str]
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="of the run")
     options = parser.parse_args()
     scene = plica.Scene.load(ROOT / "examples" / "first.toml").replace(VOICE)

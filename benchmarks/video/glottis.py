@@ -19,14 +19,13 @@ what is around it (the harmonic function, with the frame's own noise). Nothing i
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from benchmarks.harness.table import show
 from plica.video.files.image_file import read_image
 from plica.video.glottis.frame_segmentation import segment
@@ -142,9 +141,7 @@ def clicked(truth: np.ndarray) -> np.ndarray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("folder", type=Path, help="with N.png and N_seg.png")
     parser.add_argument("--half", choices=("chosen on", "judged on"), help="only this one")
     parser.add_argument("--segmenter", type=Path, help="an ONNX model in place of plica's segmentation")

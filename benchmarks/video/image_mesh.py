@@ -13,13 +13,12 @@ through the mesh, both ways; "missed" is its 95th percentile over the half-width
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica import InvalidInput, larynx_fit, video
 from plica.video.files.image_file import read_image
 
@@ -30,9 +29,7 @@ COLUMNS = (
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--larynx", default="demo", help="preset: coarse, demo, fine, finest")
     parser.add_argument("--order", type=int, default=2)

@@ -14,7 +14,6 @@ lies between the outlines.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import plica
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from plica import video
 from plica.films import Clip
 from plica.measures.glottal import area_measures, quotient_measures
@@ -116,9 +115,7 @@ def films(directory: Path) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", metavar="DIR", type=Path, required=True, help="of the runs")
     options = parser.parse_args()
     columns = ["folds, lamp"]

@@ -31,7 +31,6 @@ small ones.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -40,7 +39,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.measures.measure import Measures
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import analyse
@@ -221,9 +220,7 @@ def modes_rows(flows: np.ndarray, patterns: np.ndarray) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--part", choices=("both", "glottis", "modes"), default="both")
     parser.add_argument("--seeds", type=int, default=3)
     options = parser.parse_args()

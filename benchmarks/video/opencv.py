@@ -12,7 +12,6 @@ Filters: the same frames, results compared, milliseconds a frame.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Iterator
 
@@ -22,6 +21,7 @@ import numpy as np
 from scipy import ndimage
 
 from benchmarks.flow.light import LIT, endoscope, filmed
+from benchmarks.harness.study import script_parser
 from benchmarks.harness.table import show
 from plica.synthetic.glottis import SyntheticGlottis
 from plica.video.motion.drift import drift, still_region, without_drift
@@ -137,9 +137,7 @@ def outlined(lines: list[np.ndarray], mask: np.ndarray) -> float:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     cv2.setNumThreads(1)
     show(("film", "light", "method", "off (px)", "off (rad)", "processor (s)"), motion_rows())
     print()

@@ -17,7 +17,6 @@ danger. Wherever a killed analysis cannot be continued, there is a message, and 
 
 from __future__ import annotations
 
-import argparse
 import os
 import re
 import shutil
@@ -35,7 +34,7 @@ import h5py
 import numpy as np
 import tifffile
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.synthetic.glottis import Synthetic, SyntheticGlottis
 from plica.video.analysis import load
 
@@ -274,9 +273,7 @@ def tally(
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("--frames", type=int, default=400, help="0: the small recording alone")
     parser.add_argument("--preset", default="video")
     parser.add_argument("--threads", type=int, default=2)

@@ -10,13 +10,12 @@ its intervals the true speed is. "Exact": the same of the exact flow.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 from plica.measures.cycles import Cycles
 from plica.synthetic.wave import SyntheticWave
 from plica.video.measures.wave_measures import wave_measures
@@ -71,9 +70,7 @@ def rows() -> Iterator[list[str]]:
 
 
 def main() -> None:
-    argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    ).parse_args()
+    script_parser(__doc__).parse_args()
     columns = ["wavelength (px)", "frames a cycle", "speed over the true one: exact"]
     for preset in PRESETS:
         columns += [preset, "held"]

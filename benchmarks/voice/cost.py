@@ -12,7 +12,6 @@ rounds, in ms of wall time a step; ratios are of means within a round. Parts are
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,7 +21,7 @@ import numpy as np
 
 import plica
 from benchmarks.contact.collision import widest_opening
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 
 LENGTH = 8e-3  # s, two cycles
 PARTS = ("residual", "load", "solve", "detection", "contact", "energies", "record")
@@ -106,9 +105,7 @@ def part_rows(all_voices: list[Voice]) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("runs", nargs="+", type=Path, help="directories of settled runs")
     parser.add_argument("--threads", type=int, nargs="+", default=[1], help="in turn (1)")
     parser.add_argument("--rounds", type=int, default=5)

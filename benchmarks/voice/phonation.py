@@ -17,7 +17,6 @@ All but the start's and the thesis's are measured from START on. Spreads, errors
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -27,7 +26,7 @@ import numpy as np
 
 import plica
 from benchmarks.harness.record import ROOT
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.tissue.larynx_modes import symmetric_modes
 from benchmarks.voice.measures import (
     F0,
@@ -276,9 +275,7 @@ PARTS = {
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), help="these parts")
     parser.add_argument("--threads", type=int, default=1)

@@ -9,7 +9,6 @@ one thread; medians of --repeats. Record: `reduced_command`.
 
 from __future__ import annotations
 
-import argparse
 import resource
 import shutil
 import subprocess
@@ -21,7 +20,7 @@ from pathlib import Path
 from statistics import median
 
 import plica
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.voice.reduced_voices import scene_of
 from plica.runs.basis_file import kept_basis
 from plica.scene.mesh.build import build_mesh
@@ -90,9 +89,7 @@ class Commands:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--repeats", type=int, default=5)
     options = parser.parse_args()

@@ -21,7 +21,7 @@ from typing import Any
 
 import plica
 from benchmarks.harness.record import ROOT
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.voice.reduction import SAID, cost, errors, values
 from plica.runs.basis_file import kept_basis
 from plica.scene.mesh.build import build_mesh
@@ -105,9 +105,7 @@ class Study:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, help="folder of the runs")
     parser.add_argument("--voices", nargs="+", choices=VOICES, default=list(VOICES), help="these")
     parser.add_argument("--components", type=int, nargs="+", default=[60, 100, 150])

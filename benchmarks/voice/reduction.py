@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import plica
-from benchmarks.harness.study import of_this_engine, record
+from benchmarks.harness.study import of_this_engine, record, script_parser
 from benchmarks.voice.measures import Cut
 from plica.measures.run.measure import measure
 from plica.runs import checkpoint
@@ -129,9 +129,7 @@ def rows(options: argparse.Namespace) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("full", type=Path)
     parser.add_argument("sizes", nargs="+", help="MODES,CONTACT_VECTORS")
     parser.add_argument("-o", "--output", type=Path, required=True)

@@ -14,7 +14,6 @@ step_order_RUN.json.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -25,7 +24,7 @@ from scipy.interpolate import CubicSpline
 
 import plica
 from benchmarks.contact.collision import widest_opening
-from benchmarks.harness.study import record
+from benchmarks.harness.study import record, script_parser
 
 STEPS = (100e-6, 50e-6, 25e-6, 12.5e-6)  # s
 LENGTH = 8e-3  # s, two cycles
@@ -92,9 +91,7 @@ def rows(directory: Path, only: list[str]) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = script_parser(__doc__)
     parser.add_argument("runs", nargs="+", type=Path, help="directories of runs that have come to phonate")
     parser.add_argument("--only", nargs="+", choices=VARIANTS, default=list(VARIANTS), help="these rows")
     options = parser.parse_args()
