@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
-
 from plica.report.installation import Installation
+from plica.report.page import render
 from plica.storage.files import storage_errors, write_text
 from plica.storage.json_file import write_json
 from plica.storage.table import write_rows
@@ -42,9 +40,8 @@ def write(
     write_json([row.as_json() for row in rows], directory / "verification.json")
     write_rows(directory / "verification.csv", [row.as_json() for row in rows])
     write_text(as_markdown(results, installation), directory / "verification.md")
-    template = files("plica.verify").joinpath("report.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
-    page = environment.from_string(template).render(
+    page = render(
+        "verify/report.html.j2",
         subjects=[
             (name, topic, _of(name, results)) for name, topic in SUBJECTS.items() if _of(name, results)
         ],

@@ -19,11 +19,21 @@ SUBJECTS: dict[str, str] = {
 }
 """Packages of cases, with their content."""
 
+_MODULES = {
+    "tissue": ("patch", "moduli", "modes"),
+    "dynamics": ("oscillator", "ledger", "bits"),
+    "airflow": ("bernoulli", "slits", "work"),
+    "contact": ("impact", "bounce", "statics", "laws"),
+    "video": ("flow", "glottis"),
+    "identification": ("gaussian", "evolution", "estimator"),
+}
+"""Of each package, in the order of the rows."""
+
 
 def cases(subject: str) -> tuple[Case, ...]:
     """The cases of a subject, which is imported on demand."""
-    found: tuple[Case, ...] = importlib.import_module(f"plica.verify.{subject}").CASES
-    return found
+    modules = (importlib.import_module(f"plica.verify.{subject}.{name}") for name in _MODULES[subject])
+    return tuple(case for module in modules for case in module.CASES)
 
 
 def verify(subjects: Sequence[str]) -> Iterator[tuple[Case, list[Row]]]:
