@@ -26,7 +26,6 @@ MIDDLES = (1.1e-3, 3e-3)
 """s, the instants of the thesis's Fig. 6b."""
 LEVELS = ((6, 20e-6), (10, 20e-6), (10, 10e-6))
 """Elements across and step (s); the last is shown."""
-PRINTED_STRESS = {"Paper A": 4.89e8, "ANSYS": 4.95e8}  # Pa
 
 
 def bar_pressure() -> float:

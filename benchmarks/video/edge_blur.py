@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,73 +27,46 @@ from plica.video.analysis import analyse
 from plica.video.settings import Settings
 
 SMALL = {"height": 128, "width": 128, "highlights": 2, "frames": 90, "frequency": 0.0473}
+
+
+def film(left: float, right: float, open_left: float, open_right: float, **others: Any) -> Synthetic:
+    """By amplitudes and openings (px)."""
+    return Synthetic(
+        **SMALL | {"noise": 3.0} | others, amplitude=(left, right), opening=(open_left, open_right)
+    )
+
+
 CHOSE = {
-    "chose: small": Synthetic(**SMALL, amplitude=(5, 5), opening=(2, 2)),
-    "chose: smaller": Synthetic(**SMALL | {"height": 96, "width": 96}, amplitude=(4, 4), opening=(2, 2)),
-    "chose: one side": Synthetic(
-        **SMALL, amplitude=(3, 9), opening=(1, 4), phase=(0, 0.8), noise=3.0, seed=5
-    ),
-    "chose: touching": Synthetic(**SMALL, amplitude=(6, 6), opening=(5.8, 5.8), noise=3.0, seed=6),
-    "chose: narrow gap": Synthetic(**SMALL, amplitude=(5, 5), opening=(5.5, 5.5), noise=3.0, seed=7),
-    "chose: one after the other": Synthetic(
-        **SMALL, amplitude=(7, 7), opening=(3, 3), lag=1.2, noise=3.0, seed=9
-    ),
-    "chose: closed for long": Synthetic(**SMALL, amplitude=(8, 8), opening=(-3, -3), noise=3.0, seed=11),
+    "chose: small": film(5, 5, 2, 2, noise=Synthetic.noise),
+    "chose: smaller": film(4, 4, 2, 2, height=96, width=96, noise=Synthetic.noise),
+    "chose: one side": film(3, 9, 1, 4, phase=(0, 0.8), seed=5),
+    "chose: touching": film(6, 6, 5.8, 5.8, seed=6),
+    "chose: narrow gap": film(5, 5, 5.5, 5.5, seed=7),
+    "chose: one after the other": film(7, 7, 3, 3, lag=1.2, seed=9),
+    "chose: closed for long": film(8, 8, -3, -3, seed=11),
 }
 JUDGE = {
-    "judges: folds late": Synthetic(
-        **SMALL | {"height": 144, "frequency": 0.06, "frames": 70},
-        amplitude=(6, 8),
-        opening=(3, 1),
-        phase=(0, -0.5),
-        lag=0.5,
-        noise=3.0,
-        seed=51,
+    "judges: folds late": film(
+        6, 8, 3, 1, height=144, frequency=0.06, frames=70, phase=(0, -0.5), lag=0.5, seed=51
     ),
-    "judges: coarse texture": Synthetic(
-        **SMALL | {"frequency": 0.0531, "frames": 80},
-        amplitude=(8, 8),
-        opening=(1, 1),
-        texture=12.0,
-        grain=4.0,
-        noise=3.0,
-        seed=52,
+    "judges: coarse texture": film(8, 8, 1, 1, frequency=0.0531, frames=80, texture=12.0, grain=4.0, seed=52),
+    "judges: wide": film(16, 14, 5, 5, height=192, width=192, frequency=0.05, seed=53),
+    "judges: unlike folds": film(
+        4, 7, 2, 3, width=112, frequency=0.0571, phase=(0.4, 0), texture=18.0, grain=3.0, noise=4.0, seed=61
     ),
-    "judges: wide": Synthetic(
-        **SMALL | {"height": 192, "width": 192, "frequency": 0.05},
-        amplitude=(16, 14),
-        opening=(5, 5),
-        noise=3.0,
-        seed=53,
+    "judges: open for long": film(7, 7, 6, 6, height=160, frequency=0.0455, noise=4.0, seed=62),
+    "judges: open for short": film(
+        7, 6, -1, -1.5, height=112, width=112, frequency=0.0513, noise=4.0, seed=63
     ),
-    "judges: unlike folds": Synthetic(
-        **SMALL | {"width": 112, "frequency": 0.0571},
-        amplitude=(4, 7),
-        opening=(2, 3),
-        phase=(0.4, 0),
-        texture=18.0,
-        grain=3.0,
-        noise=4.0,
-        seed=61,
-    ),
-    "judges: open for long": Synthetic(
-        **SMALL | {"height": 160, "frequency": 0.0455},
-        amplitude=(7, 7),
-        opening=(6, 6),
-        noise=4.0,
-        seed=62,
-    ),
-    "judges: open for short": Synthetic(
-        **SMALL | {"height": 112, "width": 112, "frequency": 0.0513},
-        amplitude=(7, 6),
-        opening=(-1, -1.5),
-        noise=4.0,
-        seed=63,
-    ),
-    "judges: shimmer": Synthetic(
-        **SMALL | {"height": 144, "width": 120, "frequency": 0.0489, "frames": 110},
-        amplitude=(7, 7),
-        opening=(2, 2),
+    "judges: shimmer": film(
+        7,
+        7,
+        2,
+        2,
+        height=144,
+        width=120,
+        frequency=0.0489,
+        frames=110,
         shimmer=0.03,
         lag=-0.4,
         noise=4.0,
