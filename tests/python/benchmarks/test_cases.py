@@ -138,6 +138,17 @@ def test_bad_input_is_reported(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", [[], ["run"], ["compare"], ["impact"], ["free"], ["extremes"]])
+def test_the_help_of_a_command_has_examples_of_it(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stop:
+        main([*command, "--help"])
+    assert stop.value.code == 0
+    examples = capsys.readouterr().out.partition("examples:")[2]
+    assert " ".join(["python -m benchmarks", *command]) in examples
+
+
 def test_an_unknown_option_refers_to_the_help_of_its_command(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main(["run", "--nonsense"])

@@ -123,28 +123,13 @@ def test_info_names_the_licence_and_the_versions(capsys: pytest.CaptureFixture[s
     assert "numpy" in message
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        [],
-        ["run"],
-        ["mesh"],
-        ["info"],
-        ["report"],
-        ["measures"],
-        ["bench"],
-        ["bench", "run"],
-        ["bench", "compare"],
-        ["bench", "impact"],
-        ["bench", "free"],
-    ],
-)
+@pytest.mark.parametrize("command", [[], ["run"], ["mesh"], ["info"], ["report"], ["measures"]])
 def test_help_teaches(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as stop:
         main([*command, "--help"])
     assert stop.value.code == 0
     message = capsys.readouterr().out
-    if command in ([], ["run"], ["mesh"]) or command[0] == "bench":
+    if command in ([], ["run"], ["mesh"]):
         examples = message.partition("A first session:" if not command else "examples:")[2]
         assert "plica " + " ".join(command) in examples
 
