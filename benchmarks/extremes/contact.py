@@ -37,6 +37,7 @@ from plica.measures.run.cautions import largest_slide
 from plica.runs.build import build_simulation
 from plica.scene.mesh.build import build_mesh
 from plica.scene.mesh.changed import changed_mesh
+from plica.scene.tissue_presets import TISSUE_PRESETS
 
 E, NU, DENSITY, SIDE = 20e3, 0.3, 1040.0, 0.01
 
@@ -350,43 +351,14 @@ def larynx(
     right: dict[str, float] | None = None,
     exact: Callable[[Any], str] = lambda wave: "",
     displaced: float = 0.0,
-    scale: float = 1.0,
     tolerance: float = 1e-9,
-    options: dict[str, Any] | None = None,
 ) -> Scene:
     """The coarse larynx, its folds thrown at each other; `right`: factors of the right fold's tissue."""
-    layers = {
-        "body": {
-            "E": 20e3,
-            "nu": 0.45,
-            "E_fibre": 40e3,
-            "nu_fibre": 0.45,
-            "mu_fibre": 30e3,
-            "viscosity": 0.35,
-        },
-        "ligament": {
-            "E": 3e3,
-            "nu": 0.58,
-            "E_fibre": 20e3,
-            "nu_fibre": 0.58,
-            "mu_fibre": 40e3,
-            "viscosity": 0.35,
-        },
-        "cover": {
-            "E": 1e3,
-            "nu": 0.66,
-            "E_fibre": 10e3,
-            "nu_fibre": 0.66,
-            "mu_fibre": 10e3,
-            "viscosity": 0.14,
-        },
+    tissue = {
+        name: layer.model_dump(exclude_none=True)
+        | ({"right": {key: factor * getattr(layer, key) for key, factor in right.items()}} if right else {})
+        for name, layer in TISSUE_PRESETS["normal"].items()
     }
-    tissue = {}
-    for name, values in layers.items():
-        values = {key: value * (scale if key[0] in "Em" else 1.0) for key, value in values.items()}
-        tissue[name] = dict(values)
-        if right:
-            tissue[name]["right"] = {key: factor * values[key] for key, factor in right.items()}
     width = 0.5e-3
     parts = dict(contact_parts(width, 5e3)[contact])
     mortar = parts.pop("faces", None)
@@ -398,7 +370,7 @@ def larynx(
         "Penalty": {"penalty": {"stiffness": 10 * 5e3 * width}},
     }[kind]
     data = {
-        "mesh": {"larynx": "thesis_coarse", "order": 1, "options": options or {}},
+        "mesh": {"larynx": "thesis_coarse", "order": 1},
         "tissue": tissue,
         "airflow": {"subglottal_pressure": pressure},
         "contact": chosen | parts | ({"faces": "mortar"} if mortar else {}),
