@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,12 @@ import pytest
 from benchmarks.__main__ import main
 from benchmarks.contact import free
 from benchmarks.contact.impact import recommendation
+from benchmarks.harness import study
 from plica.verify.bodies.bars import PROBLEMS, Collision, Swing
 from plica.verify.bodies.blocks import blocks
 from plica.verify.bodies.combinations import Combination
 from plica.verify.bodies.impact import displacement_error, measure
+from repository import ROOT
 
 MULTIPLIERS = Combination("multipliers", "HHT(-0.3)", "kept")
 
@@ -149,6 +152,23 @@ def test_the_command_prints_the_table_and_writes_the_figures(
     row = next(r for r in rows if (r["contact"], r["scheme"], r["mass"]) == ("penalty", "HHT(-0.3)", "kept"))
     assert float(row["impulse"]) == exact["impulse"]
     assert float(row["displacement"]) == exact["displacement"]
+
+
+def test_a_recorded_table_has_the_numbers_of_its_rows(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(study, "RECORDS", tmp_path)
+    monkeypatch.setattr(sys, "argv", [str(ROOT / "benchmarks" / "__main__.py"), "impact"])
+    command = ["impact", "--problems", "R3", "--elements", "12", "--contacts", "penalty", "--masses", "kept"]
+    assert main([*command, "--schemes", "trapezoidal", "--quiet", "--record", "one"]) == 0
+    made = study.Study.read(tmp_path / "one.json")
+    row = dict(zip(made.columns, *made.rows, strict=True))
+    exact = measure(PROBLEMS["R3"](12), Combination("penalty", "trapezoidal", "kept"), 1e-8)
+    assert row["impulse"] == exact["impulse"]
+    assert row["elements"] == 12
+    assert made.said.startswith("None of 1 combinations") or made.said.startswith("Recommended: penalty")
+    assert f"| R3 | 12 | penalty | trapezoidal | kept | {exact['displacement']:.3f} |" in made.markdown()
+    assert made.said in capsys.readouterr().out
 
 
 def test_a_run_that_fails_is_a_row_with_its_message(capsys: pytest.CaptureFixture[str]) -> None:
