@@ -7,7 +7,6 @@ import os
 import textwrap
 from pathlib import Path
 
-from benchmarks.harness.table import markdown
 from benchmarks.thesis import cases, plate
 from benchmarks.thesis.asymmetry_plate import asymmetry
 from benchmarks.thesis.contact_plates import (
@@ -23,7 +22,6 @@ from benchmarks.thesis.motion_plates import flow, glottal_shape, motion, surface
 from benchmarks.thesis.reading import Shelf
 from benchmarks.thesis.trends import Trend, trends
 
-COLUMNS = ("claim", "published", "found", "verdict")
 PLATES = (
     motion,
     glottal_shape,
@@ -108,11 +106,11 @@ def write(shelf: Shelf, docs: Path, data: Path) -> None:
             continue
         made.write_data(data)
         made.write_picture(images)
-        text.append(section(made, os.path.relpath(images, docs)))
+        text.append(section(made, os.path.relpath(images, docs), os.path.relpath(data, docs)))
         print(f"{made.name}: {made.text}")
     found = trends(shelf)
     write_trends(found, data / "trends.csv")
-    text.append(trend_section(found, missing(shelf)))
+    text.append(trend_section(found, missing(shelf), os.path.relpath(data, docs)))
     docs.mkdir(parents=True, exist_ok=True)
     (docs / "thesis.md").write_text("\n".join(text), encoding="utf-8")
     for trend in found:
@@ -146,18 +144,17 @@ def missing(shelf: Shelf) -> list[str]:
     return found
 
 
-def section(made: plate.Plate, images: str) -> str:
+def section(made: plate.Plate, images: str, data: str) -> str:
     shows, text = (textwrap.fill(words, 118) for words in (f"*Thesis:* {made.shows}", f"*Here:* {made.text}"))
     lines = [f"## {made.title}", "", shows, "", text, ""]
     if made.paint is not None:
         lines += [f"![{made.title}]({images}/thesis_{made.name}.png)", ""]
-    if made.table:
-        head, *rest = made.table
-        lines += [markdown(head, rest), ""]
+    else:
+        lines += [f"Table: [{made.name}.csv]({data}/{made.name}.csv)", ""]
     return "\n".join(lines)
 
 
-def trend_section(found: list[Trend], absent: list[str]) -> str:
+def trend_section(found: list[Trend], absent: list[str], data: str) -> str:
     counts = [f"{sum(t.verdict == v for t in found)} {v}" for v in ("pass", "fail", "undecided", "no value")]
     lines = [
         "## Trends",
@@ -172,9 +169,7 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
         "oscillation dies out (as on the coarse mesh) or its folds never touch.",
         "Prototype: an independent program.",
         "",
-        markdown(
-            COLUMNS, [(trend.claim, trend.published, trend.found, f"**{trend.verdict}**") for trend in found]
-        ),
+        f"Table: [trends.csv]({data}/trends.csv)",
         "",
     ]
     failed = [trend.claim for trend in found if trend.verdict == "fail"]
@@ -191,5 +186,5 @@ def trend_section(found: list[Trend], absent: list[str]) -> str:
 def write_trends(found: list[Trend], path: Path) -> None:
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
+        writer.writerow(["claim", "published", "found", "verdict"])
         writer.writerows([trend.claim, trend.published, trend.found, trend.verdict] for trend in found)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib as mpl
@@ -30,7 +30,6 @@ class Plate:
     rows: Iterable[Sequence[object]]  # numbers are written with five digits
     size: tuple[float, float] = (0.0, 0.0)  # inches
     paint: Callable[[Figure], None] | None = None
-    table: list[Sequence[str]] = field(default_factory=list)  # shown on the page, its first row the head
 
     def write_data(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
