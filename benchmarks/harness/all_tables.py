@@ -2,57 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.harness.case_record import CaseRecord
 from benchmarks.harness.case_table import as_markdown, flat, peer_ratios
 from benchmarks.harness.families import find_case
-from benchmarks.harness.record import ROOT, Environment
+from benchmarks.harness.record import ROOT, Record
 from benchmarks.harness.run import confirmed_claims, failed_claims
 from benchmarks.harness.study import RECORDS, Study
 from benchmarks.harness.table import markdown
 from plica.storage.files import storage_errors, write_text
-from plica.storage.table import write_rows
+from plica.storage.table import write_cells, write_rows
 
-__all__ = ["CASES", "Shown", "shown", "write_tables"]
+__all__ = ["CASES", "write_tables"]
 
 CASES = ROOT / "docs" / "benchmarks"
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A record as it is read."""
-
-    name: str
-    """Path below docs, without its ending."""
-    engine: str
-    date: str
-    markdown: str
-    rows: Sequence[Mapping[str, object]]
-
-
-def shown() -> Iterator[Shown]:
-    """All records of docs, studies first."""
-    for path in sorted(RECORDS.glob("*.json")):
-        study = Study.read(path)
-        rows = [dict(zip(study.columns, row, strict=True)) for row in study.rows]
-        yield _shown(path, study.environment, study.markdown(), rows)
-    for path in sorted(CASES.glob("*.json")):
-        record = CaseRecord.read(path)
-        yield _shown(path, record.environment, _case(record), flat(record))
-
-
 def write_tables(directory: Path) -> Path:
-    """Write NAME.md and NAME.csv of every record, and README.md, which lists them; returns its path."""
+    """Write NAME.md and NAME.csv of every record of docs, and README.md, which lists them.
+
+    Returns the path of README.md.
+    """
     index = []
-    for one in shown():
+    for path in (*sorted(RECORDS.glob("*.json")), *sorted(CASES.glob("*.json"))):
+        name = f"{path.parent.name}/{path.stem}"
         with storage_errors(directory, "made"):
-            (directory / one.name).parent.mkdir(parents=True, exist_ok=True)
-        write_text(f"# {one.name}\n\n{one.markdown}\n", directory / f"{one.name}.md")
-        write_rows(directory / f"{one.name}.csv", one.rows)
-        index.append((f"[{one.name}]({one.name}.md)", f"[CSV]({one.name}.csv)", one.engine, one.date[:10]))
+            (directory / name).parent.mkdir(parents=True, exist_ok=True)
+        record: Record
+        if path.parent == RECORDS:
+            record = study = Study.read(path)
+            text = study.markdown()
+            write_cells(directory / f"{name}.csv", study.columns, study.rows)
+        else:
+            record = case = CaseRecord.read(path)
+            text = _case(case)
+            write_rows(directory / f"{name}.csv", flat(case))
+        write_text(f"# {name}\n\n{text}\n", directory / f"{name}.md")
+        made = record.environment
+        index.append((f"[{name}]({name}.md)", f"[CSV]({name}.csv)", made.commit, made.date[:10]))
     text = f"# Tables of all records\n\n{markdown(('table', '', 'engine', 'made'), index)}\n"
     return write_text(text, directory / "README.md")
 
@@ -66,7 +54,3 @@ def _case(record: CaseRecord) -> str:
         *(f"- **{sentence}**" for sentence in failed_claims(case, record)),
     ]
     return "\n".join([as_markdown(record), *(["", *sentences] if sentences else [])])
-
-
-def _shown(path: Path, made: Environment, text: str, rows: Sequence[Mapping[str, object]]) -> Shown:
-    return Shown(f"{path.parent.name}/{path.stem}", made.commit, made.date, text, rows)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plica.storage.files import replaced
 
-__all__ = ["heading", "markdown_head", "markdown_row", "write_rows", "write_table"]
+__all__ = ["heading", "markdown_head", "markdown_row", "write_cells", "write_rows", "write_table"]
 
 
 def heading(name: str, unit: str) -> str:
@@ -42,12 +42,16 @@ def write_table(
 
 def write_rows(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
     """Write rows, a column for every name that any of them has. The file is replaced atomically."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    write_cells(path, columns, [[row.get(name, "") for name in columns] for row in rows])
+
+
+def write_cells(path: Path, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write rows of as many cells as there are columns, whose names may recur; replaced atomically."""
 
     def fill(draft: Path) -> None:
         with draft.open("w", newline="", encoding="utf-8") as out:
-            table = csv.DictWriter(out, list(dict.fromkeys(name for row in rows for name in row)))
-            table.writeheader()
-            table.writerows(rows)
+            csv.writer(out).writerows([columns, *rows])
 
     replaced(path, fill)
 
