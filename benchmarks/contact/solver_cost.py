@@ -13,7 +13,7 @@ from benchmarks.harness.case import Case, Claim, Method
 from benchmarks.harness.case_record import Level
 from benchmarks.harness.claims import at_most
 from plica import _engine as engine
-from plica.verify.bodies.body import Body
+from plica.verify.bodies.body import Body, facing
 
 __all__ = ["CONTACT_SOLVER"]
 
@@ -30,13 +30,12 @@ def _collision(solver: str, tolerance: float, cells: int) -> Callable[[], Array]
     shape: dict[str, Any] = {"size": size, "divisions": (cells,) * 3}
     left = engine.block_mesh(corner=(-SIDE, 0, 0), **shape)
     right = engine.block_mesh(corner=(GAP * SIDE / cells, 0, 0), **shape)
-    mesh = engine.combine(left, right, "a.", "b.")
-    airway = engine.matched_airway(mesh.points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
+    mesh, on_right, airway = facing(left, right)
     body = Body(
         mesh, engine.Material(engine.Isotropic(E, NU), DENSITY, 0.0), np.zeros((len(mesh.points), 3), bool)
     )
     velocity = np.zeros((len(mesh.points), 3))
-    velocity[:, 0] = np.where(np.arange(len(mesh.points)) < len(left.points), SPEED, -SPEED)
+    velocity[:, 0] = np.where(on_right, -SPEED, SPEED)
     step = 0.5 * SIDE / cells / float(np.sqrt(E / DENSITY))
 
     def run() -> Array:

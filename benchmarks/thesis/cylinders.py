@@ -17,6 +17,7 @@ import numpy as np
 
 from benchmarks.thesis.tissue_stress import TissueStress
 from plica import _engine as engine
+from plica.verify.bodies.body import Body, facing
 
 E, NU, DENSITY = 2e9, 0.3, 1000.0
 SPEED, GAP, APART, RADIUS = 35.0, 0.007, 2.7, 1.0
@@ -98,18 +99,11 @@ def pair(
     shape = {"size": (LENGTH, 2.0, 2.0), "divisions": (along, across, across)}
     left = rounded(engine.block_mesh(corner=(-LENGTH / 2, -1.0, -1.0), **shape))
     right = rounded(engine.block_mesh(corner=(APART - LENGTH / 2, -1.0, -1.0), **shape))
-    mesh = engine.combine(left, right, "a.", "b.")
-    points = np.asarray(mesh.points)
-    airway = engine.matched_airway(points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
-    velocity = np.zeros_like(points)
-    velocity[:, 0] = np.where(points[:, 0] < APART / 2, SPEED, -SPEED)
+    mesh, on_right, airway = facing(left, right)
+    velocity = np.zeros((len(mesh.points), 3))
+    velocity[:, 0] = np.where(on_right, -SPEED, SPEED)
     material = engine.Material(engine.Isotropic(E, NU), density=DENSITY)
-    simulation = engine.Simulation(
-        mesh,
-        [material],
-        ["both"],
-        np.zeros(len(mesh.cells), int),
-        np.zeros(points.shape, bool),
+    simulation = Body(mesh, material, np.zeros(velocity.shape, bool)).simulation(
         scheme=scheme,
         step=step,
         contact=engine.Contact(

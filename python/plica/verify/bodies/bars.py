@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.verify.bodies.body import Body
+from plica.verify.bodies.body import Body, facing
 
 __all__ = ["PROBLEMS", "Bar", "Collision", "Problem"]
 
@@ -162,13 +162,6 @@ class Problem:
         return Measured(simulation, nodes, depth)
 
 
-def _facing(other: Any, own: Any) -> tuple[Any, NDArray[np.bool_], Any]:
-    """Both in one mesh, which nodes are the second's, and the air between them."""
-    mesh = engine.combine(other, own, "a.", "b.")
-    airway = engine.matched_airway(mesh.points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
-    return mesh, np.arange(len(mesh.points)) >= len(other.points), airway
-
-
 def _body(bar: Bar, mesh: Any, rigid: NDArray[np.bool_]) -> Body:
     fixed = np.zeros((len(mesh.points), 3), bool)
     fixed[:, 1:] = True
@@ -180,7 +173,7 @@ def _on_obstacle(bar: Bar, gap: float) -> tuple[Any, NDArray[np.bool_], Any]:
     """The bar on [gap, gap + L] and a cube below it."""
     w = bar.edge
     own = engine.block_mesh(corner=(gap, 0, 0), size=(bar.length, w, w), divisions=(bar.elements, 1, 1))
-    return _facing(engine.block_mesh(corner=(-w, 0, 0), size=(w, w, w)), own)
+    return facing(engine.block_mesh(corner=(-w, 0, 0), size=(w, w, w)), own)
 
 
 def _swinging(bar: Bar) -> tuple[Body, dict[str, Any]]:
@@ -209,7 +202,7 @@ def _meeting(speed: float, gap: float) -> Callable[[Bar], tuple[Body, dict[str, 
         shape: dict[str, Any] = {"size": (bar.length, w, w), "divisions": (bar.elements, 1, 1)}
         left = engine.block_mesh(corner=(-bar.length, 0, 0), **shape)
         right = engine.block_mesh(corner=(gap, 0, 0), **shape)
-        mesh, measured, airway = _facing(left, right)
+        mesh, measured, airway = facing(left, right)
         velocity = np.zeros((len(mesh.points), 3))
         velocity[:, 0] = np.where(measured, -speed, speed)
         parts = {"measured": measured, "airway": airway, "velocity": velocity}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plica import _engine as engine
-from plica.verify.bodies.body import SCHEMES, Body, mass_columns
+from plica.verify.bodies.body import SCHEMES, Body, facing, mass_columns
 from plica.verify.bodies.combinations import Combination
 from plica.verify.bodies.impact import PENALTY
 
@@ -114,11 +114,10 @@ def _askew(scheme: Any, contact: dict[str, Any], tolerance: float) -> tuple[engi
     shape: dict[str, Any] = {"size": size, "divisions": (6, 3, 3)}
     left = engine.block_mesh(corner=(-size[0], 0, 0), **shape)
     right = engine.block_mesh(corner=(gap, 0, 0), **shape)
-    mesh = engine.combine(left, right, "a.", "b.")
+    mesh, on_right, airway = facing(left, right)
     points = np.array(mesh.points)
-    airway = engine.matched_airway(points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
     velocity = np.zeros(points.shape)
-    for nodes, sign in ((slice(None, len(left.points)), 1), (slice(len(left.points), None), -1)):
+    for nodes, sign in ((~on_right, 1), (on_right, -1)):
         arms = points[nodes] - points[nodes].mean(axis=0)
         velocity[nodes] = sign * speed * np.array([1.0, 0.3, 0.2]) + np.cross((0.0, 2.0 * sign, 3.0), arms)
     material = engine.Material(engine.Isotropic(E, NU), DENSITY, 0.0)

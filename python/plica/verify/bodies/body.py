@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, csr_array
 
 from plica import _engine as engine
 
-__all__ = ["SCHEMES", "Body", "block", "free_block", "held", "mass_columns"]
+__all__ = ["SCHEMES", "Body", "block", "facing", "free_block", "held", "mass_columns"]
 
 Array = NDArray[np.float64]
 
@@ -76,6 +76,13 @@ def held(mesh: Any, node_set: str) -> NDArray[np.bool_]:
     fixed = np.zeros((len(mesh.points), 3), bool)
     fixed[mesh.node_sets[node_set]] = True
     return fixed
+
+
+def facing(left: Any, right: Any) -> tuple[Any, NDArray[np.bool_], Any]:
+    """Two blocks in one mesh, as a. and b., which nodes are the right one's, and the air between them."""
+    mesh = engine.combine(left, right, "a.", "b.")
+    airway = engine.matched_airway(mesh.points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
+    return mesh, np.arange(len(mesh.points)) >= len(left.points), airway
 
 
 def mass_columns(simulation: engine.Simulation) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from plica import _engine as engine
 from plica.verify.bodies.bars import PROBLEMS
+from plica.verify.bodies.body import facing
 from plica.verify.case import Case, Check
 from plica.verify.contact.impact import ELEMENTS, FIRST, FRONT, RECOMMENDED, SOLVES, front
 
@@ -79,22 +80,20 @@ def unequal() -> Iterator[Check]:
     shape: dict[str, Any] = {"size": (length, w, w), "divisions": (n, 1, 1)}
     left = engine.block_mesh(corner=(-length, 0, 0), **shape)
     right = engine.block_mesh(corner=(0, 0, 0), **shape)
-    mesh = engine.combine(left, right, "a.", "b.")
-    is_left = np.arange(len(mesh.points)) < len(left.points)
+    mesh, on_right, airway = facing(left, right)
     materials = [engine.Material(engine.Isotropic(E, 0.0), rho) for E, rho in (soft, stiff)]
     waves = [sqrt(E / rho) for E, rho in (soft, stiff)]
     fixed = np.zeros((len(mesh.points), 3), bool)
     fixed[:, 1:] = True
     velocity = np.zeros((len(mesh.points), 3))
-    velocity[is_left, 0] = speed
-    airway = engine.matched_airway(mesh.points, mesh.surfaces["a.x_max"], mesh.surfaces["b.x_min"], (1, 0, 0))
+    velocity[~on_right, 0] = speed
     scheme, contact = RECOMMENDED.parts(1.0, 1.0)
     step = w / max(waves)
     simulation = engine.Simulation(
         mesh,
         materials,
         ["soft", "stiff"],
-        np.where(is_left[np.asarray(mesh.cells)[:, 0]], 0, 1),
+        on_right[np.asarray(mesh.cells)[:, 0]].astype(np.int32),
         fixed,
         scheme=scheme,
         step=step,
