@@ -123,5 +123,5 @@ def chosen_cases(asked: Sequence[str] | None) -> list[Case]:
     Raises InvalidInput for a name that is neither.
     """
     known = _all_cases()
-    names = selected(asked, [*FAMILIES, *known], "benchmarks: CASE")
+    names = selected(asked, list(dict.fromkeys([*FAMILIES, *known])), "benchmarks: CASE")
     return [case for family, case in known.values() if {case.name, family.name} & set(names)]

@@ -98,7 +98,7 @@ def selected(requested: Iterable[str] | None, known: Sequence[str], where: str) 
     for name in asked:
         if name not in known:
             raise InvalidInput(f'{where} = "{name}"; must be {one_of(known)}.{nearest(name, known)}')
-    return [name for name in dict.fromkeys(known) if name in asked]
+    return [name for name in known if name in asked]
 
 
 class UnknownName(InvalidInput, KeyError):  # noqa: N818 (what it is, as the others)
