@@ -159,7 +159,6 @@ void bind_enforcement(py::module_& engine) {
 
 void bind_reduction(py::module_& engine) {
   options<Reduction>("Reduction", taken("basis", &Reduction::basis),
-                     option("contact_reach", &Reduction::contact_reach),
                      option("watch_every", &Reduction::watch_every))
       .bind(engine, {}, py::kw_only());
 }

@@ -788,17 +788,14 @@ class Contact:
     def tolerance(self) -> float: ...
 
 class Reduction:
-    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"contact_reach": 0.006, "watch_every": 20}
+    _defaults: typing.ClassVar[dict[str, typing.Any]] = {"watch_every": 20}
     def __init__(
         self,
         *,
         basis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"],
-        contact_reach: typing.SupportsFloat | typing.SupportsIndex = 0.006,
         watch_every: typing.SupportsInt | typing.SupportsIndex = 20,
     ) -> None: ...
     def __repr__(self) -> str: ...
-    @property
-    def contact_reach(self) -> float: ...
     @property
     def watch_every(self) -> int: ...
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 #include <unordered_map>
 
@@ -123,6 +124,21 @@ void cut_prism(const Triangle& a, const Triangle& b, std::vector<std::int32_t>& 
   }
 }
 
+/// Whether a tetrahedron is turned inside out, exactly: by its volume where this is far from what rounding could
+/// make of a flat one, by CGAL's predicate otherwise.
+bool is_inverted(const Points& x, const Eigen::Matrix<std::int32_t, 1, 4>& tet) {
+  constexpr double round_off = 1e-13;  // of the product of the extents; the determinant's is below 1e-14
+  const Vector3 o = x.row(tet[0]), a = x.row(tet[1]).transpose() - o, b = x.row(tet[2]).transpose() - o,
+                c = x.row(tet[3]).transpose() - o;
+  const double determinant = a.cross(b).dot(c);
+  const Vector3 extent = a.cwiseAbs().cwiseMax(b.cwiseAbs()).cwiseMax(c.cwiseAbs());
+  if (std::abs(determinant) > round_off * extent.prod()) return determinant < 0;
+  using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
+  std::array<Point, 4> p;
+  for (int k = 0; k < 4; ++k) p[k] = Point(x(tet[k], 0), x(tet[k], 1), x(tet[k], 2));
+  return CGAL::orientation(p[0], p[1], p[2], p[3]) == CGAL::NEGATIVE;
+}
+
 }  // namespace
 
 std::vector<std::int32_t> surface_nodes(const Airway& airway) {
@@ -189,14 +205,20 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
 }
 
 std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets) {
-  using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
-  require_indices("find_inverted", "node of a tetrahedron", tets, x.rows());
+  std::vector<std::int32_t> all(static_cast<std::size_t>(tets.rows()));
+  std::iota(all.begin(), all.end(), 0);
+  return find_inverted(x, tets, all);
+}
+
+std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets,
+                                        const std::vector<std::int32_t>& among) {
+  require_indices("find_inverted", "tetrahedron",
+                  Eigen::Map<const Indices>(among.data(), static_cast<std::ptrdiff_t>(among.size())), tets.rows());
   if (!x.allFinite()) throw InvalidInput("inverted: x is not finite; must be finite. Did the time step diverge?");
   std::vector<std::int32_t> found;
-  for (std::ptrdiff_t t = 0; t < tets.rows(); ++t) {
-    std::array<Point, 4> p;
-    for (int c = 0; c < 4; ++c) p[c] = Point(x(tets(t, c), 0), x(tets(t, c), 1), x(tets(t, c), 2));
-    if (CGAL::orientation(p[0], p[1], p[2], p[3]) == CGAL::NEGATIVE) found.push_back(static_cast<std::int32_t>(t));
+  for (const std::int32_t t : among) {
+    require_indices("find_inverted", "node of a tetrahedron", tets.row(t), x.rows());
+    if (is_inverted(x, tets.row(t))) found.push_back(t);
   }
   return found;
 }

@@ -33,5 +33,7 @@ Airway matched_airway(const Points& points, const Triangles& first, const Triang
 /// Tetrahedra that are turned inside out at positions x, by CGAL's exact orientation predicate;
 /// flat ones do not count. O(tets).
 std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets);
+/// Of those `among`, numbers of tetrahedra whose nodes are of x.
+std::vector<std::int32_t> find_inverted(const Points& x, const Tets& tets, const std::vector<std::int32_t>& among);
 
 }  // namespace plica

@@ -194,13 +194,14 @@ Vector Collision::without_shear(const Vector& force) const {
 Contacts Collision::solve(const Points& x_free, double scale, const BeforeContact& before, Contacts known,
                           Points& x) {
   constexpr int few = 10;  // passes: a search that goes on needs one or two, or begins in the wrong place
-  Search search{x_free, scale, before, detector_.reach(before.x, x_free, before.depth), {}, {}};
+  Search search{x_free, scale, before, reach(before, x_free, 0.0)};
   // What a method makes of its constraints as it goes is not carried from one x_free to another.
   if (!known.constraints.empty() && !method_->renews_constraints()) {
     for (const Constraint& constraint : known.constraints) search.keys.push_back(constraint.key);
     search.last = known;
     x = x_free;
     path_->move(known.rows, known.force, scale, x_free, x);
+    search.shifted = path_->shifted();
     try {
       Outcome found = search_on(search, std::min(few, options_.max_passes), x);
       if (found.contacts && found.contacts->converged) return std::move(*found.contacts);
@@ -211,6 +212,7 @@ Contacts Collision::solve(const Points& x_free, double scale, const BeforeContac
   }
   search.keys = method_->begin(before);
   search.last = {};
+  search.shifted = 0;
   search.last.passes = known.passes;
   search.last.pivots = known.pivots;
   x = x_free;
@@ -249,7 +251,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
   };
   for (;; ++passes, ++last.passes) {
     update(x);
-    search.reach = std::max(search.reach, detector_.reach(before.x, x, before.depth));  // forces move surfaces too
+    search.reach = std::max(search.reach, reach(before, x, search.shifted));  // forces move surfaces too
     if (add_candidates(search, x, detector_.slave_side(), 0.0)) start_anew();
     std::vector<Constraint> constraints = constraints_at(search, x);
     // What is inside at all is solved for once, however shallow: a resting contact must not sink by the tolerance.
@@ -315,6 +317,7 @@ Collision::Outcome Collision::search_on(Search& search, int max_passes, Points& 
     last.constraints = std::move(constraints);
     last.force = std::move(solution.force);
     path_->move(last.rows, last.force, search.scale, search.x_free, x);
+    search.shifted = path_->shifted();
   }
 }
 

@@ -70,8 +70,9 @@ class Collision {
     double scale;
     const BeforeContact& before;
     double reach;                      // m
+    double shifted = 0;                // m, of the last pass's move: ContactPath::shifted
     std::vector<std::int32_t> keys{};  // candidates of this step, ascending
-    Contacts last;                     // of the last pass
+    Contacts last{};                   // of the last pass
     int passes = 0;                    // since it began
   };
 
@@ -80,6 +81,11 @@ class Collision {
     std::optional<Contacts> contacts;
     std::string failure;
   };
+  /// How deep the surfaces can be at x, m (Detector::reach).
+  double reach(const BeforeContact& before, const Points& x, double shifted) const {
+    return before.moved ? 2 * (*before.moved + shifted) + before.depth
+                        : detector_.reach(before.x, x, before.depth);
+  }
   /// Passes from where the search stands and x is, at most so many.
   Outcome search_on(Search& search, int max_passes, Points& x);
   std::vector<Constraint> constraints_at(const Search& search, const Points& x);

@@ -1,5 +1,6 @@
 #pragma once
 #include <memory>
+#include <optional>
 
 #include "plica/contact/contacts.hpp"
 #include "plica/contact/enforcement.hpp"
@@ -15,6 +16,8 @@ struct BeforeContact {
   const Vector& force;                      // (closed) N
   double depth;                             // m, >= 0: deepest penetration
   const NormalStress* stress = nullptr;     // of this step, where the method needs it
+  /// m, how far any node of the surfaces has moved without contact at most; absent: as positions have it.
+  std::optional<double> moved{};
 };
 
 /// A way to hold surfaces apart: what it needs of a constraint, when a pass has settled it, which solver it wants

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "plica/core/error.hpp"
 
@@ -97,6 +98,7 @@ Detector::Detector(Airway airway, const Points& reference)
       reference_(reference),
       first_(airway_.first, reference.rows()),
       second_(airway_.second, reference.rows()),
+      pairs_(static_cast<std::size_t>(reference.rows())),
       partner_(static_cast<std::size_t>(reference.rows()), -1) {
   std::vector<std::int32_t> all = surface_nodes(airway_);
   nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
@@ -104,6 +106,25 @@ Detector::Detector(Airway airway, const Points& reference)
   mean_edge_ = 0.5 * (first_edge + second_edge);
   slave_is_first_ = first_edge <= second_edge * (1 + 1e-6);  // alike to round-off counts as alike
   join();
+  look_everywhere();
+}
+
+void Detector::look_everywhere() {
+  shown_.resize(static_cast<std::size_t>(airway_.tets.rows()));
+  std::iota(shown_.begin(), shown_.end(), 0);
+  first_.look_everywhere();
+  second_.look_everywhere();
+}
+
+void Detector::look_at(const Neighbourhood& part) {
+  if (airway_.renewed)
+    throw InvalidInput("Detector: a part to look at; must be of an airway that does not change.");
+  require_indices("Detector", "tetrahedron",
+                  Eigen::Map<const Indices>(part.tets.data(), static_cast<std::ptrdiff_t>(part.tets.size())),
+                  airway_.tets.rows());
+  shown_ = part.tets;
+  first_.look_at(part.first);
+  second_.look_at(part.second);
 }
 
 void Detector::join() {
@@ -124,17 +145,21 @@ void Detector::join() {
 
 void Detector::renew(const Points& x, double depth) {
   if (!airway_.renewed) return;
+  forget_pairs();
   first_.update(x);
   second_.update(x);
   airway_.tets = airway_.renewed(x, first_, second_, depth);
+  shown_.resize(static_cast<std::size_t>(airway_.tets.rows()));
+  std::iota(shown_.begin(), shown_.end(), 0);
   std::fill(partner_.begin(), partner_.end(), -1);
   join();
 }
 
 void Detector::update(const Points& x) {
+  forget_pairs();
   first_.update(x);
   second_.update(x);
-  inverted_ = find_inverted(x, airway_.tets);
+  inverted_ = find_inverted(x, airway_.tets, shown_);
   if (airway_.renewed) find_thin(x);
 }
 
@@ -166,7 +191,7 @@ std::vector<Pair> Detector::inside(const ContactSurface& side, const Points& x, 
   const ContactSurface& other = &side == &first_ ? second_ : first_;
   std::vector<Pair> found;
   const auto look_at = [&](std::int32_t node) {
-    if (const Pair by_node = pair(node, x); by_node.penetrates(x, reach)) found.push_back(by_node);
+    if (const Pair& by_node = pair(node, x); by_node.penetrates(x, reach)) found.push_back(by_node);
   };
   if (!airway_.renewed) {
     for (const std::int32_t node : candidates(side)) look_at(node);
@@ -177,11 +202,24 @@ std::vector<Pair> Detector::inside(const ContactSurface& side, const Points& x, 
   return found;
 }
 
-Pair Detector::pair(std::int32_t slave, const Points& x) {
+const Pair& Detector::pair(std::int32_t slave, const Points& x) {
+  Pair& pair = pairs_[static_cast<std::size_t>(slave)];
+  if (pair.slave >= 0) return pair;
+  paired_.push_back(slave);
+  return pair = found_pair(slave, x);
+}
+
+void Detector::forget_pairs() {
+  for (const std::int32_t node : paired_) pairs_[static_cast<std::size_t>(node)].slave = -1;
+  paired_.clear();
+}
+
+Pair Detector::found_pair(std::int32_t slave, const Points& x) {
   const bool on_first = first_.contains(slave);
   const ContactSurface& own = on_first ? first_ : second_;
   const ContactSurface& other = on_first ? second_ : first_;
   const Foot foot = other.closest(x, x.row(slave));
+  foot_on_rim_ = foot_on_rim_ || other.on_rim(foot.triangle);
 
   Pair pair;
   pair.key = pair.slave = slave;

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <utility>
 
 #include "plica/contact/airway.hpp"
 #include "plica/contact/constraint.hpp"
@@ -48,6 +49,11 @@ struct EdgeCrossing {
   double volume;  // m^3, of the inverted tetrahedron, > 0
 };
 
+/// A part of an airway that does not change: numbers of its triangles and tetrahedra, ascending.
+struct Neighbourhood {
+  std::vector<std::int32_t> first, second, tets;
+};
+
 /// Finds what overlaps: an inverted airway tetrahedron names candidates, the sign of the gap decides.
 /// In an airway that is renewed the faces of the tetrahedra need not be those of the surfaces, so all nodes near
 /// the other surface are candidates, and tetrahedra thinner than what that can hide name them too.
@@ -76,6 +82,12 @@ class Detector {
   /// Triangulates the air anew at positions x (n, 3), the surfaces being at most `depth` (m) inside each other
   /// there. Nothing where the airway never changes. The keys of volume_pair change.
   void renew(const Points& x, double depth);
+  /// Looks from the next update on at a part alone, which must have all tetrahedra that can be inside out.
+  void look_at(const Neighbourhood& part);
+  void look_everywhere();
+  /// Whether since the last call a pair's foot was on the rim of what is looked at: then it may be another.
+  bool take_foot_on_rim() { return std::exchange(foot_on_rim_, false); }
+
   /// Takes up positions x (n, 3): normals, areas, inverted tetrahedra. Only rows of nodes() are read.
   void update(const Points& x);
   /// Tetrahedra that are inside out at the positions of the last update.
@@ -87,9 +99,10 @@ class Detector {
   /// candidates, in an airway that is renewed of all no further than `reach` (m) from the other surface.
   std::vector<Pair> inside(const ContactSurface& side, const Points& x, double reach);
 
-  /// The pair of a slave node at x: closest point of the other surface; the normal is the mean of the
-  /// master's and the reversed slave's, so that a pair seen from either side is the same constraint.
-  Pair pair(std::int32_t slave, const Points& x);
+  /// The pair of a slave node at x, the positions of the last update: closest point of the other surface; the
+  /// normal is the mean of the master's and the reversed slave's, so that a pair seen from either side is the same
+  /// constraint. It is found once an update.
+  const Pair& pair(std::int32_t slave, const Points& x);
   /// The pair of the thesis's volume penalty (Eq. 28) for an airway tetrahedron with one node on one side:
   /// weights 1/3, the face's own normal, gap = 3 V / A, stiffness kappa A / 12. Key -1 for edge to edge, and for a
   /// face without area.
@@ -114,6 +127,8 @@ class Detector {
 
  private:
   void join();  // partner_, from the tetrahedra
+  Pair found_pair(std::int32_t slave, const Points& x);
+  void forget_pairs();
   /// Tetrahedra no higher than a surface bulges from the tangent planes of their nodes.
   void find_thin(const Points& x);
 
@@ -123,6 +138,10 @@ class Detector {
   Indices nodes_;
   double mean_edge_ = 0.0;
   bool slave_is_first_ = true;
+  std::vector<std::int32_t> shown_;  // tetrahedra looked at
+  bool foot_on_rim_ = false;
+  std::vector<Pair> pairs_;           // (n) those found since the last update: their slave is their node
+  std::vector<std::int32_t> paired_;  // nodes that have one
   std::vector<std::int32_t> inverted_, thin_;
   std::vector<std::int32_t>
       partner_;  // (n) of the other surface's nodes that share an airway tetrahedron the one it faces

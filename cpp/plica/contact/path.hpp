@@ -30,6 +30,8 @@ class ContactPath {
   /// Positions of the surface nodes under the forces last solved for: x = x_free + scale A^-1 N^T p.
   virtual void move(const std::vector<Row>& rows, const Vector& force, double scale, const Points& x_free,
                     Points& x) = 0;
+  /// m, how far the last move() has shifted any node at most, where that is known without positions.
+  virtual double shifted() const { return 0.0; }
   /// Adds A^-1 N^T p of the forces last solved for to a (3 n), as far as it is known, f = N^T p (3 n) N: a start
   /// for the solve of A a = f + N^T p from a_free. What is added may be off: only the solve's cost depends on it.
   virtual void add_response(const Vector& /*force*/, Vector& /*a*/) const {}

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "plica/core/error.hpp"
 #include "plica/core/require.hpp"
@@ -60,6 +61,38 @@ ContactSurface::ContactSurface(Triangles triangles, std::ptrdiff_t node_count)
     for (int k = 0; k < 3; ++k) fan_[next[local_[triangles_(t, k)]]++] = t;
   normals_.assign(nodes_.size(), Vector3::Zero());
   areas_.assign(nodes_.size(), 0.0);
+  look_everywhere();
+}
+
+void ContactSurface::look_everywhere() {
+  std::vector<std::int32_t> all(static_cast<std::size_t>(triangles_.rows()));
+  std::iota(all.begin(), all.end(), 0);
+  look_at(std::move(all));
+}
+
+void ContactSurface::look_at(std::vector<std::int32_t> triangles) {
+  require_indices("ContactSurface", "triangle",
+                  Eigen::Map<const Indices>(triangles.data(), static_cast<std::ptrdiff_t>(triangles.size())),
+                  triangles_.rows());
+  shown_ = std::move(triangles);
+  shown_nodes_.clear();
+  for (const std::int32_t t : shown_)
+    for (const std::int32_t node : triangles_.row(t))
+      shown_nodes_.push_back(local_[static_cast<std::size_t>(node)]);
+  std::sort(shown_nodes_.begin(), shown_nodes_.end());
+  shown_nodes_.erase(std::unique(shown_nodes_.begin(), shown_nodes_.end()), shown_nodes_.end());
+  std::vector<char> is_shown(static_cast<std::size_t>(triangles_.rows()), 0);
+  for (const std::int32_t t : shown_) is_shown[static_cast<std::size_t>(t)] = 1;
+  rim_.assign(is_shown.size(), 1);
+  for (const std::int32_t t : shown_) {
+    const auto corners = triangles_.row(t);
+    rim_[static_cast<std::size_t>(t)] = std::any_of(corners.begin(), corners.end(), [&](std::int32_t node) {
+      const auto around = fan(node);
+      return std::any_of(around.begin(), around.end(),
+                         [&](std::int32_t k) { return !is_shown[static_cast<std::size_t>(k)]; });
+    });
+  }
+  tree_.reset();
 }
 
 Eigen::Map<const Indices> ContactSurface::fan(std::int32_t node) const {
@@ -75,9 +108,11 @@ double ContactSurface::mean_edge(const Points& x) const {
 }
 
 void ContactSurface::update(const Points& x) {
-  std::fill(normals_.begin(), normals_.end(), Vector3::Zero());
-  std::fill(areas_.begin(), areas_.end(), 0.0);
-  for (std::ptrdiff_t t = 0; t < triangles_.rows(); ++t) {
+  for (const std::int32_t i : shown_nodes_) {
+    normals_[i].setZero();
+    areas_[i] = 0.0;
+  }
+  for (const std::int32_t t : shown_) {
     const Vector3 a = x.row(triangles_(t, 0)), b = x.row(triangles_(t, 1)), c = x.row(triangles_(t, 2));
     const Vector3 twice_area = (b - a).cross(c - a);
     const double third = twice_area.norm() / 6.0;
@@ -87,11 +122,11 @@ void ContactSurface::update(const Points& x) {
       areas_[i] += third;
     }
   }
-  for (Vector3& n : normals_) n.normalize();
+  for (const std::int32_t i : shown_nodes_) normals_[i].normalize();
   if (tree_)
     tree_->update(triangles_, x);
   else
-    tree_.emplace(triangles_, x);
+    tree_.emplace(triangles_, shown_, x);
 }
 
 const Vector3& ContactSurface::normal(std::int32_t node) const { return normals_[local_[node]]; }

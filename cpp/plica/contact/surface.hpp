@@ -27,8 +27,15 @@ class ContactSurface {
   /// Mean edge length at positions x, m.
   double mean_edge(const Points& x) const;
 
+  /// Looks from the next update on at these triangles (numbers, ascending) alone: what follows is then known of
+  /// nodes that have no others, and closest points are those of these triangles.
+  void look_at(std::vector<std::int32_t> triangles);
+  void look_everywhere();
+  /// Whether a triangle looked at has a corner with others: what is known there is not all.
+  bool on_rim(std::int32_t triangle) const { return rim_[static_cast<std::size_t>(triangle)] != 0; }
+
   /// Takes up positions x: normals at the nodes (area-weighted, unit), tributary areas (a third of each triangle).
-  /// O(f).
+  /// O(n) of the triangles looked at.
   void update(const Points& x);
   const Vector3& normal(std::int32_t node) const;
   double tributary_area(std::int32_t node) const;
@@ -55,7 +62,9 @@ class ContactSurface {
   std::vector<std::int32_t> fan_start_, fan_;  // triangles around each local node
   std::vector<Vector3> normals_;
   std::vector<double> areas_;
-  std::optional<TriangleTree> tree_;  // from the first update on
+  std::vector<std::int32_t> shown_, shown_nodes_;  // triangles looked at, and their places in nodes_
+  std::vector<char> rim_;                          // of all triangles
+  std::optional<TriangleTree> tree_;               // of these, from the first update on
 };
 
 /// Barycentric weights of the point of triangle (a, b, c) closest to p.

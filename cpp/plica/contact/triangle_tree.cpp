@@ -1,15 +1,13 @@
 #include "plica/contact/triangle_tree.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace plica {
 
-TriangleTree::TriangleTree(const Triangles& triangles, const Points& x)
-    : order_(static_cast<std::size_t>(triangles.rows())) {
-  std::iota(order_.begin(), order_.end(), 0);
+TriangleTree::TriangleTree(const Triangles& triangles, std::vector<std::int32_t> among, const Points& x)
+    : order_(std::move(among)) {
   Points centres(triangles.rows(), 3);
-  for (std::ptrdiff_t t = 0; t < triangles.rows(); ++t)
+  for (const std::int32_t t : order_)
     centres.row(t) = (x.row(triangles(t, 0)) + x.row(triangles(t, 1)) + x.row(triangles(t, 2))) / 3.0;
   branches_.reserve(order_.size());
   build(centres, 0, static_cast<std::int32_t>(order_.size()));

@@ -10,10 +10,10 @@ namespace plica {
 /// triangles share a box is settled once, where they lie at first; their boxes follow them.
 class TriangleTree {
  public:
-  /// triangles (f, 3), f > 0, at positions x. O(f log f).
-  TriangleTree(const Triangles& triangles, const Points& x);
+  /// Of triangles (f, 3) at positions x those `among`, numbers. O(n log n) of these.
+  TriangleTree(const Triangles& triangles, std::vector<std::int32_t> among, const Points& x);
 
-  /// Takes up positions x of the same triangles. O(f).
+  /// Takes up positions x of the same triangles. O(n).
   void update(const Triangles& triangles, const Points& x);
 
   /// Calls visit(triangle) -> m^2, the square of a bound that may fall from call to call, for each triangle whose

@@ -60,11 +60,10 @@ Pressed measure(const std::vector<PressedNode>& first, const std::vector<Pressed
   return {0.5 * (one.area + other.area), covered(std::move(both)), std::max(one.peak, other.peak)};
 }
 
-ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double depth,
+ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double reach,
                              const Contact& now, const Points& x) {
   ContactRecord record;
   Detector& detector = collision.detector();
-  const double reach = detector.reach(x_before, x, depth);
   record.passes = contacts.passes;
   record.pivots = contacts.pivots;
   record.augmentations = contacts.augmentations;

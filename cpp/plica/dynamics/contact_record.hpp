@@ -11,9 +11,9 @@ struct Pressed {
 };
 Pressed measure(const std::vector<PressedNode>& first, const std::vector<PressedNode>& second);
 
-/// What contact did in a step from x_before, where the surfaces were `depth` (m) deep in each other, to x (n, 3),
-/// the positions of the collision's last update, judged by its own nodes. `now`: of the end of the step.
-ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double depth,
+/// What contact did in a step from x_before to x (n, 3), the positions of the collision's last update, where the
+/// surfaces can be `reach` (m) deep in each other, judged by its own nodes. `now`: of the end of the step.
+ContactRecord contact_record(Collision& collision, const Contacts& contacts, const Points& x_before, double reach,
                              const Contact& now, const Points& x);
 
 }  // namespace plica

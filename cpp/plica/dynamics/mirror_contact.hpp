@@ -28,7 +28,7 @@ class MirrorContact final : public ReducedContact {
   void restore(const State& state) override;
   Vector pressure() const override;
   Vector force(const Vector& interface_force) const override;
-  void require_open_beyond(const Points&) const override {}  // it looks everywhere
+  void require_open_beyond(const State&, const Points&) override {}  // it looks everywhere
 
  private:
   /// Adds those rows whose x (m) is below -least (m).

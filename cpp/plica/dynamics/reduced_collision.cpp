@@ -1,58 +1,24 @@
 #include "plica/dynamics/reduced_collision.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "plica/core/error.hpp"
 #include "plica/dynamics/contact_record.hpp"
-#include "plica/dynamics/interface_response.hpp"
 
 namespace plica {
 
 namespace {
 
-/// (n) m, to the nearest node of the other surface that shares an air tetrahedron; infinite for others.
-std::vector<double> widths_of_air(const Airway& airway, const Points& x) {
-  const auto marked = [&](const Triangles& side) {
-    std::vector<char> mark(static_cast<std::size_t>(x.rows()), 0);
-    for (const std::int32_t node : side.reshaped()) mark[static_cast<std::size_t>(node)] = 1;
-    return mark;
-  };
-  const std::vector<char> first = marked(airway.first), second = marked(airway.second);
-  std::vector<double> width(static_cast<std::size_t>(x.rows()), std::numeric_limits<double>::infinity());
-  for (const auto& tet : airway.tets.rowwise())
-    for (const std::int32_t a : tet)
-      for (const std::int32_t b : tet) {
-        const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
-        if (first[i] && second[j]) {
-          const double apart = (x.row(a) - x.row(b)).norm();
-          width[i] = std::min(width[i], apart);
-          width[j] = std::min(width[j], apart);
-        }
-      }
-  return width;
-}
-
-/// Those rows whose nodes are all kept, in the numbers of `local`.
+/// Triangles or tetrahedra in the numbers of `local`.
 template <typename Rows>
-Rows kept_rows(const Rows& rows, const std::vector<std::int32_t>& local) {
-  std::vector<std::ptrdiff_t> whole;
-  for (std::ptrdiff_t i = 0; i < rows.rows(); ++i)
-    if ((rows.row(i).array().unaryExpr([&](std::int32_t node) { return local[node]; }) >= 0).all())
-      whole.push_back(i);
-  Rows kept = rows(whole, Eigen::all);
-  for (std::int32_t& node : kept.reshaped()) node = local[static_cast<std::size_t>(node)];
-  return kept;
+Rows renumbered(Rows rows, const std::vector<std::int32_t>& local) {
+  for (std::int32_t& node : rows.reshaped()) node = local[static_cast<std::size_t>(node)];
+  return rows;
 }
 
-/// Those rows that kept_rows leaves out, in their own numbers.
-Tets rows_beyond(const Tets& rows, const std::vector<std::int32_t>& local) {
-  std::vector<std::ptrdiff_t> left;
-  for (std::ptrdiff_t i = 0; i < rows.rows(); ++i)
-    if ((rows.row(i).array().unaryExpr([&](std::int32_t node) { return local[node]; }) < 0).any())
-      left.push_back(i);
-  return rows(left, Eigen::all);
-}
+constexpr double tightest_in_single =
+    1e-6;                       // tolerance, in edges; a step moves less than an edge, by 6e-8 of it off
+constexpr int least_rings = 1;  // of triangles around what is near
 
 void check(const ContactPart& part) {
   const auto refuse = [](const char* what) {
@@ -70,74 +36,100 @@ void check(const ContactPart& part) {
 
 ReducedCollision::ReducedCollision(const Scene& scene, const Motion& full, const ModalMotion& motion,
                                    const Mediolateral& positions)
-    : motion_(motion), mediolateral_(positions), mesh_nodes_(scene.mesh.node_count()), held_(0) {
+    : motion_(motion),
+      mediolateral_(positions),
+      mesh_nodes_(scene.mesh.node_count()),
+      single_(scene.contact->options.tolerance >= tightest_in_single) {
   const ContactPart& part = *scene.contact;
   check(part);
-  // The nodes within reach and those around them, the faces of these and the air between.
-  const std::vector<double> width = widths_of_air(part.airway, full.reference());
-  const auto within = [&](std::int32_t node) {
-    return width[static_cast<std::size_t>(node)] <= scene.reduction->contact_reach;
-  };
-  std::vector<std::int32_t> nodes;
-  for (const Triangles* side : {&part.airway.first, &part.airway.second})
-    for (const auto& face : side->rowwise())
-      if (std::any_of(face.begin(), face.end(), within)) nodes.insert(nodes.end(), face.begin(), face.end());
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  by_nodes_ = !std::holds_alternative<VolumePenalty>(part.enforcement);
+  const std::vector<std::int32_t> nodes = surface_nodes(part.airway);
   std::vector<std::int32_t> local(static_cast<std::size_t>(mesh_nodes_), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i)
     local[static_cast<std::size_t>(nodes[i])] = static_cast<std::int32_t>(i);
-  nodes_ = Eigen::Map<Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
-  const Airway near{kept_rows(part.airway.first, local), kept_rows(part.airway.second, local),
-                    kept_rows(part.airway.tets, local), nullptr, part.airway.facing};
-  if (near.first.rows() == 0 || near.second.rows() == 0)
-    throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
-                       "as large as the surfaces are apart somewhere", "No face of the contact is within it.");
-
-  beyond_ = rows_beyond(part.airway.tets, local);
-  const std::vector<std::int32_t> turned = find_inverted(full.reference(), beyond_);
-  if (!turned.empty())
-    throw InvalidInput("Reduction", "contact_reach", scene.reduction->contact_reach, "m",
-                       "so large that all air that is turned inside out at rest is within it");
-
-  // A node of a face that was left out, beyond the reach itself, is on the rim.
-  rim_.assign(nodes.size(), 0);
-  for (const Triangles* side : {&part.airway.first, &part.airway.second})
-    for (const auto& face : side->rowwise()) {
-      const auto inside = [&](std::int32_t node) { return local[static_cast<std::size_t>(node)] >= 0; };
-      if (std::all_of(face.begin(), face.end(), inside)) continue;
-      for (const std::int32_t node : face)
-        if (inside(node)) rim_[static_cast<std::size_t>(local[static_cast<std::size_t>(node)])] = 1;
-    }
-
-  held_ = Supports(nodes_.size());
+  nodes_ = Eigen::Map<const Indices>(nodes.data(), static_cast<std::ptrdiff_t>(nodes.size()));
+  const Airway airway{renumbered(part.airway.first, local), renumbered(part.airway.second, local),
+                      renumbered(part.airway.tets, local), nullptr, part.airway.facing};
   reference_ = full.reference()(nodes_, Eigen::all);
   shapes_ = motion.shapes_at(nodes_);
-  Indices own(nodes_.size());
-  for (std::int32_t i = 0; i < nodes_.size(); ++i) {
-    own[i] = i;
-    for (int c = 0; c < 3; ++c)
-      if (scene.supports.fixed(3 * static_cast<std::ptrdiff_t>(nodes_[i]) + c)) held_.fix(i, c);
-  }
-  panels_ = PanelMatrix(shapes_);
-  response_ = std::make_unique<const InterfaceResponse>(shapes_, motion.inverse());
-  collision_.emplace(near, reference_, contact_method(part.enforcement), part.friction, part.options,
-                     condensed_path(*response_, held_, own), part.faces);
-  clearance_.emplace(near, reference_, shapes_, collision_->detector().mean_edge());
+  auto path = std::make_unique<ModalPath>(motion, shapes_, single_);
+  path_ = path.get();
+  collision_.emplace(airway, reference_, contact_method(part.enforcement), part.friction, part.options,
+                     std::move(path), part.faces);
+  proximity_.emplace(airway, reference_, shapes_);
+  everywhere_detector_.emplace(airway, reference_);
+  ahead_ = 0.004 * collision_->detector().mean_edge();
+  x_before_ = x_first_ = x_free_ = x_ = at_end_ = reference_;
+  look_everywhere();
 }
 
-Points ReducedCollision::positions(const Vector& q) const {
-  Points x = reference_;
-  Eigen::Map<Vector>(x.data(), x.size()) += panels_ * q;
-  return x;
+void ReducedCollision::take_first_positions() {
+  if (first_free_.size() > 0) seen_.move(reference_, first_free_, x_first_);
 }
 
 const Points& ReducedCollision::ends(const Vector& q) {
   if (end_.size() == 0 || q != end_) {
-    at_end_ = positions(q);
+    seen_.move(reference_, q, at_end_);
     end_ = q;
   }
   return at_end_;
+}
+
+void ReducedCollision::look_everywhere() {
+  everywhere_ = shown_is_near_ = true;
+  seen_ = MovedNodes(Indices::LinSpaced(nodes_.size(), 0, static_cast<std::int32_t>(nodes_.size()) - 1), shapes_);
+  collision_->detector().look_everywhere();
+  path_->look_at(seen_);
+  end_.resize(0);
+  take_first_positions();
+}
+
+void ReducedCollision::look(const Vector& q, double ahead, int rings) {
+  static const std::vector<std::int32_t> none;
+  proximity_->choose(q, ahead, by_nodes_ ? last_->closed : none);
+  moves_ = 0;
+  shown_is_near_ = !by_nodes_ || proximity_->everything();
+  rings_ = rings;
+}
+
+void ReducedCollision::show_near() {
+  if (shown_is_near_) return;
+  shown_is_near_ = true;
+  everywhere_ = false;
+  const Neighbourhood part = proximity_->surroundings(rings_);
+  Detector& detector = collision_->detector();
+  detector.look_at(part);
+  std::vector<std::int32_t> nodes;
+  const auto take = [&](const ContactSurface& side, const std::vector<std::int32_t>& triangles) {
+    for (const std::int32_t t : triangles)
+      for (const std::int32_t node : side.triangles().row(t)) nodes.push_back(node);
+  };
+  take(detector.first(), part.first);
+  take(detector.second(), part.second);
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  const auto count = static_cast<std::ptrdiff_t>(nodes.size());
+  Eigen::MatrixXd rows(3 * count, shapes_.cols());
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    rows.middleRows<3>(3 * i) =
+        shapes_.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes[static_cast<std::size_t>(i)]));
+  seen_ = MovedNodes(Eigen::Map<const Indices>(nodes.data(), count), rows);
+  path_->look_at(seen_);
+  end_.resize(0);
+  take_first_positions();
+}
+
+void ReducedCollision::keep_in_sight(const Vector& q) {
+  constexpr int lasting = 16;  // moves with contact: what was near is left behind after more, a look costs as few
+  const auto in_sight = [&](std::int32_t key) { return !by_nodes_ || proximity_->is_near(key); };
+  const bool holds = proximity_->holds_at(q) && std::all_of(last_->closed.begin(), last_->closed.end(), in_sight);
+  if (holds && (moves_ < lasting || !by_nodes_)) return;
+  const double edge = collision_->detector().mean_edge();
+  if (holds)
+    ahead_ = std::max(ahead_ / 1.2, 0.002 * edge);
+  else if (moves_ > 0 && moves_ < lasting / 2)
+    ahead_ = std::min(1.5 * ahead_, edge);
+  look(q, ahead_, least_rings);
 }
 
 void ReducedCollision::begin(const State& last) {
@@ -148,40 +140,71 @@ void ReducedCollision::begin(const State& last) {
   force_ = Vector::Zero(3 * nodes_.size());
   load_ = acceleration_ = Vector::Zero(motion_.size());
   collision_->forget();
+  first_free_.resize(0);
 }
 
 void ReducedCollision::touch(const FreeEnd& move) {
+  constexpr int most_looks = 5;
   const Vector free = move.free_end();
+  const Contacts known = std::move(contacts_);
+  contacts_ = {};
   touches_ = false;
   force_.setZero();
   load_.setZero();
   acceleration_.setZero();
-  near_ = !last_->closed.empty() || !clearance_->apart(free);
-  if (!near_) {
-    contacts_ = {};
-    return;
-  }
-  if (never_near_) x_before_ = ends(last_->displacement);
+  keep_in_sight(free);
+  near_ = !last_->closed.empty() || proximity_->can_touch(free);
+  if (!near_) return;
   never_near_ = false;
-  const BeforeContact before{x_before_, last_->closed, last_->closed_force, last_->depth, nullptr};
-  contacts_ = solve(before, positions(free), x_);
+  ++moves_;
+  Detector& detector = collision_->detector();
+  int rings = least_rings;
+  for (int looks = 1;; ++looks) {
+    show_near();
+    detector.take_foot_on_rim();
+    contacts_ = solve(free, known);
+    path_->respond(contacts_.rows, contacts_.force);
+    reach_ = 2 * (proximity_->moved(free - last_->displacement) + path_->farthest_shift()) + last_->depth;
+    const Vector moved = inertia() * path_->acceleration();
+    const bool on_rim = detector.take_foot_on_rim() && !everywhere_;
+    // Forces may have moved what was further away.
+    const bool holds = everywhere_ || !contacts_.any_force() || proximity_->holds_at(free + moved);
+    if (!on_rim && holds) break;
+    if (on_rim) ++rings;
+    if (!holds) ahead_ = std::max(1.5 * ahead_, 1.1 * proximity_->closed(moved));
+    if (looks < most_looks)
+      look(free, ahead_, rings);
+    else
+      look_everywhere();
+  }
   touches_ = contacts_.any_force();
   if (!touches_) return;
   contacts_.add_forces(force_);
-  for (std::ptrdiff_t i = 0; i < force_.size(); ++i)
-    if (force_[i] != 0) load_ += force_[i] * shapes_.row(i).transpose();
-  acceleration_ = motion_.solve(load_);
+  load_ = path_->load();
+  acceleration_ = path_->acceleration();
   x_acceleration_ = mediolateral_.change(acceleration_);
 }
 
-Contacts ReducedCollision::solve(const BeforeContact& before, const Points& x_free, Points& x) {
-  const auto [alpha, beta, gamma] = motion_.scheme();
-  const double inertia = beta * motion_.step() * motion_.step(), weight = 1 + alpha;
-  if (std::holds_alternative<EndOfStep>(collision_->method().position()))
-    return collision_->solve(x_free, inertia, before, std::move(contacts_), x);
-  const Points weighted = weight * x_free - alpha * before.x;
-  Contacts contacts = collision_->solve(weighted, weight * inertia, before, std::move(contacts_), x);
-  x = (x + alpha * before.x) / weight;
+Contacts ReducedCollision::solve(const Vector& free, Contacts known) {
+  x_before_ = ends(last_->displacement);
+  if (first_free_.size() == 0) {
+    first_free_ = free;
+    take_first_positions();
+  }
+  if (single_)
+    seen_.move_single(x_first_, free - first_free_, x_free_);
+  else
+    seen_.move(x_first_, free - first_free_, x_free_);
+  const double weight = 1 + motion_.scheme().alpha, alpha = motion_.scheme().alpha;
+  const bool at_end = std::holds_alternative<EndOfStep>(collision_->method().position());
+  const double scale = at_end ? 1.0 : weight;
+  path_->begin();
+  const BeforeContact before{x_before_,    last_->closed, last_->closed_force,
+                             last_->depth, nullptr,       scale * proximity_->moved(free - last_->displacement)};
+  if (at_end) return collision_->solve(x_free_, inertia(), before, std::move(known), x_);
+  const Points weighted = weight * x_free_ - alpha * x_before_;
+  Contacts contacts = collision_->solve(weighted, weight * inertia(), before, std::move(known), x_);
+  x_ = (x_ + alpha * x_before_) / weight;
   return contacts;
 }
 
@@ -191,7 +214,7 @@ bool ReducedCollision::anywhere(const std::function<bool(const Vector3&)>& place
     if (contacts_.force[static_cast<std::ptrdiff_t>(i)] > 0 && place(x_.row(contacts_.constraints[i].slave)))
       return true;
   const Detector& detector = collision_->detector();
-  const auto crossings = detector.edge_crossings(x_, detector.reach(x_before_, x_, last_->depth));
+  const auto crossings = detector.edge_crossings(x_, reach_);
   return std::any_of(crossings.begin(), crossings.end(),
                      [&](const EdgeCrossing& crossing) { return place(crossing.place); });
 }
@@ -201,21 +224,22 @@ ContactRecord ReducedCollision::record(const State& now) {
     pressure_.resize(0);
     return {};
   }
-  const Points before = ends(last_->displacement), &x = ends(now.displacement);
   const Contact contact = now.contact_at_interface();
-  collision_->update(x);
-  pressure_ = collision_->pressure(contact, x);
-  for (std::int32_t i = 0; i < nodes_.size(); ++i)
-    if (rim_[static_cast<std::size_t>(i)] &&
-        !contact.nodal_force.segment<3>(3 * static_cast<std::ptrdiff_t>(i)).isZero(0))
-      throw SolveFailed("Reduction: contact at node " + std::to_string(nodes_[i]) + " (" + number_text(x(i, 0)) +
-                        ", " + number_text(x(i, 1)) + ", " + number_text(x(i, 2)) +
-                        ") m, on the rim of where it is looked for. Raise contact_reach.");
-  return contact_record(*collision_, contacts_, before, last_->depth, contact, x);
+  const double reach = 2 * proximity_->moved(now.displacement - last_->displacement) + last_->depth;
+  ContactRecord record;
+  do {
+    collision_->detector().take_foot_on_rim();
+    const Points before = ends(last_->displacement), &x = ends(now.displacement);
+    collision_->update(x);
+    pressure_ = collision_->pressure(contact, x);
+    record = contact_record(*collision_, contacts_, before, reach, contact, x);
+  } while (collision_->detector().take_foot_on_rim() && !everywhere_ && (look_everywhere(), true));
+  return record;
 }
 
 void ReducedCollision::restore(const State& state) {
-  const Points x = positions(state.displacement);
+  look_everywhere();
+  const Points& x = ends(state.displacement);
   collision_->update(x);
   pressure_ = collision_->pressure(state.contact_at_interface(), x);
 }
@@ -232,13 +256,22 @@ Vector ReducedCollision::force(const Vector& interface_force) const {
   return as_vector(force);
 }
 
-void ReducedCollision::require_open_beyond(const Points& x) const {
-  const std::vector<std::int32_t> turned = find_inverted(x, beyond_);
-  if (turned.empty()) return;
-  const std::int32_t node = beyond_(turned.front(), 0);
-  throw SolveFailed("Reduction: the surfaces have passed through each other at node " + std::to_string(node) +
-                    " (" + number_text(x(node, 0)) + ", " + number_text(x(node, 1)) + ", " +
-                    number_text(x(node, 2)) + ") m, beyond where contact is looked for. Raise contact_reach.");
+void ReducedCollision::require_open_beyond(const State& now, const Points& x) {
+  if (proximity_->everything()) return;
+  if (watched_.size() == 0) watched_ = Vector::Zero(motion_.size());
+  Detector& detector = *everywhere_detector_;
+  const double reach = 2 * proximity_->moved(now.displacement - watched_) + now.depth;
+  watched_ = now.displacement;
+  const Points at = x(nodes_, Eigen::all);
+  detector.update(at);
+  for (const ContactSurface* side : {&detector.first(), &detector.second()})
+    for (const Pair& pair : detector.inside(*side, at, reach))
+      if (!proximity_->is_near(pair.slave))
+        throw SolveFailed("Reduction: the surfaces have passed through each other at node " +
+                          std::to_string(nodes_[pair.slave]) + " (" + number_text(at(pair.slave, 0)) + ", " +
+                          number_text(at(pair.slave, 1)) + ", " + number_text(at(pair.slave, 2)) +
+                          ") m, where they slid past each other more steeply than contact is looked for. Leave "
+                          "the reduction out.");
 }
 
 }  // namespace plica

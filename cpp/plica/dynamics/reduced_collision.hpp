@@ -1,12 +1,14 @@
 #pragma once
 #include "plica/contact/collision.hpp"
-#include "plica/dynamics/clearance.hpp"
+#include "plica/dynamics/modal_path.hpp"
+#include "plica/dynamics/proximity.hpp"
 #include "plica/dynamics/reduced_contact.hpp"
 
 namespace plica {
 
-/// Contact between two surfaces, detected as that of the full scene. It numbers its own nodes, those of the
-/// surfaces within the reduction's reach, from 0; positions (m, 3) of these are counted from the motion's origin.
+/// Contact between two surfaces, detected as that of the full scene, but looked for only where it can be
+/// (Proximity). It numbers its own nodes, those of the surfaces, from 0; positions (m, 3) of these are counted
+/// from the motion's origin, and up to date at the nodes looked at.
 class ReducedCollision final : public ReducedContact {
  public:
   /// See reduced_contact.
@@ -26,35 +28,54 @@ class ReducedCollision final : public ReducedContact {
   void restore(const State& state) override;
   Vector pressure() const override;
   Vector force(const Vector& interface_force) const override;
-  void require_open_beyond(const Points& x) const override;
+  void require_open_beyond(const State& now, const Points& x) override;
 
  private:
-  Points positions(const Vector& q) const;
-  /// The same of coordinates that are asked for twice: where a step ends and the next begins.
+  double inertia() const { return motion_.scheme().beta * motion_.step() * motion_.step(); }
+  /// Positions of the nodes looked at, in their places of x, at the coordinates of the step's first move.
+  void take_first_positions();
+  /// The same at coordinates that are asked for twice: where a step ends and the next begins.
   const Points& ends(const Vector& q);
-  Contacts solve(const BeforeContact& before, const Points& x_free, Points& x);
+  /// Looks at what is near at coordinates q and within `ahead` (m) more of motion, and rings of triangles around.
+  void look(const Vector& q, double ahead, int rings);
+  /// Restricts the detector and the path to that.
+  void show_near();
+  void look_everywhere();
+  /// Looks anew unless the last look holds at q, and reckons with as many moves to come as the last one lasted.
+  void keep_in_sight(const Vector& q);
+  /// The contacts of a move that leads to `free` without them, from those known of the move before.
+  Contacts solve(const Vector& free, Contacts known);
 
   const ModalMotion& motion_;
   const Mediolateral& mediolateral_;
   std::ptrdiff_t mesh_nodes_;
-  std::vector<char> rim_;  // (m)
-  Tets beyond_;            // air that is not looked at, by numbers in the mesh
+  bool single_;    // whether the tolerance of contact leaves single precision enough for the moves of a step
+  bool by_nodes_;  // whether keys of constraints are nodes
   Points reference_;
   Eigen::MatrixXd shapes_;  // (3 m, r)
-  PanelMatrix panels_;      // the same
-  Supports held_;
-  std::unique_ptr<const LinearSolver> response_;
   // From construction on.
+  ModalPath* path_ = nullptr;  // the collision's
   std::optional<Collision> collision_;
-  std::optional<Clearance> clearance_;
-  Vector pressure_;  // (m) Pa, empty where nothing touches
-  Vector end_;       // coordinates of the last ends()
+  std::optional<Proximity> proximity_;
+  std::optional<Detector> everywhere_detector_;  // of require_open_beyond
+  Vector watched_;                               // coordinates of the last of these
+  // What is looked at.
+  MovedNodes seen_;
+  bool everywhere_ = false;
+  bool shown_is_near_ = false;  // what was found near by the last look
+  int rings_ = 1;
+  double ahead_ = 0.0;  // m
+  int moves_ = 0;       // since the last look, where something could touch
+  Vector pressure_;     // (m) Pa, empty where nothing touches
+  Vector end_;          // coordinates of the last ends()
   Points at_end_;
 
   // Of the step.
   const State* last_ = nullptr;
   bool near_ = false, never_near_ = true;  // in its last move, in no move so far
-  Points x_before_, x_;
+  Points x_before_, x_first_, x_free_, x_;
+  Vector first_free_;   // coordinates of x_first_, of the step's first move that was looked at; empty before
+  double reach_ = 0.0;  // m, of the last move, at its end
   Contacts contacts_;
   Vector load_, acceleration_, x_acceleration_, force_;
 };

@@ -43,8 +43,7 @@ class ReducedContact {
   /// Whether it, or edges that cross, lie at a place (m, from the motion's origin) where this says so.
   virtual bool anywhere(const std::function<bool(const Vector3&)>& place) const = 0;
 
-  /// What it did in the step from the last state to `now`. Throws SolveFailed where it has reached the rim of
-  /// where it is looked for.
+  /// What it did in the step from the last state to `now`.
   virtual ContactRecord record(const State& now) = 0;
   /// Takes up a state, for pressure().
   virtual void restore(const State& state) = 0;
@@ -52,9 +51,9 @@ class ReducedContact {
   virtual Vector pressure() const = 0;
   /// (3 n) N of the forces on its own nodes.
   virtual Vector force(const Vector& interface_force) const = 0;
-  /// Throws SolveFailed where, at positions x (n, 3) of all nodes, surfaces have passed through each other where
-  /// it is not looked for.
-  virtual void require_open_beyond(const Points& x) const = 0;
+  /// Throws SolveFailed where in a state, at positions x (n, 3) of all nodes, surfaces have passed through each
+  /// other where it was not looked for.
+  virtual void require_open_beyond(const State& now, const Points& x) = 0;
 
  protected:
   Indices nodes_;

@@ -18,7 +18,7 @@ class ReducedModel {
   const ModalMotion& motion() const { return motion_; }
   const Mediolateral& positions() const { return positions_; }
   const ReducedFlow* flow() const { return flow_ ? &*flow_ : nullptr; }
-  const ReducedContact* contact() const { return contact_.get(); }
+  ReducedContact* contact() const { return contact_.get(); }
   /// Unknowns of the contact's own nodes.
   std::ptrdiff_t interface() const { return contact_ ? 3 * contact_->nodes().size() : 0; }
 

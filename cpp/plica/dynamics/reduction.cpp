@@ -14,7 +14,6 @@ void Reduction::validate(std::ptrdiff_t nodes) const {
     throw InvalidInput("Reduction", "vectors of the basis", static_cast<double>(basis.cols()), "",
                        "in [1, " + std::to_string(basis.rows()) + "]");
   if (!basis.allFinite()) throw InvalidInput("Reduction: the basis has a value that is not finite.");
-  if (!(contact_reach > 0)) throw InvalidInput("Reduction", "contact_reach", contact_reach, "m", "> 0");
   if (watch_every < 1) throw InvalidInput("Reduction", "watch_every", watch_every, "steps", ">= 1");
 }
 

@@ -7,10 +7,7 @@ namespace plica {
 /// static responses to what presses on it. Flow, contact and the energy ledger are those of the full scene.
 struct Reduction {
   Eigen::MatrixXd basis;  // (3 n, any number): the displacement is one of its combinations
-  /// m, > 0: contact is looked for where the surfaces face each other no further apart than this at rest; a step
-  /// in which it reaches the rim of that region fails.
-  double contact_reach = 6e-3;
-  int watch_every = 20;  // steps, >= 1, between two looks at strains and folded tissue, which take the whole mesh
+  int watch_every = 20;   // steps, >= 1, between two looks at strains and folded tissue, which take the whole mesh
   void validate(std::ptrdiff_t nodes) const;  // throws InvalidInput
 };
 

@@ -105,7 +105,8 @@ ContactRecord SceneContact::record(const Contacts& contacts, const Points& x_pre
                                    const State& now, const Points& x, bool folded) {
   const Vector force = motion_.shared(now.contact_force);
   ContactRecord record =
-      contact_record(*collision_, contacts, x_previous, depth, {force, now.closed, now.closed_force}, x);
+      contact_record(*collision_, contacts, x_previous, collision_->detector().reach(x_previous, x, depth),
+                     {force, now.closed, now.closed_force}, x);
   // A folded cell holds nodes of its own side, too.
   if (!folded) record.deepest_gap = std::min(record.deepest_gap, -overlap_->depth(x, collision_->detector()));
   return record;

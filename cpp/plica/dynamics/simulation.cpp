@@ -232,7 +232,7 @@ void Simulation::advance_reduced() {
     x = scene_.mesh.points + as_points(motion_.everywhere(displacement));
     now.watched = Watched{tissue_.strains(displacement), {}};
     now.watched->inverted_by_layer = tissue_.folded_since(x);
-    if (reduced_->contact()) reduced_->contact()->require_open_beyond(x);
+    if (reduced_->contact()) reduced_->contact()->require_open_beyond(now, x);
   } else {
     now.watched = state_.watched;
   }

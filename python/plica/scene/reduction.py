@@ -35,11 +35,8 @@ class Reduction(Part):
     contact_vectors: Vectors | None = None
     """Number of static responses to normal forces on contact nodes: the combinations with the most elastic
     energy. Without contact there are none. Default: 100, or as many as the mesh has; with `full_run` none."""
-    contact_reach: Annotated[Length, Field(gt=0)] = Field(
-        default_factory=engine_default("Reduction", "contact_reach")
-    )
-    """[m] Contact is detected, and has vectors, where the surfaces are within this distance at rest; a run
-    with contact beyond that fails with an error. With ``symmetry`` contact is detected everywhere."""
+    contact_reach: Annotated[Length, Field(gt=0)] = 6e-3
+    """[m] Contact has vectors where the surfaces are within this distance at rest; it is detected everywhere."""
     watch_every: Count = Field(default_factory=engine_default("Reduction", "watch_every"))
     """Steps between two computations of strains and inverted tissue, which use the whole mesh; in between,
     waveforms keep the last values."""

@@ -2,6 +2,7 @@
 #include "plica/contact/airway.hpp"
 #include "plica/contact/complementarity.hpp"
 #include "plica/contact/friction.hpp"
+#include "plica/contact/pairs.hpp"
 #include "plica/contact/surface.hpp"
 
 using namespace plica;
@@ -24,6 +25,16 @@ TEST_CASE("an airway refuses nodes that are not there") {
   const auto turned = [&] { find_inverted(x, tets); };
   sizes("find_inverted x", x, turned, Longer::unread);
   indices("find_inverted tets", tets, turned);
+  std::vector<std::int32_t> among{0, 2};
+  const auto turned_among = [&] { find_inverted(x, tets, among); };
+  indices("find_inverted tets", tets, turned_among);
+  indices("find_inverted among", among, turned_among);
+  Neighbourhood part{{0}, {0}, {0, 2}};
+  Detector detector(matched_airway(x, first, second, Vector3::UnitX()), x);
+  const auto look = [&] { detector.look_at(part); };
+  indices("Neighbourhood first", part.first, look);
+  indices("Neighbourhood second", part.second, look);
+  indices("Neighbourhood tets", part.tets, look);
 }
 
 TEST_CASE("surfaces and dense complementarity problems refuse what is of another size") {

@@ -185,6 +185,7 @@ TEST_CASE(
       const double angle = direction * std::acos(-1.0) / 4 + 0.1;
       Points moved = x;
       moved.row(node) += off * Eigen::RowVector3d(0, std::cos(angle), std::sin(angle));
+      detector.update(x);  // a pair is found once an update
       const double tilt = (detector.pair(node, moved).normal - shared).norm();
       CHECK(tilt <= off / edge * bend + 1e-15);
       largest = std::max(largest, tilt);

@@ -14,8 +14,8 @@ inline Eigen::MatrixXd every_displacement(const Scene& scene) {
   return basis;
 }
 
-inline Scene reduced(Scene scene, Eigen::MatrixXd basis, double reach = 1.0) {
-  scene.reduction = Reduction{std::move(basis), reach, 1};
+inline Scene reduced(Scene scene, Eigen::MatrixXd basis) {
+  scene.reduction = Reduction{std::move(basis), 1};
   return scene;
 }
 

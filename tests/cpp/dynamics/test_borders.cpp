@@ -15,7 +15,7 @@ using borders::sizes;
 TEST_CASE("a simulation and statics refuse a scene whose parts are of another mesh") {
   Scene scene = scenes::two_cubes(Multipliers{});
   scene.displacement = Points::Zero(scene.mesh.node_count(), 3);
-  const Simulation::Options options{HilberHughesTaylor{}, 1e-4};
+  const Simulation::Options options{HilberHughesTaylor{}, 1e-4, {}};
   for (const auto& [name, call] : {std::pair<const char*, std::function<void()>>{
                                        "Simulation::Simulation scene", [&] { Simulation(scene, options); }},
                                    {"equilibrium scene", [&] { equilibrium(scene); }},
@@ -37,7 +37,7 @@ TEST_CASE("a simulation and statics refuse a scene whose parts are of another me
 TEST_CASE("a simulation refuses nodes, forces and states that are not its scene's") {
   Scene scene = scenes::held_block(0.3, 1.0);
   scene.loads.push_back({"x_max", {1.0, 0, 0}, 0.0, 0.0});
-  Simulation simulation(scene, {HilberHughesTaylor{}, 1e-4});
+  Simulation simulation(scene, {HilberHughesTaylor{}, 1e-4, {}});
   simulation.advance();
   Indices nodes(2);
   nodes << 0, static_cast<std::int32_t>(scene.mesh.node_count()) - 1;
