@@ -16,13 +16,19 @@ using Instant = CoupledStep::Instant;
 
 /// Under the load of the flow through the sections as they are then; the residual is by how much that through the
 /// sections where they have come to differs from it.
-FlowRecord once(Instant at, const Airflow& flow, CoupledStep& step) {
-  FlowRecord record{flow.evaluate(step.areas(at), step.air(at), step.flow_stopped()), 1};
-  step.move(record.state.pressure, at);
-  const Air air = step.air(Instant::weighted);
-  const Vector reached = flow.evaluate(step.areas(Instant::weighted), air, step.flow_stopped()).pressure;
-  record.residual = pressure_difference(flow, reached, record.state.pressure);
-  step.set_flow_stopped(step.blocks());
+FlowRecord once(Instant at, AirColumn& air, CoupledStep& step) {
+  FlowRecord record;
+  record.sweeps = 1;
+  {
+    const Stopwatch watch(step.times().load);
+    record.state = air.evaluate(step.areas(at), at);
+  }
+  const FlowState& taken = record.state;
+  step.move(taken.subglottal_pressure, taken.pressure, at);
+  const Stopwatch watch(step.times().load);
+  air.stop(step.blocks());
+  const FlowState reached = air.evaluate(step.areas(Instant::weighted), Instant::weighted);
+  record.residual = pressure_difference(air.airflow(), reached.pressure, taken.pressure);
   return record;
 }
 
@@ -43,41 +49,37 @@ void Iterated::validate() const {
   if (freeze_after < 1) throw InvalidInput("Iterated", "freeze_after", freeze_after, "", ">= 1");
 }
 
-FlowRecord couple(const Lagged&, const Airflow& flow, CoupledStep& step) {
-  return once(Instant::last, flow, step);
+FlowRecord couple(const Lagged&, AirColumn& air, CoupledStep& step) { return once(Instant::last, air, step); }
+
+FlowRecord couple(const Extrapolated&, AirColumn& air, CoupledStep& step) {
+  return once(Instant::weighted, air, step);
 }
 
-FlowRecord couple(const Extrapolated&, const Airflow& flow, CoupledStep& step) {
-  return once(Instant::weighted, flow, step);
-}
-
-FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& step) {
+FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step) {
   constexpr int depth = 6;  // residual differences kept; sections are few
-  const Air air = step.air(Instant::weighted);
-  Vector pressure = flow.evaluate(step.areas(Instant::weighted), air, step.flow_stopped()).pressure;
+  Vector pressure = air.evaluate(step.areas(Instant::weighted), Instant::weighted).pressure;
   Anderson mixing(depth);
   FlowRecord record;
-  std::optional<int> separation;  // once held
+  std::optional<AirColumn::Held> held;
   for (record.sweeps = 1;; ++record.sweeps) {
-    step.move(pressure, Instant::weighted);
+    step.move(air.air(Instant::weighted).subglottal_pressure, pressure, Instant::weighted);
     const Stopwatch watch(step.times().load);
-    if (!record.frozen) step.set_flow_stopped(step.blocks());
-    const bool stopped = record.frozen ? record.state.stopped : step.flow_stopped();
-    record.state = flow.evaluate(step.areas(Instant::weighted), air, stopped, separation);
-    record.residual = pressure_difference(flow, record.state.pressure, pressure);
+    if (!held) air.stop(step.blocks());
+    record.state = air.evaluate(step.areas(Instant::weighted), Instant::weighted, held);
+    record.residual = pressure_difference(air.airflow(), record.state.pressure, pressure);
     record.converged = record.residual <= coupling.tolerance;
     if (record.converged || record.sweeps >= coupling.max_sweeps) return record;
-    if (!record.frozen && record.sweeps >= coupling.freeze_after && flow.stops_at_contact()) {
+    if (!held && record.sweeps >= coupling.freeze_after && air.airflow().stops_at_contact()) {
       record.frozen = true;
-      separation = record.state.separation;
+      held = {record.state.stopped, record.state.separation};
       mixing.forget();
     }
     pressure = mixing.next(pressure, record.state.pressure);
   }
 }
 
-FlowRecord couple(const Coupling& coupling, const Airflow& flow, CoupledStep& step) {
-  return std::visit([&](const auto& chosen) { return couple(chosen, flow, step); }, coupling);
+FlowRecord couple(const Coupling& coupling, AirColumn& air, CoupledStep& step) {
+  return std::visit([&](const auto& chosen) { return couple(chosen, air, step); }, coupling);
 }
 
 }  // namespace plica

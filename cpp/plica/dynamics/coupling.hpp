@@ -1,41 +1,25 @@
 #pragma once
 #include <variant>
 
-#include "plica/airflow/flow_model.hpp"
+#include "plica/airflow/air_column.hpp"
 
 namespace plica {
 
-class Airflow;
 struct FlowRecord;
 struct StepTimes;
 
 /// What a coupling sees of a step in the making: the areas of its airway, which it moves by section pressures.
 class CoupledStep {
  public:
-  enum class Instant { last, weighted };  // t_n, t_{n+1+alpha}
+  using Instant = AirColumn::Instant;
   virtual ~CoupledStep() = default;
-  /// The air that drives the flow then.
-  virtual Air air(Instant at) const = 0;
   /// (s) m^2; weighted ones are extrapolated until it is moved, then those of where it has been moved.
   virtual Vector areas(Instant at) const = 0;
-  /// Moves it under section pressures (s) Pa, which press on the tissue where it is `at`, with what presses below
-  /// the sections then.
-  virtual void move(const Vector& pressure, Instant at) = 0;
+  /// Moves it under section pressures (s) Pa and that `below` them, which press on the tissue where it is `at`.
+  virtual void move(double below, const Vector& pressure, Instant at) = 0;
   /// Whether contact, nodes or edges, lies in the middle of the glottis.
   virtual bool blocks() const = 0;
   virtual StepTimes& times() const = 0;
-  bool flow_stopped() const { return flow_stopped_; }
-  void set_flow_stopped(bool stopped) { flow_stopped_ = stopped; }
-  /// s, of the step after `steps` ones of length h (s).
-  static double time(Instant at, std::int64_t steps, double h, double alpha) {
-    return static_cast<double>(steps) * h + (at == Instant::last ? 0.0 : (1 + alpha) * h);
-  }
-
- protected:
-  explicit CoupledStep(bool flow_stopped = false) : flow_stopped_(flow_stopped) {}
-
- private:
-  bool flow_stopped_;
 };
 
 /// The load of the last known positions, x_n, as in the thesis: it lags and feeds energy in.
@@ -62,10 +46,11 @@ CoupledStep::Instant load_instant(const Coupling& coupling);
 /// Largest difference of section pressures (s) Pa, in subglottal ones after their rise.
 double pressure_difference(const Airflow& flow, const Vector& one, const Vector& other);
 
-/// Moves the step under the pressure of the flow through it, and says what the flow did.
-FlowRecord couple(const Lagged& coupling, const Airflow& flow, CoupledStep& step);
-FlowRecord couple(const Extrapolated& coupling, const Airflow& flow, CoupledStep& step);
-FlowRecord couple(const Iterated& coupling, const Airflow& flow, CoupledStep& step);
-FlowRecord couple(const Coupling& coupling, const Airflow& flow, CoupledStep& step);
+/// Moves the step, which has begun for the air too, under the pressure of the flow through it, and says what the
+/// flow did.
+FlowRecord couple(const Lagged& coupling, AirColumn& air, CoupledStep& step);
+FlowRecord couple(const Extrapolated& coupling, AirColumn& air, CoupledStep& step);
+FlowRecord couple(const Iterated& coupling, AirColumn& air, CoupledStep& step);
+FlowRecord couple(const Coupling& coupling, AirColumn& air, CoupledStep& step);
 
 }  // namespace plica

@@ -7,7 +7,6 @@
 #include "plica/core/error.hpp"
 #include "plica/core/stopwatch.hpp"
 #include "plica/core/threads.hpp"
-#include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/scene_contact.hpp"
 #include "plica/dynamics/scene_flow.hpp"
 
@@ -21,7 +20,6 @@ namespace {
 
 void require_explicit(const Scene& scene, const Motion::Options& options) {
   if (options.mass != CellMass::lumped) refuse("a consistent mass", "a lumped one: nothing is solved for");
-  if (scene.symmetry) refuse("a symmetry", "without, or another scheme");
   if (scene.reduction) refuse("a reduction", "another scheme, whose steps of few coordinates are not limited");
   if (!scene.contact) return;
   const ContactPart& part = *scene.contact;
@@ -48,17 +46,28 @@ Vector inverse(const Vector& mass, const Supports& supports) {
   return inverse;
 }
 
+/// 1/kg of each node of all, zero where it is held; of one of a symmetric scene as it moves alone, which bounds
+/// what its images do together.
+struct NodeLightness {
+  const Vector& inverse_mass;  // (3 n) of the unknowns
+  const MirrorImages* images;
+  double operator()(std::int32_t node) const {
+    const std::int32_t own = images ? images->node_of(node) : node;
+    const double alone = inverse_mass.segment<3>(3 * static_cast<std::ptrdiff_t>(own)).maxCoeff();
+    return images ? images->count(own) * alone : alone;
+  }
+};
+
 /// 1/s^2, a bound of the largest eigenvalue of M^-1 K_c where all nodes of the surfaces are in contact: see
 /// contact_stiffness, each node facing one.
-double stiffness_of_all(const Scene& scene, const Vector& inverse_mass) {
+double stiffness_of_all(const Scene& scene, const NodeLightness& lightness) {
   const Penalty* penalty = scene.contact ? std::get_if<Penalty>(&scene.contact->enforcement) : nullptr;
   if (!penalty) return 0.0;
   double lightest = 0.0;
   int free_sides = 0;
   for (const Triangles* side : {&scene.contact->airway.first, &scene.contact->airway.second}) {
     double of_side = 0.0;
-    for (const std::int32_t node : side->reshaped())
-      of_side = std::max(of_side, inverse_mass.segment<3>(3 * static_cast<std::ptrdiff_t>(node)).maxCoeff());
+    for (const std::int32_t node : side->reshaped()) of_side = std::max(of_side, lightness(node));
     free_sides += of_side > 0;
     lightest = std::max(lightest, of_side);
   }
@@ -71,11 +80,8 @@ struct Stiffest {
   double value = 0.0;  // 1/s^2
   std::int32_t node = -1;
 };
-Stiffest contact_stiffness(const Contacts& contacts, const Vector& inverse_mass) {
+Stiffest contact_stiffness(const Contacts& contacts, const NodeLightness& lightness) {
   std::vector<std::pair<std::int32_t, double>> shares;
-  const auto lightness = [&](std::int32_t node) {
-    return inverse_mass.segment<3>(3 * static_cast<std::ptrdiff_t>(node)).maxCoeff();
-  };
   for (std::size_t j = 0; j < contacts.rows.size(); ++j) {
     const Row& row = contacts.rows[j];
     if (!(contacts.force[static_cast<std::ptrdiff_t>(j)] > 0)) continue;
@@ -99,11 +105,10 @@ Stiffest contact_stiffness(const Contacts& contacts, const Vector& inverse_mass)
 
 ExplicitMotion::ExplicitMotion(const Scene& scene, const Motion& motion)
     : motion_(motion),
-      coupling_(scene.airflow ? scene.airflow->coupling : Coupling(Lagged{})),
       mass_((require_explicit(scene, motion.options()), diagonal(motion.mass()))),
       inverse_mass_(inverse(mass_, motion.supports())),
       stable_(inverse_mass_, motion.stiffness(), motion.viscosity()),
-      contact_stiffness_(stiffness_of_all(scene, inverse_mass_)),
+      contact_stiffness_(stiffness_of_all(scene, {inverse_mass_, motion.images()})),
       eigenvalue_(stable_.eigenvalue(motion.step())) {
   const double h = motion.step();
   if (eigenvalue_ + 0.25 * h * h * contact_stiffness_ <= 1) return;
@@ -112,7 +117,7 @@ ExplicitMotion::ExplicitMotion(const Scene& scene, const Motion& motion)
 }
 
 void ExplicitMotion::require_stable(const Contacts& contacts) const {
-  const auto [value, node] = contact_stiffness(contacts, inverse_mass_);
+  const auto [value, node] = contact_stiffness(contacts, {inverse_mass_, motion_.images()});
   const double h = motion_.step();
   if (eigenvalue_ + 0.25 * h * h * value <= 1) return;
   throw SolveFailed("Contact: its stiffness at node " + std::to_string(node) + " asks for steps of at most " +
@@ -161,61 +166,94 @@ void ExplicitMotion::accelerate(const State& last, const Vector& velocity, State
 
 void ExplicitMotion::begin(State& state) const { accelerate(State{}, state.velocity, state); }
 
-ExplicitMotion::Taken ExplicitMotion::step(const State& last, Vector scene_load, const SceneFlow* flow,
-                                           SceneContact* contact, StepTimes& times) const {
-  const double h = motion_.step();
-  Taken taken;
-  State& now = taken.now;
-  now.step = last.step + 1;
-  Vector velocity(mass_.size());  // v^, of which the viscous forces are
+/// Where it leads is known from the beginning.
+class ExplicitStep final : public NodalStep {
+ public:
+  ExplicitStep(const ExplicitMotion& motion, const State& last, Vector scene_load, const SceneFlow* flow,
+               SceneContact* contact, StepTimes& times);
+
+  Vector areas(Instant at) const override { return flow_->areas(positions(at)); }
+  void move() override { now_.load = scene_load_; }
+  void move(double below, const Vector& pressure, Instant at) override;
+  bool blocks() const override {
+    return contact_ && contact_->blocks(*flow_, contacts_, x_, x_previous_, last_.depth);
+  }
+  StepTimes& times() const override { return times_; }
+  void complete() override;
+  State end() override { return std::move(now_); }
+  Vector take_image() override { return {}; }
+  const Contacts& contacts() const override { return contacts_; }
+  const Points& x_previous() const override { return x_previous_; }
+  int iterations() const override { return 0; }
+
+ private:
+  const Points& positions(Instant at) const { return at == Instant::last ? x_previous_ : x_; }
+
+  const ExplicitMotion& explicit_;
+  const State& last_;
+  const Vector scene_load_;
+  const SceneFlow* flow_;
+  SceneContact* contact_;
+  StepTimes& times_;
+  State now_;
+  Vector velocity_;        // v^, of which the viscous forces are
+  Points x_previous_, x_;  // (n, 3) m, where flow or contact see them
+  Contacts contacts_;
+};
+
+ExplicitStep::ExplicitStep(const ExplicitMotion& motion, const State& last, Vector scene_load,
+                           const SceneFlow* flow, SceneContact* contact, StepTimes& times)
+    : explicit_(motion),
+      last_(last),
+      scene_load_(std::move(scene_load)),
+      flow_(flow),
+      contact_(contact),
+      times_(times),
+      velocity_(last.displacement.size()) {
+  const Motion& nodes = explicit_.motion_;
+  const double h = nodes.step();
+  now_.step = last.step + 1;
   {
-    const Stopwatch watch(times.residual);
-    now.displacement.resize(mass_.size());
-    for_slices(mass_.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
+    const Stopwatch watch(times_.residual);
+    now_.displacement.resize(last.displacement.size());
+    for_slices(last.displacement.size(), [&](std::ptrdiff_t at, std::ptrdiff_t count) {
       const auto part = [&](auto& v) { return v.segment(at, count); };
-      part(now.displacement) =
+      part(now_.displacement) =
           part(last.displacement) + h * part(last.velocity) + 0.5 * h * h * part(last.acceleration);
-      part(velocity) = part(last.velocity) + h * part(last.acceleration);
+      part(velocity_) = part(last.velocity) + h * part(last.acceleration);
     });
   }
-  Points x;
-  if (flow || contact) {
-    taken.x_previous = motion_.positions(last.displacement);
-    x = motion_.positions(now.displacement);
+  if (flow_ || contact_) {
+    x_previous_ = nodes.positions(last.displacement);
+    x_ = nodes.positions(now_.displacement);
   }
-  if (contact) {
-    const Stopwatch watch(times.contact);
-    contact->begin(taken.x_previous, last.depth);
-    taken.contacts = contact->forces_at(x, taken.x_previous, last);
-    require_stable(taken.contacts);
-    now.contact_force = Vector::Zero(mass_.size());
-    if (taken.contacts.any_force()) taken.contacts.add_forces(now.contact_force);
-    std::tie(now.closed, now.closed_force) = taken.contacts.closed();
-  }
-  now.load = std::move(scene_load);
-  if (flow) {
-    const Stopwatch watch(times.load);
-    now.flow_stopped = contact && contact->blocks(*flow, taken.contacts, x, taken.x_previous, last.depth);
-    const CoupledStep::Instant instant = load_instant(coupling_);
-    const bool lagged = instant == CoupledStep::Instant::last;
-    const Points& at = lagged ? taken.x_previous : x;
-    const Airflow& airflow = flow->airflow();
-    const auto through = [&](const Points& shape, CoupledStep::Instant then, bool stopped) {
-      const Air air = airflow.air(CoupledStep::time(then, last.step, h, motion_.scheme().alpha));
-      return airflow.evaluate(flow->areas(shape), air, stopped);
-    };
-    taken.flow = FlowRecord{through(at, instant, lagged ? last.flow_stopped : now.flow_stopped), 1};
-    const FlowState& state = taken.flow->state;
-    if (lagged)
-      taken.flow->residual = pressure_difference(
-          airflow, state.pressure, through(x, CoupledStep::Instant::weighted, now.flow_stopped).pressure);
-    flow->add_load(at, state.subglottal_pressure, state.pressure, now.load);
-  }
-  const Stopwatch watch(times.solve);
-  accelerate(last, velocity, now);
-  now.ledger = last.ledger;
-  now.first_signs = last.first_signs;
-  return taken;
+  if (contact_ == nullptr) return;
+  const Stopwatch watch(times_.contact);
+  contact_->begin(x_previous_, last.depth);
+  contacts_ = contact_->forces_at(x_, x_previous_, last);
+  explicit_.require_stable(contacts_);
+  now_.contact_force = Vector::Zero(x_.size());
+  if (contacts_.any_force()) contacts_.add_forces(now_.contact_force);
+  now_.contact_force = nodes.folded(std::move(now_.contact_force));
+  std::tie(now_.closed, now_.closed_force) = contacts_.closed();
+}
+
+void ExplicitStep::move(double below, const Vector& pressure, Instant at) {
+  const Stopwatch watch(times_.load);
+  now_.load = scene_load_;
+  flow_->add_load(positions(at), below, pressure, now_.load);
+}
+
+void ExplicitStep::complete() {
+  const Stopwatch watch(times_.solve);
+  explicit_.accelerate(last_, velocity_, now_);
+  now_.ledger = last_.ledger;
+  now_.first_signs = last_.first_signs;
+}
+
+std::unique_ptr<NodalStep> ExplicitMotion::step(const State& last, Vector scene_load, const SceneFlow* flow,
+                                                SceneContact* contact, StepTimes& times) const {
+  return std::make_unique<ExplicitStep>(*this, last, std::move(scene_load), flow, contact, times);
 }
 
 }  // namespace plica

@@ -1,8 +1,9 @@
 #pragma once
+#include <memory>
+
 #include "plica/dynamics/motion.hpp"
-#include "plica/dynamics/record.hpp"
+#include "plica/dynamics/nodal_step.hpp"
 #include "plica/dynamics/stable_step.hpp"
-#include "plica/dynamics/state.hpp"
 
 namespace plica {
 
@@ -27,25 +28,19 @@ class ExplicitMotion {
   Ledger opened_ledger(const State& state) const;
   Ledger continued_ledger(const State& before, const State& now) const;
 
-  struct Taken {
-    State now;  // its ledger and first signs still those of the last
-    std::optional<FlowRecord> flow;
-    Contacts contacts;
-    Points x_previous;  // (n, 3) m, from the motion's origin; only where contact or flow look at it
-  };
   /// From the state `last` under scene_load (3 n) N at t_{n+1}; flow and contact are null where there is none.
-  /// Throws SolveFailed where closed contacts are too stiff for the step.
-  Taken step(const State& last, Vector scene_load, const SceneFlow* flow, SceneContact* contact,
-             StepTimes& times) const;
+  /// All must outlive it. Throws SolveFailed where closed contacts are too stiff for the step.
+  std::unique_ptr<NodalStep> step(const State& last, Vector scene_load, const SceneFlow* flow,
+                                  SceneContact* contact, StepTimes& times) const;
 
  private:
+  friend class ExplicitStep;
   void require_stable(const Contacts& contacts) const;
   /// a, v, M a, K u and C V of a state whose u and v^ are given and whose forces are known.
   void accelerate(const State& last, const Vector& velocity, State& now) const;
   Vector momentum(const Vector& velocity) const;
 
   const Motion& motion_;
-  Coupling coupling_;
   Vector mass_, inverse_mass_;  // (3 n) kg, 1/kg; the latter zero where held
   StableStep stable_;
   double contact_stiffness_ = 0.0;  // 1/s^2

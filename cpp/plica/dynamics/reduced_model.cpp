@@ -49,12 +49,13 @@ std::unique_ptr<ReducedContact> reduced_contact(const Scene& scene, const Motion
   return std::make_unique<ReducedCollision>(scene, full, motion, positions);
 }
 
-ReducedModel::ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow)
+ReducedModel::ReducedModel(const Scene& scene, const Motion& full, AirColumn* air)
     : scene_(scene),
       full_(full),
       motion_(full, basis_of(scene, full)),
-      positions_(positions_seen(scene, full, motion_, airflow)) {
-  if (airflow) flow_.emplace(*airflow, full, motion_, positions_);
+      positions_(positions_seen(scene, full, motion_, air ? &air->airflow() : nullptr)),
+      air_(air) {
+  if (air) flow_.emplace(air->airflow(), full, motion_, positions_);
   if (scene.contact) contact_ = reduced_contact(scene, full, motion_, positions_);
   step_.emplace(motion_, positions_, flow_ ? &*flow_ : nullptr, contact_.get(), full.origin());
 }
@@ -85,14 +86,19 @@ void ReducedModel::restore(const State& state) {
 ReducedModel::Taken ReducedModel::step(const State& last, const Vector& scene_load, StepTimes& times, State& now) {
   static const std::vector<std::int32_t> none;
   Taken taken;
-  const CoupledStep::Instant load =
-      flow_ ? load_instant(scene_.airflow->coupling) : CoupledStep::Instant::weighted;
-  step_->begin(last, scene_load, load, times);
-  if (flow_)
-    taken.flow = couple(scene_.airflow->coupling, flow_->airflow(), *step_);
+  double below = 0.0;
+  if (air_) {
+    const double h = motion_.step();
+    air_->begin_step(last.air, static_cast<double>(last.step) * h, (1 + motion_.scheme().alpha) * h);
+    below = air_->air(load_instant(scene_.airflow->coupling)).subglottal_pressure;
+  }
+  step_->begin(last, scene_load, below, times);
+  if (air_)
+    taken.flow = couple(scene_.airflow->coupling, *air_, *step_);
   else
     step_->move();
   step_->end(now);
+  if (air_) now.air = air_->end_step();
   {
     const Stopwatch watch(times.ledger);
     if (taken.flow) {

@@ -8,9 +8,9 @@ namespace plica {
 /// A scene in the coordinates of its reduction: motion, airflow and contact, and one step of them.
 class ReducedModel {
  public:
-  /// The scene has a reduction; scene, its motion and its airflow (null without) must outlive it. Throws
+  /// The scene has a reduction; scene, its motion and its air (null without airflow) must outlive it. Throws
   /// InvalidInput for what cannot be reduced.
-  ReducedModel(const Scene& scene, const Motion& full, const Airflow* airflow);
+  ReducedModel(const Scene& scene, const Motion& full, AirColumn* air);
 
   ReducedModel(const ReducedModel&) = delete;
   ReducedModel& operator=(const ReducedModel&) = delete;
@@ -41,6 +41,7 @@ class ReducedModel {
   ModalMotion motion_;
   Mediolateral positions_;
   std::optional<ReducedFlow> flow_;
+  AirColumn* air_;
   std::unique_ptr<ReducedContact> contact_;
   std::optional<ReducedStep> step_;  // from construction on
 };

@@ -6,12 +6,11 @@
 
 namespace plica {
 
-void ReducedStep::begin(const State& last, const Vector& scene_load, Instant flow_load, StepTimes& times) {
+void ReducedStep::begin(const State& last, const Vector& scene_load, double below, StepTimes& times) {
   last_ = &last;
   times_ = &times;
-  set_flow_stopped(last.flow_stopped);
   scene_load_ = scene_load;
-  if (flow_) load_below_ = air(flow_load).subglottal_pressure * flow_->load_below();
+  if (flow_) load_below_ = below * flow_->load_below();
   pressure_.resize(0);
   predict();
   if (contact_) contact_->begin(last);
@@ -59,7 +58,7 @@ void ReducedStep::move() {
   touch();
 }
 
-void ReducedStep::move(const Vector& pressure, Instant) {
+void ReducedStep::move(double, const Vector& pressure, Instant) {
   {
     const Stopwatch watch(times_->solve);
     pressure_ = pressure;
@@ -82,10 +81,6 @@ Vector ReducedStep::free_end() const {
   Vector acceleration = Vector::Zero(free_.size());
   if (pressure_.size() > 0) flow_->acceleration(pressure_, acceleration);
   return displacement_predictor_ + inertia() * (free_ + acceleration);
-}
-
-Air ReducedStep::air(Instant at) const {
-  return flow_->airflow().air(time(at, last_->step, motion_.step(), motion_.scheme().alpha));
 }
 
 Vector ReducedStep::areas(Instant at) const {
@@ -136,7 +131,6 @@ void ReducedStep::end(State& now) {
     now.viscous_force = (1 + alpha) * now.viscosity_velocity - alpha * viscous_behind_;
   }
   now.inertial_force = a;
-  now.flow_stopped = flow_stopped();
   now.ledger = last_->ledger;
   now.first_signs = last_->first_signs;
 }

@@ -16,14 +16,13 @@ class ReducedStep final : public CoupledStep, private FreeEnd {
               const Vector3& origin)
       : motion_(motion), positions_(positions), flow_(flow), contact_(contact), origin_(origin) {}
 
-  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and the pressure below the
-  /// sections at `flow_load`, when moves are to act; last and times must live until its end. One object takes all
-  /// steps of a run: its memory stays.
-  void begin(const State& last, const Vector& scene_load, Instant flow_load, StepTimes& times);
+  /// A step begins from the state `last`, under scene_load (r) at t_{n+1+alpha} and the pressure `below` the
+  /// sections, Pa, of all its moves; last and times must live until its end. One object takes all steps of a run:
+  /// its memory stays.
+  void begin(const State& last, const Vector& scene_load, double below, StepTimes& times);
   /// Moves it under the scene's load alone.
   void move();
-  void move(const Vector& pressure, Instant at) override;
-  Air air(Instant at) const override;
+  void move(double below, const Vector& pressure, Instant at) override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return *times_; }

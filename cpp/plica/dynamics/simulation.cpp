@@ -37,14 +37,20 @@ Simulation::Simulation(Scene scene, Options options)
       motion_(scene_, part_ ? &*part_ : nullptr, assembler_, checked(options)),
       loads_(scene_, part_ ? &*part_ : nullptr, assembler_) {
   if (motion_.is_explicit()) explicit_.emplace(scene_, motion_);
-  if (scene_.airflow) flow_.emplace(scene_, motion_);
+  if (scene_.airflow) {
+    flow_.emplace(scene_, motion_);
+    air_.emplace(flow_->airflow());
+    coupling_ = scene_.airflow->coupling;
+    // Explicit steps have nothing to iterate.
+    if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) coupling_ = Extrapolated{};
+  }
   if (scene_.contact) contact_.emplace(scene_, motion_);
   if (contact_)
     seen_ = contact_->nodes();
   else if (flow_)
     seen_ = flow_->airflow().nodes();
   if (scene_.reduction)
-    reduced_.emplace(scene_, motion_, airflow());
+    reduced_.emplace(scene_, motion_, air_ ? &*air_ : nullptr);
   else if (flow_ && !explicit_)
     flow_->find_response(scene_.airflow->coupling, motion_, seen_);
   begin();
@@ -185,22 +191,22 @@ void Simulation::advance() {
   };
   try {
     if (reduced_) return advance_reduced();
-    const Vector scene_load = loads_.at(time() + (1 + motion_.scheme().alpha) * motion_.step());
-    if (explicit_) return advance_explicit(scene_load);
-    Step step(motion_, state_, scene_load, seen_, flow_ ? &*flow_ : nullptr, contact(), times_);
-    if (contact_) {
-      const Stopwatch watch(times_.contact);
-      contact_->begin(step.x_previous(), state_.depth);
-    }
+    const double ahead = (1 + motion_.scheme().alpha) * motion_.step();
+    const Vector scene_load = loads_.at(time() + ahead);
+    const std::unique_ptr<NodalStep> step = begun_step(scene_load);
     std::optional<FlowRecord> flow;
-    if (flow_)
-      flow = couple(scene_.airflow->coupling, flow_->airflow(), step);
-    else
-      step.move();
-    step.complete();
-    State now = step.end();
-    keep(std::move(now),
-         {flow, scene_load, step.contacts(), step.x_previous(), step.iterations(), step.take_image()});
+    if (air_) {
+      air_->begin_step(state_.air, time(), ahead);
+      // Contact at the end of an explicit step is known from its beginning.
+      if (explicit_ && load_instant(coupling_) == AirColumn::Instant::weighted) air_->stop(step->blocks());
+      flow = couple(coupling_, *air_, *step);
+    } else {
+      step->move();
+    }
+    step->complete();
+    State now = step->end();
+    if (air_) now.air = air_->end_step();
+    keep(std::move(now), flow, scene_load, *step);
   } catch (const SolveFailed& failure) {
     throw failed(failure);
   } catch (const InvalidInput& failure) {  // what was handed in is checked: positions that a step made diverge
@@ -208,9 +214,11 @@ void Simulation::advance() {
   }
 }
 
-void Simulation::advance_explicit(const Vector& scene_load) {
-  ExplicitMotion::Taken taken = explicit_->step(state_, scene_load, flow_ ? &*flow_ : nullptr, contact(), times_);
-  keep(std::move(taken.now), {taken.flow, scene_load, taken.contacts, taken.x_previous, 0, Vector()});
+std::unique_ptr<NodalStep> Simulation::begun_step(const Vector& scene_load) {
+  const SceneFlow* flow = flow_ ? &*flow_ : nullptr;
+  SceneContact* contact = contact_ ? &*contact_ : nullptr;
+  if (explicit_) return explicit_->step(state_, scene_load, flow, contact, times_);
+  return std::make_unique<Step>(motion_, state_, scene_load, seen_, flow, contact, times_);
 }
 
 void Simulation::advance_reduced() {
@@ -245,13 +253,14 @@ void Simulation::advance_reduced() {
   record_ = std::move(record);
 }
 
-void Simulation::keep(State now, Completed step) {
+void Simulation::keep(State now, const std::optional<FlowRecord>& flow, const Vector& scene_load,
+                      NodalStep& step) {
   {
     const Stopwatch watch(times_.ledger);
-    if (step.flow) {
-      now.flow_load = now.load - step.scene_load;
-      now.supplied_power = step.flow->state.supplied_power;
-      now.viscous_power = step.flow->state.viscous_power;
+    if (flow) {
+      now.flow_load = now.load - scene_load;
+      now.supplied_power = flow->state.supplied_power;
+      now.viscous_power = flow->state.viscous_power;
     }
     now.ledger = explicit_ ? explicit_->continued_ledger(state_, now) : continued_ledger(motion_, state_, now);
   }
@@ -259,8 +268,8 @@ void Simulation::keep(State now, Completed step) {
   const Points x = motion_.positions(now.displacement);
   StepRecord record;
   record.time = static_cast<double>(now.step) * motion_.step();
-  record.iterations = step.iterations;
-  record.flow = step.flow;
+  record.iterations = step.iterations();
+  record.flow = flow;
   record.strains = tissue_.strains(now.displacement);
   record.inverted_by_layer = tissue_.folded_since(x);
   record.inverted_tissue = record.inverted_by_layer.sum();
@@ -268,14 +277,14 @@ void Simulation::keep(State now, Completed step) {
     const double before = contact_->collision().detection_time();
     contact_->update_pressure(now, x);
     record.contact =
-        contact_->record(step.contacts, step.x_previous, state_.depth, now, x, record.inverted_tissue > 0);
+        contact_->record(step.contacts(), step.x_previous(), state_.depth, now, x, record.inverted_tissue > 0);
     now.depth = -record.contact->deepest_gap;
     detection_of_records_ += contact_->collision().detection_time() - before;
   }
   const bool at_origin = motion_.origin().isZero(0);
   now.first_signs.note(now.step, record, at_origin ? x : motion_.in_scene(x), scene_.mesh.cells);
   now.past = std::move(state_.past);
-  if (step.image.size() > 0) now.past.add(now.acceleration, std::move(step.image));
+  if (Vector image = step.take_image(); image.size() > 0) now.past.add(now.acceleration, std::move(image));
   state_ = std::move(now);
   record_ = record;
 }

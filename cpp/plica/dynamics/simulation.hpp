@@ -1,4 +1,5 @@
 #pragma once
+#include <memory>
 #include <optional>
 
 #include "plica/dynamics/explicit_motion.hpp"
@@ -98,26 +99,16 @@ class Simulation {
   void set_external_force(Vector force);
 
  private:
-  SceneContact* contact() { return contact_ ? &*contact_ : nullptr; }
   void begin();
   State::Shape shape_of_states() const;
   StateProducts products_of_states() const;
-  void advance_explicit(const Vector& scene_load);
   void advance_reduced();
   Vector at_nodes(const Vector& unknowns) const {
     return motion_.everywhere(reduced_ ? reduced_->motion().at_unknowns(unknowns) : unknowns);
   }
-  /// What a completed step has besides the state that it leads to.
-  struct Completed {
-    const std::optional<FlowRecord>& flow;
-    const Vector& scene_load;  // N
-    const Contacts& contacts;
-    const Points& x_previous;  // (n, 3) m, from the motion's origin
-    int iterations;
-    Vector image;  // State::past; empty where it has none
-  };
-  /// Keeps the state that a step led to, and says what it was like.
-  void keep(State now, Completed step);
+  std::unique_ptr<NodalStep> begun_step(const Vector& scene_load);
+  /// Keeps the state that a completed step led to, and says what it was like.
+  void keep(State now, const std::optional<FlowRecord>& flow, const Vector& scene_load, NodalStep& step);
 
   Scene scene_;
   std::optional<SymmetricPart> part_;
@@ -127,6 +118,8 @@ class Simulation {
   std::optional<ExplicitMotion> explicit_;
   SceneLoads loads_;
   std::optional<SceneFlow> flow_;
+  std::optional<AirColumn> air_;
+  Coupling coupling_;
   std::optional<SceneContact> contact_;
   std::optional<ReducedModel> reduced_;
   Indices seen_;  // nodes whose positions flow and contact look at

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 
+#include "plica/airflow/air_column.hpp"
 #include "plica/contact/constraint.hpp"
 #include "plica/dynamics/first_signs.hpp"
 #include "plica/dynamics/ledger.hpp"
@@ -32,7 +33,7 @@ struct State {
   std::vector<std::int32_t> closed;  // keys of the contact constraints that carried force, ascending
   Vector closed_force;               // (closed) N, the normal forces of these
   double depth = 0.0;                // m, >= 0: deepest penetration of a node
-  bool flow_stopped = false;
+  AirColumn::Memory air;
   double supplied_power = 0.0, viscous_power = 0.0;  // W, of the airflow (FlowState) in the last step
   Ledger ledger;
   FirstSigns first_signs;  // of trouble since t = 0: no step depends on them, a failure's text does

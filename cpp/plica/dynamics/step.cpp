@@ -12,8 +12,7 @@ namespace plica {
 
 Step::Step(const Motion& motion, const State& last, Vector scene_load, const Indices& seen, const SceneFlow* flow,
            SceneContact* contact, StepTimes& times)
-    : CoupledStep(last.flow_stopped),
-      motion_(motion),
+    : motion_(motion),
       last_(last),
       seen_(seen),
       flow_(flow),
@@ -24,7 +23,15 @@ Step::Step(const Motion& motion, const State& last, Vector scene_load, const Ind
       x_free_(x_previous_),
       x_(x_previous_),
       weighted_(x_previous_) {
+  predict();
+  if (contact_ == nullptr) return;
+  const Stopwatch watch(times_.contact);
+  contact_->begin(x_previous_, last_.depth);
+}
+
+void Step::predict() {
   const Stopwatch watch(times_.residual);
+  const State& last = last_;
   const SchemeCoefficients& c = motion_.scheme();
   const double h = motion_.step(), weight = 1 + c.alpha;
   const double of_displacement = h * h * (0.5 - c.beta), of_velocity = h * (1 - c.gamma);
@@ -69,17 +76,13 @@ void Step::move() {
   touch();
 }
 
-Air Step::air(Instant instant) const {
-  return flow_->airflow().air(time(instant, last_.step, motion_.step(), motion_.scheme().alpha));
-}
-
 Vector Step::areas(Instant instant) const { return flow_->areas(at(instant)); }
 
-void Step::move(const Vector& pressure, Instant instant) {
+void Step::move(double below, const Vector& pressure, Instant instant) {
   {
     const Stopwatch watch(times_.load);
     load_ = scene_load_;
-    flow_->add_load(at(instant), air(instant).subglottal_pressure, pressure, load_);
+    flow_->add_load(at(instant), below, pressure, load_);
     pressure_ = pressure;
   }
   if (!response_) {
@@ -205,7 +208,6 @@ State Step::end() {
   now.load = std::move(load_);
   now.contact_force = std::move(contact_force_);
   std::tie(now.closed, now.closed_force) = contacts_.closed();
-  now.flow_stopped = flow_stopped();
   now.ledger = last_.ledger;
   now.first_signs = last_.first_signs;
   return now;

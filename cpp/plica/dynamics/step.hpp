@@ -1,9 +1,7 @@
 #pragma once
-#include "plica/contact/contacts.hpp"
-#include "plica/dynamics/coupling.hpp"
 #include "plica/dynamics/motion.hpp"
+#include "plica/dynamics/nodal_step.hpp"
 #include "plica/dynamics/record.hpp"
-#include "plica/dynamics/state.hpp"
 
 namespace plica {
 
@@ -13,13 +11,12 @@ class PressureResponse;
 
 /// One step in the making, positions from the motion's origin: M a + C V + K U = load + contact_force with U =
 /// (1+alpha) u_{n+1} - alpha u_n, V likewise, where u_n and v_n are `displacement_behind` and `velocity_behind`:
-/// in the first step U_0 and V_0. A coupling moves it as often as it needs; complete() then finds its
-/// acceleration.
+/// in the first step U_0 and V_0.
 ///
 /// Positions are those of the nodes that are `seen`, by the flow or by contact. They follow from one solve, under
 /// the load of the first move and without contact; what later moves and contact add to these is superposed as far
 /// as its response is known (SceneFlow::response, Collision::add_response), and solved for otherwise.
-class Step final : public CoupledStep {
+class Step final : public NodalStep {
  public:
   /// From the state `last`, under scene_load (3 n) N at t_{n+1+alpha}; flow and contact are null where there is
   /// none. All must outlive it.
@@ -27,15 +24,12 @@ class Step final : public CoupledStep {
        SceneContact* contact, StepTimes& times);
 
   // What a coupling needs of it.
-  const Points& x_previous() const { return x_previous_; }  // (n, 3) m, at t_n
+  const Points& x_previous() const override { return x_previous_; }
   /// (n, 3) m at t_{n+1+alpha}: extrapolated, (1 + alpha) (u + h v + h^2 a / 2) - alpha u at reference positions,
   /// until it is moved; then of where it has been moved, (1 + alpha) x - alpha x_previous.
   const Points& weighted_positions() const { return weighted_; }
-  /// Moves it under the scene's load alone.
-  void move();
-  /// Under the flow's section pressures, too.
-  void move(const Vector& pressure, Instant at) override;
-  Air air(Instant at) const override;
+  void move() override;
+  void move(double below, const Vector& pressure, Instant at) override;
   Vector areas(Instant at) const override;
   bool blocks() const override;
   StepTimes& times() const override { return times_; }
@@ -50,18 +44,15 @@ class Step final : public CoupledStep {
 
   /// (n, 3) m at t_{n+1} of where it has been moved.
   const Points& x() const { return x_; }
-  const Contacts& contacts() const { return contacts_; }
-  int iterations() const { return iterations_; }
+  const Contacts& contacts() const override { return contacts_; }
+  int iterations() const override { return iterations_; }
 
-  /// Finds the acceleration under the loads and contact forces of the last move.
-  void complete();
-  /// The state that the completed step leads to, its ledger and first signs still those of the last; takes what it
-  /// needs out of the step. Its past is empty.
-  State end();
-  /// A a of the completed step's acceleration.
-  Vector take_image() { return std::move(image_); }
+  void complete() override;
+  State end() override;
+  Vector take_image() override { return std::move(image_); }
 
  private:
+  void predict();
   /// Solves for the positions under load_, without contact.
   void solve_free();
   const Points& at(Instant instant) const { return instant == Instant::last ? x_previous_ : weighted_; }

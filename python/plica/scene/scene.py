@@ -276,12 +276,8 @@ class Scene(Part):
     def _symmetry_fits(self) -> None:
         if self.reduction is not None:
             self._reduction_is_symmetric(self.reduction)
-        for part, there in (
-            ("time.scheme.central_differences", self.time.scheme.central_differences is not None),
-            ("contact.nitsche", self.contact is not None and self.contact.nitsche is not None),
-        ):
-            if there:
-                raise problem(f"must be left out with {part}.", "symmetry", value=self.symmetry)
+        if self.contact is not None and self.contact.nitsche is not None:
+            raise problem("must be left out with contact.nitsche.", "symmetry", value=self.symmetry)
         if isinstance(self.mesh, Block | Blocks):
             kind = "block" if isinstance(self.mesh, Block) else "blocks"
             relation = (

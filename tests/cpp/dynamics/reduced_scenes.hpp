@@ -35,8 +35,6 @@ inline Eigen::MatrixXd every_symmetric_displacement(const Scene& scene, Symmetry
   return basis;
 }
 
-inline double relative(const Vector& a, const Vector& b) { return (a - b).norm() / b.norm(); }
-
 /// The folds alone: what lies above and below them is held, so that the dense algebra of all modes takes a moment.
 inline Scene larynx_folds() {
   Scene scene = small_larynx();

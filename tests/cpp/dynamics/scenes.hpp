@@ -141,6 +141,8 @@ inline Simulation::Options options(const TimeScheme& scheme, double step, double
   return {scheme, step, {tolerance}, Simulation::Mass::consistent};
 }
 
+inline double relative(const Vector& a, const Vector& b) { return (a - b).norm() / b.norm(); }
+
 /// The free unknowns' part of a matrix.
 inline Eigen::MatrixXd free_part(const SparseMatrix& A, const std::vector<int>& unknowns) {
   const Eigen::MatrixXd dense(A);

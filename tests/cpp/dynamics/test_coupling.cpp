@@ -48,7 +48,7 @@ FlowState flow_after(const Simulation& simulation, const Points& before) {
   constexpr double alpha = -0.3;
   const Airflow& airflow = *simulation.airflow();
   return airflow.evaluate(airflow.areas((1 + alpha) * simulation.positions() - alpha * before),
-                          simulation.state().flow_stopped);
+                          simulation.state().air.flow_stopped);
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ TEST_CASE("from sweep freeze_after on, separation and stop are those that this s
       const FlowState held = flow_after(first_sweep, before);
       CHECK(flow.state.separation == held.separation);
       CHECK(flow.state.stopped == held.stopped);
-      CHECK(iterated.state().flow_stopped == first_sweep.state().flow_stopped);
+      CHECK(iterated.state().air.flow_stopped == first_sweep.state().air.flow_stopped);
       const FlowState by_areas = iterated.airflow()->evaluate(flow.state.area, held.stopped);
       section_held += by_areas.separation != held.separation;
       stop_held += held.stopped && flow.state.area.minCoeff() > 0 && iterated.record().contact->rows == 0;

@@ -33,7 +33,7 @@ void check_equal(const State& a, const State& b) {
   CHECK(a.past.images == b.past.images);
   CHECK(a.closed == b.closed);
   CHECK(a.depth == b.depth);
-  CHECK(a.flow_stopped == b.flow_stopped);
+  CHECK(a.air.flow_stopped == b.air.flow_stopped);
   CHECK(a.supplied_power == b.supplied_power);
   CHECK(a.viscous_power == b.viscous_power);
   CHECK(a.ledger.kinetic == b.ledger.kinetic);

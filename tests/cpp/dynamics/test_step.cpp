@@ -8,12 +8,7 @@
 
 using namespace plica;
 using scenes::options;
-
-namespace {
-
-double relative(const Vector& a, const Vector& b) { return (a - b).norm() / b.norm(); }
-
-}  // namespace
+using scenes::relative;
 
 TEST_CASE("the start is the combination of past accelerations that leaves the least residual") {
   const int n = 3 * 5000;  // several chunks
