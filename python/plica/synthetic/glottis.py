@@ -74,6 +74,9 @@ class Synthetic:
     """Of the shadow, whose right border lies where the left fold is when the glottis is widest."""
     shadow_speed: float = 0.0
     """px to the right a frame; 0: it stays."""
+    shade: float = 0.0
+    """Width at mid-length of the steep surface beside the right fold that a lamp at that side leaves in
+    shade: all of it as the fold parts, less as it closes."""
     seed: int = 1
 
 
@@ -129,11 +132,15 @@ class SyntheticGlottis:
         top, bottom = 0.15 * self.options.height, 0.85 * self.options.height
         return (y - top) / (bottom - top)
 
+    def _shape(self, y: Floats) -> Floats:
+        """Of the edges: 0 at the ends of the folds and beyond, 1 at mid-length."""
+        s = self.along(y)
+        return np.where((s > 0) & (s < 1), 4 * s * (1 - s), 0.0)
+
     def edge(self, side: int, y: Floats, t: float) -> Floats:
         """Distance of the edge of side 0 (the image's left) or 1 from the midline at rows y, px."""
         o = self.options
-        s = self.along(y)
-        shape = np.where((s > 0) & (s < 1), 4 * s * (1 - s), 0.0)
+        s, shape = self.along(y), self._shape(y)
         begins = self.begins
         turns = float(np.interp(t, begins, np.arange(begins.size))) if t >= 0 else t * o.frequency
         angle = 2 * np.pi * turns + o.phase[side] - o.lag * s
@@ -215,8 +222,14 @@ class SyntheticGlottis:
         return np.asarray(np.clip(image + o.noise * noise, 0, 255), dtype=np.float32)
 
     def _darkened(self, image: Floats, t: float) -> Floats:
-        """With the shadow and the crease."""
+        """With the shade, the shadow and the crease."""
         o = self.options
+        if o.shade > 0:
+            edge, bare = self.edge(1, self._y, t), self._shape(self._y)
+            beside = bare * o.shade * (1 + np.cos(2 * np.pi * o.frequency * t)) / 2
+            end = np.minimum(self._x - self.midline + 0.5, edge + np.where(edge > 0, beside, 0.0))
+            part = np.maximum(end - np.maximum(self._x - self.midline - 0.5, edge), 0.0)
+            image = image + part * np.minimum(55.0 * self._light - image, 0.0)
         along = self.along(self._y)
         reach = max(o.opening[0] + o.amplitude[0], 0.0)
         if o.shadow < 1:
