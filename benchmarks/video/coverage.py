@@ -8,8 +8,9 @@ levels, blur of up to 1.1 px; shaded ones have the steep surface beside one fold
 voices without images the masks are exact. None of them is one that the intervals were made on.
 
 Truth: written here from the definitions of the catalogue, on the exact edges, 40 samples a frame; cycles are
-those that were found, with the true marks. Length: of the glottis that was drawn. Half width: mean of half of
-the interval over the magnitude of the truth; in the measure's own unit where it may be 0 (phase in rad).
+those that were found, with the true marks. Length: of the glottis that was drawn. Half width: half of
+the interval over the magnitude of the truth, means over films; in the measure's own unit where that may be 0
+(phase in rad).
 A harmonics-to-noise ratio is cut off at 90 dB, beyond which it is not defined.
 """
 
@@ -58,9 +59,9 @@ class Outcome:
     def held(self) -> bool:
         return self.interval[0] <= self.truth <= self.interval[1]
 
-    def half_width(self, relative: bool) -> float:
-        half = (self.interval[1] - self.interval[0]) / 2
-        return half / abs(self.truth) if relative else half
+    @property
+    def half_width(self) -> float:
+        return (self.interval[1] - self.interval[0]) / 2
 
 
 def drawn(kind: str, seed: int) -> Synthetic:
@@ -276,7 +277,8 @@ def _cells(found: list[Outcome], relative: bool | None) -> list[object]:
     share = f"{held} of {len(found)}" if relative is not None else f"{100 * held / len(found):.1f} %"
     if relative is None:
         return [share, ""]
-    half = float(np.mean([one.half_width(relative) for one in found]))
+    half = float(np.mean([one.half_width for one in found]))
+    half /= float(np.mean([abs(one.truth) for one in found])) if relative else 1.0
     return [share, f"{100 * half:.2g} %" if relative else f"{half:.2g}"]
 
 

@@ -39,4 +39,4 @@ def test_truth_of_the_phase_is_the_planted_one() -> None:
 def test_an_interval_that_misses_is_not_held() -> None:
     assert Outcome(1.0, (0.5, 1.5), 1.2).held
     assert not Outcome(1.0, (0.5, 1.5), 1.6).held
-    assert Outcome(1.0, (0.5, 1.5), 2.0).half_width(True) == 0.25
+    assert Outcome(1.0, (0.5, 1.5), 2.0).half_width == 0.5
