@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
-from plica.measures.catalogue import closed_share
+from plica.measures.catalogue import closed_share, names
 from plica.measures.measure import Measure
 from plica.report.wording import digits_of, shown_spread
 from plica.units import two_digits
@@ -30,8 +30,7 @@ MAIN_MEASURES = (
 )
 
 
-_OF_SIDES = ("left_right_phase", "amplitude_asymmetry")
-"""Of an asymmetric run."""
+_DIFFERENCES = names(recorded_from="edges", side="difference")
 _digits_unbounded = 4  # of a value whose numerical uncertainty is not known, as on pages
 _largest_count = 10**9  # that is written in full
 _ROUND_OFF = 1e-6  # rad, and of the amplitudes; a symmetric run is symmetric to 1e-12
@@ -43,12 +42,12 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
     Cautions are not repeated; a measure without a value refers to the first one with the same reason, or is
     omitted from the short table.
     """
-    main = (*MAIN_MEASURES, *(_OF_SIDES if _is_asymmetric(measures) else ())) if short else ()
-    names = [name for name in main if name in measures and not measures[name].no_limit]
+    main = (*MAIN_MEASURES, *_unlike(measures)) if short else ()
+    chosen = [name for name in main if name in measures and not measures[name].no_limit]
     lines: list[str] = []
     shown: set[str] = set()
     reasons: dict[str, str] = {}
-    for name in names or measures:
+    for name in chosen or measures:
         item = measures[name]
         if item.value is None:
             if short and item.note in shown:
@@ -66,15 +65,13 @@ def measures_table(measures: Mapping[str, Measure], *, short: bool = False) -> s
             shown.add(item.note)
         lines += [f"    ! {text}" for text in new]
         shown.update(item.cautions)
-    return "\n".join([*lines, *_meaning([measures[name] for name in names or measures])])
+    return "\n".join([*lines, *_meaning([measures[name] for name in chosen or measures])])
 
 
-def _is_asymmetric(measures: Mapping[str, Measure]) -> bool:
-    """Whether left and right move differently: by more than round-off."""
-    return any(
-        name in measures and abs(measures[name].value or 0.0) > _ROUND_OFF
-        for name in ("amplitude_asymmetry", "left_right_phase")
-    )
+def _unlike(measures: Mapping[str, Measure]) -> list[str]:
+    """What compares the folds' edges, where they move differently: by more than round-off."""
+    found = [name for name in measures if name in _DIFFERENCES]
+    return found if any(abs(measures[name].value or 0.0) > _ROUND_OFF for name in found) else []
 
 
 def _meaning(items: Sequence[Measure]) -> list[str]:

@@ -14,9 +14,11 @@ from plica.errors import UnknownName
 from plica.measures.quotients import leak_level
 from plica.measures.scale import SI, Scale, shown_unit
 
-__all__ = ["CATALOGUE", "Quantity", "Source", "quantity"]
+__all__ = ["CATALOGUE", "Quantity", "RecordedFrom", "Side", "Source", "names", "quantity"]
 
 Source = Literal["run", "video", "both"]
+RecordedFrom = Literal["", "record", "marks", "area", "edges", "midline", "motion"]
+Side = Literal["", "left", "right", "ratio", "difference"]
 
 closed_share = 0.05  # of a cycle's largest area, up to which the glottis is closed
 closed_share_1_percent = 0.01  # the same for open_quotient_1_percent and for opening and closing samples
@@ -57,6 +59,17 @@ class Quantity:
         The runs of which that is true.
     diagnostic : bool
         Whether it is of the accuracy of the solution or its effort, not of the voice; no headline either.
+    recorded_from : {"", "record", "marks", "area", "edges", "midline", "motion"}
+        What of a recording tells it: the record as such, not the voice; the marks at which cycles begin, the
+        glottal area, the folds' edges, the midline, the tissue's motion; empty for what only runs have.
+    side : {"", "left", "right", "ratio", "difference"}
+        The fold it is of, or how it compares both: a ratio is 1 and a difference 0 where they move alike.
+    extreme : bool
+        Whether the largest or least sample of a cycle alone tells it.
+    perturbation : {"", "amplitude", "decibels"}
+        Of what adds to the differences of cycles, by squares: a mean difference, or a ratio to them in dB.
+    angle : bool
+        Whether it is known up to 2 pi.
     """
 
     name: str
@@ -71,6 +84,11 @@ class Quantity:
     no_limit: str = ""
     no_limit_of: Literal["every run", "surfaces with mass"] = "every run"
     diagnostic: bool = False
+    recorded_from: RecordedFrom = ""
+    side: Side = ""
+    extreme: bool = False
+    perturbation: Literal["", "amplitude", "decibels"] = ""
+    angle: bool = False
 
     @property
     def described(self) -> str:
@@ -94,6 +112,7 @@ _SIDE = (
     "as an edge has been seen), in a recording the mean of the visible edge over the middle tenth of the "
     "midline"
 )
+_FOLDS: tuple[Side, Side] = ("left", "right")
 _WITHOUT = "or, if there are no cycles, in the whole run (in its last third where pulses are no periods)"
 _COLLISION = "over the collisions of the steady cycles or, if there are none, of the whole run"
 _LARGEST = f"largest in each cycle {_WITHOUT}"
@@ -121,14 +140,16 @@ _QUANTITIES = (
         "cycles over their time: of a run the steady ones, of a recording all; none where the "
         "autocorrelation finds another frequency, or where a run's vibration decays",
         symbol="f0",
+        recorded_from="marks",
     ),
     _vibration(
         "fundamental_frequency_autocorrelation",
         "Fundamental frequency by autocorrelation",
         "Hz",
         "first high peak of the autocorrelation",
+        recorded_from="area",
     ),
-    _vibration("period", "Period", "s", symbol="T"),
+    _vibration("period", "Period", "s", symbol="T", recorded_from="marks"),
     _vibration(
         "amplitude_growth",
         "Growth per cycle",
@@ -136,6 +157,7 @@ _QUANTITIES = (
         "relative change of the peak-to-peak amplitude from cycle to cycle, by the line through all; in a "
         "steady voice at most 1 %, and 5 % over all. Of a run that is changing, by the line through the "
         "logarithms of the last half of all its cycles",
+        recorded_from="area",
     ),
     _run_vibration(
         "damping_ratio",
@@ -156,6 +178,7 @@ _QUANTITIES = (
         "1",
         _OPEN.format(100 * closed_share),
         symbol="OQ",
+        recorded_from="area",
     ),
     _run_vibration(
         "open_quotient_1_percent",
@@ -171,6 +194,7 @@ _QUANTITIES = (
         f"opening over closing time, above {100 * closed_share:g} % of the cycle's largest area; without "
         f"closure above {100 * leak_level:g} % of the way from the least to the largest area",
         symbol="SQ",
+        recorded_from="area",
     ),
     _vibration(
         "closing_quotient",
@@ -178,9 +202,14 @@ _QUANTITIES = (
         "1",
         "closing time over period, as in the speed quotient",
         symbol="ClQ",
+        recorded_from="area",
     ),
     _video_vibration(
-        "cycles_found", "Cycles found", "1", "complete ones in the recording, from mark to mark of the area"
+        "cycles_found",
+        "Cycles found",
+        "1",
+        "complete ones in the recording, from mark to mark of the area",
+        recorded_from="record",
     ),
     _video_vibration(
         "cycles_used",
@@ -188,6 +217,7 @@ _QUANTITIES = (
         "1",
         "those of them over which measures are taken: all whose "
         "frames are all known, or where these are too few, all",
+        recorded_from="record",
     ),
     *(
         _video_vibration(
@@ -196,6 +226,7 @@ _QUANTITIES = (
             "1",
             f"share of the cycle with the glottal area above {100 * level:g} % of the way from the cycle's "
             "least to its largest",
+            recorded_from="area",
         )
         for level in open_levels
     ),
@@ -205,6 +236,7 @@ _QUANTITIES = (
         "1",
         "one less the open quotient of the cycle",
         symbol="CQ",
+        recorded_from="area",
     ),
     _video_vibration(
         "speed_index",
@@ -213,6 +245,7 @@ _QUANTITIES = (
         "(opening - closing) / (opening + closing) time, those of the speed quotient (Hirano, Clinical "
         "Examination of Voice, 1981)",
         symbol="SI",
+        recorded_from="area",
     ),
     _video_vibration(
         "rate_quotient",
@@ -221,6 +254,7 @@ _QUANTITIES = (
         "(closed + opening) over closing time: what of the period is not closing, over closing (Kitzing, "
         "Folia Phoniatr. 34, 1982)",
         symbol="RQ",
+        recorded_from="area",
     ),
     _perturbation(
         "jitter",
@@ -228,6 +262,8 @@ _QUANTITIES = (
         "1",
         "mean difference of neighbouring periods over the mean period (Praat), from mark to mark; a mark is "
         "where the area rises through 20 to 40 % of its pulse's height",
+        recorded_from="marks",
+        perturbation="amplitude",
     ),
     _perturbation(
         "period_perturbation_quotient",
@@ -235,6 +271,8 @@ _QUANTITIES = (
         "1",
         "mean difference of a period from the mean of the five about it, over the mean period (Praat's ppq5)",
         symbol="PPQ",
+        recorded_from="marks",
+        perturbation="amplitude",
     ),
     _perturbation(
         "shimmer",
@@ -242,6 +280,8 @@ _QUANTITIES = (
         "1",
         "mean difference of neighbouring heights over the mean height (Praat), a height being a cycle's "
         "largest less its least area",
+        recorded_from="area",
+        perturbation="amplitude",
     ),
     _perturbation(
         "amplitude_perturbation_quotient",
@@ -249,6 +289,8 @@ _QUANTITIES = (
         "1",
         "mean difference of a height from the mean of the five about it, over the mean height (Praat's apq5)",
         symbol="APQ",
+        recorded_from="area",
+        perturbation="amplitude",
     ),
     _perturbation(
         "harmonics_to_noise",
@@ -257,6 +299,8 @@ _QUANTITIES = (
         "10 log10(r / (1 - r)), r the normalised autocorrelation at the period (Boersma, Proc. Inst. Phon. "
         "Sci. Amsterdam 17, 1993); cycles that differ count as noise",
         symbol="HNR",
+        recorded_from="area",
+        perturbation="decibels",
     ),
     _perturbation(
         "cepstral_peak_prominence",
@@ -265,24 +309,59 @@ _QUANTITIES = (
         "height of the cepstrum's peak at the period above the line through the cepstrum, Hamming window, "
         "quefrencies from four frames to half the record (Hillenbrand, J. Speech Hear. Res. 37, 1994)",
         symbol="CPP",
+        recorded_from="area",
+        perturbation="decibels",
     ),
-    _vibration("amplitude_left", "Amplitude, left fold", "m", _SIDE.format("left")),
-    _vibration("amplitude_right", "Amplitude, right fold", "m", _SIDE.format("right")),
-    _vibration("amplitude_ratio", "Amplitude ratio", "1", "of the folds' displacements, right over left"),
     _vibration(
-        "amplitude_asymmetry", "Amplitude asymmetry", "1", f"of the folds' displacements, {_ASYMMETRY}"
+        "amplitude_left",
+        "Amplitude, left fold",
+        "m",
+        _SIDE.format("left"),
+        recorded_from="edges",
+        side="left",
+        extreme=True,
+    ),
+    _vibration(
+        "amplitude_right",
+        "Amplitude, right fold",
+        "m",
+        _SIDE.format("right"),
+        recorded_from="edges",
+        side="right",
+        extreme=True,
+    ),
+    _vibration(
+        "amplitude_ratio",
+        "Amplitude ratio",
+        "1",
+        "of the folds' displacements, right over left",
+        recorded_from="edges",
+        side="ratio",
+    ),
+    _vibration(
+        "amplitude_asymmetry",
+        "Amplitude asymmetry",
+        "1",
+        f"of the folds' displacements, {_ASYMMETRY}",
+        recorded_from="edges",
+        side="difference",
     ),
     _video_vibration(
         "area_asymmetry",
         "Area asymmetry",
         "1",
         f"of the ranges of the glottal areas on either side of the midline, {_ASYMMETRY}",
+        recorded_from="area",
+        side="difference",
     ),
     _vibration(
         "left_right_phase",
         "Left-right phase",
         "rad",
         "between the displacements of the folds' edges, at the fundamental; positive where the right lags",
+        recorded_from="edges",
+        side="difference",
+        angle=True,
     ),
     _run_vibration(
         "peak_strain",
@@ -301,8 +380,10 @@ _QUANTITIES = (
             "motion is over 30 % of its largest, from 8 px beyond the edge on, mean over bands of the fold's "
             "middle (Titze, Jiang, Hsiao, Ann. Otol. Rhinol. Laryngol. 102, 1993); the interval is by bands, "
             "and has what smooth flow makes of the slope",
+            recorded_from="motion",
+            side=side,
         )
-        for side in ("left", "right")
+        for side in _FOLDS
     ),
     _motion(
         "strain_amplitude_across",
@@ -311,12 +392,14 @@ _QUANTITIES = (
         "of the fundamental, 2-D projection, over a gauge of 8 px: what 5 % of the folds' visible surface "
         "exceed; du/dx with x across the midline. Smooth flow makes it too small, by a third at worst in "
         "films of known waves",
+        recorded_from="motion",
     ),
     _motion(
         "strain_rate_amplitude_across",
         "Strain rate amplitude across the midline",
         "1/s",
         "the same times the angular frequency",
+        recorded_from="motion",
     ),
     _run_vibration(
         "vertical_phase_difference",
@@ -325,6 +408,7 @@ _QUANTITIES = (
         "at the fundamental, of the glottal width at the inferior and superior edge of the medial "
         "surface; positive where the superior edge lags. The medial surface is where the mid-coronal contour "
         "at rest is within 25 degrees of vertical, about the narrowest place",
+        angle=True,
     ),
     _run_vibration(
         "converging_while_opening",
@@ -345,12 +429,15 @@ _QUANTITIES = (
         "Largest glottal area",
         "m^2",
         "in each cycle or, if there are none, in a recording or the last third of a run",
+        recorded_from="area",
+        extreme=True,
     ),
     _glottis(
         "glottal_area_mean",
         "Mean glottal area",
         "m^2",
         "of each cycle or, if there are none, of a recording or the last third of a run",
+        recorded_from="area",
     ),
     _video_glottis(
         "glottal_gap_index",
@@ -358,19 +445,39 @@ _QUANTITIES = (
         "1",
         "least over largest area of each cycle (Kunduk, J. Voice 24, 2010)",
         symbol="GGI",
+        recorded_from="area",
     ),
     _video_glottis(
         "glottal_gap_relative",
         "Relative glottal gap",
         "1",
         "least area of each cycle over the square of the glottal length (Omori, J. Voice 10, 1996)",
+        recorded_from="area",
     ),
-    _video_glottis("glottal_length", "Glottal length", "m", "of the midline"),
+    _video_glottis("glottal_length", "Glottal length", "m", "of the midline", recorded_from="midline"),
     _video_glottis(
-        "glottal_area_max_relative", "Largest glottal area over the square of the glottal length", "1"
+        "glottal_area_max_relative",
+        "Largest glottal area over the square of the glottal length",
+        "1",
+        recorded_from="area",
+        extreme=True,
     ),
-    _video_glottis("amplitude_left_relative", "Amplitude over the glottal length, left fold", "1"),
-    _video_glottis("amplitude_right_relative", "Amplitude over the glottal length, right fold", "1"),
+    _video_glottis(
+        "amplitude_left_relative",
+        "Amplitude over the glottal length, left fold",
+        "1",
+        recorded_from="edges",
+        side="left",
+        extreme=True,
+    ),
+    _video_glottis(
+        "amplitude_right_relative",
+        "Amplitude over the glottal length, right fold",
+        "1",
+        recorded_from="edges",
+        side="right",
+        extreme=True,
+    ),
     _airflow("subglottal_pressure", "Subglottal pressure", "Pa", "of the scene"),
     _airflow(
         "peak_flow",
@@ -400,11 +507,33 @@ _QUANTITIES = (
     ),
     _contact("contact_impulse", "Impulse per collision", "N s", f"on the left fold, {_COLLISION}"),
     _contact("contact_duration", "Duration of a collision", "s", _COLLISION),
-    _contact("contact_force_left_peak", "Peak force, left fold", "N", f"of a single step, {_COLLISION}"),
-    _contact("contact_force_right_peak", "Peak force, right fold", "N", f"of a single step, {_COLLISION}"),
-    _contact("contact_force_left_mean", "Mean force, left fold", "N", f"impulse over duration, {_COLLISION}"),
     _contact(
-        "contact_force_right_mean", "Mean force, right fold", "N", f"impulse over duration, {_COLLISION}"
+        "contact_force_left_peak",
+        "Peak force, left fold",
+        "N",
+        f"of a single step, {_COLLISION}",
+        side="left",
+    ),
+    _contact(
+        "contact_force_right_peak",
+        "Peak force, right fold",
+        "N",
+        f"of a single step, {_COLLISION}",
+        side="right",
+    ),
+    _contact(
+        "contact_force_left_mean",
+        "Mean force, left fold",
+        "N",
+        f"impulse over duration, {_COLLISION}",
+        side="left",
+    ),
+    _contact(
+        "contact_force_right_mean",
+        "Mean force, right fold",
+        "N",
+        f"impulse over duration, {_COLLISION}",
+        side="right",
     ),
     _contact(
         "contact_area_max",
@@ -520,6 +649,16 @@ _QUANTITIES = (
 
 CATALOGUE = {entry.name: entry for entry in _QUANTITIES}
 """All quantities by name, in the order of reports."""
+
+
+def names(**properties: str | bool) -> frozenset[str]:
+    """Of all quantities with these properties: ``names(recorded_from="edges", side="left")``."""
+    wanted = properties.items()
+    return frozenset(
+        name
+        for name, entry in CATALOGUE.items()
+        if all(getattr(entry, key) == value for key, value in wanted)
+    )
 
 
 def quantity(name: str) -> Quantity:

@@ -12,7 +12,7 @@ from plica.measures.circular import principal
 from plica.measures.interval import difference_interval
 from plica.measures.measure import Measure, Measures
 
-__all__ = ["METHOD", "SIDED", "Change", "changes"]
+__all__ = ["METHOD", "Change", "changes"]
 
 METHOD = (
     "A difference is after minus before. Its 95 % interval is that of the differences between 2000 bootstrap "
@@ -24,22 +24,6 @@ METHOD = (
     "by chance."
 )
 """Description of the method in reports."""
-
-SIDED = frozenset(
-    {
-        "amplitude_left",
-        "amplitude_right",
-        "amplitude_ratio",
-        "amplitude_asymmetry",
-        "area_asymmetry",
-        "left_right_phase",
-        "amplitude_left_relative",
-        "amplitude_right_relative",
-        "mucosal_wave_speed_left",
-        "mucosal_wave_speed_right",
-    }
-)
-"""Measures that depend on which side is left."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +106,7 @@ def _change(before: Measure, after: Measure, withheld: str) -> Change:
     if withheld or before.value is None or after.value is None:
         return Change(before, after, None, withheld=withheld)
     turn, plain = 0.0, after.value - before.value
-    if before.unit == "rad":
+    if before.quantity.angle:
         turn = 2 * np.pi * round((principal(plain) - plain) / (2 * np.pi))
     interval = None
     if before.replicates is not None and after.replicates is not None:

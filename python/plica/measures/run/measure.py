@@ -23,8 +23,6 @@ from plica.units import read_quantity
 
 __all__ = ["fold_length", "measure", "risen", "steady_cycles"]
 
-_OF_BOTH_FOLDS = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase")
-
 
 def steady_cycles(run: RunData) -> Cycles:
     """The steady cycles of a run: of its glottal area, or without airflow of the probe that moves most.
@@ -120,7 +118,7 @@ def _doubted(item: Measure, scene_text: str) -> Measure:
 
 def _unless_mirrored(item: Measure, scene_text: str) -> Measure:
     """The measure, without a value if it compares folds that are each other's image by symmetry."""
-    if item.name not in _OF_BOTH_FOLDS or "symmetry" not in scene_tables(scene_text):
+    if item.quantity.side not in ("ratio", "difference") or "symmetry" not in scene_tables(scene_text):
         return item
     return absent(item.name, "the scene's symmetry imposes it: one fold is the image of the other")
 

@@ -23,6 +23,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from plica.measures.catalogue import names
 from plica.measures.cycles import Cycles
 from plica.measures.interval import Replicates
 from plica.measures.measure import Measure
@@ -39,7 +40,7 @@ _LEFT = 1 / 3  # of what shade moves the outline halfway by: in the darkest part
 _SEED = 20212
 _SAID = "light from one side"
 _BY_DARKEST = "by the darkest part, as the outline is not sharp"
-_COMPARED = ("amplitude_ratio", "amplitude_asymmetry", "left_right_phase", "area_asymmetry")
+_COMPARED = names(side="ratio") | names(side="difference")
 
 
 def by_light(
@@ -159,11 +160,11 @@ def _apart(value: float | None, other: float | None) -> float | None:
     return None if value is None or other is None else other - value
 
 
-def _cautioned(found: list[Measure], said: str, names: Collection[str] = ()) -> list[Measure]:
-    """With this caution on each that has a value, of these names or, without any, of all."""
+def _cautioned(found: list[Measure], said: str, of: Collection[str] = ()) -> list[Measure]:
+    """With this caution on each that has a value, `of` these names or, without any, of all."""
     return [
         replace(item, cautions=(*item.cautions, said))
-        if item.value is not None and (not names or item.name in names)
+        if item.value is not None and (not of or item.name in of)
         else item
         for item in found
     ]

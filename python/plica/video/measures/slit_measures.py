@@ -32,7 +32,6 @@ _NOTED = 0.01  # of the value: what slits add is in the note
 _UNDER = float(
     np.arccos(1 - 2 * closure) / np.pi
 )  # of a cycle, that a sine is below that share of its height
-_ANGLES = ("left_right_phase",)  # measures in rad: differences are taken modulo 2 pi
 
 
 def with_hidden_slits(
@@ -104,7 +103,7 @@ def _counted(item: Measure, bare: Measure, shaded: bool, scale: Scale) -> Measur
     if item.value is None or bare.value is None or item.value == bare.value:
         return bare if shaded else item
     added = item.value - bare.value
-    if item.name in _ANGLES:
+    if item.quantity.angle:
         added = float(np.angle(np.exp(1j * added)))
     if shaded:
         return _drawn(bare, added, _NOT_ADDED)

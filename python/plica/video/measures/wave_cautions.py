@@ -5,16 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
+from plica.measures.catalogue import CATALOGUE
 from plica.measures.measure import Measure, absent
 
 __all__ = ["cautioned", "unknown_waves"]
-
-_NAMES = (
-    "strain_amplitude_across",
-    "strain_rate_amplitude_across",
-    "mucosal_wave_speed_left",
-    "mucosal_wave_speed_right",
-)
 
 
 def cautioned(found: Iterable[Measure], said: Iterable[str]) -> list[Measure]:
@@ -25,4 +19,4 @@ def cautioned(found: Iterable[Measure], said: Iterable[str]) -> list[Measure]:
 
 def unknown_waves(reason: str) -> list[Measure]:
     """All of them, without a value."""
-    return [absent(name, reason) for name in _NAMES]
+    return [absent(name, reason) for name, entry in CATALOGUE.items() if entry.recorded_from == "motion"]

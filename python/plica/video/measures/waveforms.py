@@ -81,15 +81,12 @@ def scale_of(fps: float | None, mm_per_px: float | None) -> tuple[float, float, 
 
 def _placed(found: list[Measure], size: float) -> list[Measure]:
     """With a caution where the folds move little for edges that are placed to half a pixel."""
-    moved = [item.value for item in found if item.name in ("amplitude_left", "amplitude_right")]
+    moved = [item.value for item in found if item.quantity.side in ("left", "right")]
     known = [value / size for value in moved if value is not None]
     if len(known) < 2 or min(known) >= _EDGE / _PRECISE:
         return found
     said = f"edges are placed to {_EDGE:g} px, and the lesser amplitude is {min(known):.2g} px"
-    return [
-        item if item.name == "left_right_phase" else replace(item, cautions=(*item.cautions, said))
-        for item in found
-    ]
+    return [item if item.quantity.angle else replace(item, cautions=(*item.cautions, said)) for item in found]
 
 
 def measures(

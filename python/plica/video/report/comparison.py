@@ -11,8 +11,8 @@ from functools import cached_property
 from pathlib import Path
 
 from plica.errors import InvalidInput
-from plica.measures.catalogue import CATALOGUE
-from plica.measures.comparison import SIDED, Change, changes
+from plica.measures.catalogue import CATALOGUE, names
+from plica.measures.comparison import Change, changes
 from plica.measures.measure import Measures
 from plica.video.analysis import Analysis, load
 from plica.video.measures.waveforms import measures
@@ -21,7 +21,6 @@ from plica.video.report.verdict import light_of
 __all__ = ["Comparison", "compare"]
 
 _LENGTHS, _TIMES = frozenset({"m", "m^2", "m/s"}), frozenset({"s", "Hz", "1/s", "m/s"})
-_COUNTS = ("cycles_found", "cycles_used")
 _UNEVEN = 1.25  # ratio of the frames a cycle, beyond which quotients differ by sampling alone
 
 
@@ -84,7 +83,7 @@ class Comparison:
     @cached_property
     def _withheld(self) -> dict[str, str]:
         """Measures that are not compared, each with the reason."""
-        found = dict.fromkeys(_COUNTS, "of the recording, not of the voice")
+        found = dict.fromkeys(names(recorded_from="record"), "of the recording, not of the voice")
         pixels = self._lacking("mm_per_px")
         frames = self._lacking("fps")
         for name, entry in CATALOGUE.items():
@@ -92,7 +91,7 @@ class Comparison:
                 found[name] = f"the size of a pixel is not known {pixels} (--mm-per-px)"
             elif frames and entry.unit in _TIMES:
                 found[name] = f"the frame rate is not known {frames} (--fps)"
-            elif name in SIDED and not self.sides_known:
+            elif entry.side and not self.sides_known:
                 lacking = self._lacking("patient_left")
                 found[name] = f"which side is the patient's left is not known {lacking} (--patient-left)"
         return found
