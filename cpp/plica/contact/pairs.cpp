@@ -99,6 +99,7 @@ Detector::Detector(Airway airway, const Points& reference)
       first_(airway_.first, reference.rows()),
       second_(airway_.second, reference.rows()),
       pairs_(static_cast<std::size_t>(reference.rows())),
+      last_foot_(static_cast<std::size_t>(reference.rows()), -1),
       partner_(static_cast<std::size_t>(reference.rows()), -1) {
   std::vector<std::int32_t> all = surface_nodes(airway_);
   nodes_ = Eigen::Map<Indices>(all.data(), static_cast<std::ptrdiff_t>(all.size()));
@@ -218,7 +219,9 @@ Pair Detector::found_pair(std::int32_t slave, const Points& x) {
   const bool on_first = first_.contains(slave);
   const ContactSurface& own = on_first ? first_ : second_;
   const ContactSurface& other = on_first ? second_ : first_;
-  const Foot foot = other.closest(x, x.row(slave));
+  std::int32_t& last = last_foot_[static_cast<std::size_t>(slave)];
+  const Foot foot = other.closest(x, x.row(slave), last);
+  last = foot.triangle;
   foot_on_rim_ = foot_on_rim_ || other.on_rim(foot.triangle);
 
   Pair pair;

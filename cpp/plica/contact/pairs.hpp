@@ -140,8 +140,9 @@ class Detector {
   bool slave_is_first_ = true;
   std::vector<std::int32_t> shown_;  // tetrahedra looked at
   bool foot_on_rim_ = false;
-  std::vector<Pair> pairs_;           // (n) those found since the last update: their slave is their node
-  std::vector<std::int32_t> paired_;  // nodes that have one
+  std::vector<Pair> pairs_;              // (n) those found since the last update: their slave is their node
+  std::vector<std::int32_t> paired_;     // nodes that have one
+  std::vector<std::int32_t> last_foot_;  // (n) triangle of the foot found last, or -1
   std::vector<std::int32_t> inverted_, thin_;
   std::vector<std::int32_t>
       partner_;  // (n) of the other surface's nodes that share an airway tetrahedron the one it faces

@@ -75,21 +75,23 @@ void ContactSurface::look_at(std::vector<std::int32_t> triangles) {
                   Eigen::Map<const Indices>(triangles.data(), static_cast<std::ptrdiff_t>(triangles.size())),
                   triangles_.rows());
   shown_ = std::move(triangles);
-  shown_nodes_.clear();
-  for (const std::int32_t t : shown_)
+  is_shown_.assign(static_cast<std::size_t>(triangles_.rows()), 0);
+  std::vector<char> has_shown(nodes_.size(), 0);
+  for (const std::int32_t t : shown_) {
+    is_shown_[static_cast<std::size_t>(t)] = 1;
     for (const std::int32_t node : triangles_.row(t))
-      shown_nodes_.push_back(local_[static_cast<std::size_t>(node)]);
-  std::sort(shown_nodes_.begin(), shown_nodes_.end());
-  shown_nodes_.erase(std::unique(shown_nodes_.begin(), shown_nodes_.end()), shown_nodes_.end());
-  std::vector<char> is_shown(static_cast<std::size_t>(triangles_.rows()), 0);
-  for (const std::int32_t t : shown_) is_shown[static_cast<std::size_t>(t)] = 1;
-  rim_.assign(is_shown.size(), 1);
+      has_shown[static_cast<std::size_t>(local_[static_cast<std::size_t>(node)])] = 1;
+  }
+  shown_nodes_.clear();
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    if (has_shown[i]) shown_nodes_.push_back(static_cast<std::int32_t>(i));
+  rim_.assign(is_shown_.size(), 1);
   for (const std::int32_t t : shown_) {
     const auto corners = triangles_.row(t);
     rim_[static_cast<std::size_t>(t)] = std::any_of(corners.begin(), corners.end(), [&](std::int32_t node) {
       const auto around = fan(node);
       return std::any_of(around.begin(), around.end(),
-                         [&](std::int32_t k) { return !is_shown[static_cast<std::size_t>(k)]; });
+                         [&](std::int32_t k) { return !is_shown_[static_cast<std::size_t>(k)]; });
     });
   }
   tree_.reset();
@@ -168,9 +170,10 @@ Foot ContactSurface::foot_on(const Points& x, const Vector3& p, std::int32_t tri
   return foot;
 }
 
-Foot ContactSurface::closest(const Points& x, const Vector3& p) const {
+Foot ContactSurface::closest(const Points& x, const Vector3& p, std::int32_t near) const {
   Foot best;
   best.squared_distance = std::numeric_limits<double>::infinity();
+  if (near >= 0 && is_shown_[static_cast<std::size_t>(near)]) best = foot_on(x, p, near);
   tree_->near(p, best.squared_distance, [&](std::int32_t triangle) {
     const Foot foot = foot_on(x, p, triangle);
     if (foot.squared_distance < best.squared_distance ||

@@ -49,7 +49,8 @@ class ContactSurface {
 
   /// The closest point of all to p, at x, the positions of the last update; of several as close, that of the first
   /// triangle. O(log f) in practice.
-  Foot closest(const Points& x, const Vector3& p) const;
+  /// `near`: number of a triangle that may be near it, or -1; what is found does not depend on it.
+  Foot closest(const Points& x, const Vector3& p, std::int32_t near = -1) const;
   /// Whether it comes as near to p as this (m) at x, the positions of the last update.
   bool within(const Points& x, const Vector3& p, double distance) const;
 
@@ -63,7 +64,7 @@ class ContactSurface {
   std::vector<Vector3> normals_;
   std::vector<double> areas_;
   std::vector<std::int32_t> shown_, shown_nodes_;  // triangles looked at, and their places in nodes_
-  std::vector<char> rim_;                          // of all triangles
+  std::vector<char> is_shown_, rim_;               // of all triangles
   std::optional<TriangleTree> tree_;               // of these, from the first update on
 };
 

@@ -166,6 +166,23 @@ Panels<Scalar>::Panels(const Eigen::MatrixXd& A) : rows_(A.rows()), cols_(A.cols
 }
 
 template <typename Scalar>
+Panels<Scalar>::Panels(const RowMajorMatrix& A, const Indices& rows) : rows_(rows.size()), cols_(A.cols()) {
+  require_indices("Panels", "row", rows, A.rows());
+  const std::ptrdiff_t panels = (rows_ + width - 1) / width;
+  values_.resize(panels * width * cols_);
+  const double* row[width];
+  for (std::ptrdiff_t p = 0; p < panels; ++p) {
+    const std::ptrdiff_t count = std::min(width, rows_ - p * width);
+    for (std::ptrdiff_t k = 0; k < count; ++k) row[k] = A.row(rows[p * width + k]).data();
+    Scalar* panel = values_.data() + p * width * cols_;
+    for (std::ptrdiff_t j = 0; j < cols_; ++j, panel += width) {
+      for (std::ptrdiff_t k = 0; k < count; ++k) panel[k] = static_cast<Scalar>(row[k][j]);
+      std::fill(panel + count, panel + width, Scalar(0));
+    }
+  }
+}
+
+template <typename Scalar>
 void Panels<Scalar>::multiply(const Column& x, Column& y) const {
   static const Panel<Scalar> panel = takes_largest() ? panel_largest<Scalar>
                                      : takes_fused() ? panel_fused<Scalar>

@@ -3,6 +3,8 @@
 
 namespace plica {
 
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 /// A dense matrix for products with one vector at a time, or two, stored as those read it: by panels of rows. In
 /// the version for the processor at hand, as the products of core/block_product.hpp.
 template <typename Scalar>
@@ -12,6 +14,8 @@ class Panels {
 
   Panels() = default;
   explicit Panels(const Eigen::MatrixXd& A);
+  /// Of these rows of A, one after the other: A is read as it is stored.
+  Panels(const RowMajorMatrix& A, const Indices& rows);
 
   std::ptrdiff_t rows() const { return rows_; }
   std::ptrdiff_t cols() const { return cols_; }

@@ -26,8 +26,12 @@ Vector largest_displacements(const Eigen::MatrixXd& shapes) {
   return largest;
 }
 
-MovedNodes::MovedNodes(Indices nodes, const Eigen::MatrixXd& rows)
-    : nodes_(std::move(nodes)), panels_(rows), single_panels_(rows) {}
+MovedNodes::MovedNodes(Indices nodes, const RowMajorMatrix& shapes) : nodes_(std::move(nodes)) {
+  Indices rows(3 * nodes_.size());
+  for (std::ptrdiff_t i = 0; i < rows.size(); ++i) rows[i] = 3 * nodes_[i / 3] + static_cast<std::int32_t>(i % 3);
+  panels_ = PanelMatrix(shapes, rows);
+  single_panels_ = SinglePanelMatrix(shapes, rows);
+}
 
 void MovedNodes::move(const Points& from, const Vector& change, Points& x) const {
   const Vector moved = panels_ * change;
@@ -41,7 +45,7 @@ void MovedNodes::move_single(const Points& from, const Vector& change, Points& x
     x.row(nodes_[i]) = from.row(nodes_[i]) + moved.segment<3>(3 * i).transpose().cast<double>();
 }
 
-ModalPath::ModalPath(const ModalMotion& motion, const Eigen::MatrixXd& shapes, bool single)
+ModalPath::ModalPath(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single)
     : motion_(motion),
       shapes_(shapes),
       root_(shapes * Eigen::MatrixXd(motion.inverse().llt().matrixL())),

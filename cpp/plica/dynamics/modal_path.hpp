@@ -8,8 +8,8 @@ namespace plica {
 class MovedNodes {
  public:
   MovedNodes() = default;
-  /// rows (3 nodes, r) of the shapes.
-  MovedNodes(Indices nodes, const Eigen::MatrixXd& rows);
+  /// shapes (3 m, r) of all nodes.
+  MovedNodes(Indices nodes, const RowMajorMatrix& shapes);
 
   const Indices& nodes() const { return nodes_; }
   /// x (m, 3) at these nodes: what a change of the coordinates makes of `from`.
@@ -29,8 +29,8 @@ class MovedNodes {
 class ModalPath final : public ContactPath {
  public:
   /// shapes (3 m, r) of the contact's nodes, rows of held components zero. `single`: displacements by contact
-  /// within a step are needed in single precision only. The motion must outlive it.
-  ModalPath(const ModalMotion& motion, const Eigen::MatrixXd& shapes, bool single);
+  /// within a step are needed in single precision only. Motion and shapes must outlive it.
+  ModalPath(const ModalMotion& motion, const RowMajorMatrix& shapes, bool single);
 
   /// From now on moves these nodes alone, which must live until the next look.
   void look_at(const MovedNodes& nodes) { seen_ = &nodes; }
@@ -51,11 +51,10 @@ class ModalPath final : public ContactPath {
   const Vector& acceleration() const { return acceleration_; }
 
  private:
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   const ModalMotion& motion_;
-  RowMajor shapes_, root_;  // (3 m, r) Phi, Phi L
-  Vector largest_;          // (r) largest displacement of a node in each coordinate
+  const RowMajorMatrix& shapes_;  // (3 m, r) Phi
+  RowMajorMatrix root_;           // (3 m, r) Phi L
+  Vector largest_;                // (r) largest displacement of a node in each coordinate
   bool single_;
   const MovedNodes* seen_ = nullptr;
   Vector load_, acceleration_;

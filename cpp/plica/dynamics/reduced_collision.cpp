@@ -99,21 +99,17 @@ void ReducedCollision::show_near() {
   const Neighbourhood part = proximity_->surroundings(rings_);
   Detector& detector = collision_->detector();
   detector.look_at(part);
-  std::vector<std::int32_t> nodes;
+  std::vector<char> taken(static_cast<std::size_t>(nodes_.size()), 0);
   const auto take = [&](const ContactSurface& side, const std::vector<std::int32_t>& triangles) {
     for (const std::int32_t t : triangles)
-      for (const std::int32_t node : side.triangles().row(t)) nodes.push_back(node);
+      for (const std::int32_t node : side.triangles().row(t)) taken[static_cast<std::size_t>(node)] = 1;
   };
   take(detector.first(), part.first);
   take(detector.second(), part.second);
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-  const auto count = static_cast<std::ptrdiff_t>(nodes.size());
-  Eigen::MatrixXd rows(3 * count, shapes_.cols());
-  for (std::ptrdiff_t i = 0; i < count; ++i)
-    rows.middleRows<3>(3 * i) =
-        shapes_.middleRows<3>(3 * static_cast<std::ptrdiff_t>(nodes[static_cast<std::size_t>(i)]));
-  seen_ = MovedNodes(Eigen::Map<const Indices>(nodes.data(), count), rows);
+  Indices nodes(std::count(taken.begin(), taken.end(), 1));
+  for (std::int32_t node = 0, i = 0; node < nodes_.size(); ++node)
+    if (taken[static_cast<std::size_t>(node)]) nodes[i++] = node;
+  seen_ = MovedNodes(std::move(nodes), shapes_);
   path_->look_at(seen_);
   end_.resize(0);
   take_first_positions();

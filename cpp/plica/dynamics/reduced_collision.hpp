@@ -52,7 +52,7 @@ class ReducedCollision final : public ReducedContact {
   bool single_;    // whether the tolerance of contact leaves single precision enough for the moves of a step
   bool by_nodes_;  // whether keys of constraints are nodes
   Points reference_;
-  Eigen::MatrixXd shapes_;  // (3 m, r)
+  RowMajorMatrix shapes_;  // (3 m, r)
   // From construction on.
   ModalPath* path_ = nullptr;  // the collision's
   std::optional<Collision> collision_;
